@@ -1,0 +1,190 @@
+"""BiSplat-WRF and BiSplat-WRF+ (the paper), and BiSplat-aperture (ours): transmitter position -> spectrum.
+
+Symbols are the paper's: N_p primitives, N_c clusters, φ azimuth, θ elevation, ρ in-plane rotation, c_i complex
+coefficient. docs/model.md lists what the paper leaves open and what was chosen.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+import torch
+from jaxtyping import Complex, Float
+from torch import Tensor, nn
+
+from learn.bst import BilinearSpatialTransformer
+from learn.encoding import PRIMITIVE_ORDER, TX_ORDER, positional_encoding
+from learn.networks import ResidualFFN
+from learn.primitives import Primitives
+from learn.splat import pixel_grid, splat
+from simulate.spectrum import AZIMUTHS_DEG, ELEVATIONS_DEG, PlanarArray
+
+Bypass = Literal["dynamic", "delta", "bst"]
+"""The branches of the paper's ablation table."""
+
+W_SCALE_COARSE, W_SCALE_FINE = 0.5, 1.0
+"""w_scale of the hierarchy-based mixing: small for coarse primitives, to keep the background stable."""
+
+
+@dataclass(frozen=True)
+class ModelSize:
+    """Widths, depths and counts of the paper's implementation details; the defaults are BiSplat-WRF's."""
+
+    primitives: int = 500
+    clusters: int = 64
+    ffn_width: int = 128
+    ffn_layers: int = 4
+    transformer_layers: int = 3
+    transformer_heads: int = 4
+    transformer_ffn_width: int = 256
+
+
+PLUS = ModelSize(
+    primitives=2000, ffn_width=256, ffn_layers=12, transformer_layers=6, transformer_ffn_width=512
+)
+"""BiSplat-WRF+."""
+
+
+class BiSplatWRF(nn.Module):
+    """The paper's model.
+
+    Args:
+        size: widths, depths and counts.
+        region: corners (min, max) of the box of training positions, metres; scales the input of TX-PE to −1…1.
+        bypass: branches whose output is zeroed (BST: replaced by its linear projection).
+    """
+
+    region: Tensor
+    pixels: Tensor
+
+    def __init__(
+        self, size: ModelSize, region: Float[np.ndarray, "2 3"], bypass: frozenset[Bypass] = frozenset()
+    ):
+        super().__init__()
+        self.bypass = bypass
+        self.register_buffer("region", torch.as_tensor(region, dtype=torch.float32))
+        self.register_buffer("pixels", self._pixels(), persistent=False)
+        gs_pe, tx_pe = 3 * (2 * PRIMITIVE_ORDER + 1), 3 * (2 * TX_ORDER + 1)
+        width, layers = size.ffn_width, size.ffn_layers
+        self.primitives = Primitives(size.primitives)
+        self.static = ResidualFFN(gs_pe, 2, width, layers)
+        self.bst = BilinearSpatialTransformer(
+            gs_pe + tx_pe,
+            width,
+            size.clusters,
+            size.transformer_layers,
+            size.transformer_heads,
+            size.transformer_ffn_width,
+            bypass="bst" in bypass,
+        )
+        self.dynamic = ResidualFFN(width, 2, width, layers)
+        self.delta = ResidualFFN(gs_pe + tx_pe + width, 4, width, layers)
+
+    def _pixels(self) -> Float[Tensor, "P 2"]:
+        return pixel_grid(torch.tensor(AZIMUTHS_DEG).float(), torch.tensor(ELEVATIONS_DEG).float())
+
+    def field(self, positions: Float[Tensor, "B 3"]) -> Complex[Tensor, "B P"]:
+        """The complex field F of each transmitter at this model's pixels.
+
+        Args:
+            positions: transmitter positions, metres, world frame.
+        """
+        primitives = self.primitives
+        azimuth, elevation = primitives.azimuth, primitives.elevation
+        low, high = self.region
+        tx = 2 * (positions - low) / (high - low) - 1
+
+        gs_pe = positional_encoding(primitives.coordinates, PRIMITIVE_ORDER)
+        tx_pe = positional_encoding(tx, TX_ORDER)
+        batch, count = len(positions), len(azimuth)
+        encoded = torch.cat(
+            [gs_pe.expand(batch, -1, -1), tx_pe[:, None].expand(-1, count, -1)], dim=-1
+        )  # B N_p 90
+        features = self.bst(encoded, azimuth, elevation)
+
+        # Hierarchy-based mixing: c_i = (amp_static + w_scale amp_mod) e^{j(phase_static + phase_mod)}
+        amplitude, phase = self.static(gs_pe).unbind(-1)
+        if "dynamic" not in self.bypass:
+            amplitude_mod, phase_mod = self.dynamic(features).unbind(-1)
+            w_scale = torch.where(primitives.coarse, W_SCALE_COARSE, W_SCALE_FINE)
+            amplitude = amplitude + w_scale * amplitude_mod
+            phase = phase + phase_mod
+        coefficient = torch.polar(torch.ones_like(phase), phase) * amplitude
+
+        # Offsets are added to the unconstrained attributes, so that scales stay positive and opacities in (0, 1).
+        offset = torch.zeros_like(encoded[..., :4])
+        if "delta" not in self.bypass:
+            offset = self.delta(torch.cat([encoded, features], dim=-1))
+        rotation = primitives.rotation + offset[..., 0]
+        scale = (primitives.scale_raw + offset[..., 1:3]).exp()
+        opacity = (primitives.opacity_raw + offset[..., 3]).sigmoid()
+
+        return splat(
+            azimuth,
+            elevation,
+            primitives.depth,
+            scale,
+            rotation,
+            opacity,
+            coefficient.expand(batch, -1),
+            self.pixels,
+        )
+
+    def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
+        """Predicted picture: SPS = |F|² at every pixel, fitted directly to the normalised pictures."""
+        return _power(self.field(positions)).unflatten(-1, (len(ELEVATIONS_DEG), len(AZIMUTHS_DEG)))
+
+
+class BiSplatAperture(BiSplatWRF):
+    """BiSplat-WRF whose field is seen through the array: every prediction is a spectrum this array could measure.
+
+    An array of MN elements cannot see more than an MN-dimensional slice of the field:
+    y_m = Σ_directions a_m(φ,θ) F(φ,θ) cosθ ΔΩ, then S = |Σ_m y_m e^{-jk u·d_m}| / √(MN), min–max normalised as the
+    pictures are. The field is splatted on a 6° grid only, finer than anything a 4 × 4 array resolves.
+
+    Args:
+        array: the gateway's array.
+        (others): as ``BiSplatWRF``.
+    """
+
+    STEP_DEG = 6
+    aperture: Tensor
+    steering: Tensor
+
+    def __init__(
+        self,
+        size: ModelSize,
+        region: Float[np.ndarray, "2 3"],
+        array: PlanarArray,
+        bypass: frozenset[Bypass] = frozenset(),
+    ):
+        super().__init__(size, region, bypass)
+        azimuth, elevation = np.radians(self.pixels.numpy().astype(np.float64)).T
+        solid_angle = np.cos(elevation) * np.radians(self.STEP_DEG) ** 2  # cosθ ΔφΔθ
+        aperture = array.manifold(azimuth, elevation) * solid_angle[:, None]
+        steering = array.steering.reshape(-1, array.elements)
+        self.register_buffer("aperture", torch.from_numpy(aperture).to(torch.complex64), persistent=False)
+        self.register_buffer("steering", torch.from_numpy(steering).to(torch.complex64), persistent=False)
+
+    def _pixels(self) -> Float[Tensor, "P 2"]:
+        step = self.STEP_DEG
+        return pixel_grid(torch.arange(0.0, 360.0, step), torch.arange(step / 2, 90.0, step))
+
+    def channels(self, positions: Float[Tensor, "B 3"]) -> Complex[Tensor, "B elements"]:
+        """Complex element responses y; trained on pictures alone, their scale and common phase are arbitrary."""
+        return self.field(positions) @ self.aperture
+
+    def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
+        """Predicted picture: magnitude spectrum of ``channels``, min–max normalised."""
+        spectrum = _power(self.channels(positions) @ self.steering.T).clamp_min(1e-12).sqrt()
+        low = spectrum.amin(-1, keepdim=True)
+        span = spectrum.amax(-1, keepdim=True) - low
+        return ((spectrum - low) / span.clamp_min(1e-6)).unflatten(
+            -1, (len(ELEVATIONS_DEG), len(AZIMUTHS_DEG))
+        )
+
+
+def _power(field: Complex[Tensor, "*shape"]) -> Float[Tensor, "*shape"]:
+    return field.real**2 + field.imag**2

@@ -1,0 +1,75 @@
+"""Which spectra a model is trained, validated and tested on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Int
+
+from scenes.errors import InputError
+from simulate.dataset import Dataset
+
+SplitKind = Literal["files", "random", "blocked"]
+
+TEST_FRACTION = 0.2
+"""Of ``random``; the published loaders' 80/20."""
+
+BLOCK, EVERY = 10, 4
+"""``blocked``: runs of ten consecutive positions, every fourth run held out."""
+
+VALIDATION_FRACTION = 0.1
+"""Of the training part; chooses the best checkpoint, so that nothing is chosen by looking at the test part."""
+
+
+@dataclass(frozen=True)
+class Split:
+    """Disjoint indices into a dataset."""
+
+    train: Int[np.ndarray, "n_train"]
+    validation: Int[np.ndarray, "n_validation"]
+    test: Int[np.ndarray, "n_test"]
+
+    @property
+    def known(self) -> Int[np.ndarray, "n_known"]:
+        """Everything but the test part: what a baseline may copy from."""
+        return np.sort(np.concatenate([self.train, self.validation]))
+
+
+def split(dataset: Dataset, kind: SplitKind, seed: int) -> Split:
+    """Split a dataset.
+
+    ``files`` is the folder's own train_index.txt and test_index.txt, ``random`` draws 20 % for testing, ``blocked``
+    holds out every fourth run of ten consecutive positions. Measured positions follow a path: there ``random`` (and
+    most folders' own files) put a test position's neighbours in time into the training part, ``blocked`` does not.
+
+    The validation part is 10 % of the training part, whole runs of ten where the split is ``blocked``.
+
+    Raises:
+        InputError: too few spectra for three parts.
+    """
+    count = len(dataset.names)
+    generator = np.random.default_rng(seed)
+    block = np.arange(count) // BLOCK
+    if kind == "files":
+        known, test = dataset.train, dataset.test
+    elif kind == "random":
+        order = generator.permutation(count)
+        held_out = round(TEST_FRACTION * count)
+        known, test = np.sort(order[held_out:]), np.sort(order[:held_out])
+    else:
+        held_out_block = block % EVERY == 1
+        known, test = np.flatnonzero(~held_out_block), np.flatnonzero(held_out_block)
+
+    unit = block[known] if kind == "blocked" else known
+    units = np.unique(unit)
+    chosen = generator.permutation(units)[: max(1, round(VALIDATION_FRACTION * len(units)))]
+    in_validation = np.isin(unit, chosen)
+    result = Split(train=known[~in_validation], validation=known[in_validation], test=test)
+    if not (len(result.train) and len(result.test)):
+        raise InputError(
+            f"{dataset.folder}: expected enough spectra for a {kind} split into training, validation and test, "
+            f"found {count}, which leaves {len(result.train)}, {len(result.validation)} and {len(result.test)}"
+        )
+    return result

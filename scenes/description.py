@@ -1,0 +1,192 @@
+"""A scene as data: a gateway that listens, a region a transmitter moves in, objects of radio materials."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from trimesh import Trimesh
+
+from scenes.errors import InputError, did_you_mean
+from scenes.materials import RadioMaterial
+from scenes.occupancy import blocking_object
+
+SPEED_OF_LIGHT = 299_792_458.0  # m/s
+PATTERNS = ("iso", "dipole", "hw_dipole", "tr38901")
+POLARIZATIONS = ("V", "H")
+UNIT_TOLERANCE = 1e-3  # quaternions are published with a few digits
+
+Vector3 = tuple[float, float, float]
+Quaternion = tuple[float, float, float, float]
+
+
+def _unit(q: Sequence[float]) -> Quaternion:
+    """`q` scaled to length 1 where it nearly is; otherwise as it is, for `validate` to refuse."""
+    norm = math.sqrt(sum(c * c for c in q))
+    # Within rounding it is left alone, so that a scene read back equals the one written.
+    if 1e-12 < abs(norm - 1) <= UNIT_TOLERANCE:
+        q = [c / norm for c in q]
+    x, y, z, w = (float(c) for c in q)
+    return x, y, z, w
+
+
+@dataclass(frozen=True)
+class Gateway:
+    """The receiver: a uniform planar array at a fixed place.
+
+    In the gateway's frame the array lies in the x–y plane, centred on the origin, boresight +z. Element
+    m = row·columns + column sits at spacing·λ·(column − (columns−1)/2, row − (rows−1)/2, 0): x runs fastest.
+    Polarisation "V" is along the gateway's +y, "H" along its +x, so a gateway on a wall has its y axis up,
+    as NeRF²'s has.
+    """
+
+    position: Vector3  # m, world
+    orientation: Quaternion  # unit, (x, y, z, w), gateway frame to world, as scipy's Rotation.from_quat
+    rows: int = 4
+    columns: int = 4
+    spacing: float = 0.5  # wavelengths
+    pattern: str = "iso"
+    polarization: str = "V"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "orientation", _unit(self.orientation))
+
+
+@dataclass(frozen=True)
+class Transmitter:
+    """The moving transmitter: a single antenna anywhere in an axis-aligned box.
+
+    Its frame is Sionna RT's: "V" is along its +z, which is world +z for the identity orientation.
+    """
+
+    region_min: Vector3  # m, world
+    region_max: Vector3  # m, world
+    pattern: str = "iso"
+    polarization: str = "V"
+    orientation: Quaternion = (0.0, 0.0, 0.0, 1.0)  # unit, (x, y, z, w), transmitter frame to world
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "orientation", _unit(self.orientation))
+
+    def corners(self) -> Float[np.ndarray, "8 3"]:
+        """The corners of the region [m]."""
+        axes = zip(self.region_min, self.region_max, strict=True)
+        return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(8, 3)
+
+
+@dataclass(frozen=True)
+class SceneObject:
+    """A triangle mesh in world metres, z up, of one radio material."""
+
+    name: str
+    mesh: Trimesh
+    material: str
+    thickness: float | None = None  # m; overrides the material's
+
+    def __eq__(self, other: object) -> bool:
+        if not isinstance(other, SceneObject):
+            return NotImplemented
+        return (
+            (self.name, self.material, self.thickness) == (other.name, other.material, other.thickness)
+            and np.array_equal(self.mesh.vertices, other.mesh.vertices)
+            and np.array_equal(self.mesh.faces, other.mesh.faces)
+        )
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A place. `materials` holds every material an object is made of, at the scene's frequency."""
+
+    name: str
+    frequency: float  # Hz
+    gateway: Gateway
+    transmitter: Transmitter
+    objects: tuple[SceneObject, ...]
+    materials: dict[str, RadioMaterial]
+
+    @property
+    def wavelength(self) -> float:
+        """λ = c / f [m]."""
+        return SPEED_OF_LIGHT / self.frequency
+
+    @property
+    def bounds(self) -> Float[np.ndarray, "2 3"]:
+        """Lowest and highest corner of all objects [m]."""
+        low = np.min([o.mesh.bounds[0] for o in self.objects], axis=0)
+        high = np.max([o.mesh.bounds[1] for o in self.objects], axis=0)
+        return np.stack([low, high])
+
+
+def validate(scene: Scene, source: str) -> None:
+    """Check what no type can.
+
+    Args:
+        source: where the scene comes from, the start of every message: a file name or a built-in's name.
+
+    Raises:
+        InputError: a number that is not finite, a frequency, size or spacing that is not positive, an
+            unknown pattern or polarisation, an orientation that is not a unit quaternion, an empty or
+            inverted transmitter region, no objects, two of one name, one without triangles or without a
+            known material, or a gateway inside an object.
+    """
+
+    def refuse(message: str) -> None:
+        raise InputError(f"{source}: {message}")
+
+    gateway, transmitter = scene.gateway, scene.transmitter
+    if not (math.isfinite(scene.frequency) and scene.frequency > 0):
+        refuse(f"frequency must be a positive number of hertz, found {scene.frequency}")
+    for where, vector in (
+        ("gateway.position", gateway.position),
+        ("gateway.orientation", gateway.orientation),
+        ("transmitter.orientation", transmitter.orientation),
+        ("transmitter.region.min", transmitter.region_min),
+        ("transmitter.region.max", transmitter.region_max),
+    ):
+        if not np.isfinite(vector).all():
+            refuse(f"{where} must be finite numbers, found {list(vector)}")
+    for end, antenna in (("gateway", gateway), ("transmitter", transmitter)):
+        norm = math.hypot(*antenna.orientation)
+        if abs(norm - 1) > UNIT_TOLERANCE:
+            refuse(
+                f"{end}.orientation must be a unit quaternion (x, y, z, w), found length {norm:.4g} "
+                f"for {list(antenna.orientation)}"
+            )
+        if antenna.pattern not in PATTERNS:
+            refuse(f'unknown {end}.pattern "{antenna.pattern}"; {did_you_mean(antenna.pattern, PATTERNS)}')
+        if antenna.polarization not in POLARIZATIONS:
+            refuse(f'{end}.polarization must be "V" or "H", found "{antenna.polarization}"')
+    if gateway.rows < 1 or gateway.columns < 1:
+        refuse(f"gateway.rows and columns must be at least 1, found {gateway.rows} x {gateway.columns}")
+    if not (math.isfinite(gateway.spacing) and gateway.spacing > 0):
+        refuse(f"gateway.spacing must be a positive number of wavelengths, found {gateway.spacing}")
+    for axis, low, high in zip("xyz", transmitter.region_min, transmitter.region_max, strict=True):
+        if low >= high:
+            refuse(f"transmitter.region must have min below max, found {axis} from {low:g} to {high:g} m")
+
+    if not scene.objects:
+        refuse("a scene needs at least one object, found none")
+    names: set[str] = set()
+    for index, item in enumerate(scene.objects):
+        label = f'objects[{index}] ("{item.name}")'
+        if item.name in names:
+            refuse(f"{label}: every object needs a name of its own, and this one is taken")
+        names.add(item.name)
+        if item.material not in scene.materials:
+            suggestion = did_you_mean(item.material, scene.materials)
+            refuse(f'{label}: unknown material "{item.material}"; {suggestion}')
+        if len(item.mesh.faces) == 0:
+            refuse(f"{label}: the mesh has no triangles")
+        if not np.isfinite(item.mesh.vertices).all():
+            refuse(f"{label}: the mesh has vertices that are not finite numbers")
+        if item.thickness is not None and not (math.isfinite(item.thickness) and item.thickness > 0):
+            refuse(f"{label}: thickness must be a positive number of metres, found {item.thickness}")
+    blocker = blocking_object(scene, np.array([gateway.position], dtype=float))[0]
+    if blocker is not None:
+        refuse(
+            f'gateway.position {list(gateway.position)} lies inside object "{blocker}" '
+            "(a closed mesh counts as the room only where it also holds the whole transmitter region)"
+        )

@@ -1,0 +1,88 @@
+"""Which points lie inside a solid object, where neither a gateway nor a transmitter can be."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import trimesh
+from jaxtyping import Bool, Float
+from trimesh import Trimesh
+
+if TYPE_CHECKING:
+    from scenes.description import Scene
+
+CHUNK = 200_000  # point-triangle pairs at a time: bounds the memory of the solid angles
+
+
+def winding_number(
+    points: Float[np.ndarray, "n 3"], triangles: Float[np.ndarray, "t 3 3"]
+) -> Float[np.ndarray, " n"]:
+    """How often a surface wraps around each point: ±1 inside a closed surface, 0 outside.
+
+    Sum of the triangles' signed solid angles over 4π, each by Van Oosterom and Strackee (1983):
+
+        tan(Ω/2) = a·(b × c) / (|a||b||c| + (a·b)|c| + (b·c)|a| + (c·a)|b|)
+
+    with a, b, c from the point to the corners. Unlike counting a ray's crossings it has no bad directions: a
+    ray along an edge or a face, common among boxes, would be counted wrongly.
+    """
+
+    def dot(u: np.ndarray, v: np.ndarray) -> np.ndarray:
+        return np.einsum("...i,...i->...", u, v)
+
+    total = np.zeros(len(points))
+    step = max(1, CHUNK // len(triangles))
+    for start in range(0, len(points), step):
+        part = slice(start, start + step)
+        a, b, c = np.moveaxis(triangles[None] - points[part, None, None], 2, 0)
+        la, lb, lc = (np.sqrt(dot(x, x)) for x in (a, b, c))
+        numerator = dot(a, np.cross(b, c))
+        ab, bc, ca = dot(a, b), dot(b, c), dot(c, a)
+        omega = 2 * np.arctan2(numerator, la * lb * lc + ab * lc + bc * la + ca * lb)
+        total[part] = omega.sum(axis=1) / (4 * np.pi)
+    return total
+
+
+def closed_parts(mesh: Trimesh) -> list[Trimesh]:
+    """The connected components of `mesh` that bound a volume; sheets and open shells have none."""
+    # Meshes come with corners repeated per face or per normal; unmerged, nothing would look closed.
+    merged = Trimesh(mesh.vertices, mesh.faces, process=False)
+    merged.merge_vertices()
+    parts = list(merged.split(only_watertight=True, repair=False))
+    for part in parts:
+        trimesh.repair.fix_winding(part)  # triangles that face both ways would cancel
+    return parts
+
+
+def _inside(points: Float[np.ndarray, "n 3"], part: Trimesh) -> Bool[np.ndarray, " n"]:
+    low, high = part.bounds
+    inside = np.all((points > low) & (points < high), axis=1)
+    inside[inside] = np.abs(winding_number(points[inside], part.triangles)) > 0.5
+    return inside
+
+
+def blocking_object(scene: Scene, points: Float[np.ndarray, "n 3"]) -> list[str | None]:
+    """The name of the object each point [m, world] lies inside, or None.
+
+    Only closed components of a mesh have an inside. A closed component that holds the gateway and the whole
+    transmitter region is the room, not an obstacle.
+    """
+    # Shrunk by a thousandth, so that a region that reaches the walls is still held by the room.
+    corners = scene.transmitter.corners()
+    corners = corners + 1e-3 * (corners.mean(axis=0) - corners)
+    witnesses = np.vstack([corners, scene.gateway.position])
+    points = np.asarray(points, dtype=float)
+    blocker: list[str | None] = [None] * len(points)
+    for item in scene.objects:
+        for part in closed_parts(item.mesh):
+            if _inside(witnesses, part).all():
+                continue
+            for index in np.flatnonzero(_inside(points, part)):
+                blocker[index] = item.name
+    return blocker
+
+
+def inside_object(scene: Scene, points: Float[np.ndarray, "n 3"]) -> Bool[np.ndarray, " n"]:
+    """Whether each point [m, world] lies inside an object; see `blocking_object`."""
+    return np.array([name is not None for name in blocking_object(scene, points)], dtype=bool)

@@ -1,0 +1,255 @@
+"""A scene as one YAML file beside its meshes."""
+
+from __future__ import annotations
+
+import os
+import re
+import tempfile
+from collections.abc import Callable, Collection
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from trimesh import Trimesh
+
+from scenes.description import Gateway, Scene, SceneObject, Transmitter, validate
+from scenes.errors import InputError, did_you_mean
+from scenes.lab import lab
+from scenes.materials import RadioMaterial, material_names, p2040_material
+from scenes.mesh_import import Y_UP_TO_Z_UP, default_up, read_meshes
+from scenes.shapes import union
+from scenes.yaml_section import Section, UniqueKeyLoader, shown
+
+BUILT_IN: dict[str, Callable[[], Scene]] = {"lab": lab}
+HERTZ = {"hz": 1.0, "khz": 1e3, "mhz": 1e6, "ghz": 1e9}
+
+
+def load_scene(name_or_path: str | Path) -> Scene:
+    """The built-in place of that name, or the scene a .yaml file describes.
+
+    Raises:
+        InputError: neither of the two, or a file `read_scene` refuses.
+    """
+    text = str(name_or_path)
+    if text in BUILT_IN:
+        return BUILT_IN[text]()
+    if text.endswith((".yaml", ".yml")):
+        return read_scene(Path(text))
+    if Path(text).suffix:
+        known = ", ".join(BUILT_IN)
+        raise InputError(f"{text}: not a scene description; expected a .yaml file or one of {known}")
+    raise InputError(f'unknown scene "{text}"; {did_you_mean(text, BUILT_IN)} (or give a .yaml file)')
+
+
+# --- reading -----------------------------------------------------------------------------------------------
+
+
+def _frequency(section: Section) -> float:
+    """Hz, from a number or from a text such as "915 MHz"."""
+    value = section.values["frequency"]
+    match = re.fullmatch(r"\s*([-+.\deE]+?)\s*([kKmMgG]?[hH][zZ])?\s*", str(value))
+    try:
+        frequency = float(match[1]) * HERTZ[(match[2] or "Hz").lower()] if match else 0.0
+    except ValueError:
+        frequency = 0.0
+    if frequency <= 0:
+        raise section.error(f'frequency must be in hertz or such as "915 MHz", found {shown(value)}')
+    return frequency
+
+
+def _gateway(value: object, source: str) -> Gateway:
+    optional = ("rows", "columns", "spacing", "pattern", "polarization")
+    s = Section(value, f"{source}: gateway", ("position", "orientation"), optional)
+    return Gateway(
+        position=s.numbers("position", 3),
+        orientation=s.numbers("orientation", 4),
+        **s.optional(rows=s.count, columns=s.count, spacing=s.number, pattern=s.text, polarization=s.text),
+    )
+
+
+def _transmitter(value: object, source: str) -> Transmitter:
+    s = Section(value, f"{source}: transmitter", ("region",), ("pattern", "polarization", "orientation"))
+    region = Section(s.values["region"], f"{source}: transmitter.region", ("min", "max"))
+    return Transmitter(
+        region_min=region.numbers("min", 3),
+        region_max=region.numbers("max", 3),
+        **s.optional(pattern=s.text, polarization=s.text, orientation=lambda key: s.numbers(key, 4)),
+    )
+
+
+def _material(name: str, value: object, frequency: float, source: str) -> RadioMaterial:
+    """From ε_r and σ, or from a row of P.2040; the rest is optional in both."""
+    where = f"{source}: materials.{name}"
+    optional = ("thickness", "scattering_coefficient", "xpd_coefficient", "color")
+    if isinstance(value, dict) and "p2040" in value:
+        s = Section(value, where, ("p2040",), optional)
+    else:
+        s = Section(value, where, ("relative_permittivity", "conductivity", "thickness"), optional[1:])
+    given = s.optional(
+        relative_permittivity=s.number,
+        conductivity=s.number,
+        thickness=s.number,
+        scattering_coefficient=s.number,
+        xpd_coefficient=s.number,
+        color=lambda key: s.numbers(key, 3),
+    )
+    try:
+        if "p2040" in s.values:
+            given = asdict(p2040_material(s.text("p2040"), frequency)) | given
+        return RadioMaterial(**(given | {"name": name}))
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+
+
+def _p2040(name: str, own: Collection[str], frequency: float) -> RadioMaterial:
+    if name not in material_names():
+        raise InputError(f'unknown material "{name}"; {did_you_mean(name, [*own, *material_names()])}')
+    return p2040_material(name, frequency)
+
+
+def _object(value: object, index: int, folder: Path, source: str) -> SceneObject:
+    name = value.get("name") if isinstance(value, dict) else None
+    where = f"{source}: objects[{index}]" + (f' ("{name}")' if name else "")
+    s = Section(value, where, ("name", "mesh", "material"), ("thickness",))
+    path = folder / s.text("mesh")
+    try:
+        meshes = [mesh for _, mesh in read_meshes(path)]
+    except InputError as error:
+        raise s.error(f"mesh {error}") from None
+    mesh = union(*meshes)
+    if default_up(path) == "y":
+        mesh.apply_transform(Y_UP_TO_Z_UP)
+    return SceneObject(s.text("name"), mesh, s.text("material"), **s.optional(thickness=s.number))
+
+
+def read_scene(path: str | Path) -> Scene:
+    """Read a scene YAML; docs/format.md lists its keys, `write_scene` writes an example of each.
+
+    Mesh paths are relative to the file. Meshes are in world metres and z up (glTF: metres and y up, as its
+    specification says). An object's material is a key of `materials` or a name of ITU-R P.2040.
+
+    Raises:
+        InputError: no such file, malformed YAML, a key that is unknown, missing or of the wrong type, an
+            unknown material, a mesh that cannot be read, or a scene that `validate` refuses.
+    """
+    path = Path(path)
+    try:
+        values = yaml.load(path.read_text(encoding="utf-8"), Loader=UniqueKeyLoader)
+    except FileNotFoundError:
+        raise InputError(f"{path}: no such file") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: cannot be read ({error})") from None
+    except yaml.MarkedYAMLError as error:
+        line = f" line {error.problem_mark.line + 1}:" if error.problem_mark else ""
+        raise InputError(f"{path}:{line} malformed YAML, {error.problem}") from None
+    except yaml.YAMLError as error:
+        raise InputError(f"{path}: malformed YAML, {' '.join(str(error).split())}") from None
+
+    source = str(path)
+    s = Section(values, source, ("name", "frequency", "gateway", "transmitter", "objects"), ("materials",))
+    frequency = _frequency(s)
+    own = s.values.get("materials") or {}
+    if not isinstance(own, dict):
+        raise s.error(f"materials must be a mapping from names to values, found {shown(own)}")
+    listed = s.values["objects"]
+    if not isinstance(listed, list):
+        raise s.error(f"objects must be a list, found {shown(listed)}")
+    objects = tuple(_object(value, i, path.parent, source) for i, value in enumerate(listed))
+
+    known = {str(name): _material(str(name), value, frequency, source) for name, value in own.items()}
+    materials = {}
+    for index, item in enumerate(objects):
+        try:
+            if item.material not in known:
+                known[item.material] = _p2040(item.material, known, frequency)
+            materials[item.material] = known[item.material]
+        except InputError as error:
+            raise InputError(f'{source}: objects[{index}] ("{item.name}"): {error}') from None
+
+    gateway = _gateway(s.values["gateway"], source)
+    transmitter = _transmitter(s.values["transmitter"], source)
+    scene = Scene(s.text("name"), frequency, gateway, transmitter, objects, materials)
+    validate(scene, source)
+    return scene
+
+
+# --- writing -----------------------------------------------------------------------------------------------
+
+
+def write_scene(scene: Scene, folder: str | Path) -> Path:
+    """Write folder/scene.yaml and folder/meshes/<object>.ply; read back, the scene is equal.
+
+    The same scene gives the same bytes. The YAML appears last and at once, so a folder that has one is whole.
+
+    Raises:
+        InputError: the folder has a scene.yaml already, or `validate` refuses the scene.
+    """
+    folder = Path(folder)
+    path = folder / "scene.yaml"
+    if path.exists():
+        raise InputError(f"{path}: exists already and is never overwritten; give another folder")
+    validate(scene, str(path))
+    objects, used = [], set()
+    for item in scene.objects:
+        stem = re.sub(r"[^\w.-]+", "_", item.name).strip(".") or "object"
+        while stem.lower() in used:  # names that differ in case or punctuation only
+            stem += "_"
+        used.add(stem.lower())
+        mesh = f"meshes/{stem}.ply"
+        _write_atomically(folder / mesh, _ply(item.mesh))
+        entry: dict[str, Any] = {"name": item.name, "mesh": mesh, "material": item.material}
+        objects.append(entry | ({} if item.thickness is None else {"thickness": item.thickness}))
+    values = {
+        "name": scene.name,
+        "frequency": scene.frequency,
+        "gateway": asdict(scene.gateway),
+        "transmitter": {
+            "region": {"min": scene.transmitter.region_min, "max": scene.transmitter.region_max},
+            **{k: v for k, v in asdict(scene.transmitter).items() if not k.startswith("region")},
+        },
+        "materials": {
+            name: {k: v for k, v in asdict(material).items() if k != "name"}
+            for name, material in scene.materials.items()
+        },
+        "objects": objects,
+    }
+    style: dict[str, Any] = {"sort_keys": False, "default_flow_style": None, "allow_unicode": True}
+    text = yaml.safe_dump(_plain(values), width=110, **style)
+    _write_atomically(path, text.encode())
+    return path
+
+
+def _plain(value: Any) -> Any:
+    """Tuples as lists and numpy scalars as Python's, which is all that YAML knows."""
+    if isinstance(value, dict):
+        return {key: _plain(v) for key, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _ply(mesh: Trimesh) -> bytes:
+    """Binary PLY in double precision: trimesh's own writer rounds to single, so would change the scene."""
+    header = (
+        "ply\nformat binary_little_endian 1.0\n"
+        f"element vertex {len(mesh.vertices)}\nproperty double x\nproperty double y\nproperty double z\n"
+        f"element face {len(mesh.faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    faces = np.zeros(len(mesh.faces), dtype=[("count", "<u1"), ("index", "<i4", 3)])
+    faces["count"], faces["index"] = 3, mesh.faces
+    return header.encode() + np.asarray(mesh.vertices, dtype="<f8").tobytes() + faces.tobytes()
+
+
+def _write_atomically(path: Path, content: bytes) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        with os.fdopen(handle, "wb") as file:
+            file.write(content)
+        os.chmod(temporary, 0o644)  # mkstemp's 0600 would hide the file from others
+        os.replace(temporary, path)
+    except BaseException:
+        os.unlink(temporary)
+        raise

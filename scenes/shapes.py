@@ -1,0 +1,70 @@
+"""The solids and sheets that built-in places are made of, as triangle meshes in metres."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+import trimesh
+from scipy.spatial.transform import Rotation
+from trimesh import Trimesh
+
+Vector3 = Sequence[float]
+
+
+def box(low: Vector3, high: Vector3) -> Trimesh:
+    """Closed axis-aligned box between two corners: 8 vertices, 12 triangles, normals outwards."""
+    return trimesh.creation.box(bounds=np.array([low, high], dtype=float))
+
+
+def cylinder(base: Vector3, radius: float, height: float, sides: int = 12) -> Trimesh:
+    """Closed upright prism with `sides` faces, standing on the centre of its `base`, normals outwards.
+
+    Few sides on purpose: every face is one more reflecting plane for the ray tracer.
+    """
+    mesh = trimesh.creation.cylinder(radius=radius, height=height, sections=sides)
+    x, y, z = base
+    return mesh.apply_translation([x, y, z + height / 2])
+
+
+def sheet(corner: Vector3, u: Vector3, v: Vector3, openings: Sequence[Sequence[float]] = ()) -> Trimesh:
+    """Rectangle corner + s·u + t·v, s and t in [0, 1], one triangle thick, normal along u × v.
+
+    Args:
+        corner, u, v: metres; u and v are perpendicular, each as long as its side.
+        openings: rectangles left out, each (s0, s1, t0, t1) in metres along u and v from the corner;
+            they must not overlap.
+    """
+    width, height = float(np.linalg.norm(u)), float(np.linalg.norm(v))
+    # Cut along every edge of every opening and keep the cells that lie in none: no overlap, no T-junction.
+    s_cuts = sorted({0.0, width, *(s for o in openings for s in o[:2])})
+    t_cuts = sorted({0.0, height, *(t for o in openings for t in o[2:])})
+    cells = [
+        (s, t)
+        for s in pairwise(s_cuts)
+        for t in pairwise(t_cuts)
+        if not any(s0 < sum(s) / 2 < s1 and t0 < sum(t) / 2 < t1 for s0, s1, t0, t1 in openings)
+    ]
+    corners = [(s, t) for (s0, s1), (t0, t1) in cells for s, t in ((s0, t0), (s1, t0), (s1, t1), (s0, t1))]
+    vertices = np.asarray(corner) + np.array(corners) / [width, height] @ np.array([u, v], dtype=float)
+    faces = np.concatenate([[[k, k + 1, k + 2], [k, k + 2, k + 3]] for k in range(0, len(vertices), 4)])
+    mesh = Trimesh(vertices, faces, process=False)
+    mesh.merge_vertices()
+    return mesh
+
+
+def union(*parts: Trimesh) -> Trimesh:
+    """Several parts as one mesh. Parts stay separate shells: leave a gap rather than let them touch."""
+    offsets = np.cumsum([0, *(len(p.vertices) for p in parts[:-1])])
+    faces = [p.faces + offset for p, offset in zip(parts, offsets, strict=True)]
+    return Trimesh(np.vstack([p.vertices for p in parts]), np.vstack(faces), process=False)
+
+
+def turned(mesh: Trimesh, degrees: float) -> Trimesh:
+    """A copy turned about the vertical through its centre."""
+    matrix = np.eye(4)
+    matrix[:3, :3] = Rotation.from_euler("z", degrees, degrees=True).as_matrix()
+    centre = mesh.bounds.mean(axis=0)
+    matrix[:3, 3] = centre - matrix[:3, :3] @ centre
+    return mesh.copy().apply_transform(matrix)

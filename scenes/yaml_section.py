@@ -1,0 +1,85 @@
+"""Reading a YAML mapping by hand-written rules, so that every mistake is told with its place."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection
+from typing import Any
+
+import yaml
+
+from scenes.errors import InputError, did_you_mean
+
+
+class UniqueKeyLoader(yaml.SafeLoader):
+    """PyYAML's safe loader, except that a key given twice is an error and not a silent last-one-wins."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        seen = set()
+        for key, _ in node.value:
+            if key.value in seen:
+                raise yaml.MarkedYAMLError(problem=f'key "{key.value}" twice', problem_mark=key.start_mark)
+            seen.add(key.value)
+        return super().construct_mapping(node, deep)
+
+
+class Section:
+    """One mapping of a YAML file: its keys are checked at once, its values as they are read.
+
+    `where` is the mapping's place in the file, the start of every message. Every reader raises `InputError`
+    where the value has the wrong type.
+    """
+
+    def __init__(
+        self, value: object, where: str, required: Collection[str], optional: Collection[str] = ()
+    ) -> None:
+        self.where = where
+        if not isinstance(value, dict):
+            raise self.error(f"expected a mapping with {', '.join(required)}, found {shown(value)}")
+        for key in value:
+            if key not in required and key not in optional:
+                raise self.error(f'unknown key "{key}"; {did_you_mean(key, [*required, *optional])}')
+        for key in required:
+            if key not in value:
+                raise self.error(f'missing key "{key}"')
+        self.values: dict[str, Any] = value
+
+    def error(self, message: str) -> InputError:
+        return InputError(f"{self.where}: {message}")
+
+    def text(self, key: str) -> str:
+        value = self.values[key]
+        if not isinstance(value, str) or not value:
+            raise self.error(f"{key} must be a text, found {shown(value)}")
+        return value
+
+    def number(self, key: str) -> float:
+        return self._number(self.values[key], key)
+
+    def numbers(self, key: str, count: int) -> Any:
+        value = self.values[key]
+        if not isinstance(value, list) or len(value) != count:
+            raise self.error(f"{key} must be a list of {count} numbers, found {shown(value)}")
+        return tuple(self._number(v, f"{key}[{i}]") for i, v in enumerate(value))
+
+    def count(self, key: str) -> int:
+        value = self.values[key]
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise self.error(f"{key} must be a whole number, found {shown(value)}")
+        return value
+
+    def optional(self, **readers: Callable[[str], Any]) -> dict[str, Any]:
+        """The keys that are there, each read by its reader; for the others the dataclass has its default."""
+        return {key: read(key) for key, read in readers.items() if key in self.values}
+
+    def _number(self, value: object, key: str) -> float:
+        # YAML 1.1 reads 915e6 and 1e-3, without a point and a signed exponent, as text.
+        try:
+            if not isinstance(value, int | float | str) or isinstance(value, bool):
+                raise ValueError
+            return float(value)
+        except ValueError:
+            raise self.error(f"{key} must be a number, found {shown(value)}") from None
+
+
+def shown(value: object) -> str:
+    return "nothing" if value is None else repr(value)

@@ -1,0 +1,359 @@
+"""The NeRF² dataset folder: reader, checker and writer. docs/format.md describes every file.
+
+Rows of ``tx_pos.csv`` and pictures are numbered from 1; everything in memory is numbered from 0.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from io import BytesIO, StringIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from jaxtyping import Complex, Float, Int, UInt8
+from PIL import Image
+
+from scenes.errors import InputError
+from simulate.spectrum import PlanarArray
+
+ROWS, COLUMNS = 90, 360
+UNIT_TOLERANCE = 1e-3
+"""How far a quaternion's length may be from 1."""
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """A NeRF² dataset folder in memory; K spectra.
+
+    Attributes:
+        folder: where it was read from.
+        names: the pictures' zero-padded names, e.g. "00001".
+        pictures: 8-bit pictures, min–max normalised magnitude, row 0 = 1° elevation.
+        positions: transmitter positions, metres, world frame.
+        gateway_position: metres, world frame.
+        gateway_orientation: unit quaternion (x, y, z, w), gateway frame to world.
+        train: indices of the folder's own training spectra.
+        test: indices of the folder's own test spectra.
+        channels: complex element responses, where the folder has them (ours do).
+        metadata: metadata.json, where the folder has one (ours do), else empty.
+    """
+
+    folder: Path
+    names: list[str]
+    pictures: UInt8[np.ndarray, "K 90 360"]
+    positions: Float[np.ndarray, "K 3"]
+    gateway_position: Float[np.ndarray, "3"]
+    gateway_orientation: Float[np.ndarray, "4"]
+    train: Int[np.ndarray, "K_train"]
+    test: Int[np.ndarray, "K_test"]
+    channels: Complex[np.ndarray, "K elements"] | None = None
+    metadata: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def array(self) -> PlanarArray:
+        """The array of metadata.json; the half-wavelength 4 × 4 of NeRF² for folders without any."""
+        return PlanarArray(**self.metadata.get("array", {}))
+
+    @property
+    def spectra(self) -> Float[np.ndarray, "K 90 360"]:
+        """Pictures as numbers in 0…1, the way every published loader reads them."""
+        return self.pictures.astype(np.float32) / 255
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """What ``inspect`` found: problems make a folder unusable, warnings do not."""
+
+    problems: list[str]
+    warnings: list[str]
+    dataset: Dataset | None
+
+
+def read_dataset(folder: Path | str) -> Dataset:
+    """Read and check a NeRF² dataset folder.
+
+    Raises:
+        InputError: the first problem ``inspect`` finds.
+    """
+    inspection = inspect(Path(folder))
+    if inspection.dataset is None:
+        more = f" ({len(inspection.problems) - 1} more problems)" if len(inspection.problems) > 1 else ""
+        raise InputError(inspection.problems[0] + more)
+    return inspection.dataset
+
+
+def inspect(folder: Path) -> Inspection:
+    """Read a folder, collecting every problem instead of stopping at the first."""
+    problems: list[str] = []
+    warnings: list[str] = []
+    if not folder.is_dir():
+        return Inspection([f"{folder}: expected a dataset folder, found {_kind(folder)}"], [], None)
+
+    positions = _read_positions(folder / "tx_pos.csv", problems)
+    names, pictures = _read_pictures(folder / "spectrum", problems)
+    gateway_position, gateway_orientation = _read_gateway(folder / "gateway_info.yml", problems)
+    train = _read_index(folder / "train_index.txt", names, problems)
+    test = _read_index(folder / "test_index.txt", names, problems)
+    metadata = _read_metadata(folder / "metadata.json", problems)
+
+    numbers = np.array([int(name) for name in names], dtype=int)
+    if positions is not None and len(names):
+        without_row = [name for name, number in zip(names, numbers, strict=True) if number > len(positions)]
+        if without_row:
+            problems.append(
+                f"{folder / 'tx_pos.csv'}: expected a row for each of the {len(names)} pictures, found "
+                f"{len(positions)} rows; spectrum/{without_row[0]}.png has none"
+            )
+        if len(positions) > len(names):
+            warnings.append(f"tx_pos.csv has {len(positions)} rows for {len(names)} pictures")
+    both = sorted(set(train) & set(test))
+    if both:
+        problems.append(
+            f"{folder / 'test_index.txt'}: expected names that are not in train_index.txt, found "
+            f"{names[both[0]]} in both ({len(both)} in all)"
+        )
+    for label, index in (("train_index.txt", train), ("test_index.txt", test)):
+        if len(set(index)) < len(index):
+            warnings.append(f"{label} names {len(index) - len(set(index))} spectra more than once")
+    unused = len(names) - len(set(train) | set(test))
+    if unused and not problems:
+        warnings.append(f"{unused} spectra are in neither train_index.txt nor test_index.txt")
+
+    channels = _read_channels(
+        folder / "channels.npz", len(positions) if positions is not None else 0, problems
+    )
+    if problems or positions is None:
+        return Inspection(problems, warnings, None)
+    rows = numbers - 1
+    dataset = Dataset(
+        folder=folder,
+        names=names,
+        pictures=pictures,
+        positions=positions[rows],
+        gateway_position=gateway_position,
+        gateway_orientation=gateway_orientation,
+        train=np.array(train, dtype=int),
+        test=np.array(test, dtype=int),
+        channels=None if channels is None else channels[rows],
+        metadata=metadata,
+    )
+    return Inspection(problems, warnings, dataset)
+
+
+def _kind(path: Path) -> str:
+    return "a file" if path.is_file() else "nothing there"
+
+
+def _read_positions(path: Path, problems: list[str]) -> Float[np.ndarray, "K 3"] | None:
+    if not path.is_file():
+        problems.append(f"{path}: expected the transmitter positions, found no such file")
+        return None
+    with path.open(newline="", encoding="utf-8-sig") as file:
+        rows = list(csv.reader(file))
+    if not rows or [name.strip() for name in rows[0]] != ["x", "y", "z"]:
+        found = ",".join(rows[0]) if rows else "an empty file"
+        problems.append(f"{path}, row 1: expected the header x,y,z, found {found}")
+        return None
+    positions = []
+    for number, row in enumerate(rows[1:], start=1):
+        try:
+            point = [float(value) for value in row]
+        except ValueError:
+            point = []
+        if len(point) != 3 or not np.isfinite(point).all():
+            problems.append(
+                f"{path}, position {number} (line {number + 1}): expected three finite numbers in metres, "
+                f"found {','.join(row) or 'an empty line'}"
+            )
+            return None
+        positions.append(point)
+    return np.array(positions, dtype=float).reshape(-1, 3)
+
+
+def _read_pictures(folder: Path, problems: list[str]) -> tuple[list[str], UInt8[np.ndarray, "K 90 360"]]:
+    nothing = np.zeros((0, ROWS, COLUMNS), np.uint8)
+    if not folder.is_dir():
+        problems.append(f"{folder}: expected a folder of pictures, found {_kind(folder)}")
+        return [], nothing
+    files = sorted(
+        (path for path in folder.glob("*.png") if path.stem.isdecimal() and int(path.stem) > 0),
+        key=lambda path: int(path.stem),
+    )
+    if not files:
+        problems.append(f"{folder}: expected pictures 00001.png and on, found none")
+    pictures = np.zeros((len(files), ROWS, COLUMNS), np.uint8)
+    for index, path in enumerate(files):
+        try:
+            pictures[index] = read_picture(path)
+        except InputError as error:
+            problems.append(str(error))
+    return [path.stem for path in files], pictures
+
+
+def read_picture(path: Path) -> UInt8[np.ndarray, "90 360"]:
+    """Read one 8-bit grey spectrum picture.
+
+    Raises:
+        InputError: not a readable PNG, or not 360 × 90 pixels of 8-bit grey.
+    """
+    try:
+        with Image.open(path) as image:
+            image.load()
+            if image.size != (COLUMNS, ROWS) or image.mode != "L":
+                raise InputError(
+                    f"{path}: expected {COLUMNS} × {ROWS} pixels of 8-bit grey (mode L), found "
+                    f"{image.size[0]} × {image.size[1]} of mode {image.mode}"
+                )
+            return np.asarray(image)
+    except (OSError, SyntaxError) as error:
+        raise InputError(f"{path}: expected a whole PNG picture, found a damaged one ({error})") from error
+
+
+def _read_index(path: Path, names: list[str], problems: list[str]) -> list[int]:
+    if not path.is_file():
+        problems.append(f"{path}: expected one picture name per line, found no such file")
+        return []
+    where = {name: index for index, name in enumerate(names)}
+    index = []
+    for number, name in enumerate(path.read_text().split(), start=1):
+        if name not in where:
+            problems.append(
+                f"{path}, row {number}: expected the name of a picture, found {name}, which is not there"
+            )
+        else:
+            index.append(where[name])
+    return index
+
+
+def read_index(path: Path, dataset: Dataset) -> Int[np.ndarray, "n"]:
+    """Indices into ``dataset`` of the names in an index file.
+
+    Raises:
+        InputError: the file is missing, empty, or names a picture that is not there.
+    """
+    problems: list[str] = []
+    index = _read_index(path, dataset.names, problems)
+    if not index and not problems:
+        problems.append(f"{path}: expected one picture name per line, found an empty file")
+    if problems:
+        raise InputError(problems[0])
+    return np.array(index, dtype=int)
+
+
+def _read_gateway(path: Path, problems: list[str]) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "4"]]:
+    nowhere = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
+    if not path.is_file():
+        problems.append(f"{path}: expected the gateway's position and orientation, found no such file")
+        return nowhere
+    try:
+        gateway = yaml.safe_load(path.read_text())["gateway1"]
+        position = np.array(gateway["position"], dtype=float)
+        orientation = np.array(gateway["orientation"], dtype=float)
+        if (
+            position.shape != (3,)
+            or orientation.shape != (4,)
+            or not np.isfinite([*position, *orientation]).all()
+        ):
+            raise ValueError
+    except (yaml.YAMLError, KeyError, TypeError, ValueError):
+        problems.append(
+            f"{path}: expected gateway1 with position [x, y, z] and orientation [x, y, z, w], found something else"
+        )
+        return nowhere
+    length = float(np.linalg.norm(orientation))
+    if abs(length - 1) > UNIT_TOLERANCE:
+        problems.append(
+            f"{path}, gateway1: expected an orientation quaternion of unit length, found length {length:.4g}"
+        )
+        return nowhere
+    return position, orientation / length
+
+
+def _read_metadata(path: Path, problems: list[str]) -> dict[str, Any]:
+    if not path.is_file():
+        return {}
+    try:
+        metadata = json.loads(path.read_text())
+        PlanarArray(**metadata.get("array", {}))
+    except (ValueError, TypeError, AttributeError) as error:
+        problems.append(
+            f"{path}: expected a JSON object whose array has rows, columns, spacing, found {error}"
+        )
+        return {}
+    return metadata
+
+
+def _read_channels(path: Path, rows: int, problems: list[str]) -> Complex[np.ndarray, "K elements"] | None:
+    if not path.is_file():
+        return None
+    try:
+        with np.load(path) as archive:
+            channels = archive["channels"]
+    except (OSError, ValueError, KeyError, EOFError) as error:
+        problems.append(f"{path}: expected an npz archive with the array channels, found {error}")
+        return None
+    if channels.ndim != 2 or len(channels) != rows:
+        problems.append(f"{path}: expected channels of {rows} positions, found shape {channels.shape}")
+        return None
+    return channels
+
+
+def write_atomically(path: Path, content: bytes) -> None:
+    """Write a file so that a reader, or a run killed at any moment, sees the old one or the whole new one."""
+    temporary = path.with_name(path.name + ".tmp")
+    with temporary.open("wb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
+    os.replace(temporary, path)
+
+
+def write_picture(path: Path, picture: UInt8[np.ndarray, "90 360"]) -> None:
+    """Write one spectrum picture as an 8-bit grey PNG, atomically."""
+    buffer = BytesIO()
+    Image.fromarray(picture, mode="L").save(buffer, format="PNG")
+    write_atomically(path, buffer.getvalue())
+
+
+def write_positions(path: Path, positions: Float[np.ndarray, "K 3"]) -> None:
+    """Write tx_pos.csv: metres to a tenth of a millimetre more than any tape measures (6 decimals)."""
+    text = StringIO()
+    text.write("x,y,z\n")
+    np.savetxt(text, positions, fmt="%.6f", delimiter=",")
+    write_atomically(path, text.getvalue().encode())
+
+
+def write_index(path: Path, names: Sequence[str]) -> None:
+    """Write train_index.txt or test_index.txt."""
+    write_atomically(path, "".join(f"{name}\n" for name in names).encode())
+
+
+def write_gateway(
+    path: Path, dataset_name: str, position: Sequence[float], orientation: Sequence[float]
+) -> None:
+    """Write gateway_info.yml."""
+    text = (
+        f"dataset_name: {dataset_name}\n"
+        "gateway1:\n"
+        f"  position: [{', '.join(f'{value:.6f}' for value in position)}]\n"
+        f"  orientation: [{', '.join(f'{value:.9f}' for value in orientation)}]  # x, y, z, w\n"
+    )
+    write_atomically(path, text.encode())
+
+
+def write_channels(path: Path, channels: Complex[np.ndarray, "K elements"]) -> None:
+    """Write channels.npz: complex64 element responses, un-normalised."""
+    buffer = BytesIO()
+    np.savez(buffer, channels=channels.astype(np.complex64))
+    write_atomically(path, buffer.getvalue())
+
+
+def write_metadata(path: Path, metadata: dict[str, Any]) -> None:
+    """Write metadata.json."""
+    write_atomically(path, (json.dumps(metadata, indent=2, ensure_ascii=False) + "\n").encode())

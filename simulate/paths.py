@@ -1,0 +1,173 @@
+"""Everything that touches Sionna RT's internals: candidate chains in, element responses out.
+
+``PathSolver`` is three steps: a generator shoots rays to find candidate chains of interactions, the image method
+turns each candidate into an exact path or discards it, the field calculator gives its coefficient and delay. We call
+the steps one by one, so that chains found once serve every element and transmitter (``simulate.chains``).
+
+Sionna RT is pinned to 2.2.0 for this file; tests/simulate/test_paths.py compares it with the public ``PathSolver``.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+import sionna.rt as rt
+from jaxtyping import Complex, Int, UInt32
+from sionna.rt.path_solvers.field_calculator import FieldCalculator
+from sionna.rt.path_solvers.image_method import ImageMethod
+from sionna.rt.path_solvers.paths_buffer import PathsBuffer
+from sionna.rt.path_solvers.sb_deterministic import SBDeterministicCandidateGenerator
+
+from simulate.propagation import Propagation
+from simulate.sionna_scene import Antennas
+
+SPECULAR = int(rt.InteractionType.SPECULAR)
+NONE = int(rt.InteractionType.NONE)
+
+
+@dataclass(frozen=True)
+class Interactions:
+    """Chains of interactions, source to target; unused depths at the end hold ``NONE``.
+
+    Attributes:
+        types: Sionna's ``InteractionType`` of each.
+        shapes: Sionna's object identifier.
+        triangles: index of the object's triangle.
+    """
+
+    types: UInt32[np.ndarray, "n depth"]
+    shapes: UInt32[np.ndarray, "n depth"]
+    triangles: UInt32[np.ndarray, "n depth"]
+
+    def __len__(self) -> int:
+        return len(self.types)
+
+
+def shoot(
+    sionna: rt.Scene, sources: Antennas, targets: Antennas, propagation: Propagation, room: int
+) -> PathsBuffer:
+    """Shoot and bounce rays from the sources: candidate paths to the targets, the same ones every time.
+
+    Args:
+        room: most candidates kept per source. Also, above a million, the size of the table in which Sionna tells
+            new chains from known ones by their hash: two chains that collide in one table rarely do in another.
+    """
+    buffer = SBDeterministicCandidateGenerator()(
+        mi_scene=sionna.mi_scene,
+        src_positions=sources.points,
+        tgt_positions=targets.points,
+        samples_per_src=propagation.rays,
+        max_num_paths_per_src=room,
+        max_depth=propagation.max_depth,
+        los=propagation.los,
+        specular_reflection=propagation.specular,
+        diffuse_reflection=propagation.diffuse,
+        refraction=propagation.refraction,
+        diffraction=propagation.diffraction,
+        edge_diffraction=False,
+        seed=propagation.seed,
+    )
+    buffer.schedule()
+    dr.eval()
+    buffer.shrink()
+    return buffer
+
+
+def candidates(
+    interactions: Interactions, vertices: dict[int, np.ndarray], sources: int, targets: int
+) -> PathsBuffer:
+    """Every chain between every source and every target, as candidates for ``refine``.
+
+    Args:
+        vertices: for each object identifier, one vertex of each of its triangles, [triangles, 3], metres.
+    """
+    count, depth = interactions.types.shape
+    on_plane = np.zeros((count, depth, 3), np.float32)
+    for shape in np.unique(interactions.shapes[interactions.types == SPECULAR]):
+        where = interactions.shapes == shape
+        on_plane[where] = vertices[int(shape)][interactions.triangles[where]]
+
+    # Targets slowest, elements fastest: neighbouring rays run side by side.
+    lanes = dr.arange(mi.UInt, targets * count * sources)
+    chain = (lanes // sources) % count
+    buffer = PathsBuffer(targets * count * sources, depth, diffraction=False)
+    buffer._src_indices = lanes % sources
+    buffer._tgt_indices = lanes // (sources * count)
+    entries = dr.repeat(chain, depth) * depth + dr.tile(dr.arange(mi.UInt, depth), dr.width(lanes))
+    shape = (dr.width(lanes), depth)
+
+    def spread(kind, tensor, table):
+        return tensor(dr.gather(kind, kind(np.ascontiguousarray(table).ravel()), entries), shape=shape)
+
+    buffer._interaction_types = spread(mi.UInt, mi.TensorXu, interactions.types)
+    buffer._shapes = spread(mi.UInt, mi.TensorXu, interactions.shapes)
+    buffer._primitives = spread(mi.UInt, mi.TensorXu, interactions.triangles)
+    buffer._vertices_x = spread(mi.Float, mi.TensorXf, on_plane[..., 0])
+    buffer._vertices_y = spread(mi.Float, mi.TensorXf, on_plane[..., 1])
+    buffer._vertices_z = spread(mi.Float, mi.TensorXf, on_plane[..., 2])
+    buffer.schedule()
+    dr.eval()
+    return buffer
+
+
+def refine(
+    sionna: rt.Scene, buffer: PathsBuffer, sources: Antennas, targets: Antennas, propagation: Propagation
+) -> PathsBuffer:
+    """Exact paths by the image method; candidates that are blocked or miss their surfaces are marked invalid."""
+    return ImageMethod()(
+        scene=sionna.mi_scene,
+        paths=buffer,
+        diffraction=propagation.diffraction,
+        diffraction_lit_region=True,
+        src_positions=sources.points,
+        tgt_positions=targets.points,
+    )
+
+
+def interactions_of(buffer: PathsBuffer) -> Interactions:
+    """The buffer's chains as arrays; after ``refine`` of valid paths: what was really hit."""
+    return Interactions(buffer.interaction_types.numpy(), buffer.shapes.numpy(), buffer.primitives.numpy())
+
+
+def keep(buffer: PathsBuffer, wanted: Int[np.ndarray, "paths"] | np.ndarray) -> PathsBuffer:
+    """The valid paths among those wanted (a mask over the buffer)."""
+    buffer.valid = buffer.valid & mi.Bool(wanted)
+    buffer.discard_invalid()
+    return buffer
+
+
+def responses(
+    sionna: rt.Scene, buffer: PathsBuffer, sources: Antennas, targets: Antennas, propagation: Propagation
+) -> Complex[np.ndarray, "targets sources"]:
+    """Sum of the paths between each source and target: y = Σ a e^{-j2πfτ}, complex128.
+
+    a is Sionna's coefficient, which contains the free-space factor λ/4π: |y|² is the channel gain.
+    """
+    result = np.zeros(len(targets) * len(sources), np.complex128)
+    if buffer.buffer_size == 0:
+        return result.reshape(len(targets), len(sources))
+    buffer = FieldCalculator()(
+        wavelength=sionna.wavelength,
+        paths=buffer,
+        samples_per_src=propagation.rays,
+        diffraction=propagation.diffraction,
+        src_positions=sources.points,
+        tgt_positions=targets.points,
+        src_orientations=sources.orientations,
+        tgt_orientations=targets.orientations,
+        src_antenna_patterns=[sources.pattern],
+        tgt_antenna_patterns=[targets.pattern],
+    )
+    coefficient = buffer.a[0][0]
+    valid = buffer.valid.numpy()
+    amplitude = (coefficient.real.numpy() + 1j * coefficient.imag.numpy())[valid]
+    delay = buffer.tau.numpy()[valid].astype(np.float64)
+    # In double precision: over a room the carrier turns some tens of times.
+    values = amplitude * np.exp(-2j * np.pi * float(sionna.frequency[0]) * delay)
+    lane = buffer.target_indices.numpy()[valid].astype(np.int64) * len(sources)
+    lane += buffer.source_indices.numpy()[valid]
+    np.add.at(result, lane, values)
+    return result.reshape(len(targets), len(sources))

@@ -1,0 +1,140 @@
+"""Where the transmitter stands: uniformly, on a grid, along a smooth path, or as a CSV says; never inside an object."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float
+from scipy.interpolate import CubicSpline
+
+from scenes.description import Scene
+from scenes.errors import InputError
+from scenes.occupancy import blocking_object, inside_object
+
+Placement = Literal["uniform", "grid", "path"]
+
+PATH_STEP = 0.008
+"""Metres between consecutive positions of ``path``: the median step of the measured RFID data."""
+
+
+def place(scene: Scene, kind: Placement, count: int, seed: int) -> Float[np.ndarray, "count 3"]:
+    """Transmitter positions in the scene's region, metres, world frame; none inside an object.
+
+    Args:
+        kind: ``uniform`` draws them at random; ``grid`` fills the region evenly, then drops what is inside objects;
+            ``path`` walks a smooth random curve through the region, as a measurement does.
+        count: how many. ``grid`` may return fewer, having no other places to go to.
+        seed: of the random choices.
+
+    Raises:
+        InputError: the region has no free place.
+    """
+    generator = np.random.default_rng(seed)
+    region = np.array([scene.transmitter.region_min, scene.transmitter.region_max])
+    if kind == "uniform":
+        return free_positions(scene, region, count, generator)
+    if kind == "grid":
+        positions = _grid(region, count)
+        positions = positions[~inside_object(scene, positions)]
+        if not len(positions):
+            raise _no_room(scene)
+        return positions
+    return _smooth_path(scene, region, count, generator)
+
+
+def free_positions(
+    scene: Scene, region: Float[np.ndarray, "2 3"], count: int, generator: np.random.Generator
+) -> Float[np.ndarray, "count 3"]:
+    """Uniform positions in a box, outside every object.
+
+    Raises:
+        InputError: fewer than one in a hundred tries is free.
+    """
+    low, high = region
+    free = np.zeros((0, 3))
+    for _ in range(100):
+        tries = low + (high - low) * generator.random((count, 3))
+        free = np.concatenate([free, tries[~inside_object(scene, tries)]])
+        if len(free) >= count:
+            return free[:count]
+    raise _no_room(scene)
+
+
+def _no_room(scene: Scene) -> InputError:
+    return InputError(f"{scene.name}: the transmitter region has no room outside the objects in it")
+
+
+def _grid(region: Float[np.ndarray, "2 3"], count: int) -> Float[np.ndarray, "n 3"]:
+    """Cell centres of the most cubic grid with at most ``count`` cells, and at least one."""
+    size = region[1] - region[0]
+    step = (size.prod() / count) ** (1 / 3)
+    cells = np.maximum(1, np.floor(size / step).astype(int))
+    axes = [
+        low + (np.arange(n) + 0.5) * extent / n for low, extent, n in zip(region[0], size, cells, strict=True)
+    ]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+
+
+def _smooth_path(
+    scene: Scene, region: Float[np.ndarray, "2 3"], count: int, generator: np.random.Generator
+) -> Float[np.ndarray, "count 3"]:
+    """Points ``PATH_STEP`` apart on a cubic spline through random way points, skipping what is inside objects."""
+    low, high = region
+    positions = np.zeros((0, 3))
+    for _ in range(20):
+        # The way is about a region's diagonal per two way points; what is missing is walked on the next try.
+        needed = (count - len(positions)) * PATH_STEP
+        way_points = 4 + int(3 * needed / np.linalg.norm(high - low))
+        spline = CubicSpline(np.arange(way_points), low + (high - low) * generator.random((way_points, 3)))
+        fine = spline(np.linspace(0, way_points - 1, 400 * way_points)).clip(low, high)
+        walked = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(fine, axis=0), axis=1))])
+        stops = np.arange(0, walked[-1], PATH_STEP)
+        path = np.stack([np.interp(stops, walked, fine[:, axis]) for axis in range(3)], axis=-1)
+        positions = np.concatenate([positions, path[~inside_object(scene, path)]])
+        if len(positions) >= count:
+            return positions[:count]
+    raise _no_room(scene)
+
+
+def read_positions(path: Path, scene: Scene | None = None) -> Float[np.ndarray, "n 3"]:
+    """Read positions from a CSV with the header x,y,z, metres, world frame.
+
+    Args:
+        path: the CSV.
+        scene: where given, no position may be inside one of its objects.
+
+    Raises:
+        InputError: no such file, wrong header, a row that is not three finite numbers, no rows, or a position inside
+            an object; names the row.
+    """
+    if not path.is_file():
+        raise InputError(f"{path}: expected a CSV of positions, found no such file")
+    with path.open(newline="", encoding="utf-8-sig") as file:
+        rows = list(csv.reader(file))
+    if not rows or [name.strip() for name in rows[0]] != ["x", "y", "z"]:
+        found = ",".join(rows[0]) if rows else "an empty file"
+        raise InputError(f"{path}, line 1: expected the header x,y,z, found {found}")
+    positions = np.zeros((len(rows) - 1, 3))
+    for index, row in enumerate(rows[1:]):
+        try:
+            point = [float(value) for value in row]
+        except ValueError:
+            point = []
+        if len(point) != 3 or not np.isfinite(point).all():
+            raise InputError(
+                f"{path}, line {index + 2}: expected three finite numbers in metres, "
+                f"found {','.join(row) or 'an empty line'}"
+            )
+        positions[index] = point
+    if not len(positions):
+        raise InputError(f"{path}: expected at least one position after the header, found none")
+    if scene is not None:
+        for index, blocker in enumerate(blocking_object(scene, positions)):
+            if blocker is not None:
+                raise InputError(
+                    f'{path}, line {index + 2}: expected a free place, found one inside "{blocker}"'
+                )
+    return positions

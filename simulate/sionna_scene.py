@@ -1,0 +1,138 @@
+"""A scene description as Sionna RT objects: meshes with radio materials, and the two ends of every path.
+
+Frames. Sionna's devices look along their local +x and are vertically polarised along local +z; the gateway looks
+along +z and is vertically polarised along +y (DESIGN 3). The cyclic permutation (x, y, z)_gateway =
+(y, z, x)_Sionna maps one on the other.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import trimesh
+from jaxtyping import Float
+from scipy.spatial.transform import Rotation
+
+from scenes.description import Gateway, Scene
+from scenes.materials import RadioMaterial
+from simulate.llvm import use_libllvm
+from simulate.spectrum import PlanarArray
+
+use_libllvm()  # before anything imports Dr.Jit
+
+import mitsuba as mi  # noqa: E402
+import sionna.rt as rt  # noqa: E402
+
+GATEWAY_FROM_SIONNA = Rotation.from_matrix([[0, 1, 0], [0, 0, 1], [1, 0, 0]])
+"""Rotation taking a vector's Sionna-device coordinates to gateway coordinates."""
+
+
+def build_scene(scene: Scene) -> rt.Scene:
+    """The scene's meshes and radio materials as a Sionna RT scene; object i of ``scene`` keeps its name."""
+    sionna = rt.Scene()
+    sionna.frequency = scene.frequency
+    materials: dict[tuple[str, float], rt.RadioMaterial] = {}
+    objects = []
+    for item in scene.objects:
+        material = scene.materials[item.material]
+        thickness = material.thickness if item.thickness is None else item.thickness
+        key = (material.name, thickness)
+        if key not in materials:
+            materials[key] = _radio_material(material, thickness)
+        shape = _mesh(item.name, item.mesh)
+        objects.append(rt.SceneObject(mi_mesh=shape, name=item.name, radio_material=materials[key]))
+    sionna.edit(add=objects)
+    return sionna
+
+
+@dataclass(frozen=True)
+class Antennas:
+    """One end of the paths: antennas of one pattern and orientation at given positions.
+
+    Attributes:
+        positions: metres, world frame.
+        angles: Sionna's orientation angles (α, β, γ), radians.
+        pattern: Sionna's antenna pattern, a single polarisation.
+    """
+
+    positions: Float[np.ndarray, "n 3"]
+    angles: Float[np.ndarray, "3"]
+    pattern: Callable
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+    def some(self, index: np.ndarray) -> Antennas:
+        """The antennas at these indices."""
+        return replace(self, positions=self.positions[index])
+
+    @property
+    def points(self) -> mi.Point3f:
+        """The positions as Sionna takes them."""
+        return mi.Point3f(np.ascontiguousarray(self.positions.T, dtype=np.float32))
+
+    @property
+    def orientations(self) -> mi.Point3f:
+        """The angles, once per antenna."""
+        return mi.Point3f(np.tile(np.asarray(self.angles, dtype=np.float32)[:, None], len(self)))
+
+
+def gateway_array(gateway: Gateway) -> PlanarArray:
+    """The gateway's planar array."""
+    return PlanarArray(gateway.rows, gateway.columns, gateway.spacing)
+
+
+def gateway_antennas(scene: Scene) -> Antennas:
+    """The gateway's elements at their true positions, numbered as ``PlanarArray`` numbers them."""
+    gateway = scene.gateway
+    rotation = Rotation.from_quat(gateway.orientation)
+    offsets = rotation.apply(gateway_array(gateway).positions) * scene.wavelength
+    return Antennas(
+        np.asarray(gateway.position) + offsets,
+        sionna_angles(rotation * GATEWAY_FROM_SIONNA),
+        _pattern(gateway.pattern, gateway.polarization),
+    )
+
+
+def transmitter_antennas(scene: Scene, positions: Float[np.ndarray, "n 3"]) -> Antennas:
+    """The transmitter's antenna at each of its positions."""
+    transmitter = scene.transmitter
+    angles = sionna_angles(Rotation.from_quat(transmitter.orientation))
+    return Antennas(positions, angles, _pattern(transmitter.pattern, transmitter.polarization))
+
+
+def sionna_angles(rotation: Rotation) -> Float[np.ndarray, "3"]:
+    """Sionna's orientation angles (α, β, γ) about z, y, x, in radians, of a device-to-world rotation."""
+    with warnings.catch_warnings():
+        # Boresight straight up or down: α and γ turn about the same axis and any split of them will do.
+        warnings.filterwarnings("ignore", message="Gimbal lock")
+        return rotation.as_euler("ZYX")
+
+
+def _pattern(pattern: str, polarization: str) -> Callable:
+    array = rt.PlanarArray(num_rows=1, num_cols=1, pattern=pattern, polarization=polarization)
+    return array.antenna_pattern.patterns[0]
+
+
+def _radio_material(material: RadioMaterial, thickness: float) -> rt.RadioMaterial:
+    return rt.RadioMaterial(
+        f"{material.name}-{thickness:g}",
+        thickness=thickness,
+        relative_permittivity=material.relative_permittivity,
+        conductivity=material.conductivity,
+        scattering_coefficient=material.scattering_coefficient,
+        xpd_coefficient=material.xpd_coefficient,
+        color=material.color,
+    )
+
+
+def _mesh(name: str, mesh: trimesh.Trimesh) -> mi.Mesh:
+    shape = mi.Mesh(name, vertex_count=len(mesh.vertices), face_count=len(mesh.faces))
+    parameters = mi.traverse(shape)
+    parameters["vertex_positions"] = np.asarray(mesh.vertices, dtype=np.float32).ravel()
+    parameters["faces"] = np.asarray(mesh.faces, dtype=np.uint32).ravel()
+    parameters.update()
+    return shape

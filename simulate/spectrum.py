@@ -1,0 +1,127 @@
+"""Angular grid, array manifold and beamforming: from complex element responses to a spatial spectrum.
+
+Gateway frame: the array lies in the local x-y plane, boresight +z. φ is azimuth, θ elevation above the array plane
+(θ = 90° is boresight). k = 2π/λ; every length is in wavelengths here, so k = 2π.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Complex, Float, UInt8
+
+AZIMUTHS_DEG = np.arange(360)
+"""Columns of a spectrum: φ = 0…359°."""
+
+ELEVATIONS_DEG = np.arange(1, 91)
+"""Rows of a spectrum: θ = 1…90°; row 0 is 1°, the last row is boresight."""
+
+
+def direction(
+    azimuth: Float[np.ndarray, "*shape"], elevation: Float[np.ndarray, "*shape"]
+) -> Float[np.ndarray, "*shape 3"]:
+    """Unit vector of a direction of arrival, u(φ,θ) = (cosθ cosφ, cosθ sinφ, sinθ), in the gateway frame.
+
+    Args:
+        azimuth: φ in radians.
+        elevation: θ in radians.
+
+    >>> direction(np.radians(90.0), np.radians(0.0)).round(6).tolist()
+    [0.0, 1.0, 0.0]
+    """
+    azimuth, elevation = np.broadcast_arrays(azimuth, elevation)
+    return np.stack(
+        [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)], axis=-1
+    )
+
+
+@dataclass(frozen=True)
+class PlanarArray:
+    """M × N uniform planar array in the gateway's x-y plane, centred on the gateway's position.
+
+    Element m = row · columns + column sits at d_m, x running fastest, as NeRF²'s list of antenna positions does.
+
+    Attributes:
+        rows: number of elements along y.
+        columns: number of elements along x.
+        spacing: distance between neighbours in wavelengths.
+    """
+
+    rows: int = 4
+    columns: int = 4
+    spacing: float = 0.5
+
+    @property
+    def elements(self) -> int:
+        """Number of elements, MN."""
+        return self.rows * self.columns
+
+    @cached_property
+    def positions(self) -> Float[np.ndarray, "elements 3"]:
+        """d_m in wavelengths, gateway frame.
+
+        >>> PlanarArray(rows=1, columns=2).positions.tolist()
+        [[-0.25, 0.0, 0.0], [0.25, 0.0, 0.0]]
+        """
+        x = (np.arange(self.columns) - (self.columns - 1) / 2) * self.spacing
+        y = (np.arange(self.rows) - (self.rows - 1) / 2) * self.spacing
+        grid_y, grid_x = np.meshgrid(y, x, indexing="ij")
+        return np.stack([grid_x.ravel(), grid_y.ravel(), np.zeros(self.elements)], axis=-1)
+
+    def manifold(
+        self, azimuth: Float[np.ndarray, "*shape"], elevation: Float[np.ndarray, "*shape"]
+    ) -> Complex[np.ndarray, "*shape elements"]:
+        """Array manifold: the response a_m(φ,θ) = e^{+jk u·d_m} of each element to a plane wave arriving from u.
+
+        The sign is that of the e^{-j2πfτ} convention: an element nearer the source has the larger phase.
+
+        Args:
+            azimuth: φ in radians.
+            elevation: θ in radians.
+        """
+        return np.exp(2j * np.pi * direction(azimuth, elevation) @ self.positions.T)
+
+    @cached_property
+    def steering(self) -> Complex[np.ndarray, "90 360 elements"]:
+        """Steering vectors e^{-jk u·d_m} / √(MN) on the spectrum's grid: ``spectrum`` is |steering @ y|."""
+        azimuth, elevation = np.meshgrid(np.radians(AZIMUTHS_DEG), np.radians(ELEVATIONS_DEG))
+        return self.manifold(azimuth, elevation).conj() / np.sqrt(self.elements)
+
+    def spectrum(
+        self, channels: Complex[np.ndarray, "*batch elements"]
+    ) -> Float[np.ndarray, "*batch 90 360"]:
+        """Spatial spectrum S(φ,θ) = |Σ_m y_m e^{-jk u·d_m}| / √(MN), a magnitude; power is S².
+
+        Args:
+            channels: complex element responses y.
+
+        >>> y = PlanarArray().manifold(np.radians(200.0), np.radians(40.0))
+        >>> peak = np.unravel_index(PlanarArray().spectrum(y).argmax(), (90, 360))
+        >>> ELEVATIONS_DEG[peak[0]].item(), AZIMUTHS_DEG[peak[1]].item()
+        (40, 200)
+        """
+        return np.abs(np.einsum("ija,...a->...ij", self.steering, channels))
+
+
+def normalise(spectrum: Float[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray, "*batch 90 360"]:
+    """Min–max normalise each spectrum to 0…1: what a NeRF² picture holds. A constant spectrum becomes zero.
+
+    This is the one place where spectra of a dataset are normalised; a model sees and is scored on such pictures.
+    """
+    low = spectrum.min(axis=(-2, -1), keepdims=True)
+    span = spectrum.max(axis=(-2, -1), keepdims=True) - low
+    return (spectrum - low) / np.where(span > 0, span, 1)
+
+
+def picture(spectrum: Float[np.ndarray, "*batch 90 360"]) -> UInt8[np.ndarray, "*batch 90 360"]:
+    """8-bit grey NeRF² picture of a magnitude spectrum."""
+    return np.round(normalise(spectrum) * 255).astype(np.uint8)
+
+
+def dominant_direction(spectrum: Float[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray, "*batch 3"]:
+    """Unit vector (gateway frame) towards each spectrum's maximum: the dominant path's angle of arrival."""
+    flat = spectrum.reshape(*spectrum.shape[:-2], -1).argmax(axis=-1)
+    row, column = np.unravel_index(flat, spectrum.shape[-2:])
+    return direction(np.radians(AZIMUTHS_DEG[column]), np.radians(ELEVATIONS_DEG[row]))

@@ -1,0 +1,95 @@
+"""Trace a scene: the complex response of every array element to every transmitter position.
+
+By reciprocity the gateway's elements are the sources and the transmitters the targets: the gateway never moves, so
+one search for paths serves many transmitters. Every element is traced at its true position: indoors a half-metre
+array at 915 MHz is in the near field, and one point with plane-wave phases (``synthetic_array``) is not good enough.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from jaxtyping import Complex, Float
+
+from scenes.description import Scene
+from scenes.errors import InputError
+from simulate.chains import Planes, find_chains, solve_chains
+from simulate.paths import refine, responses, shoot
+from simulate.propagation import Propagation
+from simulate.sionna_scene import build_scene, gateway_antennas, transmitter_antennas
+
+MEMORY = 2_000_000_000
+"""Bytes that candidate paths may take where rays are shot for each batch of transmitters."""
+
+BYTES_PER_CANDIDATE = 250
+
+
+class Tracer:
+    """A scene made ready for tracing.
+
+    Where all paths are chains of reflections and refractions, the chains are found once, here, and ``responses``
+    solves them exactly (``method`` is "chains"). Diffuse reflection and diffraction take Sionna's general way, which
+    shoots rays from every element for each batch of transmitters ("shooting").
+
+    Args:
+        scene: where to trace.
+        propagation: what to follow.
+        region: lowest and highest corner of the box all transmitters are in, metres; the scene's if None.
+        report: takes sentences on the progress of finding chains.
+
+    Raises:
+        InputError: libLLVM is missing or too old, or so many rays that one transmitter's paths exceed the memory.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        propagation: Propagation,
+        region: Float[np.ndarray, "2 3"] | None = None,
+        report: Callable[[str], None] = lambda sentence: None,
+    ):
+        self.scene, self.propagation = scene, propagation
+        self._sionna = build_scene(scene)
+        self._sources = gateway_antennas(scene)
+        self.method = "chains" if propagation.chains_suffice else "shooting"
+        if propagation.chains_suffice:
+            if region is None:
+                region = np.array([scene.transmitter.region_min, scene.transmitter.region_max])
+            self._planes = Planes(scene, self._sionna)
+            self._chains = find_chains(self._sionna, self._planes, scene, region, propagation, report)
+        else:
+            candidates = propagation.rays * max(1, propagation.max_depth) * len(self._sources)
+            self._at_once = MEMORY // (BYTES_PER_CANDIDATE * candidates)
+            if not self._at_once:
+                most = MEMORY // (BYTES_PER_CANDIDATE * max(1, propagation.max_depth) * len(self._sources))
+                raise InputError(
+                    f"with diffuse reflection or diffraction every ray may become a path: expected at most {most:,} "
+                    f"rays at depth {propagation.max_depth}, found {propagation.rays:,} (--rays)"
+                )
+
+    def responses(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements"]:
+        """Element responses y_m = Σ_paths a e^{-j2πfτ} to a transmitter at each position, complex64.
+
+        a contains the free-space factor λ/4π, so that |y_m|² is the channel gain. The responses to one position do
+        not depend on the others.
+
+        Args:
+            positions: metres, world frame.
+        """
+        targets = transmitter_antennas(self.scene, positions)
+        if self.method == "chains":
+            result = solve_chains(
+                self._sionna, self._planes, self._chains, self._sources, targets, self.propagation
+            )
+            return result.astype(np.complex64)
+        result = np.zeros((len(targets), len(self._sources)), np.complex64)
+        for start in range(0, len(targets), self._at_once):
+            part = np.arange(start, min(start + self._at_once, len(targets)))
+            some = targets.some(part)
+            room = self.propagation.rays * max(1, self.propagation.max_depth) * len(some)
+            buffer = shoot(self._sionna, self._sources, some, self.propagation, room)
+            buffer = refine(self._sionna, buffer, self._sources, some, self.propagation)
+            buffer.discard_invalid()
+            result[part] = responses(self._sionna, buffer, self._sources, some, self.propagation)
+        return result

@@ -1,0 +1,235 @@
+"""A scene on disk: it comes back equal, and every mistake in it is told with its place."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from scenes import load_scene
+from scenes.errors import InputError
+from scenes.scene_yaml import read_scene, write_scene
+from scenes.shapes import box
+
+YARD = """\
+name: yard
+frequency: 915 MHz
+gateway:
+  position: [4, 0, 1]
+  orientation: [0.5, -0.5, -0.5, 0.5]
+transmitter:
+  region: {min: [-1, -1, 0.5], max: [1, 1, 1.5]}
+materials:
+  felt: {relative_permittivity: 1.3, conductivity: 1e-3, thickness: 0.01}
+  block: {p2040: concrete, thickness: 0.3, scattering_coefficient: 0.2}
+objects:
+  - {name: crate, mesh: crate.obj, material: wood}
+  - {name: wall, mesh: wall.stl, material: block}
+  - {name: mat, mesh: mat.ply, material: felt, thickness: 0.02}
+"""
+
+
+@pytest.fixture
+def folder(tmp_path) -> Path:
+    box((0, 0, 0.1), (1, 1, 0.4)).export(tmp_path / "crate.obj")
+    box((-5, 3, 0.1), (5, 3.2, 3)).export(tmp_path / "wall.stl")
+    box((-5, -5, 0), (5, 5, 0.05)).export(tmp_path / "mat.ply")
+    return tmp_path
+
+
+def read(folder: Path, text: str):
+    (folder / "yard.yaml").write_text(text)
+    return load_scene(str(folder / "yard.yaml"))
+
+
+def test_reads_every_key(folder):
+    scene = read(folder, YARD)
+    assert (scene.name, scene.frequency) == ("yard", 915e6)
+    assert scene.gateway.position == (4, 0, 1) and scene.gateway.rows == 4 and scene.gateway.pattern == "iso"
+    assert scene.transmitter.region_max == (1, 1, 1.5)
+    assert [o.name for o in scene.objects] == ["crate", "wall", "mat"]
+    assert scene.objects[2].thickness == 0.02 and scene.objects[0].thickness is None
+    assert set(scene.materials) == {"wood", "block", "felt"}
+    assert scene.materials["felt"].conductivity == 1e-3
+    block = scene.materials["block"]
+    assert (block.name, block.thickness, block.scattering_coefficient) == ("block", 0.3, 0.2)
+    assert block.conductivity == pytest.approx(0.0462 * 0.915**0.7822)
+    np.testing.assert_allclose(scene.objects[0].mesh.bounds, [[0, 0, 0.1], [1, 1, 0.4]])
+
+
+def test_reads_antenna_options(folder):
+    text = YARD.replace(
+        "[4, 0, 1]\n", "[4, 0, 1]\n  rows: 2\n  columns: 8\n  spacing: 0.4\n  pattern: tr38901\n"
+    )
+    text = text.replace(
+        "1.5]}\n", "1.5]}\n  pattern: dipole\n  polarization: H\n  orientation: [0, 0, 0.6, 0.8]\n"
+    )
+    scene = read(folder, text)
+    gateway, transmitter = scene.gateway, scene.transmitter
+    assert (gateway.rows, gateway.columns, gateway.spacing, gateway.pattern) == (2, 8, 0.4, "tr38901")
+    assert (transmitter.pattern, transmitter.polarization) == ("dipole", "H")
+    assert transmitter.orientation == pytest.approx((0, 0, 0.6, 0.8))
+
+
+@pytest.mark.parametrize(
+    "text", ["915 MHz", "915e6", "915000000", "0.915 GHz", "915.0e+6 Hz", '"915000 kHz"', "915mhz"]
+)
+def test_frequency_in_any_unit(folder, text):
+    assert read(folder, YARD.replace("915 MHz", text)).frequency == pytest.approx(915e6)
+
+
+def test_gltf_is_y_up(folder):
+    box((0, 0, 0), (1, 2, 3)).export(folder / "crate.glb")
+    scene = read(folder, YARD.replace("crate.obj", "crate.glb"))
+    np.testing.assert_allclose(scene.objects[0].mesh.bounds, [[0, -3, 0], [1, 0, 2]], atol=1e-6)
+
+
+def test_round_trip_is_exact(scene, tmp_path):
+    path = write_scene(scene, tmp_path / "out")
+    assert path == tmp_path / "out" / "scene.yaml"
+    assert read_scene(path) == scene
+    lab = load_scene("lab")
+    assert read_scene(write_scene(lab, tmp_path / "lab")) == lab
+
+
+def test_same_scene_same_bytes(scene, tmp_path):
+    for name in ("a", "b"):
+        write_scene(scene, tmp_path / name)
+    files = sorted(p.relative_to(tmp_path / "a") for p in (tmp_path / "a").rglob("*") if p.is_file())
+    assert [str(f) for f in files] == [
+        "meshes/crate.ply",
+        "meshes/floor.ply",
+        "scene.yaml",
+    ]  # nothing temporary
+    for file in files:
+        assert (tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes()
+
+
+def test_names_that_are_no_file_names(scene, tmp_path):
+    from dataclasses import replace
+
+    floor, crate = scene.objects
+    awkward = replace(
+        scene, objects=(replace(floor, name="a/b"), replace(crate, name="A b"), replace(crate, name="é"))
+    )
+    assert read_scene(write_scene(awkward, tmp_path)) == awkward
+
+
+def test_never_overwrites(scene, tmp_path):
+    (tmp_path / "scene.yaml").write_text("mine")
+    with pytest.raises(InputError, match=r"exists already"):
+        write_scene(scene, tmp_path)
+    assert (tmp_path / "scene.yaml").read_text() == "mine"
+    assert not (tmp_path / "meshes").exists()
+
+
+BAD = [
+    # what to replace, by what, the sentence
+    ("frequency: 915 MHz\n", "", 'yard.yaml: missing key "frequency"'),
+    ("915 MHz", "915 MHzz", "yard.yaml: frequency must be in hertz .* found '915 MHzz'"),
+    ("915 MHz", "-915e6", "yard.yaml: frequency must be in hertz"),
+    ("915 MHz", "[915]", "yard.yaml: frequency must be in hertz"),
+    (
+        "915 MHz",
+        "400 MHz",
+        r'objects\[1\].* material "concrete" at 0.4 GHz|materials.block: material "concrete" at 0.4',
+    ),
+    ("name: yard", "name: 3", "yard.yaml: name must be a text, found 3"),
+    ("gateway:", "gatway:", 'yard.yaml: unknown key "gatway"; did you mean "gateway"'),
+    ("  position: [4, 0, 1]\n", "", 'yard.yaml: gateway: missing key "position"'),
+    ("[4, 0, 1]", "[4, 0]", r"yard.yaml: gateway: position must be a list of 3 numbers, found \[4, 0\]"),
+    ("[4, 0, 1]", "[4, 0, up]", r"yard.yaml: gateway: position\[2\] must be a number, found 'up'"),
+    ("[4, 0, 1]", "[4, 0, true]", r"yard.yaml: gateway: position\[2\] must be a number, found True"),
+    ("[4, 0, 1]", "[4, 0, .nan]", "yard.yaml: gateway.position must be finite"),
+    ("[4, 0, 1]", "[0.5, 0.5, 0.2]", 'yard.yaml: gateway.position .* lies inside object "crate"'),
+    ("[4, 0, 1]", "[4, 0, 1]\n  rows: 4.5", "yard.yaml: gateway: rows must be a whole number, found 4.5"),
+    ("[4, 0, 1]", "[4, 0, 1]\n  row: 4", 'yard.yaml: gateway: unknown key "row"; did you mean "rows"'),
+    ("[0.5, -0.5, -0.5, 0.5]", "[1, -0.5, -0.5, 0.5]", "gateway.orientation must be a unit quaternion"),
+    ("max: [1, 1, 1.5]", "max: [1, 1, 0.5]", "transmitter.region must have min below max, found z"),
+    ("max: [1, 1, 1.5]", "size: [1, 1, 1]", 'transmitter.region: unknown key "size"'),
+    (
+        "  region: {min: [-1, -1, 0.5], max: [1, 1, 1.5]}\n",
+        "",
+        "transmitter: expected a mapping with region, found nothing",
+    ),
+    ("conductivity: 1e-3, ", "", 'materials.felt: missing key "conductivity"'),
+    ("permittivity: 1.3", "permittivity: 0.3", "materials.felt: .*relative_permittivity must be at least 1"),
+    (
+        "p2040: concrete",
+        "p2040: concret",
+        'materials.block: unknown material "concret"; did you mean "concrete"',
+    ),
+    ("p2040: concrete", "p2040: concrete, sigma: 1", 'materials.block: unknown key "sigma"'),
+    (
+        "material: wood",
+        "material: wod",
+        r'objects\[0\] \("crate"\): unknown material "wod"; did you mean "wood"',
+    ),
+    (
+        "material: wood",
+        "material: floorboard",
+        r'objects\[0\] \("crate"\): .*"floorboard" at 0.915 GHz.* for 50 to 100 GHz',
+    ),
+    (
+        "material: felt",
+        "material: flet",
+        r'objects\[2\] \("mat"\): unknown material "flet"; did you mean "felt"',
+    ),
+    ("crate.obj", "crat.obj", r'objects\[0\] \("crate"\): mesh .*crat.obj: no such mesh file'),
+    ("crate.obj", "crate.dwg", r'objects\[0\] \("crate"\): mesh .*".dwg" is not a mesh format'),
+    ("crate.obj", "points.ply", r'objects\[0\] \("crate"\): mesh .*holds no triangles'),
+    ("crate.obj", "empty.obj", r'objects\[0\] \("crate"\): mesh .*empty.obj: '),
+    ("crate.obj", "broken.glb", r'objects\[0\] \("crate"\): mesh .*not a readable GLB file'),
+    ("name: wall", "name: crate", r'objects\[1\] \("crate"\): every object needs a name of its own'),
+    ("thickness: 0.02", "thickness: thin", r"objects\[2\] .*thickness must be a number, found 'thin'"),
+    ("thickness: 0.02", "thickness: -1", r"objects\[2\] .*thickness must be a positive number"),
+    ("  - {name: crate, mesh: crate.obj, material: wood}", "  - crate", r"objects\[0\]: expected a mapping"),
+    ("[4, 0, 1]", "[4, 0, 1", "yard.yaml: line 5: malformed YAML"),
+    ("name: yard", "name: yard\nname: garden", 'yard.yaml: line 2: malformed YAML, key "name" twice'),
+]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "sentence"), BAD, ids=[b[1].strip() or f"no {b[0].strip()}" for b in BAD]
+)
+def test_mistakes(folder, old, new, sentence):
+    trimesh.PointCloud(np.eye(3)).export(folder / "points.ply")
+    (folder / "empty.obj").write_text("")
+    (folder / "broken.glb").write_bytes(b"glTF nonsense")
+    assert old in YARD
+    with pytest.raises(InputError, match=sentence) as caught:
+        read(folder, YARD.replace(old, new))
+    assert "yard.yaml" in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["", "- a\n- b\n", "just words\n"])
+def test_not_a_mapping(folder, text):
+    with pytest.raises(InputError, match=r"yard.yaml: expected a mapping with name, frequency"):
+        read(folder, text)
+
+
+def test_objects_must_be_a_list(folder):
+    start = YARD.index("objects:")
+    with pytest.raises(InputError, match=r"objects must be a list, found {'crate': 1}"):
+        read(folder, YARD[:start] + "objects: {crate: 1}\n")
+    with pytest.raises(InputError, match=r"at least one object"):
+        read(folder, YARD[:start] + "objects: []\n")
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("labb", 'unknown scene "labb"; did you mean "lab"'),
+        ("nowhere/yard.yaml", "nowhere/yard.yaml: no such file"),
+        ("room.xml", "room.xml: not a scene description; expected a .yaml file or one of .*lab"),
+    ],
+)
+def test_unknown_scenes(name, sentence):
+    with pytest.raises(InputError, match=sentence):
+        load_scene(name)
+
+
+def test_a_folder_is_no_scene(tmp_path):
+    (tmp_path / "dir.yaml").mkdir()
+    with pytest.raises(InputError, match=r"cannot be read"):
+        read_scene(tmp_path / "dir.yaml")
