@@ -10,7 +10,7 @@ from torch import Tensor, nn
 
 
 def bilinear_weights(
-    azimuth: Float[Tensor, "N_p"], elevation: Float[Tensor, "N_p"], clusters: int
+    azimuth: Float[Tensor, " N_p"], elevation: Float[Tensor, " N_p"], clusters: int
 ) -> Float[Tensor, "N_p N_c"]:
     """Weight w_ij of primitive i at grid point j (paper, BST for global context modelling).
 
@@ -33,9 +33,7 @@ def bilinear_weights(
     apart = (azimuth[:, None] - index * step_azimuth).remainder(360)
     apart = torch.minimum(apart, 360 - apart)
     in_azimuth = (1 - apart / step_azimuth).clamp_min(0)
-    in_elevation = (
-        1 - (elevation[:, None] - (index + 0.5) * step_elevation).abs() / step_elevation
-    ).clamp_min(0)
+    in_elevation = (1 - (elevation[:, None] - (index + 0.5) * step_elevation).abs() / step_elevation).clamp_min(0)
     return (in_elevation[:, :, None] * in_azimuth[:, None, :]).flatten(1)
 
 
@@ -54,9 +52,7 @@ class BilinearSpatialTransformer(nn.Module):
         bypass: use the linear projection f_i as the output (the paper's ablation).
     """
 
-    def __init__(
-        self, inputs: int, width: int, clusters: int, layers: int, heads: int, ffn_width: int, bypass: bool
-    ):
+    def __init__(self, inputs: int, width: int, clusters: int, layers: int, heads: int, ffn_width: int, bypass: bool):
         super().__init__()
         self.clusters = clusters
         self.project = nn.Linear(inputs, width)
@@ -70,8 +66,8 @@ class BilinearSpatialTransformer(nn.Module):
     def forward(
         self,
         encoded: Float[Tensor, "B N_p inputs"],
-        azimuth: Float[Tensor, "N_p"],
-        elevation: Float[Tensor, "N_p"],
+        azimuth: Float[Tensor, " N_p"],
+        elevation: Float[Tensor, " N_p"],
     ) -> Float[Tensor, "B N_p width"]:
         local = self.project(encoded)
         if self.transformer is None:

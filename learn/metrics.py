@@ -22,10 +22,10 @@ class Scores:
         aoa_error: angle between the two maxima's directions of arrival, degrees.
     """
 
-    ssim: Float[np.ndarray, "K"]
-    psnr: Float[np.ndarray, "K"]
-    mae: Float[np.ndarray, "K"]
-    aoa_error: Float[np.ndarray, "K"]
+    ssim: Float[np.ndarray, " K"]
+    psnr: Float[np.ndarray, " K"]
+    mae: Float[np.ndarray, " K"]
+    aoa_error: Float[np.ndarray, " K"]
 
     def summary(self) -> dict[str, float]:
         """The figures of a table's row."""
@@ -51,18 +51,14 @@ def score(prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K
     )
 
 
-def ssim(
-    prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K 90 360"]
-) -> Float[np.ndarray, "K"]:
+def ssim(prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K 90 360"]) -> Float[np.ndarray, " K"]:
     """scikit-image's SSIM of each pair, the one definition behind every reported number."""
-    return np.array(
-        [structural_similarity(p, t, data_range=1) for p, t in zip(prediction, truth, strict=True)]
-    )
+    return np.array([structural_similarity(p, t, data_range=1) for p, t in zip(prediction, truth, strict=True)])
 
 
 def aoa_error(
     prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K 90 360"]
-) -> Float[np.ndarray, "K"]:
+) -> Float[np.ndarray, " K"]:
     """Great-circle angle between the dominant directions, degrees: periodic in azimuth, sound near boresight."""
     cosine = (dominant_direction(prediction) * dominant_direction(truth)).sum(-1)
     return np.degrees(np.arccos(np.clip(cosine, -1, 1)))

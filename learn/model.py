@@ -6,7 +6,7 @@ coefficient. docs/model.md lists what the paper leaves open and what was chosen.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -41,9 +41,7 @@ class ModelSize:
     transformer_ffn_width: int = 256
 
 
-PLUS = ModelSize(
-    primitives=2000, ffn_width=256, ffn_layers=12, transformer_layers=6, transformer_ffn_width=512
-)
+PLUS = ModelSize(primitives=2000, ffn_width=256, ffn_layers=12, transformer_layers=6, transformer_ffn_width=512)
 """BiSplat-WRF+."""
 
 
@@ -59,9 +57,7 @@ class BiSplatWRF(nn.Module):
     region: Tensor
     pixels: Tensor
 
-    def __init__(
-        self, size: ModelSize, region: Float[np.ndarray, "2 3"], bypass: frozenset[Bypass] = frozenset()
-    ):
+    def __init__(self, size: ModelSize, region: Float[np.ndarray, "2 3"], bypass: frozenset[Bypass] = frozenset()):
         super().__init__()
         self.bypass = bypass
         self.register_buffer("region", torch.as_tensor(region, dtype=torch.float32))
@@ -99,9 +95,7 @@ class BiSplatWRF(nn.Module):
         gs_pe = positional_encoding(primitives.coordinates, PRIMITIVE_ORDER)
         tx_pe = positional_encoding(tx, TX_ORDER)
         batch, count = len(positions), len(azimuth)
-        encoded = torch.cat(
-            [gs_pe.expand(batch, -1, -1), tx_pe[:, None].expand(-1, count, -1)], dim=-1
-        )  # B N_p 90
+        encoded = torch.cat([gs_pe.expand(batch, -1, -1), tx_pe[:, None].expand(-1, count, -1)], dim=-1)  # B N_p 90
         features = self.bst(encoded, azimuth, elevation)
 
         # Hierarchy-based mixing: c_i = (amp_static + w_scale amp_mod) e^{j(phase_static + phase_mod)}
@@ -181,9 +175,7 @@ class BiSplatAperture(BiSplatWRF):
         spectrum = _power(self.channels(positions) @ self.steering.T).clamp_min(1e-12).sqrt()
         low = spectrum.amin(-1, keepdim=True)
         span = spectrum.amax(-1, keepdim=True) - low
-        return ((spectrum - low) / span.clamp_min(1e-6)).unflatten(
-            -1, (len(ELEVATIONS_DEG), len(AZIMUTHS_DEG))
-        )
+        return ((spectrum - low) / span.clamp_min(1e-6)).unflatten(-1, (len(ELEVATIONS_DEG), len(AZIMUTHS_DEG)))
 
 
 def _power(field: Complex[Tensor, "*shape"]) -> Float[Tensor, "*shape"]:

@@ -49,17 +49,17 @@ class Primitives(nn.Module):
         self.opacity_raw = nn.Parameter(torch.logit(torch.full((count,), INITIAL_OPACITY)))
 
     @property
-    def azimuth(self) -> Float[Tensor, "N_p"]:
+    def azimuth(self) -> Float[Tensor, " N_p"]:
         """φ in [0, 360) degrees; the parameter may leave that range, the angle is periodic."""
         return self.azimuth_raw.remainder(360)
 
     @property
-    def elevation(self) -> Float[Tensor, "N_p"]:
+    def elevation(self) -> Float[Tensor, " N_p"]:
         """θ in (0, 90) degrees."""
         return 90 * self.elevation_raw.sigmoid()
 
     @property
-    def depth(self) -> Float[Tensor, "N_p"]:
+    def depth(self) -> Float[Tensor, " N_p"]:
         """d > 0, a monotonic proxy of the scatterer's distance: it orders the blending."""
         return self.depth_raw.exp()
 

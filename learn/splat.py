@@ -12,8 +12,8 @@ PIXELS_AT_ONCE = 1024
 
 
 def gaussian(
-    azimuth: Float[Tensor, "N_p"],
-    elevation: Float[Tensor, "N_p"],
+    azimuth: Float[Tensor, " N_p"],
+    elevation: Float[Tensor, " N_p"],
     scale: Float[Tensor, "B N_p 2"],
     rotation: Float[Tensor, "B N_p"],
     pixels: Float[Tensor, "P 2"],
@@ -45,9 +45,9 @@ def blend(alpha: Float[Tensor, "B N_p P"], coefficient: Complex[Tensor, "B N_p"]
 
 
 def splat(
-    azimuth: Float[Tensor, "N_p"],
-    elevation: Float[Tensor, "N_p"],
-    depth: Float[Tensor, "N_p"],
+    azimuth: Float[Tensor, " N_p"],
+    elevation: Float[Tensor, " N_p"],
+    depth: Float[Tensor, " N_p"],
     scale: Float[Tensor, "B N_p 2"],
     rotation: Float[Tensor, "B N_p"],
     opacity: Float[Tensor, "B N_p"],
@@ -88,7 +88,7 @@ def splat(
     )
 
 
-def pixel_grid(azimuths: Float[Tensor, "W"], elevations: Float[Tensor, "H"]) -> Float[Tensor, "H*W 2"]:
+def pixel_grid(azimuths: Float[Tensor, " W"], elevations: Float[Tensor, " H"]) -> Float[Tensor, "H*W 2"]:
     """(φ, θ) of every pixel of a grid, row by row (a row has one elevation), degrees."""
     grid_elevation, grid_azimuth = torch.meshgrid(elevations, azimuths, indexing="ij")
     return torch.stack([grid_azimuth.flatten(), grid_elevation.flatten()], dim=-1)

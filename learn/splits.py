@@ -27,12 +27,12 @@ VALIDATION_FRACTION = 0.1
 class Split:
     """Disjoint indices into a dataset."""
 
-    train: Int[np.ndarray, "n_train"]
-    validation: Int[np.ndarray, "n_validation"]
-    test: Int[np.ndarray, "n_test"]
+    train: Int[np.ndarray, " n_train"]
+    validation: Int[np.ndarray, " n_validation"]
+    test: Int[np.ndarray, " n_test"]
 
     @property
-    def known(self) -> Int[np.ndarray, "n_known"]:
+    def known(self) -> Int[np.ndarray, " n_known"]:
         """Everything but the test part: what a baseline may copy from."""
         return np.sort(np.concatenate([self.train, self.validation]))
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
+from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
 from scenes.errors import InputError, did_you_mean
@@ -31,6 +32,28 @@ def _unit(q: Sequence[float]) -> Quaternion:
         q = [c / norm for c in q]
     x, y, z, w = (float(c) for c in q)
     return x, y, z, w
+
+
+def facing(boresight: Vector3) -> Quaternion:
+    """Orientation of a gateway that looks along `boresight`, its y axis as far up (world +z) as that allows.
+
+    Looking straight up or down, its y axis is along world +y.
+
+    Raises:
+        InputError: a boresight of length zero.
+
+    >>> [round(c, 3) for c in facing((0.0, 0.0, 1.0))]
+    [0.0, 0.0, 0.0, 1.0]
+    """
+    length = float(np.linalg.norm(boresight))
+    if not (math.isfinite(length) and length > 0):
+        raise InputError(f"boresight: expected a direction, found {list(boresight)}")
+    z = np.asarray(boresight) / length
+    up = np.array([0.0, 0.0, 1.0]) if abs(z[2]) < 1 - 1e-9 else np.array([0.0, 1.0, 0.0])
+    x = np.cross(up, z)
+    x /= np.linalg.norm(x)
+    q = Rotation.from_matrix(np.stack([x, np.cross(z, x), z], axis=1)).as_quat()
+    return float(q[0]), float(q[1]), float(q[2]), float(q[3])
 
 
 @dataclass(frozen=True)

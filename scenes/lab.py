@@ -124,6 +124,8 @@ def lab() -> Scene:
         gateway=Gateway(
             position=(7.2, 3.0, 1.4),
             orientation=(0.51291602, -0.48674136, -0.48674136, 0.51291602),
+            # Patch-like elements: a plane array of isotropic ones would take the back of the room for the front.
+            pattern="tr38901",
         ),
         transmitter=Transmitter(region_min=(1.9, 2.4, 0.8), region_max=(3.5, 3.7, 1.7)),
         objects=objects,

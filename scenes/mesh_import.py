@@ -13,9 +13,9 @@ import numpy as np
 import trimesh
 from trimesh import Trimesh
 
-from scenes.description import SceneObject
+from scenes.description import Gateway, Scene, SceneObject, Transmitter, validate
 from scenes.errors import InputError, did_you_mean
-from scenes.materials import material_names
+from scenes.materials import material_names, p2040_material
 
 MESH_SUFFIXES = (".glb", ".gltf", ".obj", ".off", ".ply", ".stl")
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
@@ -71,9 +71,7 @@ def read_meshes(path: Path) -> list[tuple[str, Trimesh]]:
     return meshes
 
 
-def _material_of(
-    name: str, stem: str, materials: Sequence[tuple[str, str]], default: str | None
-) -> str | None:
+def _material_of(name: str, stem: str, materials: Sequence[tuple[str, str]], default: str | None) -> str | None:
     """First match wins; the node's name goes before the file's."""
     for candidate in (name, stem):
         for pattern, material in materials:
@@ -123,9 +121,7 @@ def import_mesh(
     chosen = {name: _material_of(name, path.stem, materials, default_material) for name, _ in meshes}
     unmatched = [name for name, material in chosen.items() if material is None]
     if unmatched:
-        raise InputError(
-            f"{path}: no material for {', '.join(unmatched)}; add a pattern or a default material"
-        )
+        raise InputError(f"{path}: no material for {', '.join(unmatched)}; add a pattern or a default material")
 
     objects, degenerate = [], {}
     seen: Counter[str] = Counter()
@@ -144,6 +140,35 @@ def import_mesh(
         objects.append(SceneObject(unique, mesh, chosen[name] or ""))
     sizes = {o.name: _size(o.mesh) for o in objects}
     return objects, ImportReport(sizes, degenerate)
+
+
+def import_scene(
+    path: Path,
+    materials: Sequence[tuple[str, str]],
+    default_material: str | None,
+    unit: str,
+    up: str | None,
+    frequency: float,
+    gateway: Gateway,
+    transmitter: Transmitter,
+) -> tuple[Scene, ImportReport]:
+    """A scene made of a mesh file, named for it: `import_mesh` with a gateway and a transmitter region.
+
+    Args:
+        path, materials, default_material, unit, up: as of `import_mesh`.
+        frequency: Hz.
+        gateway: where it is and how it looks, in world metres (after unit and axes are converted).
+        transmitter: its region, in world metres.
+
+    Raises:
+        InputError: as `import_mesh` and `validate`, or a material unknown at the frequency.
+    """
+    objects, report = import_mesh(path, materials, default_material, unit, up)
+    used = sorted({item.material for item in objects})
+    resolved = {name: p2040_material(name, frequency) for name in used}
+    scene = Scene(path.stem, frequency, gateway, transmitter, tuple(objects), resolved)
+    validate(scene, str(path))
+    return scene, report
 
 
 def _size(mesh: Trimesh) -> tuple[float, float, float]:

@@ -15,9 +15,7 @@ if TYPE_CHECKING:
 CHUNK = 200_000  # point-triangle pairs at a time: bounds the memory of the solid angles
 
 
-def winding_number(
-    points: Float[np.ndarray, "n 3"], triangles: Float[np.ndarray, "t 3 3"]
-) -> Float[np.ndarray, " n"]:
+def winding_number(points: Float[np.ndarray, "n 3"], triangles: Float[np.ndarray, "t 3 3"]) -> Float[np.ndarray, " n"]:
     """How often a surface wraps around each point: ±1 inside a closed surface, 0 outside.
 
     Sum of the triangles' signed solid angles over 4π, each by Van Oosterom and Strackee (1983):

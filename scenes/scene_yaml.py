@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import os
 import re
-import tempfile
 from collections.abc import Callable, Collection
 from dataclasses import asdict
 from pathlib import Path
@@ -14,6 +12,7 @@ import numpy as np
 import yaml
 from trimesh import Trimesh
 
+from scenes.atomic import write_atomically
 from scenes.description import Gateway, Scene, SceneObject, Transmitter, validate
 from scenes.errors import InputError, did_you_mean
 from scenes.lab import lab
@@ -198,7 +197,7 @@ def write_scene(scene: Scene, folder: str | Path) -> Path:
             stem += "_"
         used.add(stem.lower())
         mesh = f"meshes/{stem}.ply"
-        _write_atomically(folder / mesh, _ply(item.mesh))
+        write_atomically(folder / mesh, _ply(item.mesh))
         entry: dict[str, Any] = {"name": item.name, "mesh": mesh, "material": item.material}
         objects.append(entry | ({} if item.thickness is None else {"thickness": item.thickness}))
     values = {
@@ -217,7 +216,7 @@ def write_scene(scene: Scene, folder: str | Path) -> Path:
     }
     style: dict[str, Any] = {"sort_keys": False, "default_flow_style": None, "allow_unicode": True}
     text = yaml.safe_dump(_plain(values), width=110, **style)
-    _write_atomically(path, text.encode())
+    write_atomically(path, text.encode())
     return path
 
 
@@ -240,16 +239,3 @@ def _ply(mesh: Trimesh) -> bytes:
     faces = np.zeros(len(mesh.faces), dtype=[("count", "<u1"), ("index", "<i4", 3)])
     faces["count"], faces["index"] = 3, mesh.faces
     return header.encode() + np.asarray(mesh.vertices, dtype="<f8").tobytes() + faces.tobytes()
-
-
-def _write_atomically(path: Path, content: bytes) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "wb") as file:
-            file.write(content)
-        os.chmod(temporary, 0o644)  # mkstemp's 0600 would hide the file from others
-        os.replace(temporary, path)
-    except BaseException:
-        os.unlink(temporary)
-        raise

@@ -29,9 +29,7 @@ class Section:
     where the value has the wrong type.
     """
 
-    def __init__(
-        self, value: object, where: str, required: Collection[str], optional: Collection[str] = ()
-    ) -> None:
+    def __init__(self, value: object, where: str, required: Collection[str], optional: Collection[str] = ()) -> None:
         self.where = where
         if not isinstance(value, dict):
             raise self.error(f"expected a mapping with {', '.join(required)}, found {shown(value)}")

@@ -22,9 +22,6 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from scenes.description import Scene
-from simulate.propagation import Propagation
-from simulate.placement import free_positions
-from simulate.sionna_scene import Antennas, gateway_antennas, rt, transmitter_antennas
 
 # isort: split  (sionna_scene finds libLLVM before Sionna is imported)
 from simulate.paths import (
@@ -39,6 +36,9 @@ from simulate.paths import (
     responses,
     shoot,
 )
+from simulate.placement import free_positions
+from simulate.propagation import Propagation
+from simulate.sionna_scene import Antennas, gateway_antennas, rt, transmitter_antennas
 
 PLANE_TOLERANCE = 1e-4
 """Triangles are coplanar when normals (unit vectors) and offsets (metres) agree this closely."""
@@ -77,7 +77,7 @@ class Planes:
         return plane
 
 
-def _group(planes: Float[np.ndarray, "n 4"], tolerance: float) -> Int[np.ndarray, "n"]:
+def _group(planes: Float[np.ndarray, "n 4"], tolerance: float) -> Int[np.ndarray, " n"]:
     """Label of each plane (normal, offset); a plane and its reverse are one."""
     tree = cKDTree(np.concatenate([planes, -planes]))
     pairs = tree.query_pairs(tolerance, output_type="ndarray") % len(planes)
@@ -191,7 +191,7 @@ def _paths_somewhere(
     sources: Antennas,
     targets: Antennas,
     propagation: Propagation,
-) -> Bool[np.ndarray, "n"]:
+) -> Bool[np.ndarray, " n"]:
     """Which chains are a path between some source and some target."""
     somewhere = np.zeros(len(chains), dtype=bool)
     for part in lanes_in_batches(len(chains) * len(sources), len(targets)):
@@ -204,7 +204,7 @@ LANES = 400_000
 """Candidate paths solved at once: bounds the memory at some 200 MB."""
 
 
-def lanes_in_batches(lanes_per_target: int, targets: int) -> list[Int[np.ndarray, "batch"]]:
+def lanes_in_batches(lanes_per_target: int, targets: int) -> list[Int[np.ndarray, " batch"]]:
     """Indices of consecutive targets, as many at once as memory allows; at least one."""
     batch = max(1, LANES // max(1, lanes_per_target))
     return [np.arange(start, min(start + batch, targets)) for start in range(0, targets, batch)]
@@ -217,7 +217,7 @@ def _exact_paths(
     sources: Antennas,
     targets: Antennas,
     propagation: Propagation,
-) -> tuple[PathsBuffer, Int[np.ndarray, "paths"]]:
+) -> tuple[PathsBuffer, Int[np.ndarray, " paths"]]:
     """Valid paths, and the chain of each, between every source and target."""
     buffer = candidates(chains.interactions, planes.vertices, len(sources), len(targets))
     buffer = refine(sionna, buffer, sources, targets, propagation)

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import csv
 import json
-import os
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from io import BytesIO, StringIO
@@ -19,6 +18,7 @@ import yaml
 from jaxtyping import Complex, Float, Int, UInt8
 from PIL import Image
 
+from scenes.atomic import write_atomically
 from scenes.errors import InputError
 from simulate.spectrum import PlanarArray
 
@@ -48,10 +48,10 @@ class Dataset:
     names: list[str]
     pictures: UInt8[np.ndarray, "K 90 360"]
     positions: Float[np.ndarray, "K 3"]
-    gateway_position: Float[np.ndarray, "3"]
-    gateway_orientation: Float[np.ndarray, "4"]
-    train: Int[np.ndarray, "K_train"]
-    test: Int[np.ndarray, "K_test"]
+    gateway_position: Float[np.ndarray, 3]
+    gateway_orientation: Float[np.ndarray, 4]
+    train: Int[np.ndarray, " K_train"]
+    test: Int[np.ndarray, " K_test"]
     channels: Complex[np.ndarray, "K elements"] | None = None
     metadata: dict[str, Any] = field(default_factory=dict)
 
@@ -125,9 +125,7 @@ def inspect(folder: Path) -> Inspection:
     if unused and not problems:
         warnings.append(f"{unused} spectra are in neither train_index.txt nor test_index.txt")
 
-    channels = _read_channels(
-        folder / "channels.npz", len(positions) if positions is not None else 0, problems
-    )
+    channels = _read_channels(folder / "channels.npz", len(positions) if positions is not None else 0, problems)
     if problems or positions is None:
         return Inspection(problems, warnings, None)
     rows = numbers - 1
@@ -151,29 +149,41 @@ def _kind(path: Path) -> str:
 
 
 def _read_positions(path: Path, problems: list[str]) -> Float[np.ndarray, "K 3"] | None:
-    if not path.is_file():
-        problems.append(f"{path}: expected the transmitter positions, found no such file")
+    try:
+        return read_points(path)
+    except InputError as error:
+        problems.append(str(error))
         return None
+
+
+def read_points(path: Path) -> Float[np.ndarray, "n 3"]:
+    """Read a CSV of positions with the header x,y,z; metres, world frame.
+
+    Raises:
+        InputError: no such file, another header, a row that is not three finite numbers, or no rows.
+    """
+    if not path.is_file():
+        raise InputError(f"{path}: expected a CSV of positions, found no such file")
     with path.open(newline="", encoding="utf-8-sig") as file:
         rows = list(csv.reader(file))
     if not rows or [name.strip() for name in rows[0]] != ["x", "y", "z"]:
         found = ",".join(rows[0]) if rows else "an empty file"
-        problems.append(f"{path}, row 1: expected the header x,y,z, found {found}")
-        return None
-    positions = []
+        raise InputError(f"{path}, line 1: expected the header x,y,z, found {found}")
+    points = []
     for number, row in enumerate(rows[1:], start=1):
         try:
             point = [float(value) for value in row]
         except ValueError:
             point = []
         if len(point) != 3 or not np.isfinite(point).all():
-            problems.append(
+            raise InputError(
                 f"{path}, position {number} (line {number + 1}): expected three finite numbers in metres, "
                 f"found {','.join(row) or 'an empty line'}"
             )
-            return None
-        positions.append(point)
-    return np.array(positions, dtype=float).reshape(-1, 3)
+        points.append(point)
+    if not points:
+        raise InputError(f"{path}: expected at least one position after the header, found none")
+    return np.array(points, dtype=float)
 
 
 def _read_pictures(folder: Path, problems: list[str]) -> tuple[list[str], UInt8[np.ndarray, "K 90 360"]]:
@@ -223,15 +233,13 @@ def _read_index(path: Path, names: list[str], problems: list[str]) -> list[int]:
     index = []
     for number, name in enumerate(path.read_text().split(), start=1):
         if name not in where:
-            problems.append(
-                f"{path}, row {number}: expected the name of a picture, found {name}, which is not there"
-            )
+            problems.append(f"{path}, row {number}: expected the name of a picture, found {name}, which is not there")
         else:
             index.append(where[name])
     return index
 
 
-def read_index(path: Path, dataset: Dataset) -> Int[np.ndarray, "n"]:
+def read_index(path: Path, dataset: Dataset) -> Int[np.ndarray, " n"]:
     """Indices into ``dataset`` of the names in an index file.
 
     Raises:
@@ -246,7 +254,7 @@ def read_index(path: Path, dataset: Dataset) -> Int[np.ndarray, "n"]:
     return np.array(index, dtype=int)
 
 
-def _read_gateway(path: Path, problems: list[str]) -> tuple[Float[np.ndarray, "3"], Float[np.ndarray, "4"]]:
+def _read_gateway(path: Path, problems: list[str]) -> tuple[Float[np.ndarray, 3], Float[np.ndarray, 4]]:
     nowhere = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
     if not path.is_file():
         problems.append(f"{path}: expected the gateway's position and orientation, found no such file")
@@ -255,11 +263,7 @@ def _read_gateway(path: Path, problems: list[str]) -> tuple[Float[np.ndarray, "3
         gateway = yaml.safe_load(path.read_text())["gateway1"]
         position = np.array(gateway["position"], dtype=float)
         orientation = np.array(gateway["orientation"], dtype=float)
-        if (
-            position.shape != (3,)
-            or orientation.shape != (4,)
-            or not np.isfinite([*position, *orientation]).all()
-        ):
+        if position.shape != (3,) or orientation.shape != (4,) or not np.isfinite([*position, *orientation]).all():
             raise ValueError
     except (yaml.YAMLError, KeyError, TypeError, ValueError):
         problems.append(
@@ -282,9 +286,7 @@ def _read_metadata(path: Path, problems: list[str]) -> dict[str, Any]:
         metadata = json.loads(path.read_text())
         PlanarArray(**metadata.get("array", {}))
     except (ValueError, TypeError, AttributeError) as error:
-        problems.append(
-            f"{path}: expected a JSON object whose array has rows, columns, spacing, found {error}"
-        )
+        problems.append(f"{path}: expected a JSON object whose array has rows, columns, spacing, found {error}")
         return {}
     return metadata
 
@@ -302,16 +304,6 @@ def _read_channels(path: Path, rows: int, problems: list[str]) -> Complex[np.nda
         problems.append(f"{path}: expected channels of {rows} positions, found shape {channels.shape}")
         return None
     return channels
-
-
-def write_atomically(path: Path, content: bytes) -> None:
-    """Write a file so that a reader, or a run killed at any moment, sees the old one or the whole new one."""
-    temporary = path.with_name(path.name + ".tmp")
-    with temporary.open("wb") as file:
-        file.write(content)
-        file.flush()
-        os.fsync(file.fileno())
-    os.replace(temporary, path)
 
 
 def write_picture(path: Path, picture: UInt8[np.ndarray, "90 360"]) -> None:
@@ -334,9 +326,7 @@ def write_index(path: Path, names: Sequence[str]) -> None:
     write_atomically(path, "".join(f"{name}\n" for name in names).encode())
 
 
-def write_gateway(
-    path: Path, dataset_name: str, position: Sequence[float], orientation: Sequence[float]
-) -> None:
+def write_gateway(path: Path, dataset_name: str, position: Sequence[float], orientation: Sequence[float]) -> None:
     """Write gateway_info.yml."""
     text = (
         f"dataset_name: {dataset_name}\n"
@@ -349,8 +339,13 @@ def write_gateway(
 
 def write_channels(path: Path, channels: Complex[np.ndarray, "K elements"]) -> None:
     """Write channels.npz: complex64 element responses, un-normalised."""
+    write_arrays(path, {"channels": channels.astype(np.complex64)})
+
+
+def write_arrays(path: Path, arrays: dict[str, np.ndarray]) -> None:
+    """Write an .npz of named arrays, atomically."""
     buffer = BytesIO()
-    np.savez(buffer, channels=channels.astype(np.complex64))
+    np.savez(buffer, **arrays)  # type: ignore[arg-type]
     write_atomically(path, buffer.getvalue())
 
 

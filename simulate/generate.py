@@ -31,11 +31,11 @@ from rich.progress import (
 )
 from rich.text import Text
 
+from scenes.atomic import write_atomically
 from scenes.description import Scene
 from scenes.errors import InputError
 from scenes.scene_yaml import write_scene
 from simulate.dataset import (
-    write_atomically,
     write_channels,
     write_gateway,
     write_index,
@@ -148,9 +148,7 @@ def _begun(folder: Path, metadata: dict[str, Any]) -> bool:
         return False
     path = folder / "metadata.json"
     if not path.is_file():
-        raise InputError(
-            f"{folder}: expected a new folder or one this command began, found other files in it"
-        )
+        raise InputError(f"{folder}: expected a new folder or one this command began, found other files in it")
     try:
         found = json.loads(path.read_text())
     except ValueError as error:
@@ -170,9 +168,7 @@ def _parts(folder: Path, count: int) -> list[Path]:
     return [folder / "parts" / f"{start:08d}.npy" for start in range(0, count, PART)]
 
 
-def _trace_parts(
-    request: Request, positions: Float[np.ndarray, "K 3"], names: list[str], folder: Path
-) -> None:
+def _trace_parts(request: Request, positions: Float[np.ndarray, "K 3"], names: list[str], folder: Path) -> None:
     todo = [path for path in _parts(folder, len(positions)) if not path.exists()]
     if not todo:
         return

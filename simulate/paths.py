@@ -46,9 +46,7 @@ class Interactions:
         return len(self.types)
 
 
-def shoot(
-    sionna: rt.Scene, sources: Antennas, targets: Antennas, propagation: Propagation, room: int
-) -> PathsBuffer:
+def shoot(sionna: rt.Scene, sources: Antennas, targets: Antennas, propagation: Propagation, room: int) -> PathsBuffer:
     """Shoot and bounce rays from the sources: candidate paths to the targets, the same ones every time.
 
     Args:
@@ -76,9 +74,7 @@ def shoot(
     return buffer
 
 
-def candidates(
-    interactions: Interactions, vertices: dict[int, np.ndarray], sources: int, targets: int
-) -> PathsBuffer:
+def candidates(interactions: Interactions, vertices: dict[int, np.ndarray], sources: int, targets: int) -> PathsBuffer:
     """Every chain between every source and every target, as candidates for ``refine``.
 
     Args:
@@ -132,7 +128,7 @@ def interactions_of(buffer: PathsBuffer) -> Interactions:
     return Interactions(buffer.interaction_types.numpy(), buffer.shapes.numpy(), buffer.primitives.numpy())
 
 
-def keep(buffer: PathsBuffer, wanted: Int[np.ndarray, "paths"] | np.ndarray) -> PathsBuffer:
+def keep(buffer: PathsBuffer, wanted: Int[np.ndarray, " paths"] | np.ndarray) -> PathsBuffer:
     """The valid paths among those wanted (a mask over the buffer)."""
     buffer.valid = buffer.valid & mi.Bool(wanted)
     buffer.discard_invalid()

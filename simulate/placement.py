@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 from typing import Literal
 
@@ -13,6 +12,7 @@ from scipy.interpolate import CubicSpline
 from scenes.description import Scene
 from scenes.errors import InputError
 from scenes.occupancy import blocking_object, inside_object
+from simulate.dataset import read_points
 
 Placement = Literal["uniform", "grid", "path"]
 
@@ -72,9 +72,7 @@ def _grid(region: Float[np.ndarray, "2 3"], count: int) -> Float[np.ndarray, "n 
     size = region[1] - region[0]
     step = (size.prod() / count) ** (1 / 3)
     cells = np.maximum(1, np.floor(size / step).astype(int))
-    axes = [
-        low + (np.arange(n) + 0.5) * extent / n for low, extent, n in zip(region[0], size, cells, strict=True)
-    ]
+    axes = [low + (np.arange(n) + 0.5) * extent / n for low, extent, n in zip(region[0], size, cells, strict=True)]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
@@ -99,42 +97,14 @@ def _smooth_path(
     raise _no_room(scene)
 
 
-def read_positions(path: Path, scene: Scene | None = None) -> Float[np.ndarray, "n 3"]:
-    """Read positions from a CSV with the header x,y,z, metres, world frame.
-
-    Args:
-        path: the CSV.
-        scene: where given, no position may be inside one of its objects.
+def read_positions(path: Path, scene: Scene) -> Float[np.ndarray, "n 3"]:
+    """Positions of a CSV (header x,y,z; metres, world frame), none of them inside an object.
 
     Raises:
-        InputError: no such file, wrong header, a row that is not three finite numbers, no rows, or a position inside
-            an object; names the row.
+        InputError: as ``read_points``, or a position inside an object; names the line.
     """
-    if not path.is_file():
-        raise InputError(f"{path}: expected a CSV of positions, found no such file")
-    with path.open(newline="", encoding="utf-8-sig") as file:
-        rows = list(csv.reader(file))
-    if not rows or [name.strip() for name in rows[0]] != ["x", "y", "z"]:
-        found = ",".join(rows[0]) if rows else "an empty file"
-        raise InputError(f"{path}, line 1: expected the header x,y,z, found {found}")
-    positions = np.zeros((len(rows) - 1, 3))
-    for index, row in enumerate(rows[1:]):
-        try:
-            point = [float(value) for value in row]
-        except ValueError:
-            point = []
-        if len(point) != 3 or not np.isfinite(point).all():
-            raise InputError(
-                f"{path}, line {index + 2}: expected three finite numbers in metres, "
-                f"found {','.join(row) or 'an empty line'}"
-            )
-        positions[index] = point
-    if not len(positions):
-        raise InputError(f"{path}: expected at least one position after the header, found none")
-    if scene is not None:
-        for index, blocker in enumerate(blocking_object(scene, positions)):
-            if blocker is not None:
-                raise InputError(
-                    f'{path}, line {index + 2}: expected a free place, found one inside "{blocker}"'
-                )
+    positions = read_points(path)
+    for index, blocker in enumerate(blocking_object(scene, positions)):
+        if blocker is not None:
+            raise InputError(f'{path}, line {index + 2}: expected a free place, found one inside "{blocker}"')
     return positions

@@ -59,7 +59,7 @@ class Antennas:
     """
 
     positions: Float[np.ndarray, "n 3"]
-    angles: Float[np.ndarray, "3"]
+    angles: Float[np.ndarray, 3]
     pattern: Callable
 
     def __len__(self) -> int:
@@ -104,7 +104,7 @@ def transmitter_antennas(scene: Scene, positions: Float[np.ndarray, "n 3"]) -> A
     return Antennas(positions, angles, _pattern(transmitter.pattern, transmitter.polarization))
 
 
-def sionna_angles(rotation: Rotation) -> Float[np.ndarray, "3"]:
+def sionna_angles(rotation: Rotation) -> Float[np.ndarray, 3]:
     """Sionna's orientation angles (α, β, γ) about z, y, x, in radians, of a device-to-world rotation."""
     with warnings.catch_warnings():
         # Boresight straight up or down: α and γ turn about the same axis and any split of them will do.

@@ -89,9 +89,7 @@ class PlanarArray:
         azimuth, elevation = np.meshgrid(np.radians(AZIMUTHS_DEG), np.radians(ELEVATIONS_DEG))
         return self.manifold(azimuth, elevation).conj() / np.sqrt(self.elements)
 
-    def spectrum(
-        self, channels: Complex[np.ndarray, "*batch elements"]
-    ) -> Float[np.ndarray, "*batch 90 360"]:
+    def spectrum(self, channels: Complex[np.ndarray, "*batch elements"]) -> Float[np.ndarray, "*batch 90 360"]:
         """Spatial spectrum S(φ,θ) = |Σ_m y_m e^{-jk u·d_m}| / √(MN), a magnitude; power is S².
 
         Args:

@@ -79,9 +79,7 @@ class Tracer:
         """
         targets = transmitter_antennas(self.scene, positions)
         if self.method == "chains":
-            result = solve_chains(
-                self._sionna, self._planes, self._chains, self._sources, targets, self.propagation
-            )
+            result = solve_chains(self._sionna, self._planes, self._chains, self._sources, targets, self.propagation)
             return result.astype(np.complex64)
         result = np.zeros((len(targets), len(self._sources)), np.complex64)
         for start in range(0, len(targets), self._at_once):

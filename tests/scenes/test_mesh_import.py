@@ -133,9 +133,7 @@ def test_wrong_options(glb, options, sentence):
 def test_wrong_files(tmp_path):
     with pytest.raises(InputError, match=r"gone.ply: no such mesh file"):
         import_mesh(tmp_path / "gone.ply", [], "wood")
-    with pytest.raises(
-        InputError, match=r'room.ifc: ".ifc" is not a mesh format we read; expected one of .glb'
-    ):
+    with pytest.raises(InputError, match=r'room.ifc: ".ifc" is not a mesh format we read; expected one of .glb'):
         import_mesh(tmp_path / "room.ifc", [], "wood")
     trimesh.PointCloud(np.eye(3)).export(tmp_path / "cloud.ply")
     with pytest.raises(InputError, match=r"cloud.ply: holds no triangles"):

@@ -77,9 +77,7 @@ def test_inverted_normals_do_not_matter(scene):
 
 def test_triangles_that_face_both_ways(scene):
     crate = box((0, 0, 0), (1, 1, 1))
-    mixed = Trimesh(
-        crate.vertices, [f[::-1] if k % 2 else f for k, f in enumerate(crate.faces)], process=False
-    )
+    mixed = Trimesh(crate.vertices, [f[::-1] if k % 2 else f for k, f in enumerate(crate.faces)], process=False)
     item = SceneObject("crate", mixed, "wood")
     points = np.array([[0.5, 0.5, 0.5], [0.1, 0.2, 0.9], [0.5, 0.5, 1.1]])
     assert inside_object(replace(scene, objects=(item,)), points).tolist() == [True, True, False]

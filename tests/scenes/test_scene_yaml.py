@@ -58,12 +58,8 @@ def test_reads_every_key(folder):
 
 
 def test_reads_antenna_options(folder):
-    text = YARD.replace(
-        "[4, 0, 1]\n", "[4, 0, 1]\n  rows: 2\n  columns: 8\n  spacing: 0.4\n  pattern: tr38901\n"
-    )
-    text = text.replace(
-        "1.5]}\n", "1.5]}\n  pattern: dipole\n  polarization: H\n  orientation: [0, 0, 0.6, 0.8]\n"
-    )
+    text = YARD.replace("[4, 0, 1]\n", "[4, 0, 1]\n  rows: 2\n  columns: 8\n  spacing: 0.4\n  pattern: tr38901\n")
+    text = text.replace("1.5]}\n", "1.5]}\n  pattern: dipole\n  polarization: H\n  orientation: [0, 0, 0.6, 0.8]\n")
     scene = read(folder, text)
     gateway, transmitter = scene.gateway, scene.transmitter
     assert (gateway.rows, gateway.columns, gateway.spacing, gateway.pattern) == (2, 8, 0.4, "tr38901")
@@ -109,9 +105,7 @@ def test_names_that_are_no_file_names(scene, tmp_path):
     from dataclasses import replace
 
     floor, crate = scene.objects
-    awkward = replace(
-        scene, objects=(replace(floor, name="a/b"), replace(crate, name="A b"), replace(crate, name="é"))
-    )
+    awkward = replace(scene, objects=(replace(floor, name="a/b"), replace(crate, name="A b"), replace(crate, name="é")))
     assert read_scene(write_scene(awkward, tmp_path)) == awkward
 
 
@@ -189,9 +183,7 @@ BAD = [
 ]
 
 
-@pytest.mark.parametrize(
-    ("old", "new", "sentence"), BAD, ids=[b[1].strip() or f"no {b[0].strip()}" for b in BAD]
-)
+@pytest.mark.parametrize(("old", "new", "sentence"), BAD, ids=[b[1].strip() or f"no {b[0].strip()}" for b in BAD])
 def test_mistakes(folder, old, new, sentence):
     trimesh.PointCloud(np.eye(3)).export(folder / "points.ply")
     (folder / "empty.obj").write_text("")

@@ -1,0 +1,104 @@
+"""Figures: spectra side by side, SSIM distributions, error over the transmitter region."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from matplotlib.figure import Figure
+
+EXTENT = (-0.5, 359.5, 0.5, 90.5)
+"""Of a spectrum's picture in degrees; row 0 (1° elevation) is drawn at the bottom."""
+
+LABELS = {
+    "model": "model",
+    "mean_picture": "mean picture",
+    "nearest": "nearest neighbour",
+    "inverse_distance": "inverse distance (4)",
+    "array_ceiling": "array's ceiling",
+}
+
+
+def draw_examples(
+    prediction: Float[np.ndarray, "K 90 360"],
+    truth: Float[np.ndarray, "K 90 360"],
+    ssim: Float[np.ndarray, " K"],
+    path: Path,
+) -> None:
+    """Predicted | true | difference for five spectra: worst, lower quartile, median, upper quartile, best SSIM."""
+    order = np.argsort(ssim)
+    ranks = {"worst": 0.0, "lower quartile": 0.25, "median": 0.5, "upper quartile": 0.75, "best": 1.0}
+    figure = Figure(figsize=(11, 7.4), layout="constrained")
+    axes = figure.subplots(len(ranks), 3, sharex=True, sharey=True)
+    for row, (name, share) in zip(axes, ranks.items(), strict=True):
+        index = order[round(share * (len(order) - 1))]
+        pictures = (prediction[index], truth[index], prediction[index] - truth[index])
+        for axis, picture, diverging in zip(row, pictures, (False, False, True), strict=True):
+            image = axis.imshow(
+                picture,
+                origin="lower",
+                extent=EXTENT,
+                aspect="auto",
+                cmap="RdBu_r" if diverging else "viridis",
+                vmin=-1 if diverging else 0,
+                vmax=1,
+            )
+            if diverging:
+                figure.colorbar(image, ax=axis)
+        figure.colorbar(row[1].images[0], ax=row[1])
+        row[0].set_ylabel(f"{name}\nSSIM {ssim[index]:.3f}\nelevation (°)")
+    for axis, title in zip(axes[0], ("predicted", "truth", "predicted − truth"), strict=True):
+        axis.set_title(title)
+    for axis in axes[-1]:
+        axis.set_xlabel("azimuth (°)")
+        axis.set_xticks(range(0, 361, 90))
+    figure.savefig(path, dpi=110)
+
+
+def draw_ssim_distribution(ssim: dict[str, Float[np.ndarray, " K"]], path: Path) -> None:
+    """Cumulative distribution of SSIM of everything that was compared."""
+    figure = Figure(figsize=(6.4, 4.2), layout="constrained")
+    axis = figure.subplots()
+    for name, values in ssim.items():
+        share = np.arange(1, len(values) + 1) / len(values)
+        label = f"{LABELS.get(name, name)}: median {np.median(values):.3f}"
+        axis.step(np.sort(values), share, where="post", label=label, linewidth=2 if name == "model" else 1.2)
+    axis.set(
+        xlabel="SSIM",
+        ylabel="share of test spectra",
+        xlim=(min(0.2, *map(np.min, ssim.values())), 1),
+        ylim=(0, 1),
+    )
+    axis.grid(alpha=0.3)
+    axis.legend(loc="upper left")
+    figure.savefig(path, dpi=110)
+
+
+def draw_error_map(
+    positions: Float[np.ndarray, "K 3"],
+    ssim: Float[np.ndarray, " K"],
+    known: Float[np.ndarray, "n 3"],
+    path: Path,
+) -> None:
+    """SSIM over the transmitter region, in plan and from the side; training positions as small dots."""
+    figure = Figure(figsize=(11, 4.4), layout="constrained")
+    axes = figure.subplots(1, 2)
+    for axis, (first, second) in zip(axes, ((0, 1), (0, 2)), strict=True):
+        axis.scatter(known[:, first], known[:, second], s=2, color="0.75", label="training positions")
+        points = axis.scatter(
+            positions[:, first],
+            positions[:, second],
+            c=ssim,
+            s=28,
+            cmap="viridis",
+            vmin=0,
+            vmax=1,
+            label="test positions",
+        )
+        axis.set(xlabel=f"{'xyz'[first]} (m)", ylabel=f"{'xyz'[second]} (m)", aspect="equal")
+    axes[0].set_title("from above")
+    axes[1].set_title("from the side")
+    axes[0].legend(loc="upper right", fontsize="small")
+    figure.colorbar(points, ax=axes, label="SSIM")
+    figure.savefig(path, dpi=110)

@@ -1,0 +1,169 @@
+"""A run folder: everything needed to use a trained model again.
+
+config.json          what was trained, on what, with which settings and versions
+split.json           names of the training, validation and test spectra
+weights.safetensors  the best checkpoint's weights; its presence says that training is finished
+checkpoints/         best.ckpt and last.ckpt of Lightning, to resume from
+logs/                CSV and TensorBoard
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+import torch
+from jaxtyping import Complex, Float
+from safetensors.torch import load_file, save
+
+from learn.model import PLUS, BiSplatAperture, BiSplatWRF, Bypass, ModelSize
+from learn.splits import Split, SplitKind
+from scenes.atomic import write_atomically
+from scenes.errors import InputError
+from simulate.dataset import Dataset
+from simulate.spectrum import PlanarArray
+
+ModelName = Literal["bisplat", "bisplat-plus", "bisplat-aperture"]
+
+PREDICT_AT_ONCE = 16
+
+
+@dataclass(frozen=True)
+class Config:
+    """Settings of a run; the same settings on the same data give the same weights.
+
+    Attributes:
+        dataset: folder trained on, absolute.
+        model: which model.
+        split: how the test part is chosen.
+        seed: of the split, the initial weights and the order of the spectra.
+        steps: optimiser steps, rounded up to whole epochs.
+        batch_size: spectra per step.
+        learning_rate: of AdamW, after warm-up.
+        bypass: branches switched off (the paper's ablation).
+    """
+
+    dataset: str
+    model: ModelName
+    split: SplitKind
+    seed: int
+    steps: int
+    batch_size: int
+    learning_rate: float
+    bypass: tuple[Bypass, ...] = ()
+
+
+def build_model(config: Config, region: Float[np.ndarray, "2 3"], array: PlanarArray) -> BiSplatWRF:
+    """The untrained model a configuration names."""
+    bypass = frozenset(config.bypass)
+    if config.model == "bisplat-aperture":
+        return BiSplatAperture(ModelSize(), region, array, bypass)
+    return BiSplatWRF(PLUS if config.model == "bisplat-plus" else ModelSize(), region, bypass)
+
+
+def write_config(folder: Path, config: Config, array: PlanarArray, split: Split, names: Sequence[str]) -> None:
+    """Write config.json and split.json."""
+    content = {
+        **asdict(config),
+        "array": asdict(array),
+        "normalisation": "pictures are min-max normalised per spectrum; positions are scaled inside the model",
+        "versions": {name: version(name) for name in ("bisplat-wrf", "torch", "lightning", "numpy")},
+    }
+    write_atomically(folder / "config.json", (json.dumps(content, indent=2) + "\n").encode())
+    parts = {part: [names[i] for i in getattr(split, part)] for part in ("train", "validation", "test")}
+    write_atomically(folder / "split.json", (json.dumps(parts, indent=1) + "\n").encode())
+
+
+def read_config(folder: Path) -> tuple[Config, PlanarArray]:
+    """Read config.json.
+
+    Raises:
+        InputError: no such file, or not what ``write_config`` writes.
+    """
+    path = folder / "config.json"
+    if not path.is_file():
+        raise InputError(f"{folder}: expected a run folder made by bisplat train, found no config.json in it")
+    try:
+        content: dict[str, Any] = json.loads(path.read_text())
+        fields = {name: content[name] for name in Config.__dataclass_fields__}
+        fields["bypass"] = tuple(fields["bypass"])
+        return Config(**fields), PlanarArray(**content["array"])
+    except (ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{path}: expected the settings bisplat train writes, found {error!r}") from error
+
+
+@dataclass(frozen=True)
+class Run:
+    """A trained model with its settings."""
+
+    folder: Path
+    config: Config
+    array: PlanarArray
+    model: BiSplatWRF
+
+    def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
+        """Predicted pictures, 0…1.
+
+        Args:
+            positions: metres, in the frame of the dataset trained on.
+        """
+        return self._in_batches(self.model, positions).astype(np.float32)
+
+    def predict_channels(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements"] | None:
+        """Predicted element responses, up to one common factor each; None where the model has no aperture."""
+        if not isinstance(self.model, BiSplatAperture):
+            return None
+        return self._in_batches(self.model.channels, positions).astype(np.complex64)
+
+    def _in_batches(self, function, positions: Float[np.ndarray, "K 3"]) -> np.ndarray:
+        with torch.inference_mode():
+            parts = torch.from_numpy(positions).float().split(PREDICT_AT_ONCE)
+            return np.concatenate([function(part).numpy() for part in parts])
+
+    def split(self, dataset: Dataset) -> Split:
+        """The spectra this run was trained, validated and tested on.
+
+        Raises:
+            InputError: the dataset lacks some of them.
+        """
+        parts = json.loads((self.folder / "split.json").read_text())
+        where = {name: index for index, name in enumerate(dataset.names)}
+        missing = [name for names in parts.values() for name in names if name not in where]
+        if missing:
+            raise InputError(
+                f"{dataset.folder}: expected the dataset {self.folder} was trained on, found no spectrum {missing[0]}"
+            )
+        return Split(**{part: np.array([where[name] for name in names], dtype=int) for part, names in parts.items()})
+
+
+def save_weights(folder: Path, model: BiSplatWRF) -> None:
+    """Write weights.safetensors."""
+    tensors = {name: tensor.detach().cpu().contiguous() for name, tensor in model.state_dict().items()}
+    write_atomically(folder / "weights.safetensors", save(tensors))
+
+
+def load_run(folder: Path) -> Run:
+    """Load a trained run.
+
+    Raises:
+        InputError: not a run folder, training is not finished, or the weights are not this model's.
+    """
+    config, array = read_config(folder)
+    path = folder / "weights.safetensors"
+    if not path.is_file():
+        raise InputError(
+            f"{folder}: expected a finished run, found no weights.safetensors; run its bisplat train again"
+        )
+    model = build_model(config, np.zeros((2, 3)), array)
+    try:
+        model.load_state_dict(load_file(path))
+    except Exception as error:  # safetensors and torch raise their own kinds
+        raise InputError(
+            f"{path}: expected the weights of {config.model}, found {str(error).splitlines()[0]}"
+        ) from error
+    return Run(folder, config, array, model.eval())

@@ -1,0 +1,137 @@
+"""Train a model on a dataset folder into a run folder; the same command again resumes."""
+
+from __future__ import annotations
+
+import logging
+import math
+import warnings
+from pathlib import Path
+
+import lightning as L
+import numpy as np
+import torch
+from lightning.pytorch.callbacks import Callback, ModelCheckpoint
+from lightning.pytorch.loggers import CSVLogger, TensorBoardLogger
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from learn.run import Config, build_model, read_config, save_weights, write_config
+from learn.splits import split
+from learn.training import Training, loader
+from scenes.errors import InputError
+from simulate.dataset import Dataset, read_dataset
+
+STEPS_PER_VALIDATION = 100
+
+
+class ProgressOnStderr(Callback):
+    """Steps, time left, loss and the current validation SSIM."""
+
+    def __init__(self, steps: int) -> None:
+        self._steps = steps
+        self._progress = Progress(
+            TextColumn("training"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TextColumn("{task.fields[figures]}"),
+            TimeRemainingColumn(),
+            console=Console(stderr=True),
+        )
+
+    def on_train_start(self, trainer: L.Trainer, module: L.LightningModule) -> None:
+        self._progress.start()
+        self._bar = self._progress.add_task("", total=self._steps, completed=trainer.global_step, figures="")
+
+    def on_train_batch_end(self, trainer: L.Trainer, module: L.LightningModule, *_) -> None:
+        figures = {name: trainer.callback_metrics.get(name) for name in ("loss", "validation_ssim")}
+        text = "  ".join(f"{name} {float(value):.4f}" for name, value in figures.items() if value is not None)
+        self._progress.update(self._bar, completed=trainer.global_step, figures=text)
+
+    def teardown(self, trainer: L.Trainer, module: L.LightningModule, stage: str) -> None:
+        self._progress.stop()
+
+
+def train(config: Config, folder: Path) -> None:
+    """Train, or go on with a run that was interrupted, or return at once if it is finished.
+
+    An interrupted run goes on from its last epoch and ends with the weights it would have had.
+
+    Raises:
+        InputError: the dataset is bad, or the folder holds something else than this very run.
+    """
+    dataset = read_dataset(config.dataset)
+    _claim(folder, config)
+    parts = split(dataset, config.split, config.seed)
+    if (folder / "weights.safetensors").exists():
+        return
+    write_config(folder, config, dataset.array, parts, dataset.names)
+
+    for name in ("lightning.pytorch", "lightning.fabric"):
+        logging.getLogger(name).setLevel(logging.ERROR)
+    warnings.filterwarnings("ignore", module="lightning")
+    L.seed_everything(config.seed, verbose=False)
+    known = dataset.positions[parts.known]
+    region = np.stack([known.min(axis=0), known.max(axis=0)])
+    # A coordinate that never changes would be divided by a width of zero.
+    region[1] = np.maximum(region[1], region[0] + 1e-3)
+    model = build_model(config, region, dataset.array)
+
+    training_batches = _batches(dataset, parts.train, config.batch_size, config.seed)
+    every = max(1, round(STEPS_PER_VALIDATION / len(training_batches)))
+    # Whole periods between validations, so that the last weights are validated too.
+    epochs = every * math.ceil(config.steps / (every * len(training_batches)))
+    steps = epochs * len(training_batches)
+    checkpoints = ModelCheckpoint(
+        folder / "checkpoints",
+        filename="best",
+        monitor="validation_ssim",
+        mode="max",
+        save_last=True,
+        enable_version_counter=False,
+    )
+    trainer = L.Trainer(
+        max_epochs=epochs,
+        accelerator="auto",
+        devices=1,
+        check_val_every_n_epoch=every,
+        num_sanity_val_steps=0,
+        callbacks=[checkpoints, ProgressOnStderr(steps)],
+        logger=[
+            CSVLogger(folder, name="logs", version=""),
+            TensorBoardLogger(folder, name="logs", version=""),
+        ],
+        enable_progress_bar=False,
+        enable_model_summary=False,
+    )
+    last = folder / "checkpoints" / "last.ckpt"
+    trainer.fit(
+        Training(model, config.learning_rate, steps),
+        training_batches,
+        _batches(dataset, parts.validation, 16, None),
+        ckpt_path=last if last.exists() else None,
+        weights_only=False,
+    )
+    if trainer.interrupted:
+        raise KeyboardInterrupt
+    best = torch.load(folder / "checkpoints" / "best.ckpt", map_location="cpu", weights_only=False)
+    model.load_state_dict({name.removeprefix("model."): value for name, value in best["state_dict"].items()})
+    save_weights(folder, model)
+
+
+def _batches(dataset: Dataset, part: np.ndarray, size: int, shuffle_seed: int | None):
+    return loader(dataset.positions[part], dataset.pictures[part], size, shuffle_seed)
+
+
+def _claim(folder: Path, config: Config) -> None:
+    """Make the run folder, or make sure that it is this run's."""
+    if (folder / "config.json").exists():
+        found, _ = read_config(folder)
+        for name in Config.__dataclass_fields__:
+            if getattr(found, name) != getattr(config, name):
+                raise InputError(
+                    f"{folder}: expected a new folder or this run begun before, found a run whose {name} is "
+                    f"{getattr(found, name)}, not {getattr(config, name)}"
+                )
+    elif folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise InputError(f"{folder}: expected a new folder or a run begun before, found other files")
+    folder.mkdir(parents=True, exist_ok=True)
