@@ -18,7 +18,7 @@ from learn.bst import BilinearSpatialTransformer
 from learn.encoding import PRIMITIVE_ORDER, TX_ORDER, positional_encoding
 from learn.networks import ResidualFFN
 from learn.primitives import Primitives
-from learn.splat import pixel_grid, splat
+from learn.splat import splat
 from simulate.spectrum import AZIMUTHS_DEG, ELEVATIONS_DEG, PlanarArray
 
 Bypass = Literal["dynamic", "delta", "bst"]
@@ -26,6 +26,10 @@ Bypass = Literal["dynamic", "delta", "bst"]
 
 W_SCALE_COARSE, W_SCALE_FINE = 0.5, 1.0
 """w_scale of the hierarchy-based mixing: small for coarse primitives, to keep the background stable."""
+
+
+SCALE_LEAST, SCALE_MOST = 0.5, 60.0
+"""Degrees; a primitive narrower than a pixel or wider than the chart's periodicity allows means nothing."""
 
 
 @dataclass(frozen=True)
@@ -55,13 +59,16 @@ class BiSplatWRF(nn.Module):
     """
 
     region: Tensor
-    pixels: Tensor
+    azimuths: Tensor
+    elevations: Tensor
 
     def __init__(self, size: ModelSize, region: Float[np.ndarray, "2 3"], bypass: frozenset[Bypass] = frozenset()):
         super().__init__()
         self.bypass = bypass
         self.register_buffer("region", torch.as_tensor(region, dtype=torch.float32))
-        self.register_buffer("pixels", self._pixels(), persistent=False)
+        azimuths, elevations = self._grid()
+        self.register_buffer("azimuths", azimuths, persistent=False)
+        self.register_buffer("elevations", elevations, persistent=False)
         gs_pe, tx_pe = 3 * (2 * PRIMITIVE_ORDER + 1), 3 * (2 * TX_ORDER + 1)
         width, layers = size.ffn_width, size.ffn_layers
         self.primitives = Primitives(size.primitives)
@@ -78,11 +85,12 @@ class BiSplatWRF(nn.Module):
         self.dynamic = ResidualFFN(width, 2, width, layers)
         self.delta = ResidualFFN(gs_pe + tx_pe + width, 4, width, layers)
 
-    def _pixels(self) -> Float[Tensor, "P 2"]:
-        return pixel_grid(torch.tensor(AZIMUTHS_DEG).float(), torch.tensor(ELEVATIONS_DEG).float())
+    def _grid(self) -> tuple[Float[Tensor, " W"], Float[Tensor, " H"]]:
+        """Columns and rows the field is rendered at, degrees: here the spectrum's own."""
+        return torch.tensor(AZIMUTHS_DEG).float(), torch.tensor(ELEVATIONS_DEG).float()
 
-    def field(self, positions: Float[Tensor, "B 3"]) -> Complex[Tensor, "B P"]:
-        """The complex field F of each transmitter at this model's pixels.
+    def field(self, positions: Float[Tensor, "B 3"]) -> Complex[Tensor, "B H W"]:
+        """The complex field F(φ, θ) of each transmitter on this model's grid.
 
         Args:
             positions: transmitter positions, metres, world frame.
@@ -112,7 +120,8 @@ class BiSplatWRF(nn.Module):
         if "delta" not in self.bypass:
             offset = self.delta(torch.cat([encoded, features], dim=-1))
         rotation = primitives.rotation + offset[..., 0]
-        scale = (primitives.scale_raw + offset[..., 1:3]).exp()
+        # Bounded, since a primitive that shrinks to nothing takes the gradient with it.
+        scale = (primitives.scale_raw + offset[..., 1:3].tanh()).exp().clamp(SCALE_LEAST, SCALE_MOST)
         opacity = (primitives.opacity_raw + offset[..., 3]).sigmoid()
 
         return splat(
@@ -123,12 +132,13 @@ class BiSplatWRF(nn.Module):
             rotation,
             opacity,
             coefficient.expand(batch, -1),
-            self.pixels,
+            self.azimuths,
+            self.elevations,
         )
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
         """Predicted picture: SPS = |F|² at every pixel, fitted directly to the normalised pictures."""
-        return _power(self.field(positions)).unflatten(-1, (len(ELEVATIONS_DEG), len(AZIMUTHS_DEG)))
+        return _power(self.field(positions))
 
 
 class BiSplatAperture(BiSplatWRF):
@@ -155,20 +165,20 @@ class BiSplatAperture(BiSplatWRF):
         bypass: frozenset[Bypass] = frozenset(),
     ):
         super().__init__(size, region, bypass)
-        azimuth, elevation = np.radians(self.pixels.numpy().astype(np.float64)).T
+        azimuths, elevations = (np.radians(axis.double().numpy()) for axis in self._grid())
+        elevation, azimuth = np.meshgrid(elevations, azimuths, indexing="ij")
         solid_angle = np.cos(elevation) * np.radians(self.STEP_DEG) ** 2  # cosθ ΔφΔθ
-        aperture = array.manifold(azimuth, elevation) * solid_angle[:, None]
+        aperture = (array.manifold(azimuth, elevation) * solid_angle[..., None]).reshape(-1, array.elements)
         steering = array.steering.reshape(-1, array.elements)
         self.register_buffer("aperture", torch.from_numpy(aperture).to(torch.complex64), persistent=False)
         self.register_buffer("steering", torch.from_numpy(steering).to(torch.complex64), persistent=False)
 
-    def _pixels(self) -> Float[Tensor, "P 2"]:
-        step = self.STEP_DEG
-        return pixel_grid(torch.arange(0.0, 360.0, step), torch.arange(step / 2, 90.0, step))
+    def _grid(self) -> tuple[Float[Tensor, " W"], Float[Tensor, " H"]]:
+        return torch.arange(0.0, 360.0, self.STEP_DEG), torch.arange(self.STEP_DEG / 2, 90.0, self.STEP_DEG)
 
     def channels(self, positions: Float[Tensor, "B 3"]) -> Complex[Tensor, "B elements"]:
         """Complex element responses y; trained on pictures alone, their scale and common phase are arbitrary."""
-        return self.field(positions) @ self.aperture
+        return self.field(positions).flatten(1) @ self.aperture
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
         """Predicted picture: magnitude spectrum of ``channels``, min–max normalised."""

@@ -194,9 +194,10 @@ def _paths_somewhere(
 ) -> Bool[np.ndarray, " n"]:
     """Which chains are a path between some source and some target."""
     somewhere = np.zeros(len(chains), dtype=bool)
-    for part in lanes_in_batches(len(chains) * len(sources), len(targets)):
-        _, chain = _exact_paths(sionna, planes, chains, sources, targets.some(part), propagation)
-        somewhere[chain] = True
+    if len(chains):
+        for part in lanes_in_batches(len(chains) * len(sources), len(targets)):
+            _, chain = _exact_paths(sionna, planes, chains, sources, targets.some(part), propagation)
+            somewhere[chain] = True
     return somewhere
 
 

@@ -1,0 +1,97 @@
+"""What ``simulate.paths`` and ``simulate.chains`` build on Sionna RT's internals, against its public solver."""
+
+import re
+from dataclasses import replace
+from importlib.metadata import version
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from scenes.errors import InputError
+from simulate import chains
+from simulate.propagation import Propagation
+from simulate.trace import Tracer
+
+PYPROJECT = Path(__file__).parents[2] / "pyproject.toml"
+
+
+@pytest.mark.parametrize("package", ["sionna-rt", "mitsuba", "drjit"])
+def test_installed_ray_tracer_is_the_pinned_one(package):
+    """simulate/paths.py calls internals of one version; another one must be looked at first."""
+    pinned = re.search(rf'"{package}==([\d.]+)"', PYPROJECT.read_text())
+    assert pinned
+    assert version(package) == pinned[1]
+
+
+@pytest.mark.parametrize("place", [1, 2, 5, 9])
+def test_response_of_every_element_is_that_of_the_public_path_solver(
+    place, room, room_positions, room_responses, public_solver
+):
+    expected = public_solver(room, room_positions[place], rays=100_000, depth=2, gateway_sends=True)
+    assert np.abs(room_responses[place] - expected).max() < 1e-3 * np.abs(expected).max()
+
+
+def test_every_chain_of_a_room_is_found_once(room_tracer):
+    """Floor F, side S and back B, a screen P that may be passed before, between or after, depth 2, by hand.
+
+    Convex corners reflect in either order. Nothing can come after the outer walls are passed, no sheet reflects the
+    same path twice, and P, parallel to B, adds its own reflections and those with F, S and B.
+    """
+    found = room_tracer._chains
+    keys = {(*types, *planes) for types, planes in zip(found.interactions.types, found.planes, strict=True)}
+    assert len(keys) == len(found)
+
+
+def test_wall_of_many_triangles_reflects_once(room, room_positions, room_responses, two_bounces):
+    """Every triangle of every sheet cut into 64: the responses stay."""
+    fine = replace(room, objects=tuple(_subdivided(item, 3) for item in room.objects))
+    found = Tracer(fine, two_bounces).responses(room_positions)
+    assert np.abs(found - room_responses).max() < 1e-3 * np.abs(room_responses).max()
+
+
+def _subdivided(item, times):
+    mesh = item.mesh
+    for _ in range(times):
+        mesh = mesh.subdivide()
+    return replace(item, mesh=mesh)
+
+
+def test_wall_drawn_as_two_objects_side_by_side_reflects_once(room, room_positions, room_responses, two_bounces):
+    """The floor in two objects that share a plane: one chain, whichever half a path meets."""
+    left, right = (room.objects[0].mesh.slice_plane([-2, 0, 0], [sign, 0, 0]) for sign in (-1, 1))
+    halves = [replace(room.objects[0], name=name, mesh=mesh) for name, mesh in (("left", left), ("right", right))]
+    split = replace(room, objects=(*halves, *room.objects[1:]))
+    found = Tracer(split, two_bounces).responses(room_positions)
+    assert np.abs(found - room_responses).max() < 1e-3 * np.abs(room_responses).max()
+
+
+def test_finding_chains_again_gives_the_same_bits(room, room_positions, room_responses, two_bounces):
+    assert (Tracer(room, two_bounces).responses(room_positions) == room_responses).all()
+
+
+def test_responses_do_not_depend_on_the_batch(room_tracer, room_positions, room_responses, monkeypatch):
+    monkeypatch.setattr(chains, "LANES", 1)
+    assert (room_tracer.responses(room_positions[:3]) == room_responses[:3]).all()
+
+
+def test_responses_do_not_depend_on_the_order_of_positions(room_tracer, room_positions, room_responses):
+    order = np.random.default_rng(0).permutation(len(room_positions))
+    assert (room_tracer.responses(room_positions[order]) == room_responses[order]).all()
+
+
+@pytest.mark.parametrize("mechanism", ["diffuse", "diffraction"])
+def test_shooting_agrees_with_chains_where_nothing_scatters(
+    mechanism, room, room_positions, room_responses, two_bounces
+):
+    """Smooth materials and sheets without wedges: the other mechanisms add nothing."""
+    propagation = replace(two_bounces, rays=10_000, **{mechanism: True})
+    tracer = Tracer(room, propagation)
+    assert tracer.method == "shooting"
+    found = tracer.responses(room_positions[:3])
+    assert np.abs(found - room_responses[:3]).max() < 1e-3 * np.abs(room_responses[:3]).max()
+
+
+def test_too_many_rays_to_shoot_are_refused_with_the_most_that_fit(room):
+    with pytest.raises(InputError, match=r"at most 100,000 rays at depth 5, found 1,000,000 \(--rays\)"):
+        Tracer(room, Propagation(diffuse=True, rays=1_000_000))
