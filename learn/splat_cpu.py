@@ -129,7 +129,8 @@ class _Splat(torch.autograd.Function):
     @staticmethod
     def forward(ctx, azimuth, elevation, a, b, c, opacity, real, imaginary, rows, columns, step):
         attributes = [x.detach().double().contiguous() for x in (azimuth, elevation, a, b, c, opacity, real, imaginary)]
-        field = _forward(*(x.numpy() for x in attributes), rows, columns, step)
+        arrays = [x.numpy() for x in attributes]
+        field = _forward(*arrays, rows, columns, step)  # type: ignore[call-arg]
         ctx.save_for_backward(*attributes)
         ctx.field, ctx.grid = field, (rows, columns, step)
         return torch.from_numpy(field).to(real.dtype)
