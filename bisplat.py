@@ -20,7 +20,7 @@ Triple = tuple[float, float, float]
 
 
 def demo(
-    output: Output = Path("runs/demo"), spectra: Annotated[int, arg(aliases=["-n"])] = 1000, steps: int = 800
+    output: Output = Path("runs/demo"), spectra: Annotated[int, arg(aliases=["-n"])] = 1000, steps: int = 1000
 ) -> None:
     """The main job, end to end, on the built-in lab: simulate, train, evaluate, cross-validate, report.
 
@@ -207,7 +207,7 @@ def train(
     model: Literal["bisplat", "bisplat-plus", "bisplat-aperture"] = "bisplat-aperture",
     split: Literal["files", "random", "blocked"] = "files",
     seed: int = 0,
-    steps: int = 3000,
+    steps: int = 1500,
     batch_size: int = 8,
     learning_rate: float = 2e-3,
     bypass: tuple[Literal["dynamic", "delta", "bst"], ...] = (),

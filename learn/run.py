@@ -9,6 +9,7 @@ logs/                CSV and TensorBoard
 
 from __future__ import annotations
 
+import datetime
 import json
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
@@ -139,6 +140,19 @@ class Run:
                 f"{dataset.folder}: expected the dataset {self.folder} was trained on, found no spectrum {missing[0]}"
             )
         return Split(**{part: np.array([where[name] for name in names], dtype=int) for part, names in parts.items()})
+
+
+def write_training(folder: Path, steps: int, seconds: float, validation_ssim: float) -> None:
+    """Write training.json: what training took, and the validation SSIM of the weights kept."""
+    device = torch.cuda.get_device_name() if torch.cuda.is_available() else f"{torch.get_num_threads()} CPU threads"
+    content = {
+        "steps": steps,
+        "seconds": round(seconds, 1),
+        "device": device,
+        "date": datetime.date.today().isoformat(),
+        "validation_ssim": validation_ssim,
+    }
+    write_atomically(folder / "training.json", (json.dumps(content, indent=2) + "\n").encode())
 
 
 def save_weights(folder: Path, model: BiSplatWRF) -> None:

@@ -10,18 +10,21 @@ from pathlib import Path
 import lightning as L
 import numpy as np
 import torch
-from lightning.pytorch.callbacks import Callback, ModelCheckpoint
+from lightning.pytorch.callbacks import Callback, ModelCheckpoint, Timer
 from lightning.pytorch.loggers import CSVLogger, TensorBoardLogger
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from learn.run import Config, build_model, read_config, save_weights, write_config
+from learn.run import Config, build_model, read_config, save_weights, write_config, write_training
 from learn.splits import split
 from learn.training import Training, loader
 from scenes.errors import InputError
 from simulate.dataset import Dataset, read_dataset
 
 STEPS_PER_VALIDATION = 100
+
+GRADIENT_NORM = 1.0
+"""Gradients are clipped to this norm."""
 
 
 class ProgressOnStderr(Callback):
@@ -89,13 +92,15 @@ def train(config: Config, folder: Path) -> None:
         save_last=True,
         enable_version_counter=False,
     )
+    timer = Timer()  # goes on counting when a run is resumed
     trainer = L.Trainer(
         max_epochs=epochs,
         accelerator="auto",
         devices=1,
         check_val_every_n_epoch=every,
         num_sanity_val_steps=0,
-        callbacks=[checkpoints, ProgressOnStderr(steps)],
+        gradient_clip_val=GRADIENT_NORM,
+        callbacks=[checkpoints, timer, ProgressOnStderr(steps)],
         logger=[
             CSVLogger(folder, name="logs", version=""),
             TensorBoardLogger(folder, name="logs", version=""),
@@ -115,6 +120,7 @@ def train(config: Config, folder: Path) -> None:
         raise KeyboardInterrupt
     best = torch.load(folder / "checkpoints" / "best.ckpt", map_location="cpu", weights_only=False)
     model.load_state_dict({name.removeprefix("model."): value for name, value in best["state_dict"].items()})
+    write_training(folder, steps, timer.time_elapsed("train"), float(checkpoints.best_model_score or 0))
     save_weights(folder, model)
 
 

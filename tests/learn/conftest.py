@@ -1,0 +1,128 @@
+"""What the learner's tests share: a small model, a small dataset folder, a run trained on it."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from learn.model import ModelSize
+from learn.run import Config
+from learn.train import train
+from simulate.dataset import write_channels, write_gateway, write_index, write_picture, write_positions
+from simulate.spectrum import PlanarArray, picture
+
+
+@pytest.fixture(scope="session", autouse=True)
+def one_thread():
+    """Small models are fastest on one thread, most of all beside other programs."""
+    threads = torch.get_num_threads()
+    torch.set_num_threads(1)
+    yield
+    torch.set_num_threads(threads)
+
+
+@pytest.fixture(scope="session")
+def small() -> ModelSize:
+    return ModelSize(
+        primitives=40,
+        clusters=16,
+        ffn_width=16,
+        ffn_layers=1,
+        transformer_layers=1,
+        transformer_heads=2,
+        transformer_ffn_width=16,
+    )
+
+
+@pytest.fixture(scope="session")
+def region() -> np.ndarray:
+    return np.array([[0.0, -1.0, 0.5], [4.0, 1.0, 2.5]])
+
+
+@pytest.fixture(scope="session")
+def plane_waves() -> Callable[..., np.ndarray]:
+    """Function: (amplitude, azimuth, elevation in degrees) of each wave -> 4 × 4 half-wavelength responses.
+
+    Written from the equations: element m = 4 row + column at x = (column − 1.5) λ/2, y = (row − 1.5) λ/2.
+    """
+    column, row = np.meshgrid(np.arange(4), np.arange(4))
+    x, y = (column.ravel() - 1.5) / 2, (row.ravel() - 1.5) / 2
+
+    def responses(*waves: tuple) -> np.ndarray:
+        total = np.zeros(16, complex)
+        for amplitude, azimuth, elevation in waves:
+            phi, theta = np.radians(azimuth), np.radians(elevation)
+            total += amplitude * np.exp(2j * np.pi * np.cos(theta) * (x * np.cos(phi) + y * np.sin(phi)))
+        return total
+
+    return responses
+
+
+@pytest.fixture(scope="session")
+def write_folder(plane_waves) -> Callable[..., Path]:
+    """Function: writes a NeRF² folder of a transmitter on a path, seen as two plane waves; every fifth is for testing.
+
+    Like a measured folder it has no metadata and, unless asked for, no channels.
+    """
+
+    def write(folder: Path, count: int = 40, channels: bool = False) -> Path:
+        along = np.linspace(0, 1, count)
+        positions = np.stack([4 * along, np.sin(3 * along), 1 + 0 * along], axis=-1)
+        responses = np.array([plane_waves((1, 20 + 150 * t, 35 + 20 * t), (0.6j, 250, 50 - 30 * t)) for t in along])
+        names = [f"{number:05d}" for number in range(1, count + 1)]
+        for name, image in zip(names, picture(PlanarArray().spectrum(responses)), strict=True):
+            write_picture(folder / "spectrum" / f"{name}.png", image)
+        write_positions(folder / "tx_pos.csv", positions)
+        write_gateway(folder / "gateway_info.yml", "tiny", (0, 0, 1), (0, 0, 0, 1))
+        write_index(folder / "train_index.txt", [name for index, name in enumerate(names) if index % 5 != 2])
+        write_index(folder / "test_index.txt", names[2::5])
+        if channels:
+            write_channels(folder / "channels.npz", responses)
+        return folder
+
+    return write
+
+
+@pytest.fixture(scope="session")
+def tiny(tmp_path_factory, write_folder) -> Path:
+    """A dataset folder of 40 spectra, to be read from only."""
+    return write_folder(tmp_path_factory.mktemp("data") / "tiny")
+
+
+def _use_small_models(patch: pytest.MonkeyPatch, small: ModelSize) -> None:
+    patch.setattr("learn.run.ModelSize", lambda: small)
+    patch.setattr("learn.run.PLUS", replace(small, primitives=60))
+    patch.setattr("learn.train.STEPS_PER_VALIDATION", 6)
+
+
+@pytest.fixture
+def small_models(monkeypatch, small) -> None:
+    """``learn.train`` and ``learn.run`` build small models, validated every 6 steps."""
+    _use_small_models(monkeypatch, small)
+
+
+@pytest.fixture(scope="session")
+def tiny_config(tiny) -> Config:
+    """Two validations, each after two epochs of three steps."""
+    return Config(
+        dataset=str(tiny),
+        model="bisplat-aperture",
+        split="files",
+        seed=3,
+        steps=12,
+        batch_size=8,
+        learning_rate=2e-3,
+    )
+
+
+@pytest.fixture(scope="session")
+def finished_run(tmp_path_factory, tiny_config, small) -> Path:
+    """A run on ``tiny`` that nothing interrupted, to be read from only."""
+    folder = tmp_path_factory.mktemp("runs") / "finished"
+    with pytest.MonkeyPatch.context() as patch:
+        _use_small_models(patch, small)
+        train(tiny_config, folder)
+    return folder

@@ -1,0 +1,51 @@
+"""The measured spectra of the NeRF² sample, where they lie: the figures that every table is read against."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from learn.baselines import inverse_distance, mean_picture, nearest
+from learn.leakage import leakage
+from learn.metrics import ssim
+from learn.splits import split
+from simulate.dataset import read_dataset
+
+FOLDER = Path(__file__).parents[3] / "shared" / "data" / "rfid-s23-160"
+
+pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason=f"the measured spectra are not at {FOLDER}")
+
+
+@pytest.fixture(scope="module")
+def rfid():
+    return read_dataset(FOLDER)
+
+
+def median_ssim(dataset, kind, baseline):
+    parts = split(dataset, kind, seed=0)
+    spectra, positions = dataset.spectra.astype(float), dataset.positions
+    if baseline is mean_picture:
+        prediction = mean_picture(spectra[parts.known], positions[parts.test])
+    else:
+        prediction = baseline(positions[parts.known], spectra[parts.known], positions[parts.test])
+    return np.median(ssim(prediction, spectra[parts.test]))
+
+
+@pytest.mark.parametrize(
+    ("kind", "baseline", "expected"),
+    [("files", nearest, 0.972), ("blocked", inverse_distance, 0.712), ("blocked", mean_picture, 0.627)],
+)
+def test_baselines_score_what_was_measured_before_the_start(rfid, kind, baseline, expected):
+    assert median_ssim(rfid, kind, baseline) == pytest.approx(expected, abs=1e-3)
+
+
+def test_folders_own_split_leaks(rfid):
+    found = leakage(rfid)
+    assert found.leaks
+    assert found.ssim_median == pytest.approx(0.972, abs=1e-3)
+
+
+def test_whole_folder_is_read(rfid):
+    assert rfid.pictures.shape == (160, 90, 360)
+    assert len(rfid.train) == 128 and len(rfid.test) == 32
+    assert rfid.channels is None and rfid.metadata == {}
