@@ -61,11 +61,12 @@ def measured_section() -> list[str]:
         "bisplat evaluate runs/rfid-MODEL-SPLIT --json",
         "```",
         "",
-        "160 spectra of NeRF²'s RFID measurement. `files` is the sample's own random split, which leaks: the positions follow a",
-        "path. `blocked` holds out every fourth run of ten positions. Median SSIM (scikit-image, data range 1) on the test part;",
-        "the baselines are on the same split.",
+        "160 spectra of NeRF²'s RFID measurement. `files` is the sample's own random split, which leaks: the positions",
+        "follow a path. `blocked` holds out every fourth run of ten positions. Median SSIM (scikit-image, data range",
+        "1) on the test part; the baselines are on the same split.",
         "",
-        "| split | model | SSIM | nearest | inverse distance | mean picture | ceiling | AoA error (°) | steps | training |",
+        "| split | model | SSIM | nearest | inverse distance | mean picture | ceiling | AoA error (°) | steps "
+        "| training |",
         "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for split in SPLITS:
@@ -120,8 +121,8 @@ def main() -> None:
             "trace",
             "Tracing: found once against shot anew",
             "python benchmarks/trace.py --json",
-            "The lab at depth 5: our chains, found with two different seeds, against each other, and against the loop every "
-            "published script uses (one `PathSolver` call per transmitter, real element positions, a million rays).",
+            "The lab at depth 5: our chains, found with two different seeds, against each other, and against the loop "
+            "every published script uses (one `PathSolver` call per transmitter, real element positions).",
         ),
         *benchmark_section(
             "render",

@@ -29,7 +29,8 @@ def pictures(channels: np.ndarray) -> np.ndarray:
 
 def loop(positions: np.ndarray, rays: int) -> tuple[np.ndarray, float]:
     """The published way: the transmitter as source, one call each; responses and seconds per transmitter."""
-    from simulate.sionna_scene import build_scene, gateway_antennas, mi, rt, transmitter_antennas
+    from simulate.ray_tracer import mi, rt
+    from simulate.sionna_scene import build_scene, gateway_antennas, transmitter_antennas
 
     scene = lab()
     sionna = build_scene(scene)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import math
+import signal
 import warnings
 from pathlib import Path
 
@@ -93,6 +94,8 @@ def train(config: Config, folder: Path) -> None:
         enable_version_counter=False,
     )
     timer = Timer()  # goes on counting when a run is resumed
+    # A folder for each start: CSVLogger deletes the log it finds.
+    attempt = len(list(folder.glob("logs/version_*")))
     trainer = L.Trainer(
         max_epochs=epochs,
         accelerator="auto",
@@ -102,22 +105,26 @@ def train(config: Config, folder: Path) -> None:
         gradient_clip_val=GRADIENT_NORM,
         callbacks=[checkpoints, timer, ProgressOnStderr(steps)],
         logger=[
-            CSVLogger(folder, name="logs", version=""),
-            TensorBoardLogger(folder, name="logs", version=""),
+            CSVLogger(folder, name="logs", version=attempt),
+            TensorBoardLogger(folder, name="logs", version=attempt),
         ],
         enable_progress_bar=False,
         enable_model_summary=False,
     )
     last = folder / "checkpoints" / "last.ckpt"
-    trainer.fit(
-        Training(model, config.learning_rate, steps),
-        training_batches,
-        _batches(dataset, parts.validation, 16, None),
-        ckpt_path=last if last.exists() else None,
-        weights_only=False,
-    )
-    if trainer.interrupted:
-        raise KeyboardInterrupt
+    on_interrupt = signal.getsignal(signal.SIGINT)
+    try:
+        trainer.fit(
+            Training(model, config.learning_rate, steps),
+            training_batches,
+            _batches(dataset, parts.validation, 16, None),
+            ckpt_path=last if last.exists() else None,
+            weights_only=False,
+        )
+    except SystemExit:
+        # Lightning leaves the program on SIGINT and SIGTERM, with any status, and has further SIGINTs ignored.
+        signal.signal(signal.SIGINT, on_interrupt)
+        raise KeyboardInterrupt from None
     best = torch.load(folder / "checkpoints" / "best.ckpt", map_location="cpu", weights_only=False)
     model.load_state_dict({name.removeprefix("model."): value for name, value in best["state_dict"].items()})
     write_training(folder, steps, timer.time_elapsed("train"), float(checkpoints.best_model_score or 0))

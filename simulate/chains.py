@@ -22,8 +22,6 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import cKDTree
 
 from scenes.description import Scene
-
-# isort: split  (sionna_scene finds libLLVM before Sionna is imported)
 from simulate.paths import (
     NONE,
     SPECULAR,
@@ -38,7 +36,8 @@ from simulate.paths import (
 )
 from simulate.placement import free_positions
 from simulate.propagation import Propagation
-from simulate.sionna_scene import Antennas, gateway_antennas, rt, transmitter_antennas
+from simulate.ray_tracer import rt
+from simulate.sionna_scene import Antennas, gateway_antennas, transmitter_antennas
 
 PLANE_TOLERANCE = 1e-4
 """Triangles are coplanar when normals (unit vectors) and offsets (metres) agree this closely."""

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import csv
 import json
+import zipfile
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from io import BytesIO, StringIO
@@ -103,9 +104,11 @@ def inspect(folder: Path) -> Inspection:
     metadata = _read_metadata(folder / "metadata.json", problems)
 
     numbers = np.array([int(name) for name in names], dtype=int)
+    rows_known = None if positions is None else len(positions)
     if positions is not None and len(names):
         without_row = [name for name, number in zip(names, numbers, strict=True) if number > len(positions)]
         if without_row:
+            rows_known = None  # a length of channels.npz can only be wrong for the same reason
             problems.append(
                 f"{folder / 'tx_pos.csv'}: expected a row for each of the {len(names)} pictures, found "
                 f"{len(positions)} rows; spectrum/{without_row[0]}.png has none"
@@ -125,7 +128,8 @@ def inspect(folder: Path) -> Inspection:
     if unused and not problems:
         warnings.append(f"{unused} spectra are in neither train_index.txt nor test_index.txt")
 
-    channels = _read_channels(folder / "channels.npz", len(positions) if positions is not None else 0, problems)
+    elements = PlanarArray(**metadata.get("array", {})).elements
+    channels = _read_channels(folder / "channels.npz", rows_known, elements, problems)
     if problems or positions is None:
         return Inspection(problems, warnings, None)
     rows = numbers - 1
@@ -164,8 +168,11 @@ def read_points(path: Path) -> Float[np.ndarray, "n 3"]:
     """
     if not path.is_file():
         raise InputError(f"{path}: expected a CSV of positions, found no such file")
-    with path.open(newline="", encoding="utf-8-sig") as file:
-        rows = list(csv.reader(file))
+    try:
+        with path.open(newline="", encoding="utf-8-sig") as file:
+            rows = list(csv.reader(file))
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise InputError(f"{path}: expected a CSV of positions, found a file that is none ({error})") from error
     if not rows or [name.strip() for name in rows[0]] != ["x", "y", "z"]:
         found = ",".join(rows[0]) if rows else "an empty file"
         raise InputError(f"{path}, line 1: expected the header x,y,z, found {found}")
@@ -229,9 +236,16 @@ def _read_index(path: Path, names: list[str], problems: list[str]) -> list[int]:
     if not path.is_file():
         problems.append(f"{path}: expected one picture name per line, found no such file")
         return []
+    if not names:
+        return []  # a problem of the pictures, not of every row here
     where = {name: index for index, name in enumerate(names)}
     index = []
-    for number, name in enumerate(path.read_text().split(), start=1):
+    try:
+        listed = path.read_text(encoding="utf-8").split()
+    except UnicodeDecodeError as error:
+        problems.append(f"{path}: expected one picture name per line, found a file that is no text ({error})")
+        return []
+    for number, name in enumerate(listed, start=1):
         if name not in where:
             problems.append(f"{path}, row {number}: expected the name of a picture, found {name}, which is not there")
         else:
@@ -291,17 +305,22 @@ def _read_metadata(path: Path, problems: list[str]) -> dict[str, Any]:
     return metadata
 
 
-def _read_channels(path: Path, rows: int, problems: list[str]) -> Complex[np.ndarray, "K elements"] | None:
+def _read_channels(
+    path: Path, rows: int | None, elements: int, problems: list[str]
+) -> Complex[np.ndarray, "K elements"] | None:
     if not path.is_file():
         return None
     try:
         with np.load(path) as archive:
             channels = archive["channels"]
-    except (OSError, ValueError, KeyError, EOFError) as error:
+    except (OSError, ValueError, KeyError, EOFError, TypeError, AttributeError, zipfile.BadZipFile) as error:
         problems.append(f"{path}: expected an npz archive with the array channels, found {error}")
         return None
-    if channels.ndim != 2 or len(channels) != rows:
-        problems.append(f"{path}: expected channels of {rows} positions, found shape {channels.shape}")
+    if channels.ndim != 2 or channels.shape[1] != elements or rows not in (None, len(channels)):
+        positions = "the" if rows is None else rows
+        problems.append(
+            f"{path}: expected channels of {positions} positions × {elements} elements, found shape {channels.shape}"
+        )
         return None
     return channels
 

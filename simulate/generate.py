@@ -109,11 +109,15 @@ def generate(request: Request, folder: Path) -> None:
         InputError: the folder holds something else, or a dataset of another request.
     """
     metadata = request.metadata()
-    if not _begun(folder, metadata):
+    begun = _begun(folder, metadata)
+    if begun and (folder / "test_index.txt").exists():
+        shutil.rmtree(folder / "parts", ignore_errors=True)  # of a run killed while it tidied up
+        return
+    import simulate.ray_tracer  # noqa: F401  one that cannot be used is refused before anything is written
+
+    if not begun:
         folder.mkdir(parents=True, exist_ok=True)
         write_metadata(folder / "metadata.json", metadata)
-    elif (folder / "test_index.txt").exists():
-        return
     (folder / "spectrum").mkdir(exist_ok=True)
     (folder / "parts").mkdir(exist_ok=True)
     if not (folder / "scene").exists():
@@ -144,7 +148,8 @@ def picture_names(count: int) -> list[str]:
 
 def _begun(folder: Path, metadata: dict[str, Any]) -> bool:
     """Whether the folder holds the beginnings of this very request; False: it is new or empty."""
-    if not folder.exists() or (folder.is_dir() and not any(folder.iterdir())):
+    # A run killed in its first moment leaves no more than the unfinished metadata.
+    if not folder.exists() or (folder.is_dir() and {p.name for p in folder.iterdir()} <= {"metadata.json.tmp"}):
         return False
     path = folder / "metadata.json"
     if not path.is_file():
@@ -153,6 +158,8 @@ def _begun(folder: Path, metadata: dict[str, Any]) -> bool:
         found = json.loads(path.read_text())
     except ValueError as error:
         raise InputError(f"{path}: expected JSON, found {error}") from error
+    if not isinstance(found, dict):
+        raise InputError(f"{path}: expected a JSON object, found {type(found).__name__}")
     # As JSON, so that numbers compare as they were written.
     wanted = json.loads(json.dumps(metadata))
     for key in wanted:

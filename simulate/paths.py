@@ -11,17 +11,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import drjit as dr
-import mitsuba as mi
 import numpy as np
-import sionna.rt as rt
 from jaxtyping import Complex, Int, UInt32
-from sionna.rt.path_solvers.field_calculator import FieldCalculator
-from sionna.rt.path_solvers.image_method import ImageMethod
-from sionna.rt.path_solvers.paths_buffer import PathsBuffer
-from sionna.rt.path_solvers.sb_deterministic import SBDeterministicCandidateGenerator
 
 from simulate.propagation import Propagation
+from simulate.ray_tracer import FieldCalculator, ImageMethod, PathsBuffer, SBDeterministicCandidateGenerator, dr, mi, rt
 from simulate.sionna_scene import Antennas
 
 SPECULAR = int(rt.InteractionType.SPECULAR)

@@ -68,10 +68,11 @@ def _no_room(scene: Scene) -> InputError:
 
 
 def _grid(region: Float[np.ndarray, "2 3"], count: int) -> Float[np.ndarray, "n 3"]:
-    """Cell centres of the most cubic grid with at most ``count`` cells, and at least one."""
+    """Cell centres of the finest nearly cubic grid with at most ``count`` cells, and at least one."""
     size = region[1] - region[0]
-    step = (size.prod() / count) ** (1 / 3)
-    cells = np.maximum(1, np.floor(size / step).astype(int))
+    cubic = (size.prod() / count) ** (1 / 3)
+    finer = (np.maximum(1, size // (cubic * shrink)).astype(int) for shrink in np.linspace(1, 0.75, 100))
+    cells = max((each for each in finer if each.prod() <= count), key=np.prod, default=np.ones(3, int))
     axes = [low + (np.arange(n) + 0.5) * extent / n for low, extent, n in zip(region[0], size, cells, strict=True)]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
 

@@ -18,13 +18,8 @@ from scipy.spatial.transform import Rotation
 
 from scenes.description import Gateway, Scene
 from scenes.materials import RadioMaterial
-from simulate.llvm import use_libllvm
+from simulate.ray_tracer import mi, rt
 from simulate.spectrum import PlanarArray
-
-use_libllvm()  # before anything imports Dr.Jit
-
-import mitsuba as mi  # noqa: E402
-import sionna.rt as rt  # noqa: E402
 
 GATEWAY_FROM_SIONNA = Rotation.from_matrix([[0, 1, 0], [0, 0, 1], [1, 0, 0]])
 """Rotation taking a vector's Sionna-device coordinates to gateway coordinates."""

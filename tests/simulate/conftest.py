@@ -56,7 +56,7 @@ def room(make_scene, floor) -> Scene:
         floor,
         ("side", sheet((-20, 2.5, 0), (40, 0, 0), (0, 0, 3)), "brick"),
         ("back", sheet((-6, -20, 0), (0, 40, 0), (0, 0, 3)), "lossless"),
-        ("screen", sheet((-1.4, -1.2, 0.4), (0, 1.3, 0), (0, 0, 1.5)), "brick"),
+        ("screen", sheet((-1.4, -2.2, 0.4), (0, 1.8, 0), (0, 0, 1.5)), "brick"),
     )
 
 

@@ -172,8 +172,8 @@ def test_free_space_response_is_friis_with_the_phase_of_each_elements_own_distan
     positions = np.array([0, 0, 1.5]) + np.array([0.5, 1, 2, 7, 30, 100])[:, None] * directions
     found = Tracer(make_scene(far_sheet), LOS_ONLY).responses(positions)
     r = np.linalg.norm(positions[:, None] - elements_looking_along_minus_x((0, 0, 1.5)), axis=2)
-    assert decibels(found, free_space(r)).max() < 0.05
-    assert degrees(found, free_space(r)).max() < 2
+    assert decibels(found, free_space(r)).max() < 0.01
+    assert degrees(found, free_space(r)).max() < 0.1
 
 
 FLOOR_POSITIONS = np.array([[-2.0, 0.0, 0.4], [-3.0, 1.0, 1.0], [-4.5, -0.8, 2.3], [-2.2, 0.3, 1.5], [-5.0, 0.9, 0.6]])
@@ -206,8 +206,8 @@ def test_two_rays_over_a_floor(polarization, material, make_scene, floor):
         expected = free_space(r1) - slab(cosine, scene.materials[material], "TM")[0] * free_space(r2)
     else:
         expected = -(free_space(r1) + slab(cosine, scene.materials[material], "TE")[0] * free_space(r2))
-    assert decibels(found, expected).max() < 0.1
-    assert degrees(found, expected).max() < 2
+    assert decibels(found, expected).max() < 0.01
+    assert degrees(found, expected).max() < 0.1
 
 
 @pytest.mark.parametrize("material", ["brick", "lossless"])
@@ -227,7 +227,7 @@ def test_a_wall_in_between_lowers_line_of_sight_by_the_slabs_transmission(
     position = np.array([[0, 0, 1.5]]) + 3 * np.array([[-np.cos(angle), np.sin(angle), 0]])
     found = Tracer(scene, ONE_BOUNCE).responses(position)[0, 0]
     through = slab(np.cos(angle), scene.materials[material], "TE" if polarization == "V" else "TM")[1]
-    assert decibels(found, through * free_space(3.0)) < 0.1
+    assert decibels(found, through * free_space(3.0)) < 0.01
 
 
 @pytest.mark.parametrize("place", [0, 3])
@@ -275,5 +275,4 @@ def test_without_refraction_a_wall_lets_nothing_through(make_scene):
     opaque = Tracer(scene, replace(ONE_BOUNCE, refraction=False), np.array([[-3, -1, 1], [-0.5, 1, 2]]))
     assert (opaque.responses(behind) == 0).all()
     assert (np.abs(opaque.responses(before)) > 0).all()
-    assert (np.abs(Tracer(scene, ONE_BOUNCE).responses(behind)) > 0).all()
     assert (Tracer(scene, LOS_ONLY).responses(behind) == 0).all()

@@ -1,0 +1,206 @@
+"""A simulated folder: valid, the same bytes however often it was interrupted, never a mix of two requests."""
+
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import simulate.trace
+from scenes import atomic
+from scenes.errors import InputError
+from simulate import generate as module
+from simulate.dataset import inspect
+from simulate.generate import Request, generate, picture_names
+from simulate.propagation import Propagation
+from simulate.spectrum import PlanarArray, picture
+
+COUNT = 7
+
+
+@pytest.fixture(scope="module")
+def request_of(make_scene, floor):
+    """Seven positions over a floor."""
+    positions = np.random.default_rng(9).uniform([-5, -1, 0.5], [-2, 1, 2.5], (COUNT, 3))
+    return Request(make_scene(floor), positions, "uniform, seed 9", Propagation(max_depth=1, rays=20_000), seed=3)
+
+
+@pytest.fixture(autouse=True)
+def small_parts(monkeypatch):
+    monkeypatch.setattr(module, "PART", 2)
+
+
+@pytest.fixture(scope="module")
+def finished(request_of, tmp_path_factory) -> Path:
+    """The folder of a run that nothing interrupted."""
+    folder = tmp_path_factory.mktemp("finished") / "dataset"
+    part, module.PART = module.PART, 2
+    try:
+        generate(request_of, folder)
+    finally:
+        module.PART = part
+    return folder
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """A tracer that costs nothing: what is tested is what is written, not what is traced."""
+
+    class Quick:
+        def __init__(self, *arguments):
+            pass
+
+        def responses(self, positions):
+            return np.exp(1j * positions @ np.arange(48).reshape(3, 16)).astype(np.complex64)
+
+    monkeypatch.setattr(simulate.trace, "Tracer", Quick)
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Every file's bytes, by path; a folder counts too."""
+    return {str(path.relative_to(folder)): b"" if path.is_dir() else path.read_bytes() for path in folder.rglob("*")}
+
+
+def killed_at(monkeypatch, place, name: str, number: int):
+    """Make a function raise KeyboardInterrupt at its ``number``-th call, counted from 0."""
+    original, calls = getattr(place, name), []
+
+    def function(*arguments, **options):
+        calls.append(None)
+        if len(calls) > number:
+            raise KeyboardInterrupt
+        return original(*arguments, **options)
+
+    monkeypatch.setattr(place, name, function)
+
+
+def test_simulated_folder_is_a_valid_dataset(finished, request_of):
+    found = inspect(finished)
+    assert found.problems == []
+    assert found.warnings == []
+    assert found.dataset.positions == pytest.approx(request_of.positions, abs=1e-6)
+    assert found.dataset.channels.shape == (COUNT, 16)
+    assert found.dataset.gateway_position.tolist() == [0, 0, 1.5]
+    assert found.dataset.gateway_orientation == pytest.approx([0.5, -0.5, -0.5, 0.5])
+    assert sorted([*found.dataset.train, *found.dataset.test]) == list(range(COUNT))
+    assert len(found.dataset.test) == 1  # a fifth
+    assert sorted(path.name for path in finished.iterdir()) == [
+        "channels.npz",
+        "gateway_info.yml",
+        "metadata.json",
+        "scene",
+        "spectrum",
+        "test_index.txt",
+        "train_index.txt",
+        "tx_pos.csv",
+    ]
+
+
+def test_pictures_are_those_of_the_channels(finished):
+    dataset = inspect(finished).dataset
+    assert (dataset.pictures == picture(PlanarArray().spectrum(dataset.channels))).all()
+
+
+def test_same_request_again_returns_at_once(finished, request_of, monkeypatch):
+    before = contents(finished)
+    monkeypatch.setattr(simulate.trace, "Tracer", None)  # calling it would be an error
+    generate(request_of, finished)
+    assert contents(finished) == before
+
+
+@pytest.mark.parametrize("pictures", [0, 3, 6])
+def test_killed_run_leaves_no_dataset_and_run_again_ends_with_the_same_bytes(
+    pictures, finished, request_of, tmp_path, monkeypatch
+):
+    """With the real tracer: chains found again give the same responses."""
+    folder = tmp_path / "dataset"
+    with monkeypatch.context() as patch:
+        killed_at(patch, module, "write_picture", pictures)
+        with pytest.raises(KeyboardInterrupt):
+            generate(request_of, folder)
+    assert len(list((folder / "spectrum").iterdir())) == pictures
+    assert not list(folder.rglob("*.tmp"))
+    assert not list(folder.glob("*_index.txt"))
+    generate(request_of, folder)
+    assert contents(folder) == contents(finished)
+
+
+@pytest.mark.parametrize("function", ["fsync", "replace"])
+def test_run_killed_at_any_write_ends_with_the_same_bytes(function, request_of, tmp_path, monkeypatch, quick):
+    """Killed before a file is whole, or whole but not yet in its place: at each of them in turn."""
+    generate(request_of, tmp_path / "whole")
+    expected = contents(tmp_path / "whole")
+    for number in range(100):
+        folder = tmp_path / str(number)
+        with monkeypatch.context() as patch:
+            killed_at(patch, atomic.os, function, number)
+            try:
+                generate(request_of, folder)
+            except KeyboardInterrupt:
+                # A loader needs both indices; the last file written is the second one.
+                assert not (folder / "test_index.txt").exists()
+            else:
+                break
+        generate(request_of, folder)
+        assert contents(folder) == expected, number
+    assert number > COUNT + 5
+
+
+def test_run_killed_while_tidying_up_ends_with_the_same_bytes(request_of, tmp_path, monkeypatch, quick):
+    generate(request_of, tmp_path / "whole")
+    with monkeypatch.context() as patch:
+        killed_at(patch, shutil, "rmtree", 1)  # the first removes a scene.tmp that is not there
+        with pytest.raises(KeyboardInterrupt):
+            generate(request_of, tmp_path / "killed")
+    generate(request_of, tmp_path / "killed")
+    assert contents(tmp_path / "killed") == contents(tmp_path / "whole")
+
+
+def other(request: Request, what: str) -> Request:
+    if what == "seed":
+        return replace(request, seed=4)
+    if what == "positions_sha256":
+        return replace(request, positions=request.positions + 0.01)
+    if what == "spectra":
+        return replace(request, positions=request.positions[:5])
+    if what == "propagation":
+        return replace(request, propagation=replace(request.propagation, max_depth=2))
+    gateway = replace(request.scene.gateway, position=(0.0, 0.1, 1.5))
+    return replace(request, scene=replace(request.scene, gateway=gateway))
+
+
+@pytest.mark.parametrize("what", ["seed", "positions_sha256", "spectra", "propagation", "scene_sha256"])
+def test_another_request_into_the_same_folder_is_refused_and_changes_nothing(what, finished, request_of):
+    before = contents(finished)
+    with pytest.raises(InputError, match=f"a dataset whose {what} is") as error:
+        generate(other(request_of, what), finished)
+    assert str(finished) in str(error.value)
+    assert contents(finished) == before
+
+
+def test_folder_with_other_files_is_refused(request_of, tmp_path):
+    (tmp_path / "thesis.tex").write_text("years of work")
+    with pytest.raises(InputError, match="found other files in it"):
+        generate(request_of, tmp_path)
+    assert contents(tmp_path) == {"thesis.tex": b"years of work"}
+
+
+@pytest.mark.parametrize("text", ["{", "[]"])
+def test_folder_with_other_metadata_is_refused(text, request_of, tmp_path):
+    (tmp_path / "metadata.json").write_text(text)
+    with pytest.raises(InputError, match=r"metadata\.json: expected"):
+        generate(request_of, tmp_path)
+    assert contents(tmp_path) == {"metadata.json": text.encode()}
+
+
+def test_empty_folder_is_taken(request_of, tmp_path, quick):
+    generate(request_of, tmp_path)
+    assert inspect(tmp_path).problems == []
+
+
+def test_names_have_five_digits_or_as_many_as_needed():
+    assert picture_names(2) == ["00001", "00002"]
+    assert picture_names(99_999)[-1] == "99999"
+    assert picture_names(100_000)[0] == "000001"
+    assert picture_names(100_000)[-1] == "100000"
