@@ -68,7 +68,7 @@ def write_folder(plane_waves) -> Callable[..., Path]:
     Like a measured folder it has no metadata and, unless asked for, no channels.
     """
 
-    def write(folder: Path, count: int = 40, channels: bool = False) -> Path:
+    def write(folder: Path, count: int = 24, channels: bool = False) -> Path:
         along = np.linspace(0, 1, count)
         positions = np.stack([4 * along, np.sin(3 * along), 1 + 0 * along], axis=-1)
         responses = np.array([plane_waves((1, 20 + 150 * t, 35 + 20 * t), (0.6j, 250, 50 - 30 * t)) for t in along])
@@ -88,7 +88,7 @@ def write_folder(plane_waves) -> Callable[..., Path]:
 
 @pytest.fixture(scope="session")
 def tiny(tmp_path_factory, write_folder) -> Path:
-    """A dataset folder of 40 spectra, to be read from only."""
+    """A dataset folder of 24 spectra, to be read from only: 17 to train on, 2 to validate, 5 to test."""
     return write_folder(tmp_path_factory.mktemp("data") / "tiny")
 
 
@@ -113,7 +113,7 @@ def tiny_config(tiny) -> Config:
         split="files",
         seed=3,
         steps=12,
-        batch_size=8,
+        batch_size=5,
         learning_rate=2e-3,
     )
 

@@ -166,9 +166,9 @@ def test_run_folder_says_what_was_trained(tiny, tiny_config, finished_run):
     parts = json.loads((finished_run / "split.json").read_text())
     assert parts.keys() == {"train", "validation", "test"}
     names = [name for part in parts.values() for name in part]
-    assert len(names) == len(set(names)) == 40
+    assert len(names) == len(set(names)) == 24
     assert sorted(parts["test"]) == (tiny / "test_index.txt").read_text().split()
-    assert len(parts["validation"]) == 3
+    assert len(parts["validation"]) == 2
 
 
 def test_log_holds_the_loss_and_the_validation_ssim(finished_run):
@@ -200,9 +200,10 @@ def test_training_improves_on_the_untrained_model(tmp_path, tiny, tiny_config, f
 
 
 @pytest.mark.parametrize("model", ["bisplat", "bisplat-plus"])
-def test_other_models_train_predict_and_load_too(tmp_path, tiny_config, model):
+def test_other_models_train_predict_and_load_too(tmp_path, monkeypatch, tiny_config, model):
     folder = tmp_path / "run"
-    train(replace(tiny_config, model=model, steps=2, bypass=("bst",)), folder)
+    monkeypatch.setattr("learn.train.STEPS_PER_VALIDATION", 1)
+    train(replace(tiny_config, model=model, steps=1, batch_size=17, bypass=("bst",)), folder)
     run = load_run(folder)
     assert run.config.bypass == ("bst",) and run.model.bypass == {"bst"}
     positions = np.array([[1.0, 0.5, 1.0]] * 18)  # more than one batch
@@ -245,13 +246,6 @@ def test_folder_that_is_no_run_is_refused(tmp_path):
 # Evaluation
 
 
-@pytest.fixture
-def short_ceiling(monkeypatch):
-    """The array's ceiling, of which these tests need only that it is there, in a tenth of the time."""
-    monkeypatch.setattr("learn.ceiling.STEPS", 20)
-
-
-@pytest.mark.usefixtures("short_ceiling")
 def test_evaluation_scores_the_test_part_beside_the_baselines(tiny, finished_run):
     found = evaluate(finished_run)
     dataset = read_dataset(tiny)
@@ -259,15 +253,15 @@ def test_evaluation_scores_the_test_part_beside_the_baselines(tiny, finished_run
 
     metrics = json.loads((finished_run / "evaluation" / "metrics.json").read_text())
     assert metrics == found.metrics()
-    assert metrics["test_spectra"] == 8
+    assert metrics["test_spectra"] == 5
     assert metrics["baselines"].keys() == {"mean_picture", "nearest", "inverse_distance", "array_ceiling"}
-    truth, known = dataset.spectra[found.test].astype(float), np.setdiff1d(np.arange(40), found.test)
+    truth, known = dataset.spectra[found.test].astype(float), np.setdiff1d(np.arange(24), found.test)
     prediction = load_run(finished_run).predict(dataset.positions[found.test]).astype(float)
     assert metrics["ssim_median"] == pytest.approx(np.median(ssim(prediction, truth)), abs=1e-6)
     distance = np.linalg.norm(dataset.positions[found.test][:, None] - dataset.positions[known], axis=-1)
     copies = dataset.spectra[known[distance.argmin(axis=1)]].astype(float)
     assert metrics["baselines"]["nearest"]["ssim_median"] == pytest.approx(np.median(ssim(copies, truth)), abs=1e-6)
-    mean = np.stack([dataset.spectra[known].astype(float).mean(axis=0)] * 8)
+    mean = np.stack([dataset.spectra[known].astype(float).mean(axis=0)] * 5)
     found_mean = metrics["baselines"]["mean_picture"]
     assert found_mean["mae_mean"] == pytest.approx(np.abs(mean - truth).mean(), abs=1e-6)
 
@@ -281,10 +275,9 @@ def test_evaluation_scores_the_test_part_beside_the_baselines(tiny, finished_run
             image.load()
 
 
-@pytest.mark.usefixtures("short_ceiling")
 def test_evaluation_on_an_index_tests_on_exactly_that(tmp_path, finished_run):
-    write_index(tmp_path / "index.txt", ["00038", "00003"])
-    assert sorted(evaluate(finished_run, index=tmp_path / "index.txt").test) == [2, 37]
+    write_index(tmp_path / "index.txt", ["00023", "00003"])
+    assert sorted(evaluate(finished_run, index=tmp_path / "index.txt").test) == [2, 22]
 
 
 @pytest.mark.parametrize("part", ["train", "validation"])
@@ -296,7 +289,6 @@ def test_index_that_names_a_spectrum_the_run_has_seen_is_refused(tmp_path, tiny,
             evaluate(finished_run, dataset, tmp_path / "index.txt")
 
 
-@pytest.mark.usefixtures("short_ceiling")
 def test_evaluation_on_another_dataset_tests_on_all_of_it_against_baselines_from_the_training_one(
     tmp_path, tiny, finished_run, write_folder
 ):
@@ -312,7 +304,7 @@ def test_evaluation_on_another_dataset_tests_on_all_of_it_against_baselines_from
 
 def test_dataset_that_lost_spectra_the_run_was_trained_on_is_refused(tmp_path, tiny_config, finished_run, write_folder):
     run = tmp_path / "run"
-    shorter = write_folder(tmp_path / "shorter", count=20)
+    shorter = write_folder(tmp_path / "shorter", count=12)
     for name in ("split.json", "weights.safetensors"):
         (run / name).parent.mkdir(exist_ok=True)
         (run / name).write_bytes((finished_run / name).read_bytes())
