@@ -4,6 +4,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import numba
 import numpy as np
 import pytest
 import torch
@@ -17,11 +18,14 @@ from simulate.spectrum import PlanarArray, picture
 
 @pytest.fixture(scope="session", autouse=True)
 def one_thread():
-    """Small models are fastest on one thread, most of all beside other programs."""
-    threads = torch.get_num_threads()
+    """Small models are fastest on one thread: torch's and numba's threads wait for work by spinning, for each other
+    and for every other program on the machine."""
+    threads = torch.get_num_threads(), numba.get_num_threads()
     torch.set_num_threads(1)
+    numba.set_num_threads(1)
     yield
-    torch.set_num_threads(threads)
+    torch.set_num_threads(threads[0])
+    numba.set_num_threads(threads[1])
 
 
 @pytest.fixture(scope="session")

@@ -2,6 +2,7 @@
 
 import math
 
+import numba
 import numpy as np
 import pytest
 import torch
@@ -206,6 +207,22 @@ def test_compiled_gradients_are_the_references(monkeypatch, scales):
         torch.testing.assert_close(
             found, expected, atol=1e-6 * most, rtol=1e-6, msg=lambda text, n=name: f"{n}: {text}"
         )
+
+
+def test_number_of_threads_changes_nothing():
+    """Tasks add to sums of their own: no race, and a resumed run has the weights of an uninterrupted one."""
+    attributes = primitives(30, batch=3)
+    results = []
+    for threads in (1, numba.config.NUMBA_NUM_THREADS):
+        torch.set_num_threads(threads)
+        numba.set_num_threads(threads)
+        try:
+            results.append([splat(**attributes, azimuths=GRID[0], elevations=GRID[1]), *gradients(attributes)])
+        finally:
+            torch.set_num_threads(1)
+            numba.set_num_threads(1)
+    for found, expected in zip(results[1], results[0], strict=True):
+        torch.testing.assert_close(found, expected, atol=1e-12, rtol=1e-10)
 
 
 def test_coefficients_gradient_is_the_weight_of_the_primitive(renderer):

@@ -83,7 +83,7 @@ def test_shooting_agrees_with_chains_where_nothing_scatters(
     mechanism, room, room_positions, room_responses, two_bounces
 ):
     """Smooth materials and sheets without wedges: the other mechanisms add nothing."""
-    propagation = replace(two_bounces, rays=10_000, **{mechanism: True})
+    propagation = replace(two_bounces, rays=50_000, **{mechanism: True})
     tracer = Tracer(room, propagation)
     assert tracer.method == "shooting"
     found = tracer.responses(room_positions[:3])
