@@ -2,7 +2,7 @@
 
 The gateway never moves and a room has only some hundreds of distinct chains (sequences of interaction types and
 reflecting planes) that carry power. Shooting rays anew for every transmitter, as the usual scripts do, finds them
-again and again, and each time misses some. We shoot from a few elements to anchor positions, collect the chains, and
+again and again, and each time misses some. We shoot from the corner elements to anchor positions, collect the chains, and
 let the image method solve each (chain, element, transmitter).
 
 One path once: a path is identified by its interaction types and the **planes** it is reflected at. Two triangles of
@@ -121,7 +121,7 @@ def line_of_sight(propagation: Propagation) -> Chains:
     return Chains(Interactions(nothing, nothing, nothing), np.full(shape, -1))
 
 
-ANCHORS, MOST_ROUNDS = 2, 24
+ANCHORS, MOST_ROUNDS = 2, 32
 """Anchors per round of shooting; few, since Sionna drops candidates whose hashes collide, and more so with more."""
 
 HASH_TABLE = 1_000_003
@@ -131,7 +131,7 @@ TRIALS = 96
 """Positions a candidate is tried at: it is kept where it is a path to at least one of them."""
 
 TOLERANCE = 1e-4
-"""Shooting ends when two rounds in a row bring less than this share of the power received over the trials."""
+"""Shooting ends when a round from every corner in a row brings less than this share of the power over the trials."""
 
 
 def find_chains(
@@ -144,9 +144,9 @@ def find_chains(
 ) -> Chains:
     """The chains that carry power from the gateway to anywhere in a region.
 
-    Each round shoots rays from the gateway's centre to new anchors in the region, then lets the image method try the
-    candidates that were not seen before between the array's corner elements and positions all over the region. It
-    ends when rounds bring no new power. The result depends on the scene, the region and ``propagation`` only.
+    Each round shoots rays from another corner element to new anchors in the region, then lets the image method try
+    the candidates that were not seen before between all corner elements and positions all over the region. It ends
+    when rounds bring no new power. The result depends on the scene, the region and ``propagation`` only.
 
     Args:
         region: lowest and highest corner, metres, world frame.
@@ -156,19 +156,19 @@ def find_chains(
     elements = gateway_antennas(scene)
     rows, columns = scene.gateway.rows, scene.gateway.columns
     corners = elements.some(np.unique([0, columns - 1, (rows - 1) * columns, rows * columns - 1]))
-    centre = replace(elements, positions=np.asarray(scene.gateway.position)[None])
     trials = transmitter_antennas(scene, free_positions(scene, region, TRIALS, generator))
 
     known = seen = line_of_sight(propagation)
     response = solve_chains(sionna, planes, known, corners, trials, propagation)
     quiet = 0
     for number in range(1, MOST_ROUNDS + 1):
-        if propagation.max_depth == 0 or quiet == 2:
+        if propagation.max_depth == 0 or quiet == max(2, len(corners)):
             break
         anchors = transmitter_antennas(scene, free_positions(scene, region, ANCHORS, generator))
         # Line of sight is a chain of its own; the rays look for the others.
         rays = replace(propagation, los=False, seed=propagation.seed + number)
-        buffer = shoot(sionna, centre, anchors, rays, room=HASH_TABLE + 10_007 * number)
+        corner = corners.some(np.array([number % len(corners)]))
+        buffer = shoot(sionna, corner, anchors, rays, room=HASH_TABLE + 10_007 * number)
         found = interactions_of(buffer)
         candidates_now = seen.merged(Chains(found, planes.of(found)))
         unseen = candidates_now.some(np.arange(len(seen), len(candidates_now)))

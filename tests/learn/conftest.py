@@ -108,6 +108,12 @@ def small_models(monkeypatch, small) -> None:
     _use_small_models(monkeypatch, small)
 
 
+@pytest.fixture
+def no_ceiling(monkeypatch) -> None:
+    """The array's ceiling takes longest of all that ``evaluate`` does: here the truth itself in its place."""
+    monkeypatch.setattr("learn.evaluate.array_ceiling", lambda truth, array: truth)
+
+
 @pytest.fixture(scope="session")
 def tiny_config(tiny) -> Config:
     """Two validations, each after two epochs of three steps."""

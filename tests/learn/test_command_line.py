@@ -1,95 +1,251 @@
-"""The command line's contracts: JSON keys, exit statuses, one sentence per error."""
+"""The command line's contract: what comes on stdout, what on stderr, the exit status, and the files left behind."""
 
 import json
-import shutil
+import os
+import signal
 import sys
 
 import numpy as np
 import pytest
 
 import bisplat
+from learn.run import load_run
+from learn.training import Training
+from simulate.dataset import read_dataset, write_positions
 
-METRICS = {"ssim_median", "ssim_mean", "psnr_mean", "mae_mean", "aoa_error_median_deg", "test_spectra", "baselines"}
+pytestmark = pytest.mark.usefixtures("small_models")
+
+SUMMARY = {"ssim_median", "ssim_mean", "psnr_mean", "mae_mean", "aoa_error_median_deg"}
 
 
 @pytest.fixture
 def command(monkeypatch, capsys):
-    """Function: runs bisplat with arguments; returns exit status, stdout, stderr."""
+    """Function: runs ``bisplat`` with these arguments -> exit status, stdout, stderr."""
 
     def run(*arguments):
         monkeypatch.setattr(sys, "argv", ["bisplat", *map(str, arguments)])
+        capsys.readouterr()
         status = 0
         try:
             bisplat.main()
-        except SystemExit as stop:
-            status = stop.code or 0
-        return status, *capsys.readouterr()
+        except SystemExit as leaving:
+            status = leaving.code
+        out, err = capsys.readouterr()
+        assert "Traceback" not in out + err
+        return status, out, err
 
     return run
 
 
+def assert_one_sentence(err, *parts):
+    assert err.startswith("bisplat: ") and err.endswith("\n") and err.count("\n") == 1, err
+    for part in parts:
+        assert str(part) in err
+
+
+# check
+
+
 def test_check_of_a_good_folder(command, tiny):
-    status, out, _ = command("check", tiny, "--json")
-    assert status == 0
-    result = json.loads(out)
-    assert set(result) == {"valid", "spectra", "problems", "warnings"}
-    assert (result["valid"], result["spectra"], result["problems"]) == (True, 24, [])
+    status, out, err = command("check", tiny, "--json")
+    assert status == 0 and err == ""
+    found = json.loads(out)
+    assert found.keys() == {"valid", "spectra", "problems", "warnings"}
+    assert found["valid"] is True and found["spectra"] == 24 and found["problems"] == []
+
     status, out, _ = command("check", tiny)
-    assert status == 0 and "gateway looks along" in out
+    assert status == 0 and "24" in out and "problem" not in out
 
 
-def test_check_of_a_bad_folder(command, tiny, tmp_path):
-    bad = shutil.copytree(tiny, tmp_path / "bad")
-    (bad / "gateway_info.yml").unlink()
-    status, out, _ = command("check", bad, "--json")
-    result = json.loads(out)
-    assert status == 1
-    assert result["valid"] is False and len(result["problems"]) == 1 and "gateway_info.yml" in result["problems"][0]
+def test_check_of_a_bad_folder_names_every_problem_and_exits_1(command, write_folder, tmp_path):
+    folder = write_folder(tmp_path / "bad", count=8)
+    (folder / "spectrum" / "00003.png").write_bytes(b"not a picture")
+    (folder / "tx_pos.csv").unlink()
+    status, out, _ = command("check", folder, "--json")
+    found = json.loads(out)
+    assert status == 1 and found["valid"] is False and found["spectra"] == 0
+    assert len(found["problems"]) == 2
+    for name in ("00003.png", "tx_pos.csv"):
+        assert any(name in problem for problem in found["problems"])
+
+    status, out, _ = command("check", folder)
+    assert status == 1 and out.count("problem: ") == 2
+
+    status, out, _ = command("check", tmp_path / "nowhere", "--json")
+    assert status == 1 and "nowhere" in json.loads(out)["problems"][0]
 
 
-@pytest.mark.usefixtures("small_models")
+def test_check_warns_of_a_split_that_leaks_and_only_of_that(command, write_folder, tmp_path):
+    folder = write_folder(tmp_path / "path", count=60)
+    status, out, _ = command("check", folder, "--json")
+    assert status == 0
+    (warning,) = json.loads(out)["warnings"]
+    assert "--split blocked" in warning
+
+    index = [f"{number:05d}\n" for number in range(1, 61)]
+    (folder / "train_index.txt").write_text("".join(index[:40]))
+    (folder / "test_index.txt").write_text("".join(index[40:]))
+    assert json.loads(command("check", folder, "--json")[1])["warnings"] == []
+
+
+# train, evaluate, predict
+
+
+@pytest.mark.usefixtures("no_ceiling")
 def test_train_evaluate_predict(command, tiny, tmp_path):
     run = tmp_path / "run"
-    status, out, _ = command("train", tiny, "-o", run, "--steps", 6, "--batch-size", 5)
-    assert status == 0 and str(run) in out
+    training = ("train", tiny, "-o", run, "--model", "bisplat-aperture", "--steps", "6", "--batch-size", "5")
+    status, out, err = command(*training)
+    assert status == 0 and str(run) in out and "training" in err and "training" not in out
+    before = (run / "weights.safetensors").stat().st_mtime_ns
+    assert command(*training)[0] == 0
+    assert (run / "weights.safetensors").stat().st_mtime_ns == before
+
     status, out, _ = command("evaluate", run, "--json")
-    assert status == 0
-    metrics = json.loads(out)
-    assert METRICS <= set(metrics)
-    assert metrics["test_spectra"] == 5
-    assert {"nearest", "mean_picture", "array_ceiling"} <= set(metrics["baselines"])
+    found = json.loads(out)
+    assert status == 0 and found == json.loads((run / "evaluation" / "metrics.json").read_text())
+    assert SUMMARY | {"test_spectra", "baselines"} <= found.keys()
+    assert found["test_spectra"] == 5
+    assert found["baselines"].keys() >= {"mean_picture", "nearest"}
+    for baseline in found["baselines"].values():
+        assert baseline.keys() >= SUMMARY
 
-    places = tmp_path / "places.csv"
-    places.write_text("x,y,z\n0.5,0.1,1.0\n1.5,0.9,1.0\n2.5,0.9,1.0\n")
-    status, _, _ = command("predict", run, "--positions", places, "-o", tmp_path / "out.npz")
-    assert status == 0
-    with np.load(tmp_path / "out.npz") as arrays:
-        assert arrays["spectra"].shape == (3, 90, 360) and arrays["spectra"].dtype == np.float32
-        assert arrays["channels"].shape == (3, 16) and arrays["channels"].dtype == np.complex64
-    assert not list(tmp_path.glob("*.tmp"))
+    points = read_dataset(tiny).positions[:3] + 0.01
+    write_positions(tmp_path / "points.csv", points)
+    status, out, _ = command("predict", run, "--positions", tmp_path / "points.csv", "-o", tmp_path / "out.npz")
+    assert status == 0 and "3 spectra" in out
+    with np.load(tmp_path / "out.npz") as archive:
+        assert set(archive) == {"spectra", "channels"}
+        spectra, channels = archive["spectra"], archive["channels"]
+    assert (spectra.shape, spectra.dtype) == ((3, 90, 360), np.float32)
+    assert (channels.shape, channels.dtype) == ((3, 16), np.complex64)
+    np.testing.assert_array_equal(spectra, load_run(run).predict(points))
 
 
-@pytest.mark.parametrize("arguments", [["nonsense"], ["train"], ["check", "here", "--colour"], ["simulate", "lab"]])
-def test_wrong_usage_is_status_2(command, arguments):
-    assert command(*arguments)[0] == 2
+@pytest.mark.usefixtures("no_ceiling")
+def test_evaluate_prints_a_table_of_model_and_baselines(command, finished_run):
+    status, out, _ = command("evaluate", finished_run)
+    assert status == 0 and "5 test spectra" in out
+    for word in ("model", "nearest", "ssim_median", "ssim_mean"):
+        assert word in out
+
+
+def test_model_without_an_aperture_predicts_spectra_alone(command, tiny, tmp_path, monkeypatch):
+    monkeypatch.setattr("learn.train.STEPS_PER_VALIDATION", 1)
+    run = tmp_path / "run"
+    assert command("train", tiny, "-o", run, "--model", "bisplat", "--steps", 1, "--batch-size", 17)[0] == 0
+    assert command("predict", run, "--positions", tiny / "tx_pos.csv", "-o", tmp_path / "out.npz")[0] == 0
+    with np.load(tmp_path / "out.npz") as archive:
+        assert set(archive) == {"spectra"} and archive["spectra"].shape == (24, 90, 360)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_interrupted_training_says_so_and_exits_130(command, tiny, tmp_path, monkeypatch, number):
+    whole = Training.training_step
+
+    def training_step(self, *arguments):
+        if self.trainer.global_step == 1:
+            signal.raise_signal(number)
+        return whole(self, *arguments)
+
+    monkeypatch.setattr(Training, "training_step", training_step)
+    status, out, err = command("train", tiny, "-o", tmp_path / "run", "--steps", 6, "--batch-size", 5)
+    assert status == 130 and "run: " not in out
+    assert err.splitlines()[-1] == "bisplat: interrupted; the same command again goes on from here"
+
+
+# Files
+
+
+@pytest.mark.parametrize("failing", ["fsync", "replace"])
+def test_predict_that_cannot_write_leaves_the_old_file_as_it_was(
+    command, finished_run, tiny, tmp_path, monkeypatch, failing
+):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    output = tmp_path / "out.npz"
+    output.write_bytes(b"old")
+    with monkeypatch.context() as patch:
+        patch.setattr(os, failing, full)
+        status, out, err = command("predict", finished_run, "--positions", tiny / "tx_pos.csv", "-o", output)
+    assert status == 1 and out == ""
+    assert_one_sentence(err, "No space left on device")
+    assert [path.name for path in tmp_path.iterdir()] == ["out.npz"] and output.read_bytes() == b"old"
+
+
+def test_predict_killed_while_writing_leaves_the_old_file_as_it_was(command, finished_run, tiny, tmp_path, monkeypatch):
+    def killed(*_):
+        raise KeyboardInterrupt
+
+    output = tmp_path / "out.npz"
+    output.write_bytes(b"old")
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fsync", killed)
+        assert command("predict", finished_run, "--positions", tiny / "tx_pos.csv", "-o", output)[0] == 130
+    assert output.read_bytes() == b"old"
+
+
+# Errors
 
 
 @pytest.mark.parametrize(
-    ("arguments", "sentence"),
+    "arguments",
     [
-        (["train", "no-such-folder", "-o", "RUN"], "expected a dataset folder"),
-        (["evaluate", "no-such-run"], "expected a run folder"),
-        (["predict", "no-such-run", "--positions", "x.csv", "-o", "OUT"], "expected a run folder"),
-        (["scene", "lba"], 'did you mean "lab"'),
-        (["simulate", "lab", "-o", "OUT", "-n", "0"], "--spectra: expected at least 2, found 0"),
-        (["train", "DATA", "-o", "RUN", "--steps", "0"], "--steps: expected a positive number, found 0"),
-        (["scene", "room.glb"], "importing a mesh needs --output"),
+        (),
+        ("fly",),
+        ("train",),
+        ("train", "data"),
+        ("train", "data", "-o", "run", "--model", "nerf"),
+        ("train", "data", "-o", "run", "--steps", "many"),
+        ("evaluate", "run", "--fast"),
+        ("check",),
+        ("predict", "run"),
     ],
+    ids=" ".join,
 )
-def test_a_users_mistake_is_one_sentence_and_status_1(command, tiny, tmp_path, monkeypatch, arguments, sentence):
-    monkeypatch.chdir(tmp_path)
-    status, _, err = command(*(str(tiny) if argument == "DATA" else argument for argument in arguments))
-    lines = err.strip().splitlines()
+def test_wrong_usage_exits_2(command, arguments):
+    status, out, err = command(*arguments)
+    assert status == 2 and out == "" and err
+
+
+def test_unknown_dataset_is_one_sentence(command, tmp_path):
+    status, out, err = command("train", tmp_path / "nowhere", "-o", tmp_path / "run")
+    assert status == 1 and out == ""
+    assert_one_sentence(err, tmp_path / "nowhere", "expected a dataset folder")
+    assert not (tmp_path / "run").exists()
+
+
+def test_split_that_needs_more_spectra_is_one_sentence(command, write_folder, tmp_path):
+    folder = write_folder(tmp_path / "few", count=9)
+    status, _, err = command("train", folder, "-o", tmp_path / "run", "--split", "blocked")
     assert status == 1
-    assert len(lines) == 1 and lines[0].startswith("bisplat: ") and sentence in lines[0]
-    assert list(tmp_path.iterdir()) == []
+    assert_one_sentence(err, folder, "blocked", "found 9")
+
+
+@pytest.mark.parametrize(("option", "value"), [("--steps", "0"), ("--batch-size", "-1"), ("--learning-rate", "0")])
+def test_number_out_of_range_is_one_sentence(command, tiny, tmp_path, option, value):
+    status, _, err = command("train", tiny, "-o", tmp_path / "run", option, value)
+    assert status in (1, 2)
+    assert_one_sentence(err, option, value)
+
+
+def test_folder_that_is_no_run_is_one_sentence(command, tiny, tmp_path):
+    for arguments in (("evaluate", tiny), ("predict", tiny, "--positions", "p.csv", "-o", tmp_path / "out.npz")):
+        status, _, err = command(*arguments)
+        assert status == 1
+        assert_one_sentence(err, tiny, "expected a run folder")
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [("a,b,c\n1,2,3\n", "line 1"), ("x,y,z\n1,2,3\n1,2\n", "position 2"), ("x,y,z\n1,2,nan\n", "position 1")],
+    ids=["header", "columns", "nan"],
+)
+def test_bad_positions_are_one_sentence_that_names_the_row(command, finished_run, tmp_path, text, found):
+    (tmp_path / "points.csv").write_text(text)
+    status, _, err = command(
+        "predict", finished_run, "--positions", tmp_path / "points.csv", "-o", tmp_path / "out.npz"
+    )
+    assert status == 1 and not (tmp_path / "out.npz").exists()
+    assert_one_sentence(err, tmp_path / "points.csv", found)

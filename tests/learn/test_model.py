@@ -18,7 +18,7 @@ POSITIONS = torch.tensor([[0.5, 0.0, 1.0], [3.0, -0.7, 2.2]])
 
 @pytest.fixture(params=[BiSplatWRF, BiSplatAperture])
 def make(request, small, region):
-    """Function: one of the two small models, the same weights at every call; as the parameter ``kind`` says."""
+    """Function: BiSplatWRF, then BiSplatAperture; small, with the same weights at every call."""
 
     def build(bypass=(), size=small):
         torch.manual_seed(0)

@@ -275,6 +275,7 @@ def test_evaluation_scores_the_test_part_beside_the_baselines(tiny, finished_run
             image.load()
 
 
+@pytest.mark.usefixtures("no_ceiling")
 def test_evaluation_on_an_index_tests_on_exactly_that(tmp_path, finished_run):
     write_index(tmp_path / "index.txt", ["00023", "00003"])
     assert sorted(evaluate(finished_run, index=tmp_path / "index.txt").test) == [2, 22]
@@ -289,6 +290,7 @@ def test_index_that_names_a_spectrum_the_run_has_seen_is_refused(tmp_path, tiny,
             evaluate(finished_run, dataset, tmp_path / "index.txt")
 
 
+@pytest.mark.usefixtures("no_ceiling")
 def test_evaluation_on_another_dataset_tests_on_all_of_it_against_baselines_from_the_training_one(
     tmp_path, tiny, finished_run, write_folder
 ):

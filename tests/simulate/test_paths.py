@@ -95,7 +95,6 @@ def test_too_many_rays_to_shoot_are_refused_with_the_most_that_fit(room):
         Tracer(room, Propagation(diffuse=True, rays=1_000_000))
 
 
-@pytest.mark.xfail(strict=True, reason="chains are looked for from the gateway's centre only")
 def test_path_that_only_outer_elements_have_is_found(room, public_solver, two_bounces):
     """From the centre every ray to the back wall and on to the screen's far side meets the screen first."""
     item = room.objects[3]
