@@ -2,8 +2,8 @@
 
 The gateway never moves and a room has only some hundreds of distinct chains (sequences of interaction types and
 reflecting planes) that carry power. Shooting rays anew for every transmitter, as the usual scripts do, finds them
-again and again, and each time misses some. We shoot from the corner elements to anchor positions, collect the chains, and
-let the image method solve each (chain, element, transmitter).
+again and again, and each time misses some. We shoot from the corner elements to anchor positions, collect the chains,
+and let the image method solve each (chain, element, transmitter).
 
 One path once: a path is identified by its interaction types and the **planes** it is reflected at. Two triangles of
 one wall are one plane; a path counts only for the chain whose planes it really hits, so that two nearly coplanar
