@@ -99,9 +99,12 @@ def scene(
         print(json_format.dumps(description, indent=2))
         return
     for what in ("objects", "materials"):
-        rows = description.pop(what)
-        _print_rows(what, rows)
-    _print_table("scene", {"": description})
+        _print_rows(what, description.pop(what))
+    for what in ("bounds", "gateway", "transmitter"):
+        description |= {f"{what} {name}": value for name, value in description.pop(what).items()}
+    region = description.pop("transmitter region")
+    description |= {f"transmitter region {name}": value for name, value in region.items()}
+    _print_table("scene (metres, hertz)", {"": description})
     print(f"drawing: {drawing}")
 
 

@@ -57,7 +57,8 @@ def measured_section() -> list[str]:
         "## The measured RFID sample",
         "",
         "```",
-        "bisplat train ../shared/data/rfid-s23-160 -o runs/rfid-MODEL-SPLIT --model MODEL --split SPLIT [--steps N]",
+        "bisplat train ../shared/data/rfid-s23-160 -o runs/rfid-MODEL-SPLIT --model MODEL --split SPLIT \\",
+        "    --steps STEPS --batch-size BATCH",
         "bisplat evaluate runs/rfid-MODEL-SPLIT --json",
         "```",
         "",
@@ -66,14 +67,15 @@ def measured_section() -> list[str]:
         "1) on the test part; the baselines are on the same split.",
         "",
         "| split | model | SSIM | nearest | inverse distance | mean picture | ceiling | AoA error (°) | steps "
-        "| training |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
+        "| batch | training |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
     ]
     for split in SPLITS:
         for model in MODELS:
             folder = RUNS / f"rfid-{model}-{split}"
             metrics, training = read(folder / "evaluation" / "metrics.json"), read(folder / "training.json")
-            if metrics is None or training is None:
+            config = read(folder / "config.json")
+            if metrics is None or training is None or config is None:
                 continue
             baselines = [
                 metrics["baselines"][name]["ssim_median"]
@@ -82,6 +84,7 @@ def measured_section() -> list[str]:
             figures = " | ".join(f"{value:.3f}" for value in (metrics["ssim_median"], *baselines))
             lines.append(
                 f"| {split} | {model} | {figures} | {metrics['aoa_error_median_deg']:.1f} | {training['steps']} | "
+                f"{config['batch_size']} | "
                 f"{training['seconds'] / 60:.1f} min, {training['device']}, {training['date']} |"
             )
     return [*lines, ""]
