@@ -348,6 +348,8 @@ def main() -> None:
     except InputError as error:
         print(f"bisplat: {error}", file=sys.stderr)
         raise SystemExit(1) from None
+    except BrokenPipeError:  # the reader of our output has had enough
+        raise SystemExit(1) from None
     except OSError as error:
         print(f"bisplat: {error.filename or 'file'}: {error.strerror or error}", file=sys.stderr)
         raise SystemExit(1) from None

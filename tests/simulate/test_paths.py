@@ -96,7 +96,7 @@ def test_too_many_rays_to_shoot_are_refused_with_the_most_that_fit(room):
 
 
 def test_path_that_only_outer_elements_have_is_found(room, public_solver, two_bounces):
-    """From the centre every ray to the back wall and on to the screen's far side meets the screen first."""
+    """From the array's centre every ray to the back wall and on to the screen's far side meets the screen first."""
     item = room.objects[3]
     screen = replace(item, mesh=sheet((-1.4, -1.2, 0.4), (0, 1.3, 0), (0, 0, 1.5)))
     scene, position = replace(room, objects=(*room.objects[:3], screen)), np.array([[-4.1426, -0.8921, 1.2667]])
