@@ -212,7 +212,7 @@ def train(
     seed: int = 0,
     steps: int = 1500,
     batch_size: int = 8,
-    learning_rate: float = 2e-3,
+    learning_rate: float | None = None,
     bypass: tuple[Literal["dynamic", "delta", "bst"], ...] = (),
 ) -> None:
     """Train a model on a dataset folder. The same command again resumes an interrupted run.
@@ -225,12 +225,14 @@ def train(
         seed: of split, initial weights and order.
         steps: optimiser steps.
         batch_size: spectra per step.
-        learning_rate: of AdamW.
+        learning_rate: of AdamW (default: 2e-3; 3e-4 for bisplat-plus).
         bypass: branches to switch off, as the paper's ablation does.
     """
-    from learn.run import Config
+    from learn.run import LEARNING_RATE, Config
     from learn.train import train as fit
 
+    if learning_rate is None:
+        learning_rate = LEARNING_RATE[model]
     for name, value in (("steps", steps), ("batch-size", batch_size), ("learning-rate", learning_rate)):
         if value <= 0:
             raise InputError(f"--{name}: expected a positive number, found {value}")

@@ -11,7 +11,7 @@ from typing import Any
 from learn.crossvalidate import crossvalidate
 from learn.evaluate import evaluate
 from learn.report import write_report
-from learn.run import Config
+from learn.run import LEARNING_RATE, Config, ModelName
 from learn.train import train
 from scenes.atomic import write_atomically
 from scenes.drawing import draw_scene
@@ -22,7 +22,7 @@ from simulate.propagation import Propagation
 
 DATA_SEED, FRESH_SEED = 0, 1_000_000
 FRESH_POSITIONS = 100
-BATCH_SIZE, LEARNING_RATE = 8, 2e-3
+BATCH_SIZE = 8
 
 
 def demo(folder: Path, spectra: int, steps: int) -> dict[str, Any]:
@@ -44,7 +44,8 @@ def demo(folder: Path, spectra: int, steps: int) -> dict[str, Any]:
 
     _say("2/4 training bisplat-aperture")
     dataset = str((folder / "dataset").resolve())
-    config = Config(dataset, "bisplat-aperture", "files", DATA_SEED, steps, BATCH_SIZE, LEARNING_RATE)
+    model: ModelName = "bisplat-aperture"
+    config = Config(dataset, model, "files", DATA_SEED, steps, BATCH_SIZE, LEARNING_RATE[model])
     train(config, folder / "run")
 
     _say("3/4 evaluating on held-out positions")

@@ -31,6 +31,9 @@ from simulate.spectrum import PlanarArray
 
 ModelName = Literal["bisplat", "bisplat-plus", "bisplat-aperture"]
 
+LEARNING_RATE: dict[ModelName, float] = {"bisplat": 2e-3, "bisplat-plus": 3e-4, "bisplat-aperture": 2e-3}
+"""Of AdamW, where none is given: the deep networks of BiSplat-WRF+ do not survive the small models' rate."""
+
 PREDICT_AT_ONCE = 16
 
 

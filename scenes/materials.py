@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from scenes.errors import InputError, did_you_mean
@@ -118,3 +119,8 @@ def p2040_material(
         scattering_coefficient=scattering_coefficient,
         color=row.color,
     )
+
+
+def p2040_materials(names: Iterable[str], frequency: float) -> dict[str, RadioMaterial]:
+    """Each named material at `frequency` [Hz], by name."""
+    return {name: p2040_material(name, frequency) for name in sorted(set(names))}

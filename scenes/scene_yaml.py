@@ -13,15 +13,23 @@ import yaml
 from trimesh import Trimesh
 
 from scenes.atomic import write_atomically
+from scenes.bedroom import bedroom
+from scenes.conference import conference
 from scenes.description import Gateway, Scene, SceneObject, Transmitter, validate
 from scenes.errors import InputError, did_you_mean
 from scenes.lab import lab
 from scenes.materials import RadioMaterial, material_names, p2040_material
 from scenes.mesh_import import Y_UP_TO_Z_UP, default_up, read_meshes
+from scenes.office import office
 from scenes.shapes import union
 from scenes.yaml_section import Section, UniqueKeyLoader, shown
 
-BUILT_IN: dict[str, Callable[[], Scene]] = {"lab": lab}
+BUILT_IN: dict[str, Callable[[], Scene]] = {
+    "lab": lab,
+    "conference": conference,
+    "bedroom": bedroom,
+    "office": office,
+}
 HERTZ = {"hz": 1.0, "khz": 1e3, "mhz": 1e6, "ghz": 1e9}
 
 

@@ -10,22 +10,12 @@ import trimesh
 from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
-Vector3 = Sequence[float]
+Vector3 = Sequence[float] | np.ndarray
 
 
 def box(low: Vector3, high: Vector3) -> Trimesh:
     """Closed axis-aligned box between two corners: 8 vertices, 12 triangles, normals outwards."""
     return trimesh.creation.box(bounds=np.array([low, high], dtype=float))
-
-
-def cylinder(base: Vector3, radius: float, height: float, sides: int = 12) -> Trimesh:
-    """Closed upright prism with `sides` faces, standing on the centre of its `base`, normals outwards.
-
-    Few sides on purpose: every face is one more reflecting plane for the ray tracer.
-    """
-    mesh = trimesh.creation.cylinder(radius=radius, height=height, sections=sides)
-    x, y, z = base
-    return mesh.apply_translation([x, y, z + height / 2])
 
 
 def sheet(corner: Vector3, u: Vector3, v: Vector3, openings: Sequence[Sequence[float]] = ()) -> Trimesh:

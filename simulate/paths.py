@@ -68,11 +68,20 @@ def shoot(sionna: rt.Scene, sources: Antennas, targets: Antennas, propagation: P
     return buffer
 
 
-def candidates(interactions: Interactions, vertices: dict[int, np.ndarray], sources: int, targets: int) -> PathsBuffer:
-    """Every chain between every source and every target, as candidates for ``refine``.
+def candidates(
+    interactions: Interactions,
+    vertices: dict[int, np.ndarray],
+    chain: Int[np.ndarray, " paths"],
+    source: Int[np.ndarray, " paths"],
+    target: Int[np.ndarray, " paths"],
+) -> PathsBuffer:
+    """Chains between sources and targets, as candidates for ``refine``.
 
     Args:
         vertices: for each object identifier, one vertex of each of its triangles, [triangles, 3], metres.
+        chain: index into ``interactions`` of each path.
+        source: index of its source.
+        target: index of its target.
     """
     count, depth = interactions.types.shape
     on_plane = np.zeros((count, depth, 3), np.float32)
@@ -80,14 +89,10 @@ def candidates(interactions: Interactions, vertices: dict[int, np.ndarray], sour
         where = interactions.shapes == shape
         on_plane[where] = vertices[int(shape)][interactions.triangles[where]]
 
-    # Targets slowest, elements fastest: neighbouring rays run side by side.
-    lanes = dr.arange(mi.UInt, targets * count * sources)
-    chain = (lanes // sources) % count
-    buffer = PathsBuffer(targets * count * sources, depth, diffraction=False)
-    buffer._src_indices = lanes % sources
-    buffer._tgt_indices = lanes // (sources * count)
-    entries = dr.repeat(chain, depth) * depth + dr.tile(dr.arange(mi.UInt, depth), dr.width(lanes))
-    shape = (dr.width(lanes), depth)
+    buffer = PathsBuffer(len(chain), depth, diffraction=False)
+    buffer._src_indices, buffer._tgt_indices = mi.UInt(source), mi.UInt(target)
+    entries = dr.repeat(mi.UInt(chain), depth) * depth + dr.tile(dr.arange(mi.UInt, depth), len(chain))
+    shape = (len(chain), depth)
 
     def spread(kind, tensor, table):
         return tensor(dr.gather(kind, kind(np.ascontiguousarray(table).ravel()), entries), shape=shape)
@@ -129,16 +134,20 @@ def keep(buffer: PathsBuffer, wanted: Int[np.ndarray, " paths"] | np.ndarray) ->
     return buffer
 
 
-def responses(
-    sionna: rt.Scene, buffer: PathsBuffer, sources: Antennas, targets: Antennas, propagation: Propagation
-) -> Complex[np.ndarray, "targets sources"]:
-    """Sum of the paths between each source and target: y = Σ a e^{-j2πfτ}, complex128.
+def add_responses(
+    responses: Complex[np.ndarray, "targets sources"],
+    sionna: rt.Scene,
+    buffer: PathsBuffer,
+    sources: Antennas,
+    targets: Antennas,
+    propagation: Propagation,
+) -> None:
+    """Add to ``responses`` the sum of the paths between each source and target: y = Σ a e^{-j2πfτ}, complex128.
 
     a is Sionna's coefficient, which contains the free-space factor λ/4π: |y|² is the channel gain.
     """
-    result = np.zeros(len(targets) * len(sources), np.complex128)
     if buffer.buffer_size == 0:
-        return result.reshape(len(targets), len(sources))
+        return
     buffer = FieldCalculator()(
         wavelength=sionna.wavelength,
         paths=buffer,
@@ -157,7 +166,5 @@ def responses(
     delay = buffer.tau.numpy()[valid].astype(np.float64)
     # In double precision: over a room the carrier turns some tens of times.
     values = amplitude * np.exp(-2j * np.pi * float(sionna.frequency[0]) * delay)
-    lane = buffer.target_indices.numpy()[valid].astype(np.int64) * len(sources)
-    lane += buffer.source_indices.numpy()[valid]
-    np.add.at(result, lane, values)
-    return result.reshape(len(targets), len(sources))
+    lane = buffer.target_indices.numpy()[valid], buffer.source_indices.numpy()[valid]
+    np.add.at(responses, lane, values)

@@ -14,8 +14,9 @@ from jaxtyping import Complex, Float
 
 from scenes.description import Scene
 from scenes.errors import InputError
-from simulate.chains import Planes, find_chains, solve_chains
-from simulate.paths import refine, responses, shoot
+from simulate.chains import find_chains, solve_chains
+from simulate.paths import add_responses, refine, shoot
+from simulate.planes import Planes
 from simulate.propagation import Propagation
 from simulate.sionna_scene import build_scene, gateway_antennas, transmitter_antennas
 
@@ -56,7 +57,7 @@ class Tracer:
         if propagation.chains_suffice:
             if region is None:
                 region = np.array([scene.transmitter.region_min, scene.transmitter.region_max])
-            self._planes = Planes(scene, self._sionna)
+            self._planes = Planes(scene, [int(self._sionna.objects[item.name].object_id) for item in scene.objects])
             self._chains = find_chains(self._sionna, self._planes, scene, region, propagation, report)
         else:
             candidates = propagation.rays * max(1, propagation.max_depth) * len(self._sources)
@@ -79,9 +80,9 @@ class Tracer:
         """
         targets = transmitter_antennas(self.scene, positions)
         if self.method == "chains":
-            result = solve_chains(self._sionna, self._planes, self._chains, self._sources, targets, self.propagation)
-            return result.astype(np.complex64)
-        result = np.zeros((len(targets), len(self._sources)), np.complex64)
+            solved, _ = solve_chains(self._sionna, self._planes, self._chains, self._sources, targets, self.propagation)
+            return solved.astype(np.complex64)
+        result = np.zeros((len(targets), len(self._sources)), np.complex128)
         for start in range(0, len(targets), self._at_once):
             part = np.arange(start, min(start + self._at_once, len(targets)))
             some = targets.some(part)
@@ -89,5 +90,5 @@ class Tracer:
             buffer = shoot(self._sionna, self._sources, some, self.propagation, room)
             buffer = refine(self._sionna, buffer, self._sources, some, self.propagation)
             buffer.discard_invalid()
-            result[part] = responses(self._sionna, buffer, self._sources, some, self.propagation)
-        return result
+            add_responses(result[part[0] : part[-1] + 1], self._sionna, buffer, self._sources, some, self.propagation)
+        return result.astype(np.complex64)

@@ -3,20 +3,13 @@
 import numpy as np
 import pytest
 
-from scenes.shapes import box, cylinder, sheet, turned, union
+from scenes.shapes import box, sheet, turned, union
 
 
 def test_box():
     mesh = box((1, 2, 3), (2, 4, 6))
     assert mesh.is_watertight and mesh.volume == pytest.approx(6)
     np.testing.assert_allclose(mesh.bounds, [[1, 2, 3], [2, 4, 6]])
-
-
-def test_cylinder_stands_on_its_base():
-    mesh = cylinder((1, 2, 3), radius=0.5, height=2, sides=24)
-    assert mesh.is_watertight
-    assert mesh.volume == pytest.approx(12 * 0.25 * np.sin(2 * np.pi / 24) * 2)  # area of a regular 24-gon
-    np.testing.assert_allclose(mesh.bounds[:, 2], [3, 5])
 
 
 def test_sheet_normal_is_u_cross_v():

@@ -1,0 +1,29 @@
+"""Furniture of the built-in places, as the ray tracer should see it.
+
+Geometric optics holds for surfaces of about a wavelength (33 cm at 915 MHz) and more: legs, edges, feet and chairs are
+left out, since a mirror-like reflection off them is not physics. A board is one sheet, not a box: the ray tracer's
+material already is a slab with a thickness, and two faces would make it two slabs.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from trimesh import Trimesh
+
+from scenes.shapes import sheet, turned, union
+
+
+def table(x: float, y: float, length: float, width: float, height: float = 0.74) -> Trimesh:
+    """A table's board, its lower left corner at (x, y)."""
+    return sheet((x, y, height), (length, 0, 0), (0, width, 0))
+
+
+def panel(x: float, y: float, length: float, bottom: float, top: float, degrees: float = 0.0) -> Trimesh:
+    """An upright sheet centred on (x, y), along x before it is turned: a screen, whiteboard, partition, radiator."""
+    return turned(sheet((x - length / 2, y, bottom), (length, 0, 0), (0, 0, top - bottom)), degrees)
+
+
+def shelf(x: float, y: float, length: float, width: float, heights: Sequence[float]) -> Trimesh:
+    """Boards one above the other, open to all sides."""
+    return union(*(table(x, y, length, width, height) for height in heights))

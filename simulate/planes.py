@@ -1,0 +1,69 @@
+"""The planes a scene's triangles lie in: what a path is reflected at, whatever the triangle."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float, Int, UInt32
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+from scipy.spatial import cKDTree
+
+from scenes.description import Scene
+
+TOLERANCE = 1e-4
+"""Triangles are coplanar when normals (unit vectors) and offsets (metres) agree this closely."""
+
+
+class Planes:
+    """Planes n·x = h, and the triangles in each.
+
+    Args:
+        scene: the description.
+        identifiers: the ray tracer's identifier of each of the scene's objects.
+
+    Attributes:
+        normals: unit vectors n, [planes, 3].
+        offsets: h in metres, [planes].
+        first: plane p's triangles are ``first[p]`` … ``first[p + 1] − 1`` of ``sides``, [planes + 1].
+        sides: for each triangle and side a unit vector e pointing inwards in the plane, and a length g: a point x of
+            the plane is inside where e·x ≥ g for all three sides, [triangles, 3, 4].
+        vertices: for each identifier, one vertex of each of the object's triangles, [triangles, 3], metres.
+    """
+
+    def __init__(self, scene: Scene, identifiers: list[int]):
+        meshes = [item.mesh for item in scene.objects]
+        triangles = np.concatenate([mesh.triangles for mesh in meshes])
+        normals = np.concatenate([mesh.face_normals for mesh in meshes])
+        offsets = (normals * triangles[:, 0]).sum(axis=1)
+        self._plane = _group(np.column_stack([normals, offsets]))
+        self._first_triangle = dict(
+            zip(identifiers, np.cumsum([0] + [len(mesh.faces) for mesh in meshes[:-1]]), strict=True)
+        )
+        self.vertices = {
+            identifier: np.asarray(mesh.triangles[:, 0], np.float32)
+            for identifier, mesh in zip(identifiers, meshes, strict=True)
+        }
+
+        order = np.argsort(self._plane, kind="stable")
+        count = int(self._plane.max()) + 1
+        self.first = np.searchsorted(self._plane[order], np.arange(count + 1))
+        self.normals, self.offsets = normals[order][self.first[:-1]], offsets[order][self.first[:-1]]
+        corners = triangles[order]
+        inwards = np.cross(normals[order][:, None], np.roll(corners, -1, axis=1) - corners)
+        inwards /= np.linalg.norm(inwards, axis=-1, keepdims=True)
+        self.sides = np.concatenate([inwards, (inwards * corners).sum(axis=-1, keepdims=True)], axis=-1)
+
+    def of(self, shapes: UInt32[np.ndarray, " n"], triangles: UInt32[np.ndarray, " n"]) -> Int[np.ndarray, " n"]:
+        """Plane of each triangle, given as the object's identifier and the triangle's index in it."""
+        first = np.zeros(max(self._first_triangle) + 1, dtype=np.int64)
+        for identifier, start in self._first_triangle.items():
+            first[identifier] = start
+        return self._plane[first[shapes] + triangles]
+
+
+def _group(planes: Float[np.ndarray, "n 4"]) -> Int[np.ndarray, " n"]:
+    """Label of each plane (normal, offset); a plane and its reverse are one."""
+    tree = cKDTree(np.concatenate([planes, -planes]))
+    pairs = tree.query_pairs(TOLERANCE, output_type="ndarray") % len(planes)
+    graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(planes), len(planes)))
+    return connected_components(graph, directed=False)[1]
