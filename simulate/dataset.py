@@ -328,7 +328,8 @@ def _read_channels(
 def write_picture(path: Path, picture: UInt8[np.ndarray, "90 360"]) -> None:
     """Write one spectrum picture as an 8-bit grey PNG, atomically."""
     buffer = BytesIO()
-    Image.fromarray(picture, mode="L").save(buffer, format="PNG")
+    # Level 3: a third of the default's time for a sixth more bytes.
+    Image.fromarray(picture).save(buffer, format="PNG", compress_level=3)
     write_atomically(path, buffer.getvalue())
 
 

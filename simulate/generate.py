@@ -11,6 +11,7 @@ from __future__ import annotations
 import hashlib
 import json
 import shutil
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from io import BytesIO
@@ -185,7 +186,7 @@ def _trace_parts(request: Request, positions: Float[np.ndarray, "K 3"], names: l
     region = np.array([np.minimum(region[0], positions.min(0)), np.maximum(region[1], positions.max(0))])
     gateway = request.scene.gateway
     array = PlanarArray(gateway.rows, gateway.columns, gateway.spacing)
-    with progress_bar() as progress:
+    with progress_bar() as progress, ThreadPoolExecutor() as writers:
         search = progress.add_task("finding paths", total=None)
         tracer = Tracer(
             request.scene,
@@ -199,8 +200,8 @@ def _trace_parts(request: Request, positions: Float[np.ndarray, "K 3"], names: l
         for path in todo:
             start = int(path.stem)
             channels = tracer.responses(positions[start : start + PART])
-            for name, image in zip(names[start:], picture(array.spectrum(channels)), strict=False):
-                write_picture(folder / "spectrum" / f"{name}.png", image)
+            paths = [folder / "spectrum" / f"{name}.png" for name in names[start : start + PART]]
+            list(writers.map(write_picture, paths, picture(array.spectrum(channels))))
             buffer = BytesIO()
             np.save(buffer, channels)
             write_atomically(path, buffer.getvalue())

@@ -69,6 +69,11 @@ class Tracer:
                     f"rays at depth {propagation.max_depth}, found {propagation.rays:,} (--rays)"
                 )
 
+    @property
+    def chains(self) -> int:
+        """How many chains were found; 0 where rays are shot instead."""
+        return len(self._chains) if self.method == "chains" else 0
+
     def responses(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements"]:
         """Element responses y_m = Σ_paths a e^{-j2πfτ} to a transmitter at each position, complex64.
 
