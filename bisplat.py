@@ -20,7 +20,7 @@ Triple = tuple[float, float, float]
 
 
 def demo(
-    output: Output = Path("runs/demo"), spectra: Annotated[int, arg(aliases=["-n"])] = 1000, steps: int = 1000
+    output: Output = Path("runs/demo"), spectra: Annotated[int, arg(aliases=["-n"])] = 1000, steps: int = 1500
 ) -> None:
     """The main job, end to end, on the built-in lab: simulate, train, evaluate, cross-validate, report.
 
@@ -50,13 +50,13 @@ def scene(
     region_max: Triple | None = None,
     json: bool = False,
 ) -> None:
-    """Draw and describe a scene; or import a mesh (GLB, GLTF, OBJ, PLY, STL, OFF) into a new one.
+    """Draw and describe a scene; or import a mesh (GLB, GLTF, OBJ, PLY, STL, OFF) or a Mitsuba XML into a new one.
 
     Args:
-        scene: built-in name (lab), scene YAML, or a mesh to import.
+        scene: built-in name (lab) or scene YAML; to import: a mesh, a Mitsuba or Sionna RT XML, or sionna:etoile.
         output: the drawing (default NAME.png); for an import: the new scene's folder.
         material: import only: NODE=MATERIAL rules, the first that matches wins; NODE may hold * and ?.
-        default_material: import only: material of nodes that no rule matches.
+        default_material: import only: material of nodes that neither a rule nor the file gives one.
         unit: import only: the mesh's unit of length.
         up: import only: the mesh's up axis (default: y for glTF, else z).
         frequency: import only: Hz.
@@ -69,10 +69,10 @@ def scene(
     from scenes import Gateway, Transmitter, load_scene
     from scenes.description import facing
     from scenes.drawing import describe_scene, draw_scene
-    from scenes.mesh_import import MESH_SUFFIXES, import_scene
+    from scenes.mesh_import import import_scene, is_importable
     from scenes.scene_yaml import write_scene
 
-    if Path(scene).suffix.lower() in MESH_SUFFIXES:
+    if is_importable(scene):
         needed = {
             "--output": output,
             "--gateway": gateway,
@@ -100,6 +100,9 @@ def scene(
         return
     for what in ("objects", "materials"):
         _print_rows(what, description.pop(what))
+    gateways: dict[str, dict] = description.pop("further_gateways")
+    for label, further in gateways.items():
+        description |= {f"{label} {name}": value for name, value in further.items()}
     for what in ("bounds", "gateway", "transmitter"):
         description |= {f"{what} {name}": value for name, value in description.pop(what).items()}
     region = description.pop("transmitter region")
@@ -122,12 +125,20 @@ def simulate(
     refraction: bool = True,
     diffuse: bool = False,
     diffraction: bool = False,
+    snr: float | None = None,
+    gain_error: float = 0.0,
+    phase_error: float = 0.0,
+    phase_noise: float = 0.0,
+    power_db: bool = False,
+    workers: int | None = None,
+    ray: str | None = None,
 ) -> None:
     """Ray-trace a scene into a NeRF² dataset folder. The same command again finishes an interrupted one.
 
     Args:
-        scene: built-in name (lab) or scene YAML.
-        output: the dataset folder.
+        scene: built-in name (lab, conference, bedroom, office), scene YAML, or a simulated dataset folder, which is
+            then made once more, by its own settings and not by those given here.
+        output: the dataset folder; for a scene of several gateways a folder of one dataset each.
         spectra: transmitter positions to draw.
         placement: how they are drawn in the scene's region; path walks a smooth curve, as measurements do.
         positions: CSV of positions (header x,y,z; metres) to use instead.
@@ -139,23 +150,45 @@ def simulate(
         refraction: transmission through objects.
         diffuse: diffuse reflection off materials with a scattering coefficient.
         diffraction: first-order diffraction at edges.
+        snr: thermal noise: signal over noise, dB, averaged over the array.
+        gain_error: standard deviation of the elements' gains, dB, drawn once for the array.
+        phase_error: standard deviation of the elements' phases, degrees, drawn once for the array.
+        phase_noise: standard deviation of a phase drawn anew for every element and spectrum, degrees.
+        power_db: also write each spectrum's absolute power in dB, as power_db/NNNNN.tif.
+        workers: trace with so many Ray workers at a time (needs bisplat-wrf[ray]).
+        ray: address of a running Ray cluster to trace on.
     """
     from scenes import load_scene
-    from simulate.generate import Request, generate
+    from simulate.generate import generate
+    from simulate.measurement import Measurement
     from simulate.placement import place, read_positions
     from simulate.propagation import Propagation
+    from simulate.request import Request, read_request
 
-    for name, value, least in (("spectra", spectra, 2), ("max-depth", max_depth, 0), ("rays", rays, 1)):
-        if value < least:
+    for name, value, least in (
+        ("spectra", spectra, 2),
+        ("max-depth", max_depth, 0),
+        ("rays", rays, 1),
+        ("workers", workers, 1),
+    ):
+        if value is not None and value < least:
             raise InputError(f"--{name}: expected at least {least}, found {value}")
+    if Path(scene).is_dir():
+        request = read_request(Path(scene))
+        generate(request, output, workers, ray)
+        print(f"{len(request.positions)} spectra: {output}")
+        return
     where = load_scene(scene)
     if positions is not None:
         points, how = read_positions(positions, where), f"positions of {positions.name}"
     else:
         points, how = place(where, placement, spectra, seed), f"{placement}, seed {seed}"
     propagation = Propagation(max_depth, los, specular, refraction, diffuse, diffraction, rays, seed)
-    generate(Request(where, points, how, propagation, seed), output)
-    print(f"{len(points)} spectra: {output}")
+    for number, (name, seen) in enumerate(where.by_gateway().items()):
+        folder = output / name if where.further_gateways else output
+        measurement = Measurement(snr, gain_error, phase_error, phase_noise, seed + number)  # each array its own errors
+        generate(Request(seen, points, how, propagation, seed, measurement, power_db), folder, workers, ray)
+        print(f"{len(points)} spectra: {folder}")
 
 
 def check(dataset: Positional[Path], json: bool = False) -> None:
@@ -295,7 +328,8 @@ def predict(run: Positional[Path], positions: Path, output: Output) -> None:
         output: the .npz to write: spectra [K, 90, 360] float32, channels [K, 16] complex64.
     """
     from learn.run import load_run
-    from simulate.dataset import read_points, write_arrays
+    from simulate.dataset import read_points
+    from simulate.dataset_writer import write_arrays
 
     loaded = load_run(run)
     points = read_points(positions)

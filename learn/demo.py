@@ -16,9 +16,10 @@ from learn.train import train
 from scenes.atomic import write_atomically
 from scenes.drawing import draw_scene
 from scenes.lab import lab
-from simulate.generate import Request, generate
+from simulate.generate import generate
 from simulate.placement import place
 from simulate.propagation import Propagation
+from simulate.request import Request
 
 DATA_SEED, FRESH_SEED = 0, 1_000_000
 FRESH_POSITIONS = 100

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -75,6 +76,7 @@ class Gateway:
     polarization: str = "V"
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "position", tuple(map(float, self.position)))
         object.__setattr__(self, "orientation", _unit(self.orientation))
 
 
@@ -92,6 +94,8 @@ class Transmitter:
     orientation: Quaternion = (0.0, 0.0, 0.0, 1.0)  # unit, (x, y, z, w), transmitter frame to world
 
     def __post_init__(self) -> None:
+        for corner in ("region_min", "region_max"):
+            object.__setattr__(self, corner, tuple(map(float, getattr(self, corner))))
         object.__setattr__(self, "orientation", _unit(self.orientation))
 
     def corners(self) -> Float[np.ndarray, "8 3"]:
@@ -121,7 +125,10 @@ class SceneObject:
 
 @dataclass(frozen=True)
 class Scene:
-    """A place. `materials` holds every material an object is made of, at the scene's frequency."""
+    """A place. `materials` holds every material an object is made of, at the scene's frequency.
+
+    `further_gateways` see the same transmitters, each in a dataset of its own: `by_gateway` lists them all.
+    """
 
     name: str
     frequency: float  # Hz
@@ -129,6 +136,12 @@ class Scene:
     transmitter: Transmitter
     objects: tuple[SceneObject, ...]
     materials: dict[str, RadioMaterial]
+    further_gateways: dict[str, Gateway] = field(default_factory=dict)
+
+    def by_gateway(self) -> dict[str, Scene]:
+        """The place as each gateway has it; the first is "gateway1"."""
+        gateways = {"gateway1": self.gateway, **self.further_gateways}
+        return {name: replace(self, gateway=gateway, further_gateways={}) for name, gateway in gateways.items()}
 
     @property
     def wavelength(self) -> float:
@@ -159,19 +172,25 @@ def validate(scene: Scene, source: str) -> None:
     def refuse(message: str) -> None:
         raise InputError(f"{source}: {message}")
 
-    gateway, transmitter = scene.gateway, scene.transmitter
+    transmitter = scene.transmitter
+    gateways = {"gateway": scene.gateway}
+    for name, further in scene.further_gateways.items():
+        if name == "gateway1" or not re.fullmatch(r"[A-Za-z0-9_-]+", name):
+            refuse(f'further_gateways: expected a name of letters, digits, - and _, not gateway1, found "{name}"')
+        gateways[f"further_gateways.{name}"] = further
     if not (math.isfinite(scene.frequency) and scene.frequency > 0):
         refuse(f"frequency must be a positive number of hertz, found {scene.frequency}")
     for where, vector in (
-        ("gateway.position", gateway.position),
-        ("gateway.orientation", gateway.orientation),
+        *((f"{label}.position", gateway.position) for label, gateway in gateways.items()),
+        *((f"{label}.orientation", gateway.orientation) for label, gateway in gateways.items()),
         ("transmitter.orientation", transmitter.orientation),
         ("transmitter.region.min", transmitter.region_min),
         ("transmitter.region.max", transmitter.region_max),
     ):
         if not np.isfinite(vector).all():
             refuse(f"{where} must be finite numbers, found {list(vector)}")
-    for end, antenna in (("gateway", gateway), ("transmitter", transmitter)):
+    antennas: dict[str, Gateway | Transmitter] = {**gateways, "transmitter": transmitter}
+    for end, antenna in antennas.items():
         norm = math.hypot(*antenna.orientation)
         if abs(norm - 1) > UNIT_TOLERANCE:
             refuse(
@@ -182,10 +201,11 @@ def validate(scene: Scene, source: str) -> None:
             refuse(f'unknown {end}.pattern "{antenna.pattern}"; {did_you_mean(antenna.pattern, PATTERNS)}')
         if antenna.polarization not in POLARIZATIONS:
             refuse(f'{end}.polarization must be "V" or "H", found "{antenna.polarization}"')
-    if gateway.rows < 1 or gateway.columns < 1:
-        refuse(f"gateway.rows and columns must be at least 1, found {gateway.rows} x {gateway.columns}")
-    if not (math.isfinite(gateway.spacing) and gateway.spacing > 0):
-        refuse(f"gateway.spacing must be a positive number of wavelengths, found {gateway.spacing}")
+    for label, gateway in gateways.items():
+        if gateway.rows < 1 or gateway.columns < 1:
+            refuse(f"{label}.rows and columns must be at least 1, found {gateway.rows} x {gateway.columns}")
+        if not (math.isfinite(gateway.spacing) and gateway.spacing > 0):
+            refuse(f"{label}.spacing must be a positive number of wavelengths, found {gateway.spacing}")
     for axis, low, high in zip("xyz", transmitter.region_min, transmitter.region_max, strict=True):
         if low >= high:
             refuse(f"transmitter.region must have min below max, found {axis} from {low:g} to {high:g} m")
@@ -207,9 +227,10 @@ def validate(scene: Scene, source: str) -> None:
             refuse(f"{label}: the mesh has vertices that are not finite numbers")
         if item.thickness is not None and not (math.isfinite(item.thickness) and item.thickness > 0):
             refuse(f"{label}: thickness must be a positive number of metres, found {item.thickness}")
-    blocker = blocking_object(scene, np.array([gateway.position], dtype=float))[0]
-    if blocker is not None:
-        refuse(
-            f'gateway.position {list(gateway.position)} lies inside object "{blocker}" '
-            "(a closed mesh counts as the room only where it also holds the whole transmitter region)"
-        )
+    for label, gateway in gateways.items():
+        blocker = blocking_object(scene, np.array([gateway.position], dtype=float))[0]
+        if blocker is not None:
+            refuse(
+                f'{label}.position {list(gateway.position)} lies inside object "{blocker}" '
+                "(a closed mesh counts as the room only where it also holds the whole transmitter region)"
+            )

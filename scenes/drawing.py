@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float
 from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
-from scenes.description import Scene, SceneObject
+from scenes.description import Gateway, Scene, SceneObject
 from scenes.occupancy import closed_parts
 
 if TYPE_CHECKING:
@@ -25,23 +25,14 @@ NUMBERED = 50  # objects; more numbers would hide the plan
 
 def describe_scene(scene: Scene) -> dict[str, Any]:
     """What is where, as data that `json.dumps` takes: lengths in metres, frequency in hertz."""
-    gateway, transmitter = scene.gateway, scene.transmitter
-    boresight = Rotation.from_quat(gateway.orientation).apply([0, 0, 1])
+    transmitter = scene.transmitter
     return {
         "name": scene.name,
         "frequency": scene.frequency,
         "wavelength": scene.wavelength,
         "bounds": {"min": _rounded(scene.bounds[0]), "max": _rounded(scene.bounds[1])},
-        "gateway": {
-            "position": list(gateway.position),
-            "orientation": list(gateway.orientation),
-            "boresight": _rounded(boresight),
-            "rows": gateway.rows,
-            "columns": gateway.columns,
-            "spacing": gateway.spacing,
-            "pattern": gateway.pattern,
-            "polarization": gateway.polarization,
-        },
+        "gateway": _describe_gateway(scene.gateway),
+        "further_gateways": {name: _describe_gateway(gateway) for name, gateway in scene.further_gateways.items()},
         "transmitter": {
             "region": {"min": list(transmitter.region_min), "max": list(transmitter.region_max)},
             "pattern": transmitter.pattern,
@@ -67,6 +58,19 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
             }
             for material in scene.materials.values()
         ],
+    }
+
+
+def _describe_gateway(gateway: Gateway) -> dict[str, Any]:
+    return {
+        "position": list(gateway.position),
+        "orientation": list(gateway.orientation),
+        "boresight": _rounded(Rotation.from_quat(gateway.orientation).apply([0, 0, 1])),
+        "rows": gateway.rows,
+        "columns": gateway.columns,
+        "spacing": gateway.spacing,
+        "pattern": gateway.pattern,
+        "polarization": gateway.polarization,
     }
 
 
@@ -169,11 +173,12 @@ def _draw_plan(axes: Axes, scene: Scene) -> list[str]:
 
     corners = scene.transmitter.corners()[:, :2]
     axes.add_patch(Rectangle(corners[0], *np.ptp(corners, axis=0), fc=REGION, ec="green", lw=1.5, zorder=4))
-    x, y, _ = scene.gateway.position
-    dx, dy, _ = 0.12 * size * Rotation.from_quat(scene.gateway.orientation).apply([0, 0, 1])
-    axes.plot(x, y, "s", color="crimson", markersize=8, zorder=6)
     arrow = {"color": "crimson", "lw": 2, "arrowstyle": "-|>"}
-    axes.annotate("", (x + dx, y + dy), (x, y), arrowprops=arrow, zorder=6)
+    for gateway in (scene.gateway, *scene.further_gateways.values()):
+        x, y, _ = gateway.position
+        dx, dy, _ = 0.12 * size * Rotation.from_quat(gateway.orientation).apply([0, 0, 1])
+        axes.plot(x, y, "s", color="crimson", markersize=8, zorder=6)
+        axes.annotate("", (x + dx, y + dy), (x, y), arrowprops=arrow, zorder=6)
     axes.autoscale_view()
     axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
     return names
@@ -211,11 +216,14 @@ def _draw_view(axes: Axes3D, scene: Scene) -> None:
     corners = scene.transmitter.corners()
     edges = [(a, b) for i, a in enumerate(corners) for b in corners[i + 1 :] if np.sum(a != b) == 1]
     axes.add_collection3d(Line3DCollection(edges, colors="green", linewidths=1.4, zorder=3))
-    start = np.array(scene.gateway.position)
-    boresight = Rotation.from_quat(scene.gateway.orientation).apply([0, 0, 0.12 * np.max(high - low)])
-    axes.scatter(*start, color="crimson", marker="s", s=40, zorder=4)
-    axes.quiver(*start, *boresight, color="crimson", linewidth=2, zorder=4)
-    shown = np.vstack([scene.bounds, corners, start])  # outdoors the antennas may be above all objects
+    gateways = (scene.gateway, *scene.further_gateways.values())
+    for gateway in gateways:
+        boresight = Rotation.from_quat(gateway.orientation).apply([0, 0, 0.12 * np.max(high - low)])
+        axes.scatter(*gateway.position, color="crimson", marker="s", s=40, zorder=4)
+        axes.quiver(*gateway.position, *boresight, color="crimson", linewidth=2, zorder=4)
+    shown = np.vstack(
+        [scene.bounds, corners, *(gateway.position for gateway in gateways)]
+    )  # outdoors the antennas may be above all objects
     low, high = shown.min(axis=0), shown.max(axis=0)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     axes.set_xlabel("x [m]", labelpad=8)

@@ -1,23 +1,22 @@
-"""Mesh files of other programs, turned into scene objects: units, up axis, names, materials."""
+"""Mesh and scene files of other programs, turned into scene objects: units, up axis, names, materials."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-import trimesh
 from trimesh import Trimesh
 
 from scenes.description import Gateway, Scene, SceneObject, Transmitter, validate
 from scenes.errors import InputError, did_you_mean
-from scenes.materials import material_names, p2040_material
+from scenes.materials import RadioMaterial, material_names, p2040_materials
+from scenes.mesh_files import MESH_SUFFIXES, default_up, read_meshes
+from scenes.mitsuba_xml import SIONNA, read_mitsuba, sionna_scene
 
-MESH_SUFFIXES = (".glb", ".gltf", ".obj", ".off", ".ply", ".stl")
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 # (x, y, z) -> (x, -z, y)
 Y_UP_TO_Z_UP = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
@@ -33,42 +32,9 @@ class ImportReport:
     degenerate: dict[str, int]  # triangles without area that were dropped, per object that had any
 
 
-def default_up(path: Path) -> str:
-    """The vertical axis: "y" for glTF, as its specification says (section 3.4), "z" for all others."""
-    return "y" if path.suffix.lower() in (".glb", ".gltf") else "z"
-
-
-def read_meshes(path: Path) -> list[tuple[str, Trimesh]]:
-    """Every mesh of a file with its node's name, node transforms applied, in the file's own unit and axes.
-
-    Vertices and triangles are as the file has them: nothing is merged or dropped.
-
-    Raises:
-        InputError: no such file, an unsupported format, an unreadable file, or one without triangles.
-    """
-    if path.suffix.lower() not in MESH_SUFFIXES:
-        known = ", ".join(MESH_SUFFIXES)
-        raise InputError(f'{path}: "{path.suffix}" is not a mesh format we read; expected one of {known}')
-    if not path.is_file():
-        raise InputError(f"{path}: no such mesh file")
-    options: dict[str, Any] = {"process": False}
-    if path.suffix.lower() == ".obj":
-        options |= {"split_objects": True, "split_groups": True, "group_material": False}
-    try:
-        loaded = trimesh.load_scene(path, **options)
-        nodes = [(node, *loaded.graph.get(node)) for node in loaded.graph.nodes_geometry]
-        meshes = [
-            (str(node), loaded.geometry[key].copy().apply_transform(transform))
-            for node, transform, key in sorted(nodes, key=lambda n: str(n[0]))
-            if isinstance(loaded.geometry[key], Trimesh) and len(loaded.geometry[key].faces)
-        ]
-    except Exception as error:  # trimesh's readers raise whatever their parsing trips over
-        raise InputError(f"{path}: not a readable {path.suffix[1:].upper()} file ({error})") from error
-    if not meshes:
-        raise InputError(f"{path}: holds no triangles (is it a point cloud?)")
-    if path.suffix.lower() in (".ply", ".stl", ".off"):  # formats without names
-        meshes = [(path.stem, mesh) for _, mesh in meshes]
-    return meshes
+def is_importable(name: str) -> bool:
+    """Whether `import_scene` reads it by its name: a mesh, a scene XML, or "sionna:" and a name."""
+    return name.startswith(SIONNA) or Path(name).suffix.lower() in (*MESH_SUFFIXES, ".xml")
 
 
 def _material_of(name: str, stem: str, materials: Sequence[tuple[str, str]], default: str | None) -> str | None:
@@ -105,6 +71,61 @@ def import_mesh(
             material, or an object of which no triangle has any area.
     """
     path = Path(path)
+    _check_options(path, materials, default_material, unit, up)
+    meshes = read_meshes(path)
+    chosen = {name: _material_of(name, path.stem, materials, default_material) for name, _ in meshes}
+    unmatched = [name for name, material in chosen.items() if material is None]
+    if unmatched:
+        raise InputError(f"{path}: no material for {', '.join(unmatched)}; add a pattern or a default material")
+    return _objects(path, [(name, mesh, chosen[name] or "") for name, mesh in meshes], unit, up)
+
+
+def import_mitsuba(
+    path: Path,
+    frequency: float,
+    materials: Sequence[tuple[str, str]] = (),
+    default_material: str | None = None,
+    unit: str = "m",
+    up: str | None = None,
+) -> tuple[list[SceneObject], dict[str, RadioMaterial], ImportReport]:
+    """Read a scene file of Mitsuba 3 or Sionna RT (an object per shape) into world metres.
+
+    Args:
+        frequency: Hz.
+        materials, unit, up: as of `import_mesh`; a pattern that matches goes before the file's own material.
+        default_material: for shapes that neither a pattern nor the file gives a radio material.
+
+    Returns:
+        The objects in the order of the file, the materials they are made of, and what was found on the way.
+
+    Raises:
+        InputError: as `read_mitsuba`, `MitsubaShape.radio_material` and `import_mesh`.
+    """
+    _check_options(path, materials, default_material, unit, up)
+    shapes = read_mitsuba(path)
+    chosen = [_material_of(shape.name, path.stem, materials, None) for shape in shapes]
+    # These first, so that a material of P.2040 keeps its name even where the file has one of that name.
+    resolved = p2040_materials((name for name in chosen if name), frequency)
+    named = []
+    for shape, ruled in zip(shapes, chosen, strict=True):
+        name = ruled or _name_in(resolved, shape.radio_material(frequency, default_material))
+        named.append((shape.name, shape.mesh, name))
+    objects, report = _objects(path, named, unit, up)
+    return objects, resolved, report
+
+
+def _name_in(materials: dict[str, RadioMaterial], material: RadioMaterial) -> str:
+    """The material's name among `materials`, where it is added; numbered if another one has its name."""
+    name, count = material.name, 1
+    while materials.setdefault(name, named := replace(material, name=name)) != named:
+        count += 1
+        name = f"{material.name}_{count}"
+    return name
+
+
+def _check_options(
+    path: Path, materials: Sequence[tuple[str, str]], default_material: str | None, unit: str, up: str | None
+) -> None:
     if unit not in METRES:
         raise InputError(f'{path}: unknown unit "{unit}"; {did_you_mean(unit, METRES)}')
     if up not in (None, "y", "z"):
@@ -114,18 +135,17 @@ def import_mesh(
             suggestion = did_you_mean(material, material_names())
             raise InputError(f'{path}: unknown material "{material}"; {suggestion}')
 
+
+def _objects(
+    path: Path, meshes: Sequence[tuple[str, Trimesh, str]], unit: str, up: str | None
+) -> tuple[list[SceneObject], ImportReport]:
+    """Name, mesh and material of each object, into world metres; repeated names are numbered."""
     to_world = np.diag([METRES[unit]] * 3 + [1.0])
     if (up or default_up(path)) == "y":
         to_world = Y_UP_TO_Z_UP @ to_world
-    meshes = read_meshes(path)
-    chosen = {name: _material_of(name, path.stem, materials, default_material) for name, _ in meshes}
-    unmatched = [name for name, material in chosen.items() if material is None]
-    if unmatched:
-        raise InputError(f"{path}: no material for {', '.join(unmatched)}; add a pattern or a default material")
-
     objects, degenerate = [], {}
     seen: Counter[str] = Counter()
-    for name, mesh in meshes:
+    for name, mesh, material in meshes:
         seen[name] += 1
         unique = name if seen[name] == 1 else f"{name}_{seen[name]}"
         mesh = Trimesh(mesh.vertices, mesh.faces, process=False).apply_transform(to_world)
@@ -137,7 +157,7 @@ def import_mesh(
             degenerate[unique] = int(np.count_nonzero(~keep))
             mesh.update_faces(keep)
             mesh.remove_unreferenced_vertices()
-        objects.append(SceneObject(unique, mesh, chosen[name] or ""))
+        objects.append(SceneObject(unique, mesh, material))
     sizes = {o.name: _size(o.mesh) for o in objects}
     return objects, ImportReport(sizes, degenerate)
 
@@ -152,20 +172,26 @@ def import_scene(
     gateway: Gateway,
     transmitter: Transmitter,
 ) -> tuple[Scene, ImportReport]:
-    """A scene made of a mesh file, named for it: `import_mesh` with a gateway and a transmitter region.
+    """A scene made of a mesh or scene file, named for it, with a gateway and a transmitter region.
 
     Args:
-        path, materials, default_material, unit, up: as of `import_mesh`.
+        path: of a mesh, of a Mitsuba or Sionna RT scene XML, or "sionna:" and the name of a built-in scene.
+        materials, default_material, unit, up: as of `import_mesh` and `import_mitsuba`.
         frequency: Hz.
         gateway: where it is and how it looks, in world metres (after unit and axes are converted).
         transmitter: its region, in world metres.
 
     Raises:
-        InputError: as `import_mesh` and `validate`, or a material unknown at the frequency.
+        InputError: as `import_mesh`, `import_mitsuba`, `sionna_scene` and `validate`, or a material unknown at the
+            frequency.
     """
-    objects, report = import_mesh(path, materials, default_material, unit, up)
-    used = sorted({item.material for item in objects})
-    resolved = {name: p2040_material(name, frequency) for name in used}
+    if str(path).startswith(SIONNA):
+        path = sionna_scene(str(path))
+    if path.suffix.lower() == ".xml":
+        objects, resolved, report = import_mitsuba(path, frequency, materials, default_material, unit, up)
+    else:
+        objects, report = import_mesh(path, materials, default_material, unit, up)
+        resolved = p2040_materials((item.material for item in objects), frequency)
     scene = Scene(path.stem, frequency, gateway, transmitter, tuple(objects), resolved)
     validate(scene, str(path))
     return scene, report

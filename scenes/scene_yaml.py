@@ -19,7 +19,8 @@ from scenes.description import Gateway, Scene, SceneObject, Transmitter, validat
 from scenes.errors import InputError, did_you_mean
 from scenes.lab import lab
 from scenes.materials import RadioMaterial, material_names, p2040_material
-from scenes.mesh_import import Y_UP_TO_Z_UP, default_up, read_meshes
+from scenes.mesh_files import default_up, read_meshes
+from scenes.mesh_import import Y_UP_TO_Z_UP, is_importable
 from scenes.office import office
 from scenes.shapes import union
 from scenes.yaml_section import Section, UniqueKeyLoader, shown
@@ -44,6 +45,11 @@ def load_scene(name_or_path: str | Path) -> Scene:
         return BUILT_IN[text]()
     if text.endswith((".yaml", ".yml")):
         return read_scene(Path(text))
+    if is_importable(text):
+        raise InputError(
+            f"{text}: has no gateway and no transmitter region; import it first, with bisplat scene {text} "
+            "-o FOLDER --gateway X Y Z --boresight X Y Z --region-min X Y Z --region-max X Y Z"
+        )
     if Path(text).suffix:
         known = ", ".join(BUILT_IN)
         raise InputError(f"{text}: not a scene description; expected a .yaml file or one of {known}")
@@ -66,9 +72,9 @@ def _frequency(section: Section) -> float:
     return frequency
 
 
-def _gateway(value: object, source: str) -> Gateway:
+def _gateway(value: object, where: str) -> Gateway:
     optional = ("rows", "columns", "spacing", "pattern", "polarization")
-    s = Section(value, f"{source}: gateway", ("position", "orientation"), optional)
+    s = Section(value, where, ("position", "orientation"), optional)
     return Gateway(
         position=s.numbers("position", 3),
         orientation=s.numbers("orientation", 4),
@@ -155,7 +161,9 @@ def read_scene(path: str | Path) -> Scene:
         raise InputError(f"{path}: malformed YAML, {' '.join(str(error).split())}") from None
 
     source = str(path)
-    s = Section(values, source, ("name", "frequency", "gateway", "transmitter", "objects"), ("materials",))
+    s = Section(
+        values, source, ("name", "frequency", "gateway", "transmitter", "objects"), ("materials", "further_gateways")
+    )
     frequency = _frequency(s)
     own = s.values.get("materials") or {}
     if not isinstance(own, dict):
@@ -175,9 +183,13 @@ def read_scene(path: str | Path) -> Scene:
         except InputError as error:
             raise InputError(f'{source}: objects[{index}] ("{item.name}"): {error}') from None
 
-    gateway = _gateway(s.values["gateway"], source)
+    gateway = _gateway(s.values["gateway"], f"{source}: gateway")
+    further = s.values.get("further_gateways") or {}
+    if not isinstance(further, dict):
+        raise s.error(f"further_gateways must be a mapping from names to gateways, found {shown(further)}")
+    gateways = {str(name): _gateway(value, f"{source}: further_gateways.{name}") for name, value in further.items()}
     transmitter = _transmitter(s.values["transmitter"], source)
-    scene = Scene(s.text("name"), frequency, gateway, transmitter, objects, materials)
+    scene = Scene(s.text("name"), frequency, gateway, transmitter, objects, materials, gateways)
     validate(scene, source)
     return scene
 
@@ -208,10 +220,12 @@ def write_scene(scene: Scene, folder: str | Path) -> Path:
         write_atomically(folder / mesh, _ply(item.mesh))
         entry: dict[str, Any] = {"name": item.name, "mesh": mesh, "material": item.material}
         objects.append(entry | ({} if item.thickness is None else {"thickness": item.thickness}))
+    further = {name: asdict(gateway) for name, gateway in scene.further_gateways.items()}
     values = {
         "name": scene.name,
         "frequency": scene.frequency,
         "gateway": asdict(scene.gateway),
+        **({"further_gateways": further} if further else {}),
         "transmitter": {
             "region": {"min": scene.transmitter.region_min, "max": scene.transmitter.region_max},
             **{k: v for k, v in asdict(scene.transmitter).items() if not k.startswith("region")},

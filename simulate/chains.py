@@ -65,6 +65,13 @@ class Chains:
         )
         return Chains(chosen, self.planes[index])
 
+    def renamed(self, names: Int[np.ndarray, " n"]) -> Chains:
+        """The same chains where object i is called ``names[i]``."""
+        happened = self.interactions.types != NONE
+        shapes = np.zeros_like(self.interactions.shapes)
+        shapes[happened] = names[self.interactions.shapes[happened]]
+        return replace(self, interactions=replace(self.interactions, shapes=shapes))
+
     def merged(self, others: Chains) -> Chains:
         """These chains and those of the others that are new; these keep their places."""
         types = np.concatenate([self.interactions.types, others.interactions.types])

@@ -1,4 +1,4 @@
-"""The NeRF² dataset folder: reader, checker and writer. docs/format.md describes every file.
+"""The NeRF² dataset folder: reader and checker. docs/format.md describes every file.
 
 Rows of ``tx_pos.csv`` and pictures are numbered from 1; everything in memory is numbered from 0.
 """
@@ -8,9 +8,7 @@ from __future__ import annotations
 import csv
 import json
 import zipfile
-from collections.abc import Sequence
 from dataclasses import dataclass, field
-from io import BytesIO, StringIO
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +17,6 @@ import yaml
 from jaxtyping import Complex, Float, Int, UInt8
 from PIL import Image
 
-from scenes.atomic import write_atomically
 from scenes.errors import InputError
 from simulate.spectrum import PlanarArray
 
@@ -323,52 +320,3 @@ def _read_channels(
         )
         return None
     return channels
-
-
-def write_picture(path: Path, picture: UInt8[np.ndarray, "90 360"]) -> None:
-    """Write one spectrum picture as an 8-bit grey PNG, atomically."""
-    buffer = BytesIO()
-    # Level 3: a third of the default's time for a sixth more bytes.
-    Image.fromarray(picture).save(buffer, format="PNG", compress_level=3)
-    write_atomically(path, buffer.getvalue())
-
-
-def write_positions(path: Path, positions: Float[np.ndarray, "K 3"]) -> None:
-    """Write tx_pos.csv: metres to a tenth of a millimetre more than any tape measures (6 decimals)."""
-    text = StringIO()
-    text.write("x,y,z\n")
-    np.savetxt(text, positions, fmt="%.6f", delimiter=",")
-    write_atomically(path, text.getvalue().encode())
-
-
-def write_index(path: Path, names: Sequence[str]) -> None:
-    """Write train_index.txt or test_index.txt."""
-    write_atomically(path, "".join(f"{name}\n" for name in names).encode())
-
-
-def write_gateway(path: Path, dataset_name: str, position: Sequence[float], orientation: Sequence[float]) -> None:
-    """Write gateway_info.yml."""
-    text = (
-        f"dataset_name: {dataset_name}\n"
-        "gateway1:\n"
-        f"  position: [{', '.join(f'{value:.6f}' for value in position)}]\n"
-        f"  orientation: [{', '.join(f'{value:.9f}' for value in orientation)}]  # x, y, z, w\n"
-    )
-    write_atomically(path, text.encode())
-
-
-def write_channels(path: Path, channels: Complex[np.ndarray, "K elements"]) -> None:
-    """Write channels.npz: complex64 element responses, un-normalised."""
-    write_arrays(path, {"channels": channels.astype(np.complex64)})
-
-
-def write_arrays(path: Path, arrays: dict[str, np.ndarray]) -> None:
-    """Write an .npz of named arrays, atomically."""
-    buffer = BytesIO()
-    np.savez(buffer, **arrays)  # type: ignore[arg-type]
-    write_atomically(path, buffer.getvalue())
-
-
-def write_metadata(path: Path, metadata: dict[str, Any]) -> None:
-    """Write metadata.json."""
-    write_atomically(path, (json.dumps(metadata, indent=2, ensure_ascii=False) + "\n").encode())

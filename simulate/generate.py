@@ -8,18 +8,15 @@ them is not finished, and no loader takes it for a dataset.
 
 from __future__ import annotations
 
-import hashlib
 import json
 import shutil
-from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass
-from importlib.metadata import version
+from collections.abc import Iterator
 from io import BytesIO
+from itertools import zip_longest
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 from rich.console import Console
 from rich.progress import (
     BarColumn,
@@ -33,19 +30,18 @@ from rich.progress import (
 from rich.text import Text
 
 from scenes.atomic import write_atomically
-from scenes.description import Scene
 from scenes.errors import InputError
 from scenes.scene_yaml import write_scene
-from simulate.dataset import (
+from simulate.dataset_writer import (
     write_channels,
     write_gateway,
     write_index,
     write_metadata,
-    write_picture,
     write_positions,
 )
-from simulate.propagation import Propagation
-from simulate.spectrum import PlanarArray, picture
+from simulate.part import Part, make_part
+from simulate.request import Request
+from simulate.workers import parts_of_workers, require_ray
 
 PART = 100
 """Positions per part: what a killed run loses at most."""
@@ -53,58 +49,12 @@ PART = 100
 TEST_FRACTION = 0.2
 
 
-@dataclass(frozen=True)
-class Request:
-    """What to simulate.
-
-    Attributes:
-        scene: the place.
-        positions: transmitter positions, metres, world frame.
-        placement: how they were chosen, for the record: a placement's name and seed, or a CSV.
-        propagation: what the ray tracer follows.
-        seed: draws the 80/20 split of the index files.
-    """
-
-    scene: Scene
-    positions: Float[np.ndarray, "K 3"]
-    placement: str
-    propagation: Propagation
-    seed: int
-
-    def metadata(self) -> dict[str, Any]:
-        """Everything the folder's content depends on."""
-        gateway = self.scene.gateway
-        return {
-            "made_by": f"bisplat-wrf {version('bisplat-wrf')}",
-            "scene": self.scene.name,
-            "scene_file": "scene/scene.yaml",
-            "scene_sha256": _scene_digest(self.scene),
-            "frequency_hz": self.scene.frequency,
-            "array": {"rows": gateway.rows, "columns": gateway.columns, "spacing": gateway.spacing},
-            "spectra": len(self.positions),
-            "placement": self.placement,
-            "positions_sha256": hashlib.sha256(self.positions.round(6).tobytes()).hexdigest(),
-            "propagation": asdict(self.propagation),
-            "method": "chains" if self.propagation.chains_suffice else "shooting",
-            "seed": self.seed,
-            "picture": "magnitude, min-max normalised per spectrum, 8 bit, row 0 = 1 degree elevation",
-            "versions": {name: version(name) for name in ("sionna-rt", "mitsuba", "drjit", "numpy")},
-        }
-
-
-def _scene_digest(scene: Scene) -> str:
-    """Fingerprint of everything a scene holds, meshes included."""
-    digest = hashlib.sha256()
-    for item in scene.objects:
-        digest.update(f"{item.name} {scene.materials[item.material]} {item.thickness}".encode())
-        digest.update(np.ascontiguousarray(item.mesh.vertices).tobytes())
-        digest.update(np.ascontiguousarray(item.mesh.faces).tobytes())
-    digest.update(f"{scene.frequency} {scene.gateway} {scene.transmitter}".encode())
-    return digest.hexdigest()
-
-
-def generate(request: Request, folder: Path) -> None:
+def generate(request: Request, folder: Path, workers: int | None = None, ray: str | None = None) -> None:
     """Simulate a dataset into a folder, or finish one that the same request began.
+
+    Args:
+        workers: how many Ray workers trace at a time; without it (and ``ray``) this process does.
+        ray: address of a running Ray cluster.
 
     Raises:
         InputError: the folder holds something else, or a dataset of another request.
@@ -116,6 +66,9 @@ def generate(request: Request, folder: Path) -> None:
         return
     import simulate.ray_tracer  # noqa: F401  one that cannot be used is refused before anything is written
 
+    if workers is not None or ray is not None:
+        require_ray(ray)
+
     if not begun:
         folder.mkdir(parents=True, exist_ok=True)
         write_metadata(folder / "metadata.json", metadata)
@@ -125,14 +78,13 @@ def generate(request: Request, folder: Path) -> None:
         shutil.rmtree(folder / "scene.tmp", ignore_errors=True)
         write_scene(request.scene, folder / "scene.tmp")
         (folder / "scene.tmp").rename(folder / "scene")
-    positions = request.positions.round(6)  # what tx_pos.csv will say
-    names = picture_names(len(positions))
-    _trace_parts(request, positions, names, folder)
+    names = picture_names(len(request.positions))
+    _trace_parts(request, names, folder, workers, ray)
 
-    channels = np.concatenate([np.load(path) for path in _parts(folder, len(positions))])
+    channels = np.concatenate([np.load(_part_file(folder, start)) for start in range(0, len(names), PART)])
     scene = request.scene
     write_channels(folder / "channels.npz", channels)
-    write_positions(folder / "tx_pos.csv", positions)
+    write_positions(folder / "tx_pos.csv", request.positions)
     write_gateway(folder / "gateway_info.yml", scene.name, scene.gateway.position, scene.gateway.orientation)
     order = np.random.default_rng(request.seed).permutation(len(names))
     held_out = max(1, round(TEST_FRACTION * len(names)))
@@ -172,40 +124,42 @@ def _begun(folder: Path, metadata: dict[str, Any]) -> bool:
     return True
 
 
-def _parts(folder: Path, count: int) -> list[Path]:
-    return [folder / "parts" / f"{start:08d}.npy" for start in range(0, count, PART)]
+def _part_file(folder: Path, start: int) -> Path:
+    return folder / "parts" / f"{start:010d}.npy"
 
 
-def _trace_parts(request: Request, positions: Float[np.ndarray, "K 3"], names: list[str], folder: Path) -> None:
-    todo = [path for path in _parts(folder, len(positions)) if not path.exists()]
+def _trace_parts(request: Request, names: list[str], folder: Path, workers: int | None, ray: str | None) -> None:
+    count = len(names)
+    todo = [start for start in range(0, count, PART) if not _part_file(folder, start).exists()]
     if not todo:
         return
     from simulate.trace import Tracer  # needs the ray tracer
 
-    region = np.array([request.scene.transmitter.region_min, request.scene.transmitter.region_max])
-    region = np.array([np.minimum(region[0], positions.min(0)), np.maximum(region[1], positions.max(0))])
-    gateway = request.scene.gateway
-    array = PlanarArray(gateway.rows, gateway.columns, gateway.spacing)
-    with progress_bar() as progress, ThreadPoolExecutor() as writers:
+    with progress_bar() as progress:
         search = progress.add_task("finding paths", total=None)
         tracer = Tracer(
             request.scene,
             request.propagation,
-            region,
+            request.region,
             lambda sentence: progress.update(search, description=f"finding paths, {sentence}"),
         )
         progress.update(search, total=1, completed=1)
-        done = len(positions) - sum(min(PART, len(positions) - int(path.stem)) for path in todo)
-        bar = progress.add_task("spectra", total=len(positions), completed=done)
-        for path in todo:
-            start = int(path.stem)
-            channels = tracer.responses(positions[start : start + PART])
-            paths = [folder / "spectrum" / f"{name}.png" for name in names[start : start + PART]]
-            list(writers.map(write_picture, paths, picture(array.spectrum(channels))))
+        done = count - sum(min(PART, count - start) for start in todo)
+        bar = progress.add_task("spectra", total=count, completed=done)
+        if workers is None and ray is None:
+            parts: Iterator[tuple[int, Part]] = ((start, make_part(request, tracer, start, PART)) for start in todo)
+        else:
+            parts = parts_of_workers(request, tracer.chains, todo, PART, workers, ray)
+        for start, part in parts:
+            for name, picture, power in zip_longest(names[start : start + PART], part.pictures, part.power):
+                write_atomically(folder / "spectrum" / f"{name}.png", picture)
+                if power is not None:
+                    write_atomically(folder / "power_db" / f"{name}.tif", power)
+            # Last of all: it says that the part is finished.
             buffer = BytesIO()
-            np.save(buffer, channels)
-            write_atomically(path, buffer.getvalue())
-            progress.advance(bar, len(channels))
+            np.save(buffer, part.channels)
+            write_atomically(_part_file(folder, start), buffer.getvalue())
+            progress.advance(bar, len(part.channels))
 
 
 class RateColumn(ProgressColumn):

@@ -18,6 +18,9 @@ AZIMUTHS_DEG = np.arange(360)
 ELEVATIONS_DEG = np.arange(1, 91)
 """Rows of a spectrum: θ = 1…90°; row 0 is 1°, the last row is boresight."""
 
+LEAST_POWER_DB = -200.0
+"""Floor of a power spectrum, where the logarithm of nothing would be: far below any receiver's noise."""
+
 
 def direction(
     azimuth: Float[np.ndarray, "*shape"], elevation: Float[np.ndarray, "*shape"]
@@ -101,6 +104,21 @@ class PlanarArray:
         (40, 200)
         """
         return np.abs(np.einsum("ija,...a->...ij", self.steering, channels))
+
+    def power_db(self, channels: Complex[np.ndarray, "*batch elements"]) -> Float[np.ndarray, "*batch 90 360"]:
+        """Absolute power of the spatial spectrum, 10 log10 S², as a channel gain in dB; no less than −200 dB.
+
+        0 dB is all of the transmitter's power received by one isotropic element. A plane wave of gain |y_m|² at every
+        element peaks at 10 log10 MN above it, the array's gain; noise of the elements keeps its level.
+
+        Args:
+            channels: complex element responses y, un-normalised.
+
+        >>> y = 1e-3 * PlanarArray().manifold(np.radians(200.0), np.radians(40.0))  # −60 dB at every element
+        >>> PlanarArray().power_db(y).max().round(2).item()
+        -47.96
+        """
+        return 20 * np.log10(np.maximum(self.spectrum(channels), 10 ** (LEAST_POWER_DB / 20)))
 
 
 def normalise(spectrum: Float[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray, "*batch 90 360"]:

@@ -14,7 +14,7 @@ from jaxtyping import Complex, Float
 
 from scenes.description import Scene
 from scenes.errors import InputError
-from simulate.chains import find_chains, solve_chains
+from simulate.chains import Chains, find_chains, solve_chains
 from simulate.paths import add_responses, refine, shoot
 from simulate.planes import Planes
 from simulate.propagation import Propagation
@@ -38,6 +38,7 @@ class Tracer:
         propagation: what to follow.
         region: lowest and highest corner of the box all transmitters are in, metres; the scene's if None.
         report: takes sentences on the progress of finding chains.
+        found: chains found before, by a tracer made with the same arguments; searched for if None.
 
     Raises:
         InputError: libLLVM is missing or too old, or so many rays that one transmitter's paths exceed the memory.
@@ -49,16 +50,22 @@ class Tracer:
         propagation: Propagation,
         region: Float[np.ndarray, "2 3"] | None = None,
         report: Callable[[str], None] = lambda sentence: None,
+        found: Chains | None = None,
     ):
         self.scene, self.propagation = scene, propagation
         self._sionna = build_scene(scene)
         self._sources = gateway_antennas(scene)
         self.method = "chains" if propagation.chains_suffice else "shooting"
         if propagation.chains_suffice:
-            if region is None:
-                region = np.array([scene.transmitter.region_min, scene.transmitter.region_max])
-            self._planes = Planes(scene, [int(self._sionna.objects[item.name].object_id) for item in scene.objects])
-            self._chains = find_chains(self._sionna, self._planes, scene, region, propagation, report)
+            identifiers = [int(self._sionna.objects[item.name].object_id) for item in scene.objects]
+            self._planes = Planes(scene, identifiers)
+            self._identifiers = np.array(identifiers)
+            if found is not None:
+                self._chains = found.renamed(self._identifiers)
+            else:
+                if region is None:
+                    region = np.array([scene.transmitter.region_min, scene.transmitter.region_max])
+                self._chains = find_chains(self._sionna, self._planes, scene, region, propagation, report)
         else:
             candidates = propagation.rays * max(1, propagation.max_depth) * len(self._sources)
             self._at_once = MEMORY // (BYTES_PER_CANDIDATE * candidates)
@@ -70,9 +77,13 @@ class Tracer:
                 )
 
     @property
-    def chains(self) -> int:
-        """How many chains were found; 0 where rays are shot instead."""
-        return len(self._chains) if self.method == "chains" else 0
+    def chains(self) -> Chains | None:
+        """The chains found, with the scene's objects by their index; None where rays are shot instead."""
+        if self.method != "chains":
+            return None
+        index = np.zeros(self._identifiers.max() + 1, dtype=np.int64)
+        index[self._identifiers] = np.arange(len(self._identifiers))
+        return self._chains.renamed(index)
 
     def responses(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements"]:
         """Element responses y_m = Σ_paths a e^{-j2πfτ} to a transmitter at each position, complex64.

@@ -12,7 +12,7 @@ import torch
 from learn.model import ModelSize
 from learn.run import Config
 from learn.train import train
-from simulate.dataset import write_channels, write_gateway, write_index, write_picture, write_positions
+from simulate.dataset_writer import encode_picture, write_channels, write_gateway, write_index, write_positions
 from simulate.spectrum import PlanarArray, picture
 
 
@@ -77,8 +77,9 @@ def write_folder(plane_waves) -> Callable[..., Path]:
         positions = np.stack([4 * along, np.sin(3 * along), 1 + 0 * along], axis=-1)
         responses = np.array([plane_waves((1, 20 + 150 * t, 35 + 20 * t), (0.6j, 250, 50 - 30 * t)) for t in along])
         names = [f"{number:05d}" for number in range(1, count + 1)]
+        (folder / "spectrum").mkdir(parents=True)
         for name, image in zip(names, picture(PlanarArray().spectrum(responses)), strict=True):
-            write_picture(folder / "spectrum" / f"{name}.png", image)
+            (folder / "spectrum" / f"{name}.png").write_bytes(encode_picture(image))
         write_positions(folder / "tx_pos.csv", positions)
         write_gateway(folder / "gateway_info.yml", "tiny", (0, 0, 1), (0, 0, 0, 1))
         write_index(folder / "train_index.txt", [name for index, name in enumerate(names) if index % 5 != 2])

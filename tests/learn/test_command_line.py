@@ -11,7 +11,8 @@ import pytest
 import bisplat
 from learn.run import load_run
 from learn.training import Training
-from simulate.dataset import read_dataset, write_positions
+from simulate.dataset import read_dataset
+from simulate.dataset_writer import write_positions
 
 pytestmark = pytest.mark.usefixtures("small_models")
 

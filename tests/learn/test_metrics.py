@@ -8,7 +8,8 @@ from learn.baselines import inverse_distance, mean_picture, nearest
 from learn.ceiling import array_ceiling
 from learn.leakage import leakage
 from learn.metrics import aoa_error, score, ssim
-from simulate.dataset import read_dataset, write_index
+from simulate.dataset import read_dataset
+from simulate.dataset_writer import write_index
 from simulate.spectrum import PlanarArray, normalise
 
 # Scores

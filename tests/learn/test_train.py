@@ -17,7 +17,8 @@ from learn.run import load_run, read_config
 from learn.train import train
 from learn.training import L1_WEIGHT, SSIM_WEIGHT, Training, loss
 from scenes.errors import InputError
-from simulate.dataset import read_dataset, write_index
+from simulate.dataset import read_dataset
+from simulate.dataset_writer import write_index
 from simulate.spectrum import PlanarArray, normalise
 
 pytestmark = pytest.mark.usefixtures("small_models")

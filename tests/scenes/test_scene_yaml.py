@@ -1,5 +1,6 @@
 """A scene on disk: it comes back equal, and every mistake in it is told with its place."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +8,7 @@ import pytest
 import trimesh
 
 from scenes import load_scene
+from scenes.description import validate
 from scenes.errors import InputError
 from scenes.scene_yaml import read_scene, write_scene
 from scenes.shapes import box
@@ -213,7 +215,7 @@ def test_objects_must_be_a_list(folder):
     [
         ("labb", 'unknown scene "labb"; did you mean "lab"'),
         ("nowhere/yard.yaml", "nowhere/yard.yaml: no such file"),
-        ("room.xml", "room.xml: not a scene description; expected a .yaml file or one of .*lab"),
+        ("room.ifc", "room.ifc: not a scene description; expected a .yaml file or one of .*lab"),
     ],
 )
 def test_unknown_scenes(name, sentence):
@@ -225,3 +227,25 @@ def test_a_folder_is_no_scene(tmp_path):
     (tmp_path / "dir.yaml").mkdir()
     with pytest.raises(InputError, match=r"cannot be read"):
         read_scene(tmp_path / "dir.yaml")
+
+
+def test_several_gateways_are_read_written_and_each_has_a_place_of_its_own(scene, tmp_path):
+    second = replace(scene.gateway, position=(2.0, 0.5, 2.0), rows=8)
+    both = replace(scene, further_gateways={"by-the-door": second})
+    assert read_scene(write_scene(both, tmp_path)) == both
+    seen = both.by_gateway()
+    assert list(seen) == ["gateway1", "by-the-door"]
+    assert seen["gateway1"] == scene
+    assert seen["by-the-door"] == replace(scene, gateway=second)
+
+
+@pytest.mark.parametrize("name", ["gateway1", "a/b", ""])
+def test_gateway_needs_a_name_that_can_be_a_folder(name, scene):
+    with pytest.raises(InputError, match="further_gateways: expected a name of letters, digits, - and _"):
+        validate(replace(scene, further_gateways={name: scene.gateway}), "yard")
+
+
+def test_further_gateway_inside_an_object_is_named(scene):
+    middle = scene.objects[0].mesh.bounds.mean(axis=0)
+    with pytest.raises(InputError, match=r"further_gateways.second.position .* lies inside object"):
+        validate(replace(scene, further_gateways={"second": replace(scene.gateway, position=tuple(middle))}), "yard")

@@ -11,15 +11,13 @@ import yaml
 from PIL import Image
 
 from scenes.errors import InputError
-from simulate.dataset import (
-    inspect,
-    read_dataset,
-    read_picture,
+from simulate.dataset import inspect, read_dataset, read_picture
+from simulate.dataset_writer import (
+    encode_picture,
     write_channels,
     write_gateway,
     write_index,
     write_metadata,
-    write_picture,
     write_positions,
 )
 from simulate.spectrum import PlanarArray, picture
@@ -38,8 +36,9 @@ MEASURED = Path(__file__).parents[3] / "shared" / "data" / "rfid-s23-160"
 @pytest.fixture
 def folder(tmp_path) -> Path:
     """A valid dataset of five spectra, with all that we add to NeRF²'s format."""
+    (tmp_path / "spectrum").mkdir()
     for name, image in zip(NAMES, PICTURES, strict=True):
-        write_picture(tmp_path / "spectrum" / f"{name}.png", image)
+        (tmp_path / "spectrum" / f"{name}.png").write_bytes(encode_picture(image))
     write_positions(tmp_path / "tx_pos.csv", POSITIONS)
     write_gateway(tmp_path / "gateway_info.yml", "tiny", [1.0, 2.0, 1.5], ORIENTATION)
     write_index(tmp_path / "train_index.txt", TRAIN)
@@ -229,8 +228,7 @@ def test_folder_that_is_not_there_is_one_problem(tmp_path):
 def test_picture_cut_anywhere_is_refused(tmp_path):
     """Never a traceback of the picture library, never half a picture."""
     path = tmp_path / "00001.png"
-    write_picture(path, PICTURES[0])
-    whole = path.read_bytes()
+    whole = encode_picture(PICTURES[0])
     end = whole.index(b"IDAT") + 4 + struct.unpack(">I", whole[whole.index(b"IDAT") - 4 :][:4])[0]
     for length in [*range(0, 60), *range(60, end - 60, 997)]:
         path.write_bytes(whole[:length])

@@ -1,19 +1,28 @@
 """A simulated folder: valid, the same bytes however often it was interrupted, never a mix of two requests."""
 
+import errno
+import os
 import shutil
+import subprocess
+import sys
+import time
 from dataclasses import replace
+from inspect import getsource
 from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 
 import simulate.trace
 from scenes import atomic
 from scenes.errors import InputError
 from simulate import generate as module
 from simulate.dataset import inspect
-from simulate.generate import Request, generate, picture_names
+from simulate.generate import generate, picture_names
+from simulate.measurement import Measurement
 from simulate.propagation import Propagation
+from simulate.request import Request, read_request
 from simulate.spectrum import PlanarArray, picture
 
 COUNT = 7
@@ -43,17 +52,18 @@ def finished(request_of, tmp_path_factory) -> Path:
     return folder
 
 
-@pytest.fixture
-def quick(monkeypatch):
+class Quick:
     """A tracer that costs nothing: what is tested is what is written, not what is traced."""
 
-    class Quick:
-        def __init__(self, *arguments):
-            pass
+    def __init__(self, *arguments):
+        pass
 
-        def responses(self, positions):
-            return np.exp(1j * positions @ np.arange(48).reshape(3, 16)).astype(np.complex64)
+    def responses(self, positions):
+        return np.exp(1j * positions @ np.arange(48).reshape(3, 16)).astype(np.complex64)
 
+
+@pytest.fixture
+def quick(monkeypatch):
     monkeypatch.setattr(simulate.trace, "Tracer", Quick)
 
 
@@ -116,7 +126,9 @@ def test_killed_run_leaves_no_dataset_and_run_again_ends_with_the_same_bytes(
     """With the real tracer: chains found again give the same responses."""
     folder = tmp_path / "dataset"
     with monkeypatch.context() as patch:
-        killed_at(patch, module, "write_picture", pictures)
+        killed_at(
+            patch, module, "write_atomically", pictures + pictures // 2
+        )  # a part's responses after its two pictures
         with pytest.raises(KeyboardInterrupt):
             generate(request_of, folder)
     assert len(list((folder / "spectrum").iterdir())) == pictures
@@ -204,3 +216,121 @@ def test_names_have_five_digits_or_as_many_as_needed():
     assert picture_names(99_999)[-1] == "99999"
     assert picture_names(100_000)[0] == "000001"
     assert picture_names(100_000)[-1] == "100000"
+
+
+@pytest.fixture
+def full_disk(monkeypatch):
+    """Function: let the disk be full after so many bytes."""
+
+    def full(after: int) -> None:
+        written = [0]
+        original = atomic.os.fsync
+
+        def fsync(number):
+            written[0] += atomic.os.fstat(number).st_size
+            if written[0] > after:
+                raise OSError(errno.ENOSPC, "No space left on device")
+            original(number)
+
+        monkeypatch.setattr(atomic.os, "fsync", fsync)
+
+    return full
+
+
+@pytest.mark.parametrize("after", [0, 3000, 20_000, 40_000])
+def test_full_disk_leaves_no_half_file_and_more_room_finishes_the_job(
+    after, request_of, tmp_path, monkeypatch, quick, full_disk
+):
+    generate(request_of, tmp_path / "whole")
+    with monkeypatch.context():
+        full_disk(after)
+        with pytest.raises(OSError, match="No space left"):
+            generate(request_of, tmp_path / "full")
+        assert not list((tmp_path / "full").rglob("*.png.tmp"))
+        monkeypatch.undo()
+    monkeypatch.setattr(module, "PART", 2)
+    monkeypatch.setattr(simulate.trace, "Tracer", Quick)
+    generate(request_of, tmp_path / "full")
+    assert contents(tmp_path / "full") == contents(tmp_path / "whole")
+
+
+def test_folder_made_again_from_its_own_metadata_holds_the_same_bytes(finished, tmp_path):
+    """With the real tracer, and the scene as its YAML has it."""
+    generate(read_request(finished), tmp_path / "again")
+    assert contents(tmp_path / "again") == contents(finished)
+
+
+def test_folder_whose_positions_were_changed_is_not_made_again(finished, tmp_path):
+    changed = shutil.copytree(finished, tmp_path / "changed")
+    lines = (changed / "tx_pos.csv").read_text().splitlines()
+    (changed / "tx_pos.csv").write_text("\n".join([*lines[:-1], "0,0,1"]) + "\n")
+    with pytest.raises(InputError, match="found another positions"):
+        read_request(changed)
+
+
+def test_folder_of_somebody_else_is_not_made_again(tmp_path):
+    with pytest.raises(InputError, match=r"metadata.json: expected the metadata of a simulated dataset"):
+        read_request(tmp_path)
+
+
+def test_measured_folder_has_power_and_noise_as_asked_for(request_of, tmp_path, quick):
+    measured = replace(request_of, measurement=Measurement(snr_db=20.0), power=True)
+    generate(measured, tmp_path / "measured")
+    generate(request_of, tmp_path / "ideal")
+    found, ideal = (inspect(tmp_path / name).dataset for name in ("measured", "ideal"))
+    assert found is not None and ideal is not None
+    error = np.linalg.norm(found.channels - ideal.channels) / np.linalg.norm(ideal.channels)
+    assert 0.05 < error < 0.2
+    power = np.asarray(Image.open(tmp_path / "measured" / "power_db" / "00003.tif"))
+    np.testing.assert_allclose(power, PlanarArray().power_db(found.channels[2]), atol=1e-3)
+    assert not (tmp_path / "ideal" / "power_db").exists()
+
+
+SLOW_RUN = """
+import sys, time
+from inspect import getsource
+from pathlib import Path
+import simulate.trace
+from simulate import generate as module
+from simulate.request import read_request
+from tests_quick import Quick
+
+class Slow(Quick):
+    def responses(self, positions):
+        time.sleep(0.1)
+        return super().responses(positions)
+
+simulate.trace.Tracer, module.PART = Slow, 1
+print("ready", flush=True)
+module.generate(read_request(Path(sys.argv[1])), Path(sys.argv[2]))
+"""
+
+
+def test_killed_with_signal_9_at_ten_random_moments_ends_with_the_same_bytes(request_of, tmp_path, quick):
+    """A process of its own each time; the eleventh is left to finish."""
+    many = replace(request_of, positions=np.tile(request_of.positions, (6, 1)) + np.linspace(0, 0.1, 42)[:, None])
+    generate(many, tmp_path / "whole")
+    (tmp_path / "tests_quick.py").write_text("import numpy as np\n\n" + getsource(Quick))
+    run = [sys.executable, "-c", SLOW_RUN, str(tmp_path / "whole"), str(tmp_path / "killed")]
+    moments = np.random.default_rng(0).uniform(0, 0.35, 10)
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
+    for moment in moments:
+        process = subprocess.Popen(run, env=environment, stdout=subprocess.PIPE)
+        assert process.stdout is not None
+        process.stdout.readline()
+        time.sleep(moment)
+        assert process.poll() is None, "finished before it was killed"
+        process.kill()
+        process.wait()
+        assert not (tmp_path / "killed" / "test_index.txt").exists()
+    subprocess.run(run, env=environment, check=True, stdout=subprocess.DEVNULL)
+    assert contents(tmp_path / "killed") == contents(tmp_path / "whole")
+
+
+def test_folder_that_cannot_be_written_is_one_sentence(tmp_path):
+    (tmp_path / "file").write_text("")
+    command = [sys.executable, "-m", "bisplat", "simulate", "lab", "-n", "2", "--max-depth", "0"]
+    done = subprocess.run([*command, "-o", tmp_path / "file" / "d"], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 1
+    assert done.stderr.startswith(f"bisplat: {tmp_path}/file")
+    assert len(done.stderr.splitlines()) == 1

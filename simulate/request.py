@@ -1,0 +1,117 @@
+"""What to simulate: everything a dataset's content depends on, and its record in metadata.json."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from dataclasses import asdict, dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from scenes.description import Scene
+from scenes.errors import InputError
+from scenes.scene_yaml import read_scene
+from simulate.dataset import read_points
+from simulate.measurement import Measurement
+from simulate.propagation import Propagation
+from simulate.spectrum import PlanarArray
+
+
+@dataclass(frozen=True)
+class Request:
+    """What to simulate.
+
+    Attributes:
+        scene: the place.
+        positions: transmitter positions, metres, world frame.
+        placement: how they were chosen, for the record: a placement's name and seed, or a CSV.
+        propagation: what the ray tracer follows.
+        seed: draws the 80/20 split of the index files.
+        measurement: what the receiver adds to the traced responses.
+        power: also write the spectra's absolute power.
+    """
+
+    scene: Scene
+    positions: Float[np.ndarray, "K 3"]
+    placement: str
+    propagation: Propagation
+    seed: int
+    measurement: Measurement = field(default_factory=Measurement)
+    power: bool = False
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "positions", self.positions.round(6))  # as tx_pos.csv has them
+
+    @property
+    def array(self) -> PlanarArray:
+        """The gateway's array."""
+        gateway = self.scene.gateway
+        return PlanarArray(gateway.rows, gateway.columns, gateway.spacing)
+
+    @property
+    def region(self) -> Float[np.ndarray, "2 3"]:
+        """Lowest and highest corner of the box that all transmitters are in, metres: the scene's region at least."""
+        region = np.array([self.scene.transmitter.region_min, self.scene.transmitter.region_max])
+        return np.array([np.minimum(region[0], self.positions.min(0)), np.maximum(region[1], self.positions.max(0))])
+
+    def metadata(self) -> dict[str, Any]:
+        """Everything the folder's content depends on."""
+        return {
+            "made_by": f"bisplat-wrf {version('bisplat-wrf')}",
+            "scene": self.scene.name,
+            "scene_file": "scene/scene.yaml",
+            "scene_sha256": _scene_digest(self.scene),
+            "frequency_hz": self.scene.frequency,
+            "array": asdict(self.array),
+            "spectra": len(self.positions),
+            "placement": self.placement,
+            "positions_sha256": hashlib.sha256(self.positions.tobytes()).hexdigest(),
+            "propagation": asdict(self.propagation),
+            "method": "chains" if self.propagation.chains_suffice else "shooting",
+            "measurement": asdict(self.measurement),
+            "power": self.power,
+            "seed": self.seed,
+            "picture": "magnitude, min-max normalised per spectrum, 8 bit, row 0 = 1 degree elevation",
+            "versions": {name: version(name) for name in ("sionna-rt", "mitsuba", "drjit", "numpy")},
+        }
+
+
+def _scene_digest(scene: Scene) -> str:
+    """Fingerprint of everything a scene holds, meshes included."""
+    digest = hashlib.sha256()
+    for item in scene.objects:
+        digest.update(f"{item.name} {scene.materials[item.material]} {item.thickness}".encode())
+        digest.update(np.ascontiguousarray(item.mesh.vertices).tobytes())
+        digest.update(np.ascontiguousarray(item.mesh.faces).tobytes())
+    digest.update(f"{scene.frequency} {scene.gateway} {scene.transmitter}".encode())
+    return digest.hexdigest()
+
+
+def read_request(folder: Path) -> Request:
+    """The request that a simulated dataset folder was made by, from the folder alone.
+
+    Raises:
+        InputError: no metadata.json of ours, or files that are not those it was made with any more.
+    """
+    path = folder / "metadata.json"
+    try:
+        metadata = json.loads(path.read_text())
+        fields = {
+            "placement": metadata["placement"],
+            "propagation": Propagation(**metadata["propagation"]),
+            "seed": metadata["seed"],
+            "measurement": Measurement(**metadata["measurement"]),
+            "power": metadata["power"],
+        }
+        scene_file = metadata["scene_file"]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{path}: expected the metadata of a simulated dataset, found {error!r}") from error
+    request = Request(read_scene(folder / scene_file), read_points(folder / "tx_pos.csv"), **fields)
+    for key, value in request.metadata().items():
+        if key.endswith("sha256") and value != metadata[key]:
+            raise InputError(f"{path}: expected the files the dataset was made with, found another {key[:-7]}")
+    return request
