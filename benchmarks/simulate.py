@@ -9,17 +9,20 @@ about twenty minutes on two cores, most of it for the reference and for the larg
 
 from __future__ import annotations
 
+# ruff: noqa: E402, I001
+import sys
+
+sys.path.pop(0)  # this file's folder, in which `simulate` is this file and not the package
+
 import json
 import os
 import resource
 import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
 from typing import Any
 
-import matplotlib
 import numpy as np
 import tyro
 
@@ -29,8 +32,6 @@ from simulate.placement import place
 from simulate.propagation import Propagation
 from simulate.spectrum import PlanarArray, picture
 from simulate.trace import Tracer
-
-matplotlib.use("Agg")
 
 ARRAY = PlanarArray()
 LOOP_RAYS, DENSE_RAYS = 1_000_000, 10_000_000

@@ -246,6 +246,5 @@ def test_gateway_needs_a_name_that_can_be_a_folder(name, scene):
 
 
 def test_further_gateway_inside_an_object_is_named(scene):
-    middle = scene.objects[0].mesh.bounds.mean(axis=0)
     with pytest.raises(InputError, match=r"further_gateways.second.position .* lies inside object"):
-        validate(replace(scene, further_gateways={"second": replace(scene.gateway, position=tuple(middle))}), "yard")
+        validate(replace(scene, further_gateways={"second": replace(scene.gateway, position=(0.5, 0.5, 0.2))}), "yard")
