@@ -9,7 +9,7 @@ import json
 import os
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import Annotated, Any
 
 import torch
 import tyro
@@ -48,7 +48,9 @@ def seconds(renderer: Callable, values: Attributes, repeats: int) -> float:
     return best
 
 
-def main(batch: int = 8, primitives: int = 500, json_output: tyro.conf.arg(name="json") = False) -> None:  # type: ignore
+def main(
+    batch: int = 8, primitives: int = 500, json_output: Annotated[bool, tyro.conf.arg(name="json")] = False
+) -> None:
     """Time both renderers.
 
     Args:

@@ -9,7 +9,6 @@ about twenty minutes on two cores, most of it for the reference and for the larg
 
 from __future__ import annotations
 
-# ruff: noqa: E402, I001
 import sys
 
 sys.path.pop(0)  # this file's folder, in which `simulate` is this file and not the package
@@ -21,7 +20,7 @@ import subprocess
 import tempfile
 import time
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import tyro
@@ -110,7 +109,7 @@ def main(
     dense: int = 5,
     sizes: tuple[int, ...] = (1000, 6000, 50000),
     figure: Path = Path("docs/simulate.png"),
-    json_output: tyro.conf.arg(name="json") = False,  # type: ignore[valid-type]
+    json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
     """Compare.
 
