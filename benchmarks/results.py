@@ -11,6 +11,8 @@ import platform
 from pathlib import Path
 from typing import Any
 
+from scenes.scene_yaml import BUILT_IN
+
 RUNS = Path("runs")
 MODELS = ("bisplat-aperture", "bisplat", "bisplat-plus")
 SPLITS = ("files", "blocked")
@@ -110,6 +112,37 @@ def benchmark_section(name: str, title: str, command: str, remarks: str) -> list
     ]
 
 
+def scale_section() -> list[str]:
+    """10⁸ spectra, from the benchmark's time per spectrum and the demo's bytes per spectrum."""
+    figures, dataset = read(RUNS / "simulate.json"), RUNS / "demo" / "dataset"
+    if figures is None or not dataset.is_dir():
+        return []
+    milliseconds = figures["milliseconds_per_further_spectrum_to_50000"]
+    pictures = [path.stat().st_size for path in (dataset / "spectrum").iterdir()]
+    channels = (dataset / "channels.npz").stat().st_size / len(pictures)
+    pictured = sum(pictures) / len(pictures)
+    count = 10**8
+    days = milliseconds / 1e3 * count / 86400
+    rows = {
+        "one such machine": f"{days:.0f} days",
+        "200 such machines": f"{24 * days / 200:.1f} hours, and the search for chains once",
+        "pictures": f"{pictured / 1e3:.1f} kB each, {pictured * count / 1e12:.2f} TB in 10⁸ files",
+        "the same as uint8 arrays": f"{90 * 360 * count / 1e12:.2f} TB",
+        "channels alone (spectra follow from them)": f"{channels:.0f} bytes each, {channels * count / 1e9:.0f} GB",
+        "parts of 100 positions": f"{count // 100:,} tasks of {milliseconds / 10:.1f} s",
+    }
+    return [
+        "## What 10⁸ spectra would take",
+        "",
+        "Computed from the figures above and from the files of the demo; [docs/scale.md](scale.md) says what follows.",
+        "",
+        "| | |",
+        "| --- | --- |",
+        *(f"| {name} | {value} |" for name, value in rows.items()),
+        "",
+    ]
+
+
 def main() -> None:
     """Write docs/results.md."""
     lines = [
@@ -130,11 +163,26 @@ def main() -> None:
             "![cost](simulate.png)",
         ),
         *benchmark_section(
+            "path",
+            "A simulated path beside the measured one",
+            "python benchmarks/path.py ../shared/data/rfid-s23-160 --json",
+            "Median SSIM of pairs of spectra, by the distance of their positions: `--placement path` in the lab, and "
+            "the measured RFID sample. A bin of fewer than five pairs is left out (nan).",
+        ),
+        *benchmark_section(
             "render",
             "Renderer: compiled against reference",
             "python benchmarks/render.py --json",
             "Forward and backward, batch of 8, 500 primitives, 90 × 360.",
         ),
+    ]
+    lines += scale_section()
+    lines += [
+        "## The built-in places",
+        "",
+        "```\nfor place in lab conference bedroom office; do bisplat scene $place -o docs/$place.png; done\n```",
+        "",
+        *(f"![{place}]({place}.png)\n" for place in BUILT_IN),
     ]
     Path("docs/results.md").write_text("\n".join(lines))
 
