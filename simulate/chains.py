@@ -12,19 +12,20 @@ surfaces never count the same path twice.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Complex, Float, Int
+from jaxtyping import Float, Int
 
 from scenes.description import Scene
 from simulate.paths import (
     NONE,
     SPECULAR,
     Interactions,
-    add_responses,
+    Paths,
     candidates,
+    fields,
     interactions_of,
     keep,
     refine,
@@ -103,6 +104,10 @@ chains serve a hand's breadth of the region, or one column of the array, and car
 QUIET_ROUNDS, TOLERANCE = 4, 1e-4
 """Shooting ends when so many rounds in a row each bring less than this share of the power over the trials."""
 
+NEGLIGIBLE = 1e-6
+"""A chain is dropped if at no trial and no element it brings this share of the power: in the lab half of the chains,
+which together bring less than a hundred-thousandth anywhere."""
+
 
 def find_chains(
     sionna: rt.Scene,
@@ -126,8 +131,16 @@ def find_chains(
     elements = gateway_antennas(scene)
     trials = transmitter_antennas(scene, free_positions(scene, region, TRIALS, generator))
 
+    def tried(chains: Chains) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Every path of the chains to a trial: its chain, its (trial, element) as one number, its power."""
+        found = [(np.zeros(0, int), np.zeros(0, int), np.zeros(0))]
+        for chain, paths in paths_of_chains(sionna, planes, chains, elements, trials, propagation):
+            found.append((chain, paths.targets * len(elements) + paths.sources, np.abs(paths.responses) ** 2))
+        chain, lane, power = (np.concatenate(column) for column in zip(*found, strict=True))
+        return chain, lane, power
+
     known = seen = line_of_sight(propagation)
-    response, _ = solve_chains(sionna, planes, known, elements, trials, propagation)
+    chain, lane, power = tried(known)
     quiet = 0
     for number in range(1, MOST_ROUNDS + 1):
         if propagation.max_depth == 0 or quiet == QUIET_ROUNDS:
@@ -141,44 +154,43 @@ def find_chains(
         candidates_now = seen.merged(Chains(found, reflecting_planes(planes, found)))
         unseen = candidates_now.some(np.arange(len(seen), len(candidates_now)))
         seen = candidates_now
-        brought, used = solve_chains(sionna, planes, unseen, elements, trials, propagation)
-        new = unseen.some(np.unique(used))
-        known, response = known.merged(new), response + brought
-        total = float((np.abs(response) ** 2).sum())
-        share = float((np.abs(brought) ** 2).sum()) / total if total > 0 else 0.0
+        chain_new, lane_new, power_new = tried(unseen)
+        new, which = np.unique(chain_new, return_inverse=True)
+        chain = np.concatenate([chain, len(known) + which])
+        lane, power = np.concatenate([lane, lane_new]), np.concatenate([power, power_new])
+        known = known.merged(unseen.some(new))
+        share = float(power_new.sum() / power.sum()) if len(power) else 0.0
         quiet = quiet + 1 if share < TOLERANCE else 0
         report(f"round {number}: {len(known)} chains, {len(new)} of them new with {share:.1e} of the power")
-    return known
+    share = power / np.bincount(lane, power, len(trials) * len(elements))[lane]
+    largest = np.zeros(len(known))
+    np.maximum.at(largest, chain, share)
+    return known.some((largest >= NEGLIGIBLE) | (known.interactions.types[:, 0] == NONE))
 
 
 LANES = 400_000
 """Candidate paths solved at once: bounds the memory at some 200 MB."""
 
 
-def solve_chains(
+def paths_of_chains(
     sionna: rt.Scene,
     planes: Planes,
     chains: Chains,
     sources: Antennas,
     targets: Antennas,
     propagation: Propagation,
-) -> tuple[Complex[np.ndarray, "targets sources"], Int[np.ndarray, " paths"]]:
-    """Response between every source and target over all chains, each solved exactly; and the chain of each path.
+) -> Iterator[tuple[Int[np.ndarray, " paths"], Paths]]:
+    """Every chain between every source and target, solved exactly: batches of paths and the chain of each.
 
-    The response to one target does not depend on the others.
+    They come ordered by target, chain and source, and those of one target do not depend on the other targets.
     """
-    result = np.zeros((len(targets), len(sources)), np.complex128)
-    used = [np.zeros(0, np.int64)]
     possible = possible_paths(planes, chains.planes, sources.positions, targets.positions)
     for start in range(0, possible.shape[1], LANES):
         target, chain, source = possible[:, start : start + LANES]
         buffer = candidates(chains.interactions, planes.vertices, chain, source, target)
         buffer = refine(sionna, buffer, sources, targets, propagation)
-        valid = buffer.valid.numpy()
-        chain = chain[valid]
+        chain = chain[buffer.valid.numpy()]
         buffer.discard_invalid()
         # The image method lets a path hit another, nearly coplanar surface than its chain's: that path is another's.
         own = (reflecting_planes(planes, interactions_of(buffer)) == chains.planes[chain]).all(axis=1)
-        add_responses(result, sionna, keep(buffer, own), sources, targets, propagation)
-        used.append(chain[own])
-    return result, np.concatenate(used)
+        yield chain[own], fields(sionna, keep(buffer, own), sources, targets, propagation)

@@ -134,20 +134,33 @@ def keep(buffer: PathsBuffer, wanted: Int[np.ndarray, " paths"] | np.ndarray) ->
     return buffer
 
 
-def add_responses(
-    responses: Complex[np.ndarray, "targets sources"],
-    sionna: rt.Scene,
-    buffer: PathsBuffer,
-    sources: Antennas,
-    targets: Antennas,
-    propagation: Propagation,
-) -> None:
-    """Add to ``responses`` the sum of the paths between each source and target: y = Σ a e^{-j2πfτ}, complex128.
+@dataclass(frozen=True)
+class Paths:
+    """Exact paths with what each contributes.
 
-    a is Sionna's coefficient, which contains the free-space factor λ/4π: |y|² is the channel gain.
+    Attributes:
+        targets: index of each path's target.
+        sources: index of its source.
+        responses: a e^{-j2πfτ}, complex128. a is Sionna's coefficient, which contains the free-space factor λ/4π: |y|²
+            of a sum y of paths is the channel gain.
     """
+
+    targets: Int[np.ndarray, " paths"]
+    sources: Int[np.ndarray, " paths"]
+    responses: Complex[np.ndarray, " paths"]
+
+    def add_to(self, total: Complex[np.ndarray, "targets sources"]) -> None:
+        """Add every path to its target's and source's response, one after another."""
+        np.add.at(total, (self.targets, self.sources), self.responses)
+
+
+def fields(
+    sionna: rt.Scene, buffer: PathsBuffer, sources: Antennas, targets: Antennas, propagation: Propagation
+) -> Paths:
+    """What each valid path of the buffer contributes, in the buffer's order."""
     if buffer.buffer_size == 0:
-        return
+        nothing = np.zeros(0, np.int64)
+        return Paths(nothing, nothing, np.zeros(0, np.complex128))
     buffer = FieldCalculator()(
         wavelength=sionna.wavelength,
         paths=buffer,
@@ -161,10 +174,7 @@ def add_responses(
         tgt_antenna_patterns=[targets.pattern],
     )
     coefficient = buffer.a[0][0]
-    valid = buffer.valid.numpy()
-    amplitude = (coefficient.real.numpy() + 1j * coefficient.imag.numpy())[valid]
-    delay = buffer.tau.numpy()[valid].astype(np.float64)
+    amplitude = np.where(buffer.valid.numpy(), coefficient.real.numpy() + 1j * coefficient.imag.numpy(), 0)
     # In double precision: over a room the carrier turns some tens of times.
-    values = amplitude * np.exp(-2j * np.pi * float(sionna.frequency[0]) * delay)
-    lane = buffer.target_indices.numpy()[valid], buffer.source_indices.numpy()[valid]
-    np.add.at(responses, lane, values)
+    turns = float(sionna.frequency[0]) * buffer.tau.numpy().astype(np.float64)
+    return Paths(buffer.target_indices.numpy(), buffer.source_indices.numpy(), amplitude * np.exp(-2j * np.pi * turns))

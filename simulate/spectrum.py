@@ -103,7 +103,8 @@ class PlanarArray:
         >>> ELEVATIONS_DEG[peak[0]].item(), AZIMUTHS_DEG[peak[1]].item()
         (40, 200)
         """
-        return np.abs(np.einsum("ija,...a->...ij", self.steering, channels))
+        responses = channels @ self.steering.reshape(-1, self.elements).T
+        return np.abs(responses).reshape(*channels.shape[:-1], len(ELEVATIONS_DEG), len(AZIMUTHS_DEG))
 
     def power_db(self, channels: Complex[np.ndarray, "*batch elements"]) -> Float[np.ndarray, "*batch 90 360"]:
         """Absolute power of the spatial spectrum, 10 log10 S², as a channel gain in dB; no less than −200 dB.

@@ -14,8 +14,8 @@ from jaxtyping import Complex, Float
 
 from scenes.description import Scene
 from scenes.errors import InputError
-from simulate.chains import Chains, find_chains, solve_chains
-from simulate.paths import add_responses, refine, shoot
+from simulate.chains import Chains, find_chains, paths_of_chains
+from simulate.paths import fields, refine, shoot
 from simulate.planes import Planes
 from simulate.propagation import Propagation
 from simulate.sionna_scene import build_scene, gateway_antennas, transmitter_antennas
@@ -95,10 +95,12 @@ class Tracer:
             positions: metres, world frame.
         """
         targets = transmitter_antennas(self.scene, positions)
-        if self.method == "chains":
-            solved, _ = solve_chains(self._sionna, self._planes, self._chains, self._sources, targets, self.propagation)
-            return solved.astype(np.complex64)
         result = np.zeros((len(targets), len(self._sources)), np.complex128)
+        if self.method == "chains":
+            arguments = self._sionna, self._planes, self._chains, self._sources, targets, self.propagation
+            for _, paths in paths_of_chains(*arguments):
+                paths.add_to(result)
+            return result.astype(np.complex64)
         for start in range(0, len(targets), self._at_once):
             part = np.arange(start, min(start + self._at_once, len(targets)))
             some = targets.some(part)
@@ -106,5 +108,5 @@ class Tracer:
             buffer = shoot(self._sionna, self._sources, some, self.propagation, room)
             buffer = refine(self._sionna, buffer, self._sources, some, self.propagation)
             buffer.discard_invalid()
-            add_responses(result[part[0] : part[-1] + 1], self._sionna, buffer, self._sources, some, self.propagation)
+            fields(self._sionna, buffer, self._sources, some, self.propagation).add_to(result[part[0] : part[-1] + 1])
         return result.astype(np.complex64)
