@@ -247,6 +247,8 @@ def train(
     batch_size: int = 8,
     learning_rate: float | None = None,
     bypass: tuple[Literal["dynamic", "delta", "bst"], ...] = (),
+    devices: int = 1,
+    nodes: int = 1,
 ) -> None:
     """Train a model on a dataset folder. The same command again resumes an interrupted run.
 
@@ -260,16 +262,25 @@ def train(
         batch_size: spectra per step.
         learning_rate: of AdamW (default: 2e-3; 3e-4 for bisplat-plus).
         bypass: branches to switch off, as the paper's ablation does.
+        devices: GPUs per machine (processes, where there is no GPU).
+        nodes: machines; start this command on each, as Lightning's launchers do.
     """
     from learn.run import LEARNING_RATE, Config
     from learn.train import train as fit
 
     if learning_rate is None:
         learning_rate = LEARNING_RATE[model]
-    for name, value in (("steps", steps), ("batch-size", batch_size), ("learning-rate", learning_rate)):
+    for name, value in (
+        ("steps", steps),
+        ("batch-size", batch_size),
+        ("learning-rate", learning_rate),
+        ("devices", devices),
+        ("nodes", nodes),
+    ):
         if value <= 0:
             raise InputError(f"--{name}: expected a positive number, found {value}")
-    fit(Config(str(dataset.resolve()), model, split, seed, steps, batch_size, learning_rate, bypass), output)
+    config = Config(str(dataset.resolve()), model, split, seed, steps, batch_size, learning_rate, bypass)
+    fit(config, output, devices, nodes)
     print(f"run: {output}")
 
 

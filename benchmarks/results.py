@@ -163,6 +163,14 @@ def main() -> None:
             "![cost](simulate.png)",
         ),
         *benchmark_section(
+            "completeness",
+            "Which of the two is the more complete",
+            "python benchmarks/completeness.py --json",
+            "Path by path at five positions of the lab: the share of the power that only a search of four million "
+            "rays for that one transmitter found, and the share that only our chains have. What keeps the comparison "
+            "with the loop below a median SSIM of 0.99 and a 5th percentile of 0.97 is what the loop misses.",
+        ),
+        *benchmark_section(
             "path",
             "A simulated path beside the measured one",
             "python benchmarks/path.py ../shared/data/rfid-s23-160 --json",

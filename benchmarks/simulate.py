@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import sys
 
-sys.path.pop(0)  # this file's folder, in which `simulate` is this file and not the package
+sys.path.pop(0)  # this folder, in which `simulate` is this file and not the package
 
 import json
 import os

@@ -44,7 +44,12 @@ def splat(
     azimuth, elevation = azimuth[order], elevation[order]
     conic = _conic(scale[:, order], rotation[:, order])
     opacity, coefficient = opacity[:, order], coefficient[:, order]
-    renderer = splat_cpu if azimuth.device.type == "cpu" else splat_reference
+    if azimuth.device.type == "cpu":
+        renderer = splat_cpu
+    elif azimuth.device.type == "cuda":
+        from learn.splat_triton import splat_triton as renderer  # Triton comes with torch's CUDA builds only
+    else:
+        renderer = splat_reference
     return renderer(azimuth, elevation, conic, opacity, coefficient, azimuths, elevations)
 
 

@@ -13,14 +13,15 @@ import numpy as np
 import torch
 from lightning.pytorch.callbacks import Callback, ModelCheckpoint, Timer
 from lightning.pytorch.loggers import CSVLogger, TensorBoardLogger
+from lightning.pytorch.utilities import rank_zero_only
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from learn.run import Config, build_model, read_config, save_weights, write_config, write_training
 from learn.splits import split
-from learn.training import Training, loader
+from learn.training import Spectra, Training
 from scenes.errors import InputError
-from simulate.dataset import Dataset, read_dataset
+from simulate.dataset import read_dataset
 
 STEPS_PER_VALIDATION = 100
 
@@ -43,7 +44,8 @@ class ProgressOnStderr(Callback):
         )
 
     def on_train_start(self, trainer: L.Trainer, module: L.LightningModule) -> None:
-        self._progress.start()
+        if trainer.is_global_zero:
+            self._progress.start()
         self._bar = self._progress.add_task("", total=self._steps, completed=trainer.global_step, figures="")
 
     def on_train_batch_end(self, trainer: L.Trainer, module: L.LightningModule, *_) -> None:
@@ -55,20 +57,30 @@ class ProgressOnStderr(Callback):
         self._progress.stop()
 
 
-def train(config: Config, folder: Path) -> None:
+def train(config: Config, folder: Path, devices: int = 1, nodes: int = 1) -> None:
     """Train, or go on with a run that was interrupted, or return at once if it is finished.
 
     An interrupted run goes on from its last epoch and ends with the weights it would have had.
 
+    Args:
+        devices: GPUs (processes where there is none) per machine; Lightning starts one process for each.
+        nodes: machines; the launcher of the cluster starts this command on each.
+
     Raises:
-        InputError: the dataset is bad, or the folder holds something else than this very run.
+        InputError: the batch cannot be shared by so many devices, the dataset is bad, or the folder holds something
+            else than this very run.
     """
+    if config.batch_size % (devices * nodes):
+        raise InputError(f"--batch-size: expected a multiple of {devices * nodes} devices, found {config.batch_size}")
     dataset = read_dataset(config.dataset)
-    _claim(folder, config)
+    first = getattr(rank_zero_only, "rank", 0) == 0  # of several processes, one writes
+    if first:
+        _claim(folder, config)
     parts = split(dataset, config.split, config.seed)
     if (folder / "weights.safetensors").exists():
         return
-    write_config(folder, config, dataset.array, parts, dataset.names)
+    if first:
+        write_config(folder, config, dataset.array, parts, dataset.names)
 
     for name in ("lightning.pytorch", "lightning.fabric"):
         logging.getLogger(name).setLevel(logging.ERROR)
@@ -80,11 +92,11 @@ def train(config: Config, folder: Path) -> None:
     region[1] = np.maximum(region[1], region[0] + 1e-3)
     model = build_model(config, region, dataset.array)
 
-    training_batches = _batches(dataset, parts.train, config.batch_size, config.seed)
-    every = max(1, round(STEPS_PER_VALIDATION / len(training_batches)))
+    spectra = Spectra(dataset, parts, config.batch_size, config.seed)
+    every = max(1, round(STEPS_PER_VALIDATION / spectra.batches))
     # Whole periods between validations, so that the last weights are validated too.
-    epochs = every * math.ceil(config.steps / (every * len(training_batches)))
-    steps = epochs * len(training_batches)
+    epochs = every * math.ceil(config.steps / (every * spectra.batches))
+    steps = epochs * spectra.batches
     checkpoints = ModelCheckpoint(
         folder / "checkpoints",
         filename="best",
@@ -99,7 +111,10 @@ def train(config: Config, folder: Path) -> None:
     trainer = L.Trainer(
         max_epochs=epochs,
         accelerator="auto",
-        devices=1,
+        devices=devices,
+        num_nodes=nodes,
+        use_distributed_sampler=False,  # ours know what they are doing
+        strategy=_strategy(config, devices * nodes),
         check_val_every_n_epoch=every,
         num_sanity_val_steps=0,
         gradient_clip_val=GRADIENT_NORM,
@@ -116,8 +131,7 @@ def train(config: Config, folder: Path) -> None:
     try:
         trainer.fit(
             Training(model, config.learning_rate, steps),
-            training_batches,
-            _batches(dataset, parts.validation, 16, None),
+            datamodule=spectra,
             ckpt_path=last if last.exists() else None,
             weights_only=False,
         )
@@ -125,14 +139,19 @@ def train(config: Config, folder: Path) -> None:
         # Lightning leaves the program on SIGINT and SIGTERM, with any status, and has further SIGINTs ignored.
         signal.signal(signal.SIGINT, on_interrupt)
         raise KeyboardInterrupt from None
+    if not first:
+        return
     best = torch.load(folder / "checkpoints" / "best.ckpt", map_location="cpu", weights_only=False)
     model.load_state_dict({name.removeprefix("model."): value for name, value in best["state_dict"].items()})
     write_training(folder, steps, timer.time_elapsed("train"), float(checkpoints.best_model_score or 0))
     save_weights(folder, model)
 
 
-def _batches(dataset: Dataset, part: np.ndarray, size: int, shuffle_seed: int | None):
-    return loader(dataset.positions[part], dataset.pictures[part], size, shuffle_seed)
+def _strategy(config: Config, processes: int) -> str:
+    if processes == 1:
+        return "auto"
+    # The parameters of a bypassed branch get no gradient, which DDP must be told.
+    return "ddp_find_unused_parameters_true" if config.bypass else "ddp"
 
 
 def _claim(folder: Path, config: Config) -> None:

@@ -5,14 +5,16 @@ from __future__ import annotations
 import lightning as L
 import numpy as np
 import torch
-from jaxtyping import Float, UInt8
+from jaxtyping import Float, Int
 from pytorch_msssim import ssim as gaussian_ssim
 from torch import Tensor
-from torch.utils.data import DataLoader, TensorDataset
+from torch.utils.data import DataLoader, SequentialSampler, TensorDataset
 from torch.utils.data.distributed import DistributedSampler
 
 from learn.metrics import ssim
 from learn.model import BiSplatWRF
+from learn.splits import Split
+from simulate.dataset import Dataset
 
 L1_WEIGHT, SSIM_WEIGHT = 0.7, 0.3
 """The paper's composite loss."""
@@ -49,7 +51,7 @@ class Training(L.LightningModule):
     def training_step(self, batch: list[Tensor], _: int) -> Tensor:
         positions, pictures = batch
         value = loss(self.model(positions), pictures.float() / 255)
-        self.log("loss", value, on_step=False, on_epoch=True, prog_bar=True)
+        self.log("loss", value, on_step=False, on_epoch=True, prog_bar=True, sync_dist=True)
         return value
 
     def validation_step(self, batch: list[Tensor], _: int) -> None:
@@ -76,16 +78,43 @@ class Training(L.LightningModule):
         return {"optimizer": optimiser, "lr_scheduler": {"scheduler": schedule, "interval": "step"}}
 
 
-def loader(
-    positions: Float[np.ndarray, "n 3"],
-    pictures: UInt8[np.ndarray, "n 90 360"],
-    batch: int,
-    shuffle_seed: int | None,
-) -> DataLoader:
-    """Batches of (position, 8-bit picture). Shuffled anew each epoch, by seed and epoch alone, so that a resumed run
-    sees what an uninterrupted one would have seen."""
-    data = TensorDataset(torch.from_numpy(positions).float(), torch.from_numpy(pictures))
-    if shuffle_seed is None:
-        return DataLoader(data, batch)
-    sampler: DistributedSampler = DistributedSampler(data, num_replicas=1, rank=0, shuffle=True, seed=shuffle_seed)
-    return DataLoader(data, batch, sampler=sampler, drop_last=len(data) > batch)
+class Spectra(L.LightningDataModule):
+    """Batches of (position, 8-bit picture).
+
+    Shuffled anew each epoch, by seed and epoch alone, so that a resumed run sees what an uninterrupted one would have
+    seen, and so that the processes of a distributed one share the very batches that a single process has.
+
+    Args:
+        dataset: what the parts index.
+        parts: its training and validation part are used.
+        batch_size: spectra per step, of all processes together.
+        seed: of the order.
+    """
+
+    VALIDATED_AT_ONCE = 16
+
+    def __init__(self, dataset: Dataset, parts: Split, batch_size: int, seed: int):
+        super().__init__()
+        self._dataset, self._parts, self._batch_size, self._seed = dataset, parts, batch_size, seed
+
+    @property
+    def batches(self) -> int:
+        """Steps per epoch; the spectra left over sit out one epoch."""
+        return max(1, len(self._parts.train) // self._batch_size)
+
+    def train_dataloader(self) -> DataLoader:
+        data, processes, rank = self._data(self._parts.train), 1, 0
+        if self.trainer is not None:
+            processes, rank = self.trainer.world_size, self.trainer.global_rank
+        sampler: DistributedSampler = DistributedSampler(data, processes, rank, seed=self._seed, drop_last=True)
+        batch = self._batch_size // processes
+        return DataLoader(data, batch, sampler=sampler, drop_last=len(data) > self._batch_size)
+
+    def val_dataloader(self) -> DataLoader:
+        data = self._data(self._parts.validation)
+        # Every process validates all of it: a few spectra, and one figure for all.
+        return DataLoader(data, self.VALIDATED_AT_ONCE, sampler=SequentialSampler(data))
+
+    def _data(self, part: Int[np.ndarray, " n"]) -> TensorDataset:
+        positions = torch.from_numpy(self._dataset.positions[part]).float()
+        return TensorDataset(positions, torch.from_numpy(self._dataset.pictures[part]))

@@ -1,8 +1,13 @@
 """Training: resumes exactly, refuses what is not its own, and leaves a run folder that can be used again."""
 
+import csv
 import json
+import os
 import signal
-from dataclasses import replace
+import subprocess
+import sys
+from dataclasses import asdict, replace
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -315,3 +320,49 @@ def test_dataset_that_lost_spectra_the_run_was_trained_on_is_refused(tmp_path, t
     (run / "config.json").write_text(json.dumps(config))
     with pytest.raises(InputError, match=f"{shorter}: expected the dataset {run} was trained on"):
         evaluate(run)
+
+
+# Several processes
+
+
+def losses(run: Path) -> list[tuple[int, float]]:
+    rows = csv.DictReader((run / "logs" / "version_0" / "metrics.csv").open())
+    return [(int(row["step"]), float(row["loss"])) for row in rows if row.get("loss")]
+
+
+TWO_PROCESSES = """
+import sys
+from pathlib import Path
+import learn.run, learn.train
+from learn.model import ModelSize
+from learn.run import Config
+
+learn.run.ModelSize = lambda: ModelSize({size})
+learn.train.STEPS_PER_VALIDATION = 6
+learn.train.train({config!r}, Path(sys.argv[1]), devices=2)
+"""
+
+
+def test_two_processes_have_the_loss_curve_of_one(tiny_config, small, tmp_path):
+    """The same global batches, gradients averaged: equal but for rounding, which Adam makes grow."""
+    config = replace(tiny_config, batch_size=4)
+    train(config, tmp_path / "one")
+    size = ", ".join(f"{name}={value}" for name, value in asdict(small).items())
+    script = tmp_path / "two_processes.py"
+    script.write_text(TWO_PROCESSES.format(size=size, config=config))
+    environment = os.environ | {"OMP_NUM_THREADS": "1", "PYTHONPATH": os.pathsep.join(sys.path)}
+    command = [sys.executable, script, tmp_path / "two"]
+    subprocess.run(command, check=True, capture_output=True, timeout=300, env=environment)
+    one, two = losses(tmp_path / "one"), losses(tmp_path / "two")
+    assert len(one) >= 2
+    assert [step for step, _ in one] == [step for step, _ in two]
+    np.testing.assert_allclose(two[0], one[0], rtol=1e-4)
+    np.testing.assert_allclose(two, one, rtol=3e-3)
+
+
+def test_batch_that_the_devices_cannot_share_is_refused(tiny_config, tmp_path):
+    with pytest.raises(
+        InputError, match=f"--batch-size: expected a multiple of 3 devices, found {tiny_config.batch_size}"
+    ):
+        train(tiny_config, tmp_path / "run", devices=3)
+    assert not (tmp_path / "run").exists()

@@ -106,3 +106,14 @@ def test_path_that_only_outer_elements_have_is_found(room, public_solver, two_bo
     expected = public_solver(scene, position[0], rays=100_000, depth=2, gateway_sends=True)
     found = Tracer(scene, two_bounces).responses(position)[0]
     assert np.abs(found - expected).max() < 1e-3 * np.abs(expected).max()
+
+
+def test_chains_left_out_carry_next_to_nothing(room, room_positions, room_responses, two_bounces, monkeypatch):
+    """And with a threshold that matters, leaving out does matter."""
+    monkeypatch.setattr(chains, "NEGLIGIBLE", 0.0)
+    everything = Tracer(room, two_bounces).responses(room_positions)
+    assert np.abs(everything - room_responses).max() < 1e-3 * np.abs(room_responses).max()
+    monkeypatch.setattr(chains, "NEGLIGIBLE", 0.1)
+    little = Tracer(room, two_bounces)
+    assert len(little.chains or ()) < 10
+    assert np.abs(little.responses(room_positions) - room_responses).max() > 1e-2 * np.abs(room_responses).max()

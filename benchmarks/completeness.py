@@ -1,0 +1,84 @@
+"""Path by path: what power do our chains lack that a search for one transmitter finds, and the other way round?
+
+python benchmarks/completeness.py --json
+
+The search is Sionna's own, from the transmitter to the true element positions, as ``PathSolver`` runs it, with four
+million rays and as much room for candidates as its memory allows. A path is known by its element, its interactions and
+the planes it is reflected at.
+"""
+
+from __future__ import annotations
+
+import sys
+
+sys.path.pop(0)  # this folder, in which `simulate` is a benchmark and not the package
+
+import json
+from collections import defaultdict
+from typing import Annotated
+
+import numpy as np
+import tyro
+
+from scenes.lab import lab
+from simulate.chains import paths_of_chains, reflecting_planes
+from simulate.paths import NONE, Interactions, fields, interactions_of, refine, shoot
+from simulate.placement import place
+from simulate.propagation import Propagation
+from simulate.sionna_scene import transmitter_antennas
+from simulate.trace import Tracer
+
+RAYS, ROOM = 4_000_000, 1_500_007
+
+Contributions = dict[tuple, complex]
+
+
+def named(interactions: Interactions, planes: np.ndarray, elements: np.ndarray, responses: np.ndarray) -> Contributions:
+    """Contribution of each path by (element, interactions and planes from gateway to transmitter)."""
+    found: Contributions = defaultdict(complex)
+    for types, plane, element, response in zip(interactions.types, planes, elements, responses, strict=True):
+        chain = tuple((int(t), int(p)) for t, p in zip(types, plane, strict=True) if t != NONE)
+        found[(int(element), chain)] += complex(response)
+    return found
+
+
+def main(positions: int = 5, json_output: Annotated[bool, tyro.conf.arg(name="json")] = False) -> None:
+    """Compare.
+
+    Args:
+        positions: transmitters.
+        json_output: print one JSON object.
+    """
+    scene = lab()
+    tracer = Tracer(scene, Propagation())
+    sionna, planes, chains, sources = tracer._sionna, tracer._planes, tracer._chains, tracer._sources
+    targets = transmitter_antennas(scene, place(scene, "uniform", 50, 7)[:positions])
+    lacking, extra = [], []
+    for index in range(positions):
+        one = targets.some(np.array([index]))
+        ours: Contributions = {}
+        for chain, paths in paths_of_chains(sionna, planes, chains, sources, one, tracer.propagation):
+            some = chains.some(chain)
+            ours |= named(some.interactions, some.planes, paths.sources, paths.responses)
+        search = Propagation(rays=RAYS, seed=42)
+        buffer = refine(sionna, shoot(sionna, one, sources, search, ROOM), one, sources, search)
+        buffer.discard_invalid()
+        backwards = interactions_of(buffer)
+        plane = reflecting_planes(planes, backwards)
+        # From the gateway to the transmitter, so from the last interaction to the first.
+        turned = Interactions(*(part[:, ::-1] for part in (backwards.types, backwards.shapes, backwards.triangles)))
+        paths = fields(sionna, buffer, one, sources, search)
+        theirs = named(turned, plane[:, ::-1], paths.targets, paths.responses)
+        power = sum(abs(value) ** 2 for value in (ours | theirs).values())
+        lacking.append(sum(abs(value) ** 2 for path, value in theirs.items() if path not in ours) / power)
+        extra.append(sum(abs(value) ** 2 for path, value in ours.items() if path not in theirs) / power)
+    result = {
+        "power_only_the_search_found_percent": [round(100 * float(share), 3) for share in lacking],
+        "power_only_our_chains_found_percent": [round(100 * float(share), 3) for share in extra],
+        "rays_of_the_search": RAYS,
+    }
+    print(json.dumps(result) if json_output else json.dumps(result, indent=2))
+
+
+if __name__ == "__main__":
+    tyro.cli(main)
