@@ -46,6 +46,7 @@ def scene(
     frequency: float = 915e6,
     gateway: Triple | None = None,
     boresight: Triple | None = None,
+    pattern: Literal["iso", "dipole", "hw_dipole", "tr38901"] = "iso",
     region_min: Triple | None = None,
     region_max: Triple | None = None,
     json: bool = False,
@@ -62,6 +63,7 @@ def scene(
         frequency: import only: Hz.
         gateway: import only: the gateway's position, metres.
         boresight: import only: direction the gateway looks in; its y axis is up.
+        pattern: import only: of the gateway's elements; isotropic ones cannot tell front from back.
         region_min: import only: lowest corner of the transmitter region, metres.
         region_max: import only: highest corner of the transmitter region, metres.
         json: print the description as JSON.
@@ -83,7 +85,7 @@ def scene(
         missing = [name for name, value in needed.items() if value is None]
         if output is None or gateway is None or boresight is None or region_min is None or region_max is None:
             raise InputError(f"{scene}: importing a mesh needs {', '.join(missing)} too")
-        placed = Gateway(gateway, facing(boresight)), Transmitter(region_min, region_max)
+        placed = Gateway(gateway, facing(boresight), pattern=pattern), Transmitter(region_min, region_max)
         rules = [_rule(text) for text in material]
         place, report = import_scene(Path(scene), rules, default_material, unit, up, frequency, *placed)
         write_scene(place, output)

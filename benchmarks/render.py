@@ -9,6 +9,7 @@ import json
 import os
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Annotated, Any
 
 import torch
@@ -48,16 +49,40 @@ def seconds(renderer: Callable, values: Attributes, repeats: int) -> float:
     return best
 
 
+def draw(path: Path) -> None:
+    """Time of a forward and backward pass against N_p."""
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(5.5, 4), layout="constrained")
+    for name, renderer, batch, counts in (
+        ("reference, batch 1", splat_reference, 1, (100, 300, 1000, 3000)),
+        ("compiled for the CPU, batch 1", splat_cpu, 1, (100, 300, 1000, 3000, 10000)),
+        ("compiled for the CPU, batch 8", splat_cpu, 8, (100, 300, 1000, 3000, 10000)),
+    ):
+        times = [1e3 * seconds(renderer, attributes(batch, count), 1) / batch for count in counts]
+        axes.loglog(counts, times, "o-", label=name)
+    axes.set(xlabel="primitives N_p", ylabel="milliseconds per spectrum", title="forward and backward, 90 × 360")
+    axes.grid(which="both", alpha=0.3)
+    axes.legend()
+    figure.savefig(path, dpi=120)
+
+
 def main(
-    batch: int = 8, primitives: int = 500, json_output: Annotated[bool, tyro.conf.arg(name="json")] = False
+    batch: int = 8,
+    primitives: int = 500,
+    figure: Path | None = None,
+    json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
     """Time both renderers.
 
     Args:
         batch: spectra.
         primitives: N_p.
+        figure: also draw time against N_p into this file.
         json_output: print one JSON object.
     """
+    if figure is not None:
+        draw(figure)
     values = attributes(batch, primitives)
     fast, slow = seconds(splat_cpu, values, 5), seconds(splat_reference, values, 1)
     result: dict[str, Any] = {

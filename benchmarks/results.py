@@ -66,7 +66,9 @@ def measured_section() -> list[str]:
         "",
         "160 spectra of NeRF²'s RFID measurement. `files` is the sample's own random split, which leaks: the positions",
         "follow a path. `blocked` holds out every fourth run of ten positions. Median SSIM (scikit-image, data range",
-        "1) on the test part; the baselines are on the same split.",
+        "1) on the test part; the baselines are on the same split. Read the baselines first: a model below them has",
+        "nothing to offer there yet. Rows of different steps × batch do not compare architectures: bisplat-plus had a",
+        "short run only. Times on one thread are those of two runs side by side.",
         "",
         "| split | model | SSIM | nearest | inverse distance | mean picture | ceiling | AoA error (°) | steps "
         "| batch | training |",
@@ -180,8 +182,8 @@ def main() -> None:
         *benchmark_section(
             "render",
             "Renderer: compiled against reference",
-            "python benchmarks/render.py --json",
-            "Forward and backward, batch of 8, 500 primitives, 90 × 360.",
+            "python benchmarks/render.py --figure docs/render.png --json",
+            "Forward and backward, batch of 8, 500 primitives, 90 × 360.\n\n![time against N_p](render.png)",
         ),
     ]
     lines += scale_section()

@@ -16,7 +16,7 @@ from learn.run import Run, load_run
 from scenes.atomic import write_atomically
 from scenes.description import Scene
 from scenes.errors import InputError
-from simulate.dataset import read_dataset
+from simulate.dataset import Dataset, read_dataset
 from simulate.placement import free_positions
 from simulate.spectrum import PlanarArray, picture
 
@@ -53,16 +53,17 @@ def crossvalidate(folder: Path, scene: Scene, count: int, seed: int, tracer: Tra
         tracer: of the scene, where the caller has one; None: made here, as the dataset's metadata say.
 
     Raises:
-        InputError: bad run or dataset, or a scene with another array than the run's.
+        InputError: bad run or dataset, or a scene without a gateway where the dataset's is, or with another array.
     """
     run = load_run(folder)
+    dataset = read_dataset(run.config.dataset)
+    scene = _seen_by(dataset, scene)
     gateway = scene.gateway
     if PlanarArray(gateway.rows, gateway.columns, gateway.spacing) != run.array:
         raise InputError(
             f"{scene.name}: expected the array of the run, {run.array}, found {gateway.rows} × {gateway.columns} "
             f"elements {gateway.spacing} wavelengths apart"
         )
-    dataset = read_dataset(run.config.dataset)
     known = dataset.positions[run.split(dataset).known]
     region = np.stack([known.min(axis=0), known.max(axis=0)])
     positions = free_positions(scene, region, count, np.random.default_rng(seed))
@@ -83,6 +84,20 @@ def crossvalidate(folder: Path, scene: Scene, count: int, seed: int, tracer: Tra
     draw_error_map(positions, result.scores.ssim, known, folder / "crossvalidation_map.png")
     draw_examples(prediction, truth, result.scores.ssim, folder / "crossvalidation_examples.png")
     return result
+
+
+def _seen_by(dataset: Dataset, scene: Scene) -> Scene:
+    """The scene as the dataset's gateway has it."""
+    for seen in scene.by_gateway().values():
+        gateway = seen.gateway
+        moved = np.linalg.norm(np.subtract(gateway.position, dataset.gateway_position))
+        alike = abs(np.dot(gateway.orientation, dataset.gateway_orientation))  # q and −q are one orientation
+        if moved < 1e-3 and alike > 1 - 1e-5:
+            return seen
+    raise InputError(
+        f"{scene.name}: expected a gateway at {dataset.gateway_position.round(3).tolist()}, oriented as in "
+        f"{dataset.folder / 'gateway_info.yml'}, found {list(scene.gateway.position)}"
+    )
 
 
 def _correlation(

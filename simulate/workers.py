@@ -32,7 +32,7 @@ def require_ray(address: str | None) -> None:
         InputError: Ray is not installed, or nothing listens at the address (host:port or ray://host:port).
     """
     if find_spec("ray") is None:
-        raise InputError("--workers and --ray need Ray: pip install 'bisplat-wrf[ray]'")
+        raise InputError("--workers and --ray need Ray: in the checkout, pip install -c constraints.txt '.[ray]'")
     if address is None:
         return
     host, _, port = address.removeprefix("ray://").rpartition(":")

@@ -17,7 +17,7 @@ from simulate.generate import generate
 from simulate.propagation import Propagation
 from simulate.request import Request
 
-pytest.importorskip("ray", reason="Ray is an extra: pip install 'bisplat-wrf[ray]'")
+pytest.importorskip("ray", reason="Ray is an extra: make setup")
 
 
 @pytest.fixture(scope="module")
