@@ -96,7 +96,7 @@ def draw(sizes: list[int], ours: list[float], loop: float, path: Path) -> None:
     import matplotlib.pyplot as plt
 
     figure, axes = plt.subplots(figsize=(5.5, 4), layout="constrained")
-    axes.loglog(sizes, [loop * n for n in sizes], "s--", label="one PathSolver call each, 10⁶ rays (50 timed)")
+    axes.loglog(sizes, [loop * n for n in sizes], "s--", label="one PathSolver call each, 10⁶ rays (extrapolated)")
     axes.loglog(sizes, ours, "o-", label="bisplat simulate, written to disk")
     axes.set(xlabel="transmitter positions", ylabel="seconds", title="lab, depth 5, 4 × 4 elements")
     axes.grid(which="both", alpha=0.3)
