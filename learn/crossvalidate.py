@@ -59,7 +59,7 @@ def crossvalidate(folder: Path, scene: Scene, count: int, seed: int, tracer: Tra
     dataset = read_dataset(run.config.dataset)
     scene = _seen_by(dataset, scene)
     gateway = scene.gateway
-    if PlanarArray(gateway.rows, gateway.columns, gateway.spacing) != run.array:
+    if PlanarArray.of(gateway) != run.array:
         raise InputError(
             f"{scene.name}: expected the array of the run, {run.array}, found {gateway.rows} × {gateway.columns} "
             f"elements {gateway.spacing} wavelengths apart"

@@ -45,6 +45,27 @@ def _wrapped(angle):
 
 
 @triton.jit
+def _primitive(centre, own, low, high, middle, half, LEVEL: tl.constexpr):
+    """A primitive's centre and conic, and whether it reaches the tile."""
+    azimuth, elevation = tl.load(centre), tl.load(centre + 1)
+    a, b, c = tl.load(own), tl.load(own + 1), tl.load(own + 2)
+    # How far the ellipse G = CUTOFF reaches along both axes.
+    determinant = a * c - b * b
+    reach_azimuth, reach_elevation = tl.sqrt(LEVEL * c / determinant), tl.sqrt(LEVEL * a / determinant)
+    near = (elevation + reach_elevation >= low) & (elevation - reach_elevation <= high)
+    near &= tl.abs(_wrapped(middle - azimuth)) <= half + reach_azimuth
+    return azimuth, elevation, a, b, c, near
+
+
+@triton.jit
+def _gaussian(azimuth, elevation, a, b, c, phi, theta):
+    """Offsets of the tile's pixels from a primitive's centre, and its Gaussian there."""
+    d_azimuth, d_elevation = _wrapped(phi - azimuth)[None, :], (theta - elevation)[:, None]
+    exponent = a * d_azimuth * d_azimuth + 2 * b * d_azimuth * d_elevation + c * d_elevation * d_elevation
+    return d_azimuth, d_elevation, tl.exp(-0.5 * exponent)
+
+
+@triton.jit
 def _forward(
     centres, attributes, rows, field, count, height, width, step,
     LEVEL: tl.constexpr, TILE_ROWS: tl.constexpr, TILE_COLUMNS: tl.constexpr,
@@ -55,17 +76,11 @@ def _forward(
     real = tl.zeros((TILE_ROWS, TILE_COLUMNS), tl.float32)
     imaginary = tl.zeros((TILE_ROWS, TILE_COLUMNS), tl.float32)
     for i in range(count):
-        azimuth, elevation = tl.load(centres + 2 * i), tl.load(centres + 2 * i + 1)
         own = attributes + (sample * count + i) * 6
-        a, b, c = tl.load(own), tl.load(own + 1), tl.load(own + 2)
-        # How far the ellipse G = CUTOFF reaches along both axes.
-        determinant = a * c - b * b
-        reach_azimuth, reach_elevation = tl.sqrt(LEVEL * c / determinant), tl.sqrt(LEVEL * a / determinant)
-        near = (elevation + reach_elevation >= low) & (elevation - reach_elevation <= high)
-        if near & (tl.abs(_wrapped(middle - azimuth)) <= half + reach_azimuth):
-            d_azimuth, d_elevation = _wrapped(phi - azimuth)[None, :], (theta - elevation)[:, None]
-            exponent = a * d_azimuth * d_azimuth + 2 * b * d_azimuth * d_elevation + c * d_elevation * d_elevation
-            alpha = tl.load(own + 3) * tl.exp(-0.5 * exponent)
+        azimuth, elevation, a, b, c, near = _primitive(centres + 2 * i, own, low, high, middle, half, LEVEL)
+        if near:
+            _, _, value = _gaussian(azimuth, elevation, a, b, c, phi, theta)
+            alpha = tl.load(own + 3) * value
             weight = transmittance * alpha
             real += weight * tl.load(own + 4)
             imaginary += weight * tl.load(own + 5)
@@ -89,16 +104,10 @@ def _backward(
     behind += g_imaginary * tl.load(field + place + 1, mask=inside, other=0.0)
     transmittance = tl.full((TILE_ROWS, TILE_COLUMNS), 1.0, tl.float32)
     for i in range(count):
-        azimuth, elevation = tl.load(centres + 2 * i), tl.load(centres + 2 * i + 1)
         own = attributes + (sample * count + i) * 6
-        a, b, c = tl.load(own), tl.load(own + 1), tl.load(own + 2)
-        determinant = a * c - b * b
-        reach_azimuth, reach_elevation = tl.sqrt(LEVEL * c / determinant), tl.sqrt(LEVEL * a / determinant)
-        near = (elevation + reach_elevation >= low) & (elevation - reach_elevation <= high)
-        if near & (tl.abs(_wrapped(middle - azimuth)) <= half + reach_azimuth):
-            d_azimuth, d_elevation = _wrapped(phi - azimuth)[None, :], (theta - elevation)[:, None]
-            exponent = a * d_azimuth * d_azimuth + 2 * b * d_azimuth * d_elevation + c * d_elevation * d_elevation
-            value = tl.exp(-0.5 * exponent)
+        azimuth, elevation, a, b, c, near = _primitive(centres + 2 * i, own, low, high, middle, half, LEVEL)
+        if near:
+            d_azimuth, d_elevation, value = _gaussian(azimuth, elevation, a, b, c, phi, theta)
             alpha = tl.load(own + 3) * value
             weight = transmittance * alpha
             # The notation of learn.splat_cpu: the share of the primitive, and of all that is behind it.

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
-from scenes.furniture import panel, shelf, table
-from scenes.materials import p2040_materials
+from scenes.furniture import furnished, panel, shelf, table
 from scenes.shapes import box
 from scenes.shell import GAP, Finish, Opening, shell
 
-FREQUENCY = 915e6  # Hz
 SIZE = (4.4, 3.6, 2.5)  # m
 
 
@@ -42,12 +40,9 @@ def bedroom() -> Scene:
         west=Finish("plasterboard", 0.10),
         east=Finish("brick"),
     )
-    objects = (*room, *furniture)
-    return Scene(
-        name="bedroom",
-        frequency=FREQUENCY,
-        gateway=Gateway((0.3, 0.6, 1.9), facing((1.0, 0.45, -0.3)), pattern="tr38901"),
-        transmitter=Transmitter(region_min=(2.3, 1.0, 0.6), region_max=(3.9, 2.6, 1.4)),
-        objects=objects,
-        materials=p2040_materials((o.material for o in objects), FREQUENCY),
+    return furnished(
+        "bedroom",
+        (*room, *furniture),
+        Gateway((0.3, 0.6, 1.9), facing((1.0, 0.45, -0.3)), pattern="tr38901"),
+        Transmitter(region_min=(2.3, 1.0, 0.6), region_max=(3.9, 2.6, 1.4)),
     )

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
-from scenes.furniture import panel, table
-from scenes.materials import p2040_materials
+from scenes.furniture import furnished, panel, table
 from scenes.shapes import box
 from scenes.shell import GAP, Finish, Opening, shell
 
-FREQUENCY = 915e6  # Hz
 SIZE = (10.0, 6.0, 2.8)  # m
 
 
@@ -46,12 +44,9 @@ def conference() -> Scene:
         west=Finish("plasterboard", 0.10),
         east=Finish("brick"),
     )
-    objects = (*room, *furniture)
-    return Scene(
-        name="conference",
-        frequency=FREQUENCY,
-        gateway=Gateway((9.7, 3.0, 2.3), facing((-1.0, 0.0, -0.2)), pattern="tr38901"),
-        transmitter=Transmitter(region_min=(2.2, 1.6, 0.8), region_max=(5.2, 4.4, 1.5)),
-        objects=objects,
-        materials=p2040_materials((o.material for o in objects), FREQUENCY),
+    return furnished(
+        "conference",
+        (*room, *furniture),
+        Gateway((9.7, 3.0, 2.3), facing((-1.0, 0.0, -0.2)), pattern="tr38901"),
+        Transmitter(region_min=(2.2, 1.6, 0.8), region_max=(5.2, 4.4, 1.5)),
     )

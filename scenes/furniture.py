@@ -11,7 +11,17 @@ from collections.abc import Sequence
 
 from trimesh import Trimesh
 
+from scenes.description import Gateway, Scene, SceneObject, Transmitter
+from scenes.materials import p2040_materials
 from scenes.shapes import sheet, turned, union
+
+FREQUENCY = 915e6  # Hz, the RFID band of NeRF²'s measurements
+
+
+def furnished(name: str, objects: Sequence[SceneObject], gateway: Gateway, transmitter: Transmitter) -> Scene:
+    """A built-in place at 915 MHz, its materials those of ITU-R P.2040."""
+    materials = p2040_materials((item.material for item in objects), FREQUENCY)
+    return Scene(name, FREQUENCY, gateway, transmitter, tuple(objects), materials)
 
 
 def table(x: float, y: float, length: float, width: float, height: float = 0.74) -> Trimesh:

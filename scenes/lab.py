@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from scenes.description import Gateway, Scene, SceneObject, Transmitter
-from scenes.furniture import panel, shelf, table
-from scenes.materials import p2040_materials
+from scenes.furniture import furnished, panel, shelf, table
 from scenes.shapes import box
 from scenes.shell import GAP, Finish, Opening, shell
 
-FREQUENCY = 915e6  # Hz, the RFID band of NeRF²'s measurements
 SIZE = (8.0, 6.0, 3.0)  # m
 
 
@@ -58,17 +56,14 @@ def lab() -> Scene:
         west=Finish("concrete"),
         east=Finish("concrete"),
     )
-    objects = (*room, *furniture)
-    return Scene(
-        name="lab",
-        frequency=FREQUENCY,
-        gateway=Gateway(
+    return furnished(
+        "lab",
+        (*room, *furniture),
+        Gateway(
             position=(7.2, 3.0, 1.4),
             orientation=(0.51291602, -0.48674136, -0.48674136, 0.51291602),
             # Patch-like elements: a plane array of isotropic ones would take the back of the room for the front.
             pattern="tr38901",
         ),
-        transmitter=Transmitter(region_min=(1.9, 2.4, 0.8), region_max=(3.5, 3.7, 1.7)),
-        objects=objects,
-        materials=p2040_materials((o.material for o in objects), FREQUENCY),
+        Transmitter(region_min=(1.9, 2.4, 0.8), region_max=(3.5, 3.7, 1.7)),
     )

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
-from scenes.furniture import panel, table
-from scenes.materials import p2040_materials
+from scenes.furniture import furnished, panel, table
 from scenes.shapes import box
 from scenes.shell import GAP, Finish, Opening, shell
 
-FREQUENCY = 915e6  # Hz
 SIZE = (16.0, 10.0, 2.8)  # m
 DESK_ROWS = (2.6, 6.0, 9.4)  # x of the partitions between two rows of desks
 
@@ -51,12 +49,9 @@ def office() -> Scene:
         west=Finish("concrete"),
         east=Finish("concrete"),
     )
-    objects = (*room, *furniture)
-    return Scene(
-        name="office",
-        frequency=FREQUENCY,
-        gateway=Gateway((15.7, 5.5, 2.2), facing((-1.0, 0.0, -0.12)), pattern="tr38901"),
-        transmitter=Transmitter(region_min=(5.0, 3.8, 0.8), region_max=(9.0, 6.0, 1.6)),
-        objects=objects,
-        materials=p2040_materials((o.material for o in objects), FREQUENCY),
+    return furnished(
+        "office",
+        (*room, *furniture),
+        Gateway((15.7, 5.5, 2.2), facing((-1.0, 0.0, -0.12)), pattern="tr38901"),
+        Transmitter(region_min=(5.0, 3.8, 0.8), region_max=(9.0, 6.0, 1.6)),
     )

@@ -49,8 +49,7 @@ class Request:
     @property
     def array(self) -> PlanarArray:
         """The gateway's array."""
-        gateway = self.scene.gateway
-        return PlanarArray(gateway.rows, gateway.columns, gateway.spacing)
+        return PlanarArray.of(self.scene.gateway)
 
     @property
     def region(self) -> Float[np.ndarray, "2 3"]:

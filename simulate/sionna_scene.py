@@ -16,7 +16,7 @@ import trimesh
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
-from scenes.description import Gateway, Scene
+from scenes.description import Scene
 from scenes.materials import RadioMaterial
 from simulate.ray_tracer import mi, rt
 from simulate.spectrum import PlanarArray
@@ -75,16 +75,11 @@ class Antennas:
         return mi.Point3f(np.tile(np.asarray(self.angles, dtype=np.float32)[:, None], len(self)))
 
 
-def gateway_array(gateway: Gateway) -> PlanarArray:
-    """The gateway's planar array."""
-    return PlanarArray(gateway.rows, gateway.columns, gateway.spacing)
-
-
 def gateway_antennas(scene: Scene) -> Antennas:
     """The gateway's elements at their true positions, numbered as ``PlanarArray`` numbers them."""
     gateway = scene.gateway
     rotation = Rotation.from_quat(gateway.orientation)
-    offsets = rotation.apply(gateway_array(gateway).positions) * scene.wavelength
+    offsets = rotation.apply(PlanarArray.of(gateway).positions) * scene.wavelength
     return Antennas(
         np.asarray(gateway.position) + offsets,
         sionna_angles(rotation * GATEWAY_FROM_SIONNA),

@@ -12,6 +12,8 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Complex, Float, UInt8
 
+from scenes.description import Gateway
+
 AZIMUTHS_DEG = np.arange(360)
 """Columns of a spectrum: φ = 0…359°."""
 
@@ -55,6 +57,11 @@ class PlanarArray:
     rows: int = 4
     columns: int = 4
     spacing: float = 0.5
+
+    @classmethod
+    def of(cls, gateway: Gateway) -> PlanarArray:
+        """A gateway's array."""
+        return cls(gateway.rows, gateway.columns, gateway.spacing)
 
     @property
     def elements(self) -> int:

@@ -69,7 +69,7 @@ def parts_of_workers(
         task = ray.remote(num_cpus=threads, max_retries=RETRIES)(_trace_part).options(
             runtime_env={"env_vars": {"OMP_NUM_THREADS": str(threads), "NUMBA_NUM_THREADS": str(threads)}}
         )
-        shared = ray.put((request, chains))
+        shared = ray.put((request, chains, str(request.metadata())))
         waiting = list(starts)
         running: dict[Any, int] = {}
         while waiting or running:
@@ -88,10 +88,9 @@ def parts_of_workers(
         ray.shutdown()
 
 
-def _trace_part(shared: tuple[Request, Chains | None], threads: int, start: int, size: int) -> Part:
+def _trace_part(shared: tuple[Request, Chains | None, str], threads: int, start: int, size: int) -> Part:
     """What a worker runs."""
-    request, chains = shared
-    name = str(request.metadata())
+    request, chains, name = shared
     if name not in _tracers:
         from simulate.ray_tracer import dr
         from simulate.trace import Tracer
