@@ -99,14 +99,13 @@ HASH_TABLE = 1_000_003
 
 TRIALS = 200
 """Positions a candidate is tried at, from every element: it is kept where it is a path to one of them. Many, since some
-chains serve a hand's breadth of the region, or one column of the array, and carry a percent of the power there."""
+chains serve a hand's breadth of the region, or one column of the array."""
 
 QUIET_ROUNDS, TOLERANCE = 4, 1e-4
 """Shooting ends when so many rounds in a row each bring less than this share of the power over the trials."""
 
 NEGLIGIBLE = 1e-6
-"""A chain is dropped if at no trial and no element it brings this share of the power: in the lab half of the chains,
-which together bring less than a hundred-thousandth anywhere."""
+"""A chain is dropped if at no trial and no element it brings this share of the power."""
 
 
 def find_chains(

@@ -2,7 +2,7 @@
 
 A source mirrored at a chain's planes in turn gives its images I_1 … I_n. Backwards from the target p_{n+1}, reflection
 k lies where the line from p_{k+1} to I_k meets plane k. Unless a triangle of that plane is there, the chain is no path
-between the two. In a furnished room five of six combinations fail this test, which costs a small part of the exact
+between the two. In a furnished room most combinations fail this test, which costs a small part of the exact
 one. It never drops a path; what blocks one is for the exact test to say.
 """
 
