@@ -332,6 +332,20 @@ def crossvalidate(
         _print_table("against fresh ray tracing", {"model": metrics})
 
 
+def export(run: Positional[Path], output: Output) -> None:
+    """Write a trained model as one file for other programs: positions [batch, 3] in, spectra [batch, 90, 360] out.
+
+    Args:
+        run: the run folder.
+        output: NAME.onnx (needs bisplat-wrf[onnx]) or NAME.pt2, a torch.export program.
+    """
+    from learn.export import export as export_model
+    from learn.run import load_run
+
+    export_model(load_run(run), output)
+    print(f"model: {output}")
+
+
 def predict(run: Positional[Path], positions: Path, output: Output) -> None:
     """Predict spectra (and the aperture model's element responses) at given positions.
 
@@ -390,7 +404,8 @@ def _print_rows(title: str, rows: list[dict]) -> None:
 def main() -> None:
     """Run a command; turn what a user can mend into one sentence."""
     commands = {
-        command.__name__: command for command in (demo, scene, simulate, check, train, evaluate, crossvalidate, predict)
+        command.__name__: command
+        for command in (demo, scene, simulate, check, train, evaluate, crossvalidate, predict, export)
     }
     try:
         tyro.extras.subcommand_cli_from_dict(commands, prog="bisplat", description=__doc__)

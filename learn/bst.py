@@ -8,6 +8,8 @@ import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
+from learn.networks import LinearOfParts
+
 
 def bilinear_weights(
     azimuth: Float[Tensor, " N_p"], elevation: Float[Tensor, " N_p"], clusters: int
@@ -43,7 +45,7 @@ class BilinearSpatialTransformer(nn.Module):
     g_j = Σ_i w_ij f_i / Σ_i w_ij;  G' = Transformer(G);  f'_i = Σ_j w_ij g'_j / Σ_j w_ij.
 
     Args:
-        inputs: length of the concatenated GS-PE and TX-PE.
+        inputs: length of GS-PE and TX-PE together.
         width: length of f_i, g_j, f'_i.
         clusters: N_c.
         layers: encoder layers.
@@ -55,7 +57,7 @@ class BilinearSpatialTransformer(nn.Module):
     def __init__(self, inputs: int, width: int, clusters: int, layers: int, heads: int, ffn_width: int, bypass: bool):
         super().__init__()
         self.clusters = clusters
-        self.project = nn.Linear(inputs, width)
+        self.project = LinearOfParts(inputs, width)
         self.transformer: nn.TransformerEncoder | None = None
         if not bypass:
             layer = nn.TransformerEncoderLayer(
@@ -65,11 +67,11 @@ class BilinearSpatialTransformer(nn.Module):
 
     def forward(
         self,
-        encoded: Float[Tensor, "B N_p inputs"],
         azimuth: Float[Tensor, " N_p"],
         elevation: Float[Tensor, " N_p"],
+        *encodings: Float[Tensor, "#B #N_p _inputs"],
     ) -> Float[Tensor, "B N_p width"]:
-        local = self.project(encoded)
+        local = self.project(*encodings)
         if self.transformer is None:
             return local
         weights = bilinear_weights(azimuth, elevation, self.clusters)

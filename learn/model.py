@@ -89,8 +89,8 @@ class BiSplatWRF(nn.Module):
         """Columns and rows the field is rendered at, degrees: here the spectrum's own."""
         return torch.tensor(AZIMUTHS_DEG).float(), torch.tensor(ELEVATIONS_DEG).float()
 
-    def field(self, positions: Float[Tensor, "B 3"]) -> Complex[Tensor, "B H W"]:
-        """The complex field F(φ, θ) of each transmitter on this model's grid.
+    def field(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B H W 2"]:
+        """The complex field F(φ, θ) of each transmitter on this model's grid, real and imaginary part.
 
         Args:
             positions: transmitter positions, metres, world frame.
@@ -102,9 +102,8 @@ class BiSplatWRF(nn.Module):
 
         gs_pe = positional_encoding(primitives.coordinates, PRIMITIVE_ORDER)
         tx_pe = positional_encoding(tx, TX_ORDER)
-        batch, count = len(positions), len(azimuth)
-        encoded = torch.cat([gs_pe.expand(batch, -1, -1), tx_pe[:, None].expand(-1, count, -1)], dim=-1)  # B N_p 90
-        features = self.bst(encoded, azimuth, elevation)
+        encodings = gs_pe[None], tx_pe[:, None]  # 1 N_p 51 and B 1 39
+        features = self.bst(azimuth, elevation, *encodings)
 
         # Hierarchy-based mixing: c_i = (amp_static + w_scale amp_mod) e^{j(phase_static + phase_mod)}
         amplitude, phase = self.static(gs_pe).unbind(-1)
@@ -113,12 +112,12 @@ class BiSplatWRF(nn.Module):
             w_scale = torch.where(primitives.coarse, W_SCALE_COARSE, W_SCALE_FINE)
             amplitude = amplitude + w_scale * amplitude_mod
             phase = phase + phase_mod
-        coefficient = torch.polar(torch.ones_like(phase), phase) * amplitude
+        coefficient = torch.stack([amplitude * phase.cos(), amplitude * phase.sin()], dim=-1)
 
         # Offsets are added to the unconstrained attributes, so that scales stay positive and opacities in (0, 1).
-        offset = torch.zeros_like(encoded[..., :4])
+        offset = torch.zeros_like(features[..., :4])
         if "delta" not in self.bypass:
-            offset = self.delta(torch.cat([encoded, features], dim=-1))
+            offset = self.delta(*encodings, features)
         rotation = primitives.rotation + offset[..., 0]
         # Bounded, since a primitive that shrinks to nothing takes the gradient with it.
         scale = (primitives.scale_raw + offset[..., 1:3].tanh()).exp().clamp(SCALE_LEAST, SCALE_MOST)
@@ -131,7 +130,7 @@ class BiSplatWRF(nn.Module):
             scale,
             rotation,
             opacity,
-            coefficient.expand(batch, -1),
+            coefficient.expand(positions.shape[0], -1, -1),
             self.azimuths,
             self.elevations,
         )
@@ -170,23 +169,31 @@ class BiSplatAperture(BiSplatWRF):
         solid_angle = np.cos(elevation) * np.radians(self.STEP_DEG) ** 2  # cosθ ΔφΔθ
         aperture = (array.manifold(azimuth, elevation) * solid_angle[..., None]).reshape(-1, array.elements)
         steering = array.steering.reshape(-1, array.elements)
-        self.register_buffer("aperture", torch.from_numpy(aperture).to(torch.complex64), persistent=False)
-        self.register_buffer("steering", torch.from_numpy(steering).to(torch.complex64), persistent=False)
+        self.register_buffer("aperture", _on_pairs(aperture), persistent=False)
+        self.register_buffer("steering", _on_pairs(steering.T), persistent=False)
 
     def _grid(self) -> tuple[Float[Tensor, " W"], Float[Tensor, " H"]]:
         return torch.arange(0.0, 360.0, self.STEP_DEG), torch.arange(self.STEP_DEG / 2, 90.0, self.STEP_DEG)
 
-    def channels(self, positions: Float[Tensor, "B 3"]) -> Complex[Tensor, "B elements"]:
-        """Complex element responses y; trained on pictures alone, their scale and common phase are arbitrary."""
-        return self.field(positions).flatten(1) @ self.aperture
+    def channels(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
+        """Element responses y, real and imaginary; trained on pictures alone, scale and common phase are arbitrary."""
+        return (self.field(positions).flatten(1) @ self.aperture).unflatten(-1, (-1, 2))
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
         """Predicted picture: magnitude spectrum of ``channels``, min–max normalised."""
-        spectrum = _power(self.channels(positions) @ self.steering.T).clamp_min(1e-12).sqrt()
+        beams = (self.channels(positions).flatten(1) @ self.steering).unflatten(-1, (-1, 2))
+        spectrum = _power(beams).clamp_min(1e-12).sqrt()
         low = spectrum.amin(-1, keepdim=True)
         span = spectrum.amax(-1, keepdim=True) - low
         return ((spectrum - low) / span.clamp_min(1e-6)).unflatten(-1, (len(ELEVATIONS_DEG), len(AZIMUTHS_DEG)))
 
 
-def _power(field: Complex[Tensor, "*shape"]) -> Float[Tensor, "*shape"]:
-    return field.real**2 + field.imag**2
+def _power(field: Float[Tensor, "*shape 2"]) -> Float[Tensor, "*shape"]:
+    real, imaginary = field.unbind(-1)
+    return real**2 + imaginary**2
+
+
+def _on_pairs(matrix: Complex[np.ndarray, "n m"]) -> Float[Tensor, "2*n 2*m"]:
+    """M for which x M of pairs x is what the complex matrix makes of them: rows go (x_re, x_im), columns likewise."""
+    pairs = np.stack([matrix, 1j * matrix], axis=1)[..., None]
+    return torch.from_numpy(np.concatenate([pairs.real, pairs.imag], axis=-1)).float().flatten(2).flatten(0, 1)

@@ -34,7 +34,8 @@ ModelName = Literal["bisplat", "bisplat-plus", "bisplat-aperture"]
 LEARNING_RATE: dict[ModelName, float] = {"bisplat": 2e-3, "bisplat-plus": 3e-4, "bisplat-aperture": 2e-3}
 """Of AdamW, where none is given: the deep networks of BiSplat-WRF+ do not survive the small models' rate."""
 
-PREDICT_AT_ONCE = 16
+PREDICT_AT_ONCE = {"cpu": 16, "cuda": 1024}
+"""Positions per batch of a prediction."""
 
 
 @dataclass(frozen=True)
@@ -122,12 +123,14 @@ class Run:
         """Predicted element responses, up to one common factor each; None where the model has no aperture."""
         if not isinstance(self.model, BiSplatAperture):
             return None
-        return self._in_batches(self.model.channels, positions).astype(np.complex64)
+        real, imaginary = np.moveaxis(self._in_batches(self.model.channels, positions), -1, 0)
+        return (real + 1j * imaginary).astype(np.complex64)
 
     def _in_batches(self, function, positions: Float[np.ndarray, "K 3"]) -> np.ndarray:
         with torch.inference_mode():
-            parts = torch.from_numpy(positions).float().split(PREDICT_AT_ONCE)
-            return np.concatenate([function(part).numpy() for part in parts])
+            device = self.model.region.device
+            parts = torch.from_numpy(positions).float().split(PREDICT_AT_ONCE[device.type])
+            return np.concatenate([function(part.to(device)).cpu().numpy() for part in parts])
 
     def split(self, dataset: Dataset) -> Split:
         """The spectra this run was trained, validated and tested on.
@@ -165,7 +168,7 @@ def save_weights(folder: Path, model: BiSplatWRF) -> None:
 
 
 def load_run(folder: Path) -> Run:
-    """Load a trained run.
+    """Load a trained run, onto the GPU where there is one.
 
     Raises:
         InputError: not a run folder, training is not finished, or the weights are not this model's.
@@ -183,4 +186,5 @@ def load_run(folder: Path) -> Run:
         raise InputError(
             f"{path}: expected the weights of {config.model}, found {str(error).splitlines()[0]}"
         ) from error
-    return Run(folder, config, array, model.eval())
+    device = "cuda" if torch.cuda.is_available() else "cpu"
+    return Run(folder, config, array, model.eval().to(device))

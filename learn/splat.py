@@ -1,19 +1,16 @@
 """Depth-ordered splatting of complex coefficients on the (φ, θ) plane, azimuth periodic.
 
 ``splat_reference`` reads like the equations; ``splat`` gives the same by the fastest way for the tensors' device.
+Complex numbers are pairs (real, imaginary) along the last axis, which every compiler and exporter understands.
 """
 
 from __future__ import annotations
 
 import torch
-from jaxtyping import Complex, Float
+from jaxtyping import Float
 from torch import Tensor
-from torch.utils.checkpoint import checkpoint
 
 from learn.splat_cpu import splat_cpu
-
-PIXELS_AT_ONCE = 1024
-"""Pixels the reference blends together: keeps one intermediate of 8 spectra and 500 primitives at 16 MB."""
 
 
 def splat(
@@ -23,10 +20,10 @@ def splat(
     scale: Float[Tensor, "B N_p 2"],
     rotation: Float[Tensor, "B N_p"],
     opacity: Float[Tensor, "B N_p"],
-    coefficient: Complex[Tensor, "B N_p"],
+    coefficient: Float[Tensor, "B N_p 2"],
     azimuths: Float[Tensor, " W"],
     elevations: Float[Tensor, " H"],
-) -> Complex[Tensor, "B H W"]:
+) -> Float[Tensor, "B H W 2"]:
     """The complex field F(φ, θ) = Σ_i c_i α_i Π_{j<i} (1 − α_j), α_i = o_i G_i(φ, θ), nearer primitives first.
 
     Args:
@@ -36,7 +33,7 @@ def splat(
         scale: standard deviations (s_x, s_y) along the rotated axes, degrees.
         rotation: ρ_i, radians.
         opacity: o_i in (0, 1).
-        coefficient: c_i.
+        coefficient: c_i, real and imaginary part.
         azimuths: the grid's columns, once round from 0° in equal steps.
         elevations: the grid's rows, degrees.
     """
@@ -44,7 +41,9 @@ def splat(
     azimuth, elevation = azimuth[order], elevation[order]
     conic = _conic(scale[:, order], rotation[:, order])
     opacity, coefficient = opacity[:, order], coefficient[:, order]
-    if azimuth.device.type == "cpu":
+    if torch.compiler.is_exporting():
+        renderer = splat_reference  # operators that any runtime knows
+    elif azimuth.device.type == "cpu":
         renderer = splat_cpu
     elif azimuth.device.type == "cuda":
         from learn.splat_triton import splat_triton as renderer  # Triton comes with torch's CUDA builds only
@@ -69,21 +68,13 @@ def splat_reference(
     elevation: Float[Tensor, " N_p"],
     conic: tuple[Float[Tensor, "B N_p"], Float[Tensor, "B N_p"], Float[Tensor, "B N_p"]],
     opacity: Float[Tensor, "B N_p"],
-    coefficient: Complex[Tensor, "B N_p"],
+    coefficient: Float[Tensor, "B N_p 2"],
     azimuths: Float[Tensor, " W"],
     elevations: Float[Tensor, " H"],
-) -> Complex[Tensor, "B H W"]:
-    """The equations, pixel by pixel, for primitives in depth order; any pixels will do."""
-
-    def some_pixels(azimuth, elevation, a, b, c, opacity, coefficient, pixels):
-        alpha = opacity[..., None] * gaussian(azimuth, elevation, (a, b, c), pixels)
-        return blend(alpha, coefficient)
-
-    attributes = (azimuth, elevation, *conic, opacity, coefficient)
-    pieces = pixel_grid(azimuths, elevations).split(PIXELS_AT_ONCE)
-    # Backward blends each piece anew instead of keeping hundreds of megabytes per spectrum.
-    blended = [checkpoint(some_pixels, *attributes, piece, use_reentrant=False) for piece in pieces]
-    return torch.cat(blended, dim=1).unflatten(1, (len(elevations), len(azimuths)))
+) -> Float[Tensor, "B H W 2"]:
+    """The equations for primitives in depth order, every primitive at every pixel: simple, slow, and large."""
+    alpha = opacity[..., None] * gaussian(azimuth, elevation, conic, pixel_grid(azimuths, elevations))
+    return blend(alpha, coefficient).unflatten(1, (len(elevations), len(azimuths)))
 
 
 def gaussian(
@@ -102,12 +93,11 @@ def gaussian(
     return torch.exp(-0.5 * (a * d_azimuth**2 + 2 * b * d_azimuth * d_elevation + c * d_elevation**2))
 
 
-def blend(alpha: Float[Tensor, "B N_p P"], coefficient: Complex[Tensor, "B N_p"]) -> Complex[Tensor, "B P"]:
-    """C(p) = Σ_i c_i α_i(p) Π_{j<i} (1 − α_j(p)), primitives front to back; real and imaginary part alike."""
+def blend(alpha: Float[Tensor, "B N_p P"], coefficient: Float[Tensor, "B N_p 2"]) -> Float[Tensor, "B P 2"]:
+    """F(p) = Σ_i c_i α_i(p) Π_{j<i} (1 − α_j(p)), primitives front to back; real and imaginary part alike."""
     transmittance = torch.cumprod(1 - alpha, dim=1)
     transmittance = torch.cat([torch.ones_like(alpha[:, :1]), transmittance[:, :-1]], dim=1)
-    parts = torch.view_as_real(coefficient).transpose(1, 2)  # B 2 N_p
-    return torch.view_as_complex((parts @ (alpha * transmittance)).transpose(1, 2).contiguous())
+    return (alpha * transmittance).transpose(1, 2) @ coefficient
 
 
 def pixel_grid(azimuths: Float[Tensor, " W"], elevations: Float[Tensor, " H"]) -> Float[Tensor, "H*W 2"]:

@@ -18,7 +18,7 @@ import math
 import numba
 import numpy as np
 import torch
-from jaxtyping import Complex, Float
+from jaxtyping import Float
 from torch import Tensor
 
 CUTOFF = 1e-8
@@ -154,10 +154,10 @@ def splat_cpu(
     elevation: Float[Tensor, " N_p"],
     conic: tuple[Float[Tensor, "B N_p"], Float[Tensor, "B N_p"], Float[Tensor, "B N_p"]],
     opacity: Float[Tensor, "B N_p"],
-    coefficient: Complex[Tensor, "B N_p"],
+    coefficient: Float[Tensor, "B N_p 2"],
     azimuths: Float[Tensor, " W"],
     elevations: Float[Tensor, " H"],
-) -> Complex[Tensor, "B H W"]:
+) -> Float[Tensor, "B H W 2"]:
     """``learn.splat.splat_reference`` for primitives in depth order, on a grid that goes once round from φ = 0.
 
     Args:
@@ -165,7 +165,4 @@ def splat_cpu(
         azimuths: 0, step, 2·step, … 360° − step.
     """
     rows, columns = elevations.double().numpy(), len(azimuths)
-    field = _Splat.apply(
-        azimuth, elevation, *conic, opacity, coefficient.real, coefficient.imag, rows, columns, 360.0 / columns
-    )
-    return torch.view_as_complex(field)
+    return _Splat.apply(azimuth, elevation, *conic, opacity, *coefficient.unbind(-1), rows, columns, 360.0 / columns)

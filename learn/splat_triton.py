@@ -12,7 +12,7 @@ from __future__ import annotations
 import torch
 import triton
 import triton.language as tl
-from jaxtyping import Complex, Float
+from jaxtyping import Float
 from torch import Tensor
 
 from learn.splat_cpu import LEVEL
@@ -45,16 +45,11 @@ def _wrapped(angle):
 
 
 @triton.jit
-def _primitive(centre, own, low, high, middle, half, LEVEL: tl.constexpr):
-    """A primitive's centre and conic, and whether it reaches the tile."""
-    azimuth, elevation = tl.load(centre), tl.load(centre + 1)
-    a, b, c = tl.load(own), tl.load(own + 1), tl.load(own + 2)
-    # How far the ellipse G = CUTOFF reaches along both axes.
-    determinant = a * c - b * b
-    reach_azimuth, reach_elevation = tl.sqrt(LEVEL * c / determinant), tl.sqrt(LEVEL * a / determinant)
-    near = (elevation + reach_elevation >= low) & (elevation - reach_elevation <= high)
-    near &= tl.abs(_wrapped(middle - azimuth)) <= half + reach_azimuth
-    return azimuth, elevation, a, b, c, near
+def _reaches(azimuth, elevation, own, low, high, middle, half):
+    """Whether a primitive's ellipse G = CUTOFF reaches the tile."""
+    near = tl.abs(_wrapped(middle - azimuth)) <= half + tl.load(own + 6)
+    reach = tl.load(own + 7)
+    return near & (elevation + reach >= low) & (elevation - reach <= high)
 
 
 @triton.jit
@@ -68,7 +63,7 @@ def _gaussian(azimuth, elevation, a, b, c, phi, theta):
 @triton.jit
 def _forward(
     centres, attributes, rows, field, count, height, width, step,
-    LEVEL: tl.constexpr, TILE_ROWS: tl.constexpr, TILE_COLUMNS: tl.constexpr,
+    TILE_ROWS: tl.constexpr, TILE_COLUMNS: tl.constexpr,
 ):  # fmt: skip
     offset, inside, phi, theta, low, high, middle, half = _tile(rows, height, width, step, TILE_ROWS, TILE_COLUMNS)
     sample = tl.program_id(1)
@@ -76,9 +71,10 @@ def _forward(
     real = tl.zeros((TILE_ROWS, TILE_COLUMNS), tl.float32)
     imaginary = tl.zeros((TILE_ROWS, TILE_COLUMNS), tl.float32)
     for i in range(count):
-        own = attributes + (sample * count + i) * 6
-        azimuth, elevation, a, b, c, near = _primitive(centres + 2 * i, own, low, high, middle, half, LEVEL)
-        if near:
+        own = attributes + (sample * count + i) * 8
+        azimuth, elevation = tl.load(centres + 2 * i), tl.load(centres + 2 * i + 1)
+        if _reaches(azimuth, elevation, own, low, high, middle, half):
+            a, b, c = tl.load(own), tl.load(own + 1), tl.load(own + 2)
             _, _, value = _gaussian(azimuth, elevation, a, b, c, phi, theta)
             alpha = tl.load(own + 3) * value
             weight = transmittance * alpha
@@ -93,7 +89,7 @@ def _forward(
 @triton.jit
 def _backward(
     centres, attributes, rows, field, gradient, shares, count, height, width, step,
-    LEVEL: tl.constexpr, TILE_ROWS: tl.constexpr, TILE_COLUMNS: tl.constexpr,
+    TILE_ROWS: tl.constexpr, TILE_COLUMNS: tl.constexpr,
 ):  # fmt: skip
     offset, inside, phi, theta, low, high, middle, half = _tile(rows, height, width, step, TILE_ROWS, TILE_COLUMNS)
     sample = tl.program_id(1)
@@ -104,9 +100,10 @@ def _backward(
     behind += g_imaginary * tl.load(field + place + 1, mask=inside, other=0.0)
     transmittance = tl.full((TILE_ROWS, TILE_COLUMNS), 1.0, tl.float32)
     for i in range(count):
-        own = attributes + (sample * count + i) * 6
-        azimuth, elevation, a, b, c, near = _primitive(centres + 2 * i, own, low, high, middle, half, LEVEL)
-        if near:
+        own = attributes + (sample * count + i) * 8
+        azimuth, elevation = tl.load(centres + 2 * i), tl.load(centres + 2 * i + 1)
+        if _reaches(azimuth, elevation, own, low, high, middle, half):
+            a, b, c = tl.load(own), tl.load(own + 1), tl.load(own + 2)
             d_azimuth, d_elevation, value = _gaussian(azimuth, elevation, a, b, c, phi, theta)
             alpha = tl.load(own + 3) * value
             weight = transmittance * alpha
@@ -131,12 +128,15 @@ class _Splat(torch.autograd.Function):
     @staticmethod
     def forward(ctx, azimuth, elevation, a, b, c, opacity, real, imaginary, rows, columns):
         centres = torch.stack([azimuth, elevation], dim=-1).float().contiguous()
-        attributes = torch.stack([a, b, c, opacity, real, imaginary], dim=-1).float().contiguous()
+        # How far the ellipse G = CUTOFF reaches along both axes.
+        determinant = a * c - b * b
+        reaches = (LEVEL * c / determinant).sqrt(), (LEVEL * a / determinant).sqrt()
+        attributes = torch.stack([a, b, c, opacity, real, imaginary, *reaches], dim=-1).float().contiguous()
         rows = rows.float().contiguous()
         (batch, count, _), height = attributes.shape, len(rows)
         field = torch.empty(batch, height, columns, 2, device=a.device)
         grid = (triton.cdiv(height, TILE_ROWS) * triton.cdiv(columns, TILE_COLUMNS), batch)
-        sizes = count, height, columns, 360.0 / columns, LEVEL, TILE_ROWS, TILE_COLUMNS
+        sizes = count, height, columns, 360.0 / columns, TILE_ROWS, TILE_COLUMNS
         _forward[grid](centres, attributes, rows, field, *sizes)
         ctx.save_for_backward(centres, attributes, rows, field)
         ctx.grid, ctx.sizes = grid, sizes
@@ -157,10 +157,10 @@ def splat_triton(
     elevation: Float[Tensor, " N_p"],
     conic: tuple[Float[Tensor, "B N_p"], Float[Tensor, "B N_p"], Float[Tensor, "B N_p"]],
     opacity: Float[Tensor, "B N_p"],
-    coefficient: Complex[Tensor, "B N_p"],
+    coefficient: Float[Tensor, "B N_p 2"],
     azimuths: Float[Tensor, " W"],
     elevations: Float[Tensor, " H"],
-) -> Complex[Tensor, "B H W"]:
+) -> Float[Tensor, "B H W 2"]:
     """``learn.splat.splat_reference`` for primitives in depth order, on a grid that goes once round from φ = 0.
 
     In single precision, whatever the input's.
@@ -169,7 +169,4 @@ def splat_triton(
         conic: a, b, c of Σ⁻¹ = [[a, b], [b, c]], per square degree.
         azimuths: 0, step, 2·step, … 360° − step.
     """
-    field = _Splat.apply(
-        azimuth, elevation, *conic, opacity, coefficient.real, coefficient.imag, elevations, len(azimuths)
-    )
-    return torch.view_as_complex(field)
+    return _Splat.apply(azimuth, elevation, *conic, opacity, *coefficient.unbind(-1), elevations, len(azimuths))

@@ -11,7 +11,7 @@ from pathlib import Path
 import lightning as L
 import numpy as np
 import torch
-from lightning.pytorch.callbacks import Callback, ModelCheckpoint, Timer
+from lightning.pytorch.callbacks import Callback, EMAWeightAveraging, ModelCheckpoint, Timer
 from lightning.pytorch.loggers import CSVLogger, TensorBoardLogger
 from lightning.pytorch.utilities import rank_zero_only
 from rich.console import Console
@@ -24,6 +24,9 @@ from scenes.errors import InputError
 from simulate.dataset import read_dataset
 
 STEPS_PER_VALIDATION = 100
+
+AVERAGED = 0.99
+"""Validated and kept are weights averaged over the last steps, the latest weighing 1 − AVERAGED."""
 
 GRADIENT_NORM = 1.0
 """Gradients are clipped to this norm."""
@@ -118,7 +121,7 @@ def train(config: Config, folder: Path, devices: int = 1, nodes: int = 1) -> Non
         check_val_every_n_epoch=every,
         num_sanity_val_steps=0,
         gradient_clip_val=GRADIENT_NORM,
-        callbacks=[checkpoints, timer, ProgressOnStderr(steps)],
+        callbacks=[EMAWeightAveraging(decay=AVERAGED), checkpoints, timer, ProgressOnStderr(steps)],
         logger=[
             CSVLogger(folder, name="logs", version=attempt),
             TensorBoardLogger(folder, name="logs", version=attempt),

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import csv
 import json
+import tempfile
 import zipfile
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -21,6 +22,9 @@ from scenes.errors import InputError
 from simulate.spectrum import PlanarArray
 
 ROWS, COLUMNS = 90, 360
+IN_MEMORY = 2 * 10**9
+"""Bytes of pictures that are kept in memory; more are decoded into a temporary file and mapped."""
+
 UNIT_TOLERANCE = 1e-3
 """How far a quaternion's length may be from 1."""
 
@@ -190,6 +194,16 @@ def read_points(path: Path) -> Float[np.ndarray, "n 3"]:
     return np.array(points, dtype=float)
 
 
+def _room_for(shape: tuple[int, ...]) -> UInt8[np.ndarray, "*shape"]:
+    """Zeros, in memory or in a mapped file that is gone when the process is."""
+    size = int(np.prod(shape))
+    if size <= IN_MEMORY:
+        return np.zeros(shape, np.uint8)
+    with tempfile.TemporaryFile() as file:
+        file.truncate(size)
+        return np.memmap(file, np.uint8, "r+", shape=shape)
+
+
 def _read_pictures(folder: Path, problems: list[str]) -> tuple[list[str], UInt8[np.ndarray, "K 90 360"]]:
     nothing = np.zeros((0, ROWS, COLUMNS), np.uint8)
     if not folder.is_dir():
@@ -201,7 +215,7 @@ def _read_pictures(folder: Path, problems: list[str]) -> tuple[list[str], UInt8[
     )
     if not files:
         problems.append(f"{folder}: expected pictures 00001.png and on, found none")
-    pictures = np.zeros((len(files), ROWS, COLUMNS), np.uint8)
+    pictures = _room_for((len(files), ROWS, COLUMNS))
     for index, path in enumerate(files):
         try:
             pictures[index] = read_picture(path)

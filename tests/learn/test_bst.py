@@ -106,7 +106,7 @@ def scattered():
 def test_cluster_features_are_the_weighted_means_of_the_primitives(make_bst, scattered):
     bst, (encoded, azimuth, elevation) = make_bst(), scattered
     bst.transformer = Recorder(torch.zeros(2, 16, 8, dtype=torch.float64))
-    bst(encoded, azimuth, elevation)
+    bst(azimuth, elevation, encoded)
 
     weights = papers_weights(azimuth.numpy(), elevation.numpy(), 16)
     local = encoded.numpy() @ bst.project.weight.detach().numpy().T + bst.project.bias.detach().numpy()
@@ -121,7 +121,7 @@ def test_global_features_are_the_weighted_means_of_the_clusters(make_bst, scatte
     bst, (encoded, azimuth, elevation) = make_bst(), scattered
     answer = torch.randn(2, 16, 8, dtype=torch.float64, generator=torch.Generator().manual_seed(2))
     bst.transformer = Recorder(answer)
-    found = bst(encoded, azimuth, elevation).detach().numpy()
+    found = bst(azimuth, elevation, encoded).detach().numpy()
 
     weights = papers_weights(azimuth.numpy(), elevation.numpy(), 16)
     for sample in range(2):
@@ -138,20 +138,20 @@ def test_every_primitive_learns_of_every_other(make_bst, scattered):
     changed[:, 0] += 1
     for bypass, others in ((False, 29), (True, 0)):
         bst = make_bst(bypass)
-        moved = (bst(encoded, azimuth, elevation) - bst(changed, azimuth, elevation)).abs().amax(-1)[0] > 1e-9
+        moved = (bst(azimuth, elevation, encoded) - bst(azimuth, elevation, changed)).abs().amax(-1)[0] > 1e-9
         assert moved[0] and moved[1:].sum() == others
 
 
 def test_transmitters_of_a_batch_do_not_mix(make_bst, scattered):
     bst, (encoded, azimuth, elevation) = make_bst(), scattered
-    together = bst(encoded, azimuth, elevation)
-    alone = torch.cat([bst(encoded[[sample]], azimuth, elevation) for sample in range(2)])
+    together = bst(azimuth, elevation, encoded)
+    alone = torch.cat([bst(azimuth, elevation, encoded[[sample]]) for sample in range(2)])
     torch.testing.assert_close(together, alone)
 
 
 def test_bypass_returns_the_linear_projection(make_bst, scattered):
     bst, (encoded, azimuth, elevation) = make_bst(bypass=True), scattered
-    torch.testing.assert_close(bst(encoded, azimuth, elevation), nn.functional.linear(encoded, *bst.parameters()))
+    torch.testing.assert_close(bst(azimuth, elevation, encoded), nn.functional.linear(encoded, *bst.parameters()))
 
 
 def test_clusters_without_primitives_do_no_harm(make_bst):
@@ -161,7 +161,7 @@ def test_clusters_without_primitives_do_no_harm(make_bst):
     azimuth = torch.tensor([100.0], dtype=torch.float64, requires_grad=True)
     heard = []
     bst.transformer.register_forward_pre_hook(lambda _, inputs: heard.append(inputs[0]))
-    features = bst(encoded, azimuth, torch.tensor([40.0], dtype=torch.float64))
+    features = bst(azimuth, torch.tensor([40.0], dtype=torch.float64), encoded)
     features.sum().backward()
     assert features.isfinite().all() and azimuth.grad.isfinite().all()
     assert (heard[0][0].abs().amax(-1) > 0).sum() == 4

@@ -8,7 +8,6 @@ import pytest
 import torch
 
 from learn import splat as splat_module
-from learn.splat import splat
 from learn.splat_cpu import CUTOFF
 
 NAMES = ("azimuth", "elevation", "depth", "scale", "rotation", "opacity", "coefficient")
@@ -20,6 +19,11 @@ def renderer(request, monkeypatch):
     if request.param == "reference":
         monkeypatch.setattr(splat_module, "splat_cpu", splat_module.splat_reference)
     return request.param
+
+
+def splat(coefficient, **others):
+    """``learn.splat.splat`` of complex numbers."""
+    return torch.view_as_complex(splat_module.splat(coefficient=torch.view_as_real(coefficient), **others).contiguous())
 
 
 def primitives(count, batch=2, seed=0, scales=(5, 40)):
@@ -237,15 +241,3 @@ def test_coefficients_gradient_is_the_weight_of_the_primitive(renderer):
         alone = attributes | {"coefficient": torch.eye(5, dtype=torch.complex128)[[i]]}
         weight = splat(**alone, azimuths=GRID[0], elevations=GRID[1])[pixel]
         torch.testing.assert_close(found[0, i], weight, atol=1e-7, rtol=0)
-
-
-def test_blending_a_few_pixels_at_a_time_changes_nothing(monkeypatch):
-    monkeypatch.setattr(splat_module, "splat_cpu", splat_module.splat_reference)
-    attributes = primitives(12)
-    results = []
-    for at_once in (10**6, 7, 1):
-        monkeypatch.setattr(splat_module, "PIXELS_AT_ONCE", at_once)
-        results.append([splat(**attributes, azimuths=GRID[0], elevations=GRID[1]), *gradients(attributes)])
-    for pieces in results[1:]:
-        for found, expected in zip(pieces, results[0], strict=True):
-            torch.testing.assert_close(found, expected, atol=1e-12, rtol=1e-10)

@@ -32,6 +32,8 @@ def primitives(kind, count=10, batch=2):
         scale *= 30
     elif kind == "thin":
         scale[:] = 60.0, 2.0
+    elif kind == "opaque and equal":  # one place: what is behind is hidden, and order decides
+        azimuth[:5], elevation[:5], opacity[:, :5] = 120.0, 45.0, 0.999
     elif kind == "opacity limits":
         opacity[:] = np.resize([1e-6, 1 - 1e-4], count)
     values = (
@@ -52,13 +54,15 @@ def rendered(renderer, values, dtype, device):
     azimuth, elevation, scale, rotation, opacity, coefficient = leaves
     conic = _conic(scale, rotation)
     axes = AZIMUTHS.to(device, dtype), ELEVATIONS.to(device, dtype)
-    field = renderer(azimuth, elevation, conic, opacity, coefficient, *axes)
-    weights = torch.from_numpy(np.random.default_rng(3).normal(size=(*field.shape, 2))).to(device, dtype)
-    (torch.view_as_real(field) * weights).sum().backward()
+    field = renderer(azimuth, elevation, conic, opacity, torch.view_as_real(coefficient), *axes)
+    weights = torch.from_numpy(np.random.default_rng(3).normal(size=field.shape)).to(device, dtype)
+    (field * weights).sum().backward()
     return field.detach().cpu(), [leaf.grad.cpu() for leaf in leaves]
 
 
-@pytest.mark.parametrize("kind", ["any", "seam", "elevation limits", "tiny", "huge", "thin", "opacity limits"])
+@pytest.mark.parametrize(
+    "kind", ["any", "seam", "elevation limits", "tiny", "huge", "thin", "opaque and equal", "opacity limits"]
+)
 def test_values_and_gradients_are_those_of_the_reference(kind):
     values = primitives(kind)
     expected, expected_gradients = rendered(splat_reference, values, torch.float64, "cpu")

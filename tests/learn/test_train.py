@@ -13,14 +13,16 @@ import numpy as np
 import pandas as pd
 import pytest
 import torch
+from lightning.fabric.utilities.data import _set_sampler_epoch
 from PIL import Image
 from safetensors.torch import load_file
 
 from learn.evaluate import evaluate
 from learn.metrics import ssim
 from learn.run import load_run, read_config
+from learn.splits import split
 from learn.train import train
-from learn.training import L1_WEIGHT, SSIM_WEIGHT, Training, loss
+from learn.training import L1_WEIGHT, SSIM_WEIGHT, Spectra, Training, loss
 from scenes.errors import InputError
 from simulate.dataset import read_dataset
 from simulate.dataset_writer import write_index
@@ -322,6 +324,19 @@ def test_dataset_that_lost_spectra_the_run_was_trained_on_is_refused(tmp_path, t
         evaluate(run)
 
 
+def test_every_epoch_has_an_order_of_its_own(tiny, tiny_config):
+    """Told of the epoch as Lightning tells it; a resumed run sees what an uninterrupted one would have seen."""
+    dataset = read_dataset(tiny)
+    loader = Spectra(dataset, split(dataset, "files", 0), 5, seed=0).train_dataloader()
+
+    def order(epoch):
+        _set_sampler_epoch(loader, epoch)
+        return torch.cat([positions for positions, _ in loader]).tolist()
+
+    first = order(0)
+    assert len(first) == 15 and order(1) != first and order(0) == first
+
+
 # Several processes
 
 
@@ -333,19 +348,23 @@ def losses(run: Path) -> list[tuple[int, float]]:
 TWO_PROCESSES = """
 import sys
 from pathlib import Path
+import torch
 import learn.run, learn.train
 from learn.model import ModelSize
 from learn.run import Config
 
 learn.run.ModelSize = lambda: ModelSize({size})
 learn.train.STEPS_PER_VALIDATION = 6
+torch.optim.AdamW = lambda parameters, lr, **_: torch.optim.SGD(parameters, lr)
 learn.train.train({config!r}, Path(sys.argv[1]), devices=2)
 """
 
 
-def test_two_processes_have_the_loss_curve_of_one(tiny_config, small, tmp_path):
-    """The same global batches, gradients averaged: equal but for rounding, which Adam makes grow."""
-    config = replace(tiny_config, batch_size=4)
+def test_two_processes_have_the_loss_curve_of_one(tiny_config, small, tmp_path, monkeypatch):
+    """The same global batches, gradients averaged: equal but for rounding. By plain descent, since Adam divides by the
+    gradient's size and so makes whole steps of rounding errors."""
+    config = replace(tiny_config, model="bisplat", batch_size=4, learning_rate=0.03)
+    monkeypatch.setattr("torch.optim.AdamW", lambda parameters, lr, **_: torch.optim.SGD(parameters, lr))
     train(config, tmp_path / "one")
     size = ", ".join(f"{name}={value}" for name, value in asdict(small).items())
     script = tmp_path / "two_processes.py"
@@ -356,8 +375,8 @@ def test_two_processes_have_the_loss_curve_of_one(tiny_config, small, tmp_path):
     one, two = losses(tmp_path / "one"), losses(tmp_path / "two")
     assert len(one) >= 2
     assert [step for step, _ in one] == [step for step, _ in two]
-    np.testing.assert_allclose(two[0], one[0], rtol=1e-4)
-    np.testing.assert_allclose(two, one, rtol=3e-3)
+    np.testing.assert_allclose(two, one, rtol=1e-4)
+    assert one[-1][1] < 0.95 * one[0][1]
 
 
 def test_batch_that_the_devices_cannot_share_is_refused(tiny_config, tmp_path):

@@ -1,0 +1,78 @@
+"""A trained model as one file for other programs: transmitter positions in, spectra out, for any number of them."""
+
+from __future__ import annotations
+
+import logging
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import torch
+from torch.export import ExportedProgram, save
+
+from learn.run import Run
+from scenes.atomic import write_atomically
+from scenes.errors import InputError
+
+INPUT, OUTPUT = "positions", "spectra"
+"""Names in an ONNX file: float32 [batch, 3], metres in the dataset's frame, and float32 [batch, 90, 360]."""
+
+
+def export(run: Run, path: Path) -> None:
+    """Write a run's model as ONNX (``.onnx``) or as a ``torch.export`` program (``.pt2``).
+
+    The batch size stays free. The renderer is the readable one, ``learn.splat.splat_reference``, whose memory grows
+    with primitives × pixels: predict a few spectra of ``bisplat`` at a time; ``bisplat-aperture`` renders few pixels.
+
+    Raises:
+        InputError: another suffix, or ONNX is wanted and not installed.
+    """
+    writers: dict[str, Callable[[ExportedProgram, Path], None]] = {".onnx": _write_onnx, ".pt2": save}
+    if path.suffix not in writers:
+        raise InputError(f"{path}: expected a name that ends in .onnx or .pt2, found {path.name}")
+    batch = {0: torch.export.Dim("batch")}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        program = torch.export.export(run.model.cpu(), (torch.zeros(2, 3),), dynamic_shapes=(batch,))
+        content = path.with_name(f".{path.name}")
+        try:
+            writers[path.suffix](program, content)
+            write_atomically(path, content.read_bytes())
+        finally:
+            content.unlink(missing_ok=True)
+
+
+def _write_onnx(program: ExportedProgram, path: Path) -> None:
+    try:
+        from onnxscript import opset18
+    except ImportError as error:
+        raise InputError(
+            f"{path.name[1:]}: ONNX needs onnxscript, found none; pip install 'bisplat-wrf[onnx]'"
+        ) from error
+    op: Any = opset18
+
+    def stable_sort(values, stable=True, dim=-1, descending=False):
+        # Of equal values TopK puts the one with the lower index first.
+        return op.TopK(values, op.Shape(values), axis=dim, largest=0, sorted=1)
+
+    def cumulative_product(values, dim, dtype=None):
+        # Of transmittances 1 − α ≥ 0, as e^{Σ ln}; ln 0 = −∞ gives the right 0.
+        return op.Exp(op.CumSum(op.Log(values), op.Constant(value_int=dim)))
+
+    for name in ("torch.onnx", "onnxscript", "onnx_ir"):
+        logging.getLogger(name).setLevel(logging.ERROR)
+    exported = torch.onnx.export(
+        program,
+        input_names=[INPUT],
+        output_names=[OUTPUT],
+        dynamo=True,
+        verbose=False,
+        # What PyTorch's own table of ONNX operators lacks.
+        custom_translation_table={
+            torch.ops.aten.sort.stable: stable_sort,
+            torch.ops.aten.cumprod.default: cumulative_product,
+        },
+    )
+    assert exported is not None
+    exported.save(path)

@@ -1,0 +1,54 @@
+"""Exported models against the original: same spectra, for any number of positions."""
+
+import dataclasses
+
+import numpy as np
+import onnxruntime
+import pytest
+import torch
+
+from learn.export import INPUT, OUTPUT, export
+from learn.model import BiSplatWRF
+from learn.run import load_run
+from scenes.errors import InputError
+
+
+@pytest.fixture
+def runs(finished_run, small, region, small_models):
+    """A run, and another whose primitives are equally far and almost opaque, so that what is in front decides."""
+    run = load_run(finished_run)
+    torch.manual_seed(0)
+    model = BiSplatWRF(small, region).eval()
+    with torch.no_grad():
+        model.primitives.depth_raw.fill_(1.0)
+        model.primitives.opacity_raw.fill_(6.0)
+    return {"bisplat-aperture": run, "bisplat": dataclasses.replace(run, model=model)}
+
+
+POSITIONS = np.array([[1.0, 0.4, 1.0], [3.2, 0.1, 1.0], [0.1, 0.2, 1.0]])
+
+
+@pytest.mark.parametrize("model", ["bisplat-aperture", "bisplat"])
+def test_onnx_gives_the_same_spectra(runs, tmp_path, model):
+    path = tmp_path / "model.onnx"
+    export(runs[model], path)
+    session = onnxruntime.InferenceSession(path)
+    for some in (POSITIONS, POSITIONS[:1]):
+        (found,) = session.run([OUTPUT], {INPUT: some.astype(np.float32)})
+        expected = runs[model].predict(some)
+        np.testing.assert_allclose(found, expected, atol=1e-4 * expected.max())
+    assert [file.name for file in tmp_path.iterdir()] == ["model.onnx"]
+
+
+def test_exported_program_gives_the_same_spectra(runs, tmp_path):
+    path = tmp_path / "model.pt2"
+    export(runs["bisplat-aperture"], path)
+    program = torch.export.load(path).module()
+    found = program(torch.from_numpy(POSITIONS).float()).detach().numpy()
+    np.testing.assert_allclose(found, runs["bisplat-aperture"].predict(POSITIONS), atol=1e-4)
+
+
+def test_other_suffix_is_refused(runs, tmp_path):
+    with pytest.raises(InputError, match=r"expected a name that ends in \.onnx or \.pt2, found model\.h5"):
+        export(runs["bisplat"], tmp_path / "model.h5")
+    assert not list(tmp_path.iterdir())
