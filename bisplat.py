@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json as json_format
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -242,13 +243,16 @@ def check(dataset: Positional[Path], json: bool = False) -> None:
 def train(
     dataset: Positional[Path],
     output: Output,
-    model: Literal["bisplat", "bisplat-plus", "bisplat-aperture"] = "bisplat-aperture",
+    model: Literal[
+        "bisplat", "bisplat-plus", "bisplat-aperture", "mlp", "mlp-responses", "nerf2", "swiftwrf"
+    ] = "bisplat-aperture",
     split: Literal["files", "random", "blocked"] = "files",
     seed: int = 0,
     steps: int = 1500,
     batch_size: int = 8,
     learning_rate: float | None = None,
-    bypass: tuple[Literal["dynamic", "delta", "bst"], ...] = (),
+    bypass: tuple[Literal["dynamic", "delta", "bst", "order"], ...] = (),
+    init: Path | None = None,
     devices: int = 1,
     nodes: int = 1,
 ) -> None:
@@ -263,7 +267,8 @@ def train(
         steps: optimiser steps.
         batch_size: spectra per step.
         learning_rate: of AdamW (default: 2e-3; 3e-4 for bisplat-plus).
-        bypass: branches to switch off, as the paper's ablation does.
+        bypass: branches to switch off, as the paper's ablation does; order: blend in stored order, not by depth.
+        init: a finished run of the same model to begin with, instead of random weights.
         devices: GPUs per machine (processes, where there is no GPU).
         nodes: machines; start this command on each, as Lightning's launchers do.
     """
@@ -272,16 +277,10 @@ def train(
 
     if learning_rate is None:
         learning_rate = LEARNING_RATE[model]
-    for name, value in (
-        ("steps", steps),
-        ("batch-size", batch_size),
-        ("learning-rate", learning_rate),
-        ("devices", devices),
-        ("nodes", nodes),
-    ):
-        if value <= 0:
-            raise InputError(f"--{name}: expected a positive number, found {value}")
-    config = Config(str(dataset.resolve()), model, split, seed, steps, batch_size, learning_rate, bypass)
+    _positive(steps=steps, batch_size=batch_size, learning_rate=learning_rate, devices=devices, nodes=nodes)
+    config = Config(str(dataset.resolve()), model, split, seed, seed, steps, batch_size, learning_rate, bypass)
+    if init is not None:
+        config = replace(config, init=str(init.resolve()))
     fit(config, output, devices, nodes)
     print(f"run: {output}")
 
@@ -368,6 +367,117 @@ def predict(run: Positional[Path], positions: Path, output: Output) -> None:
     print(f"{len(points)} spectra: {output}")
 
 
+def compare(
+    dataset: Positional[Path],
+    output: Output,
+    models: tuple[str, ...] = (),
+    split: Literal["files", "random", "blocked"] = "files",
+    budget: float = 5.0,
+    seeds: int = 1,
+    json: bool = False,
+) -> None:
+    """Every model and baseline on one split, in one table. The same command again adds what is missing, and redraws.
+
+    Args:
+        dataset: NeRF² dataset folder.
+        output: folder for table.html, ssim_cdf.png, results.jsonl, per_sample/ and the runs.
+        models: which (default: all): mean-picture, nearest, inverse-distance, kriging, kriging-responses, mlp,
+            mlp-responses, nerf2, swiftwrf, bisplat, bisplat-plus, bisplat-aperture, or module:Class of your own.
+        split: as for train; random draws the same test part for every method.
+        budget: minutes of training, for each method that learns.
+        seeds: how often each method is fitted.
+        json: print the table as JSON.
+    """
+    from learn.compare import compare as compare_methods
+    from learn.methods import METHODS
+
+    _positive(budget=budget, seeds=seeds)
+    _print_figures("comparison", compare_methods(dataset, output, models or tuple(METHODS), split, budget, seeds), json)
+    print(f"table: {output / 'table.html'}", file=sys.stderr)
+
+
+def ablate(
+    dataset: Positional[Path],
+    output: Output,
+    models: tuple[Literal["bisplat", "bisplat-plus", "bisplat-aperture"], ...] = ("bisplat", "bisplat-aperture"),
+    split: Literal["files", "random", "blocked"] = "blocked",
+    budget: float = 5.0,
+    seeds: int = 3,
+    json: bool = False,
+) -> None:
+    """What each part of a model is worth: the paper's table over several seeds, and ours. Goes on where it stopped.
+
+    Args:
+        dataset: NeRF² dataset folder.
+        output: folder for ablation.png, results.jsonl, per_sample/ and the runs.
+        models: whose parts.
+        split: as for train.
+        budget: minutes of training for each row and seed.
+        seeds: how often each row is trained.
+        json: print the table as JSON.
+    """
+    from learn.ablate import ablate as ablate_models
+
+    _positive(budget=budget, seeds=seeds)
+    _print_figures("ablation", ablate_models(dataset, output, models, split, budget, seeds), json)
+
+
+def sweep(
+    dataset: Positional[Path],
+    output: Output,
+    sizes: tuple[int, ...],
+    models: tuple[str, ...] = ("bisplat-aperture", "bisplat", "inverse-distance"),
+    split: Literal["files", "random", "blocked"] = "files",
+    budget: float = 5.0,
+    seeds: int = 1,
+    init: Path | None = None,
+    json: bool = False,
+) -> None:
+    """Accuracy against the number of training spectra, on the same test part. Goes on where it stopped.
+
+    Args:
+        dataset: NeRF² dataset folder.
+        output: folder for sweep.png, results.jsonl, per_sample/ and the runs.
+        sizes: numbers of training spectra; baselines also have the validation part.
+        models: as for compare.
+        split: as for train.
+        budget: minutes of training, for each method that learns.
+        seeds: how often each is fitted.
+        init: a finished run (of a simulated place, say) whose model is then also trained on from its weights.
+        json: print the table as JSON.
+    """
+    from learn.sweep import sweep as sweep_sizes
+
+    _positive(budget=budget, seeds=seeds)
+    table = sweep_sizes(dataset, output, models, sizes, split, budget, seeds, init)
+    _print_figures("sweep", {f"{label}, {size}": row for (label, size), row in table.items()}, json)
+
+
+def _positive(**values: float) -> None:
+    for name, value in values.items():
+        if value <= 0:
+            raise InputError(f"--{name.replace('_', '-')}: expected a positive number, found {value}")
+
+
+def _print_figures(title: str, table: dict[str, dict[str, float]], json: bool) -> None:
+    if json:
+        print(json_format.dumps(table, indent=2))
+        return
+    shown = (
+        "ssim_median",
+        "ssim_spread",
+        "ssim_mean",
+        "ssim_p05",
+        "psnr_mean",
+        "mae_mean",
+        "aoa_error_median_deg",
+        "parameters",
+        "training_seconds",
+        "milliseconds_per_spectrum",
+    )
+    _print_rows(title, [{"": name, **{key: row.get(key, "") for key in shown}} for name, row in table.items()])
+
+
 def _rule(text: str) -> tuple[str, str]:
     pattern, separator, material = text.rpartition("=")
     if not separator:
@@ -405,7 +515,20 @@ def main() -> None:
     """Run a command; turn what a user can mend into one sentence."""
     commands = {
         command.__name__: command
-        for command in (demo, scene, simulate, check, train, evaluate, crossvalidate, predict, export)
+        for command in (
+            demo,
+            scene,
+            simulate,
+            check,
+            train,
+            evaluate,
+            crossvalidate,
+            predict,
+            export,
+            compare,
+            ablate,
+            sweep,
+        )
     }
     try:
         tyro.extras.subcommand_cli_from_dict(commands, prog="bisplat", description=__doc__)

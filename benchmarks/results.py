@@ -8,9 +8,11 @@ from __future__ import annotations
 import json
 import os
 import platform
+import shutil
 from pathlib import Path
 from typing import Any
 
+from learn.experiment import summary
 from scenes.scene_yaml import BUILT_IN
 
 RUNS = Path("runs")
@@ -114,6 +116,49 @@ def benchmark_section(name: str, title: str, command: str, remarks: str) -> list
     ]
 
 
+def experiment_section(name: str, title: str, command: str, remarks: str, figure: str) -> list[str]:
+    """A folder of compare, ablate or sweep, kept as runs/NAME; its figure is copied beside the page."""
+    folder = RUNS / name
+    protocol = read(folder / "protocol.json")
+    if protocol is None:
+        return []
+    rows = [json.loads(line) for line in (folder / "results.jsonl").read_text().splitlines()]
+    sweeping = any(row["train_size"] for row in rows)
+    table = summary(rows, lambda row: (row["label"], row["train_size"] or 0))
+    order = sorted(table, key=(lambda key: key) if sweeping else (lambda key: -table[key]["ssim_median"]))
+    shutil.copy(folder / figure, Path("docs") / f"{name}.png")
+    lines = [
+        f"## {title}",
+        "",
+        f"```\n{command}\n```",
+        "",
+        f"{protocol['device']}, {protocol['minutes']:g} minutes of training each; {rows[-1]['date']}. {remarks}",
+        "",
+        "| method | training spectra | SSIM median | spread over seeds | SSIM mean | 5th percentile | PSNR (dB) | MAE "
+        "| AoA error (°) | parameters | training (s) | ms per spectrum |",
+        "| --- " * 12 + "|",
+    ]
+    for key in order:
+        row = table[key]
+        spread = f"{row['ssim_spread']:.3f} ({row['seeds']})" if row["seeds"] > 1 else "one seed"
+        figures = [row[name] for name in ("ssim_mean", "ssim_p05", "psnr_mean", "mae_mean", "aoa_error_median_deg")]
+        costs = [row.get(name) for name in ("parameters", "training_seconds", "milliseconds_per_spectrum")]
+        cells = [
+            key[0],
+            f"{row['train']:.0f}" if "train" in row else "–",
+            f"{row['ssim_median']:.3f}",
+            spread,
+            *(f"{value:.3f}" for value in figures[:2]),
+            f"{figures[2]:.1f}",
+            f"{figures[3]:.3f}",
+            f"{figures[4]:.1f}",
+            *("–" if value is None else f"{value:.0f}" for value in costs[:2]),
+            "–" if costs[2] is None else f"{costs[2]:.1f}",
+        ]
+        lines.append("| " + " | ".join(cells) + " |")
+    return [*lines, "", f"![{title}]({name}.png)", ""]
+
+
 def scale_section() -> list[str]:
     """10⁸ spectra, from the benchmark's time per spectrum and the demo's bytes per spectrum."""
     figures, dataset = read(RUNS / "simulate.json"), RUNS / "demo" / "dataset"
@@ -183,9 +228,27 @@ def main() -> None:
             "render",
             "Renderer: compiled against reference",
             "python benchmarks/render.py --figure docs/render.png --json",
-            "Forward and backward, batch of 8, 500 primitives, 90 × 360.\n\n![time against N_p](render.png)",
+            "Forward and backward, batch of 8, 500 primitives, 90 × 360. `compiled_torch` is `torch.compile` of the "
+            "reference. Memory is what a pass adds to a process at its highest.\n\n![time against N_p](render.png)",
+        ),
+        *benchmark_section(
+            "train",
+            "Training bisplat-aperture: the loop as first written and as it is",
+            "python benchmarks/train.py runs/demo/dataset --json",
+            "Where a step of eight spectra spends its milliseconds, and how long either takes to the validation SSIM "
+            "that the first ends with. `networks` is what renderer, loss and optimiser leave of the step. The demo's "
+            "dataset, 1500 steps.",
         ),
     ]
+    for split in SPLITS:
+        lines += experiment_section(
+            f"compare-rfid-{split}",
+            f"Every method on the measured sample, `{split}`",
+            f"bisplat compare ../shared/data/rfid-s23-160 -o runs/compare-rfid-{split} --split {split} --budget 1",
+            "A budget for this machine's two cores, too short for the large models: nerf2 is of a reduced size, and "
+            "bisplat, bisplat-plus and swiftwrf get few steps (docs/compare.md says how the budget becomes steps).",
+            "ssim_cdf.png",
+        )
     lines += scale_section()
     lines += [
         "## The built-in places",

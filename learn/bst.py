@@ -8,7 +8,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
-from learn.networks import LinearOfParts
+from learn.networks import Interpolated, LinearOfParts
 
 
 def bilinear_weights(
@@ -70,7 +70,7 @@ class BilinearSpatialTransformer(nn.Module):
         azimuth: Float[Tensor, " N_p"],
         elevation: Float[Tensor, " N_p"],
         *encodings: Float[Tensor, "#B #N_p _inputs"],
-    ) -> Float[Tensor, "B N_p width"]:
+    ) -> Float[Tensor, "B N_p width"] | Interpolated:
         local = self.project(*encodings)
         if self.transformer is None:
             return local
@@ -78,4 +78,4 @@ class BilinearSpatialTransformer(nn.Module):
         # A grid point that no primitive is near has no feature: 0, not 0/0.
         gather = weights / weights.sum(0).clamp_min(1e-6)
         spread = weights / weights.sum(1, keepdim=True)
-        return spread @ self.transformer(gather.T @ local)
+        return Interpolated(spread, self.transformer(gather.T @ local))

@@ -7,9 +7,12 @@ the array can score, and tells how much of a measured picture is not spatial spe
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Complex, Float, Int
 
 from simulate.spectrum import PlanarArray, normalise
+
+SAMPLES = 50
+"""Test pictures the ceiling is fitted to: a fit takes a fraction of a second each."""
 
 STARTS, ITERATIONS = 4, 120
 FLOORS = (0.0, 0.03, 0.1)
@@ -19,8 +22,18 @@ EVERY_DEG = 6
 """The fit looks at every sixth row and column: a 4 × 4 array resolves nothing finer."""
 
 
+def some_of(count: int) -> Int[np.ndarray, " n"]:
+    """Indices of at most ``SAMPLES`` of so many pictures, evenly spread."""
+    return np.unique(np.linspace(0, count - 1, min(SAMPLES, count)).astype(int))
+
+
 def array_ceiling(truth: Float[np.ndarray, "K 90 360"], array: PlanarArray) -> Float[np.ndarray, "K 90 360"]:
-    """Best pictures of the form normalise(|A y|), fitted to each true picture.
+    """Best pictures of the form normalise(|A y|), fitted to each true picture."""
+    return normalise(array.spectrum(responses_of(truth, array)))
+
+
+def responses_of(pictures: Float[np.ndarray, "K 90 360"], array: PlanarArray) -> Complex[np.ndarray, "K elements"]:
+    """Element responses y that show a picture best, each up to a scale and a phase.
 
     Phase retrieval by error reduction (Gerchberg and Saxton 1972): y ← A⁺ (s e^{j∠(A y)}), s the picture plus a floor,
     from several random starts and for several floors, since the problem is not convex; the best fit counts.
@@ -28,8 +41,8 @@ def array_ceiling(truth: Float[np.ndarray, "K 90 360"], array: PlanarArray) -> F
     steering = array.steering[::EVERY_DEG, ::EVERY_DEG].reshape(-1, array.elements)
     inverse = np.linalg.pinv(steering)
     generator = np.random.default_rng(0)
-    pictures = []
-    for picture in truth:
+    best = []
+    for picture in pictures:
         wanted = picture[::EVERY_DEG, ::EVERY_DEG].reshape(-1).astype(np.float64)
         magnitude = np.repeat([wanted + floor for floor in FLOORS], STARTS, axis=0)
         y = generator.standard_normal((len(magnitude), array.elements, 2)) @ [1, 1j]
@@ -39,5 +52,5 @@ def array_ceiling(truth: Float[np.ndarray, "K 90 360"], array: PlanarArray) -> F
         spectrum = np.abs(y @ steering.T)
         low, high = spectrum.min(axis=1, keepdims=True), spectrum.max(axis=1, keepdims=True)
         error = (((spectrum - low) / (high - low) - wanted) ** 2).mean(axis=1)
-        pictures.append(normalise(array.spectrum(y[error.argmin()])))
-    return np.array(pictures)
+        best.append(y[error.argmin()])
+    return np.array(best)

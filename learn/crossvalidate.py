@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Complex, Float
+from scipy.spatial import cKDTree
 
-from learn.figures import draw_error_map, draw_examples
+from learn.figures import draw_error_map, draw_error_over_distance, draw_examples
 from learn.metrics import Scores, score
 from learn.run import Run, load_run
 from scenes.atomic import write_atomically
@@ -43,7 +44,7 @@ class CrossValidation:
 
 
 def crossvalidate(folder: Path, scene: Scene, count: int, seed: int, tracer: Tracer | None = None) -> CrossValidation:
-    """Compare a run with fresh ray tracing and write crossvalidation.json and two figures to its folder.
+    """Compare a run with fresh ray tracing and write crossvalidation.json and three figures to its folder.
 
     Args:
         folder: the run.
@@ -81,7 +82,10 @@ def crossvalidate(folder: Path, scene: Scene, count: int, seed: int, tracer: Tra
     )
 
     write_atomically(folder / "crossvalidation.json", (json.dumps(result.metrics(), indent=2) + "\n").encode())
-    draw_error_map(positions, result.scores.ssim, known, folder / "crossvalidation_map.png")
+    scores = result.scores
+    draw_error_map(positions, scores.ssim, scores.aoa_error, known, folder / "crossvalidation_map.png")
+    distance = cKDTree(known).query(positions)[0]
+    draw_error_over_distance(distance, scores.ssim, scores.aoa_error, folder / "crossvalidation_distance.png")
     draw_examples(prediction, truth, result.scores.ssim, folder / "crossvalidation_examples.png")
     return result
 

@@ -46,7 +46,7 @@ def demo(folder: Path, spectra: int, steps: int) -> dict[str, Any]:
     _say("2/4 training bisplat-aperture")
     dataset = str((folder / "dataset").resolve())
     model: ModelName = "bisplat-aperture"
-    config = Config(dataset, model, "files", DATA_SEED, steps, BATCH_SIZE, LEARNING_RATE[model])
+    config = Config(dataset, model, "files", DATA_SEED, DATA_SEED, steps, BATCH_SIZE, LEARNING_RATE[model])
     train(config, folder / "run")
 
     _say("3/4 evaluating on held-out positions")

@@ -10,7 +10,7 @@ PRIMITIVE_ORDER = 8
 """L of GS-PE: primitives' coordinates are learned and need fine resolution; 3 · (2·8 + 1) = 51 numbers."""
 
 TX_ORDER = 6
-"""L of TX-PE: measured transmitter positions are imprecise; 3 · (2·6 + 1) = 39 numbers."""
+"""L of the paper's TX-PE: measured transmitter positions are imprecise; 3 · (2·6 + 1) = 39 numbers."""
 
 
 def positional_encoding(t: Float[Tensor, "*batch 3"], order: int) -> Float[Tensor, "*batch encoded"]:

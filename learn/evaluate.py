@@ -13,16 +13,13 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from learn.baselines import inverse_distance, mean_picture, nearest
-from learn.ceiling import array_ceiling
+from learn.ceiling import array_ceiling, some_of
 from learn.figures import draw_examples, draw_ssim_distribution
 from learn.metrics import Scores, score
 from learn.run import load_run
 from scenes.atomic import write_atomically
 from scenes.errors import InputError
 from simulate.dataset import Dataset, read_dataset, read_index
-
-CEILING_SAMPLES = 50
-"""Test pictures the array's ceiling is fitted to, evenly spread: a fit takes a fraction of a second each."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +80,7 @@ def evaluate(folder: Path, dataset_folder: Path | None = None, index: Path | Non
     positions = dataset.positions[test]
     pictures, places = known_data.pictures[known] / np.float32(255), known_data.positions[known]
     prediction = run.predict(positions)
-    some = np.unique(np.linspace(0, len(test) - 1, min(CEILING_SAMPLES, len(test))).astype(int))
+    some = some_of(len(test))
     scores = {
         "model": score(prediction, truth),
         "mean_picture": score(mean_picture(pictures, positions), truth),

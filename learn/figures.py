@@ -75,30 +75,61 @@ def draw_ssim_distribution(ssim: dict[str, Float[np.ndarray, " K"]], path: Path)
     figure.savefig(path, dpi=110)
 
 
+AOA_MOST = 30.0
+"""Degrees; where the colours of the map of AoA errors end."""
+
+
 def draw_error_map(
     positions: Float[np.ndarray, "K 3"],
     ssim: Float[np.ndarray, " K"],
+    aoa_error: Float[np.ndarray, " K"],
     known: Float[np.ndarray, "n 3"],
     path: Path,
 ) -> None:
-    """SSIM over the transmitter region, in plan and from the side; training positions as small dots."""
-    figure = Figure(figsize=(11, 4.4), layout="constrained")
+    """SSIM and AoA error over the transmitter region, in plan and from the side; training positions as small dots."""
+    figure = Figure(figsize=(11, 8.4), layout="constrained")
+    axes = figure.subplots(2, 2, squeeze=False)
+    for row, (values, most, label, colours) in zip(
+        axes, ((ssim, 1, "SSIM", "viridis"), (aoa_error, AOA_MOST, "AoA error (°)", "viridis_r")), strict=True
+    ):
+        for axis, (first, second) in zip(row, ((0, 1), (0, 2)), strict=True):
+            axis.scatter(known[:, first], known[:, second], s=2, color="0.75", label="training positions")
+            points = axis.scatter(
+                positions[:, first],
+                positions[:, second],
+                c=values,
+                s=28,
+                cmap=colours,
+                vmin=0,
+                vmax=most,
+                label="test positions",
+            )
+            axis.set(xlabel=f"{'xyz'[first]} (m)", ylabel=f"{'xyz'[second]} (m)", aspect="equal")
+        figure.colorbar(points, ax=row, label=label, extend="max" if most > 1 else "neither")
+    axes[0, 0].set_title("from above")
+    axes[0, 1].set_title("from the side")
+    axes[0, 0].legend(loc="upper right", fontsize="small")
+    figure.savefig(path, dpi=110)
+
+
+def draw_error_over_distance(
+    distance: Float[np.ndarray, " K"],
+    ssim: Float[np.ndarray, " K"],
+    aoa_error: Float[np.ndarray, " K"],
+    path: Path,
+) -> None:
+    """SSIM and AoA error against the distance to the nearest training position, with medians of fifths."""
+    figure = Figure(figsize=(11, 4.2), layout="constrained")
     axes = figure.subplots(1, 2)
-    for axis, (first, second) in zip(axes, ((0, 1), (0, 2)), strict=True):
-        axis.scatter(known[:, first], known[:, second], s=2, color="0.75", label="training positions")
-        points = axis.scatter(
-            positions[:, first],
-            positions[:, second],
-            c=ssim,
-            s=28,
-            cmap="viridis",
-            vmin=0,
-            vmax=1,
-            label="test positions",
-        )
-        axis.set(xlabel=f"{'xyz'[first]} (m)", ylabel=f"{'xyz'[second]} (m)", aspect="equal")
-    axes[0].set_title("from above")
-    axes[1].set_title("from the side")
-    axes[0].legend(loc="upper right", fontsize="small")
-    figure.colorbar(points, ax=axes, label="SSIM")
+    fifths = np.array_split(np.argsort(distance), 5)
+    for axis, values, label in zip(axes, (ssim, aoa_error), ("SSIM", "AoA error (°)"), strict=True):
+        axis.scatter(100 * distance, values, s=10, color="0.6", label="a position")
+        groups = [group for group in fifths if len(group)]
+        medians = [(100 * np.median(distance[group]), np.median(values[group])) for group in groups]
+        axis.plot(*zip(*medians, strict=True), "o-", label="median of a fifth")
+        axis.set(xlabel="distance to the nearest training position (cm)", ylabel=label)
+        axis.grid(alpha=0.3)
+    axes[0].set_ylim(top=1)
+    axes[1].set_yscale("symlog", linthresh=1)
+    axes[0].legend()
     figure.savefig(path, dpi=110)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Float
 from scipy.spatial import cKDTree
 
 from learn.metrics import ssim
@@ -19,12 +20,17 @@ class Leakage:
     """Test spectra against their nearest training spectra.
 
     Attributes:
-        distance_median: metres.
-        ssim_median: score of copying.
+        distance: from each test position to the nearest training position, metres.
+        ssim: of the nearest training spectrum with the test spectrum.
     """
 
-    distance_median: float
-    ssim_median: float
+    distance: Float[np.ndarray, " K"]
+    ssim: Float[np.ndarray, " K"]
+
+    @property
+    def ssim_median(self) -> float:
+        """Score of copying."""
+        return float(np.median(self.ssim))
 
     @property
     def leaks(self) -> bool:
@@ -32,9 +38,12 @@ class Leakage:
 
     def sentence(self) -> str:
         """What was found, for a reader who never thought of it."""
+        near, far = 100 * np.quantile(self.distance, [0.5, 0.9])
+        worst, best = np.quantile(self.ssim, [0.1, 0.9])
         return (
-            f"a test position's nearest training position is {100 * self.distance_median:.1f} cm away (median), and "
-            f"copying its spectrum scores a median SSIM of {self.ssim_median:.3f}"
+            f"half of the test positions have a training position within {near:.1f} cm (nine of ten within {far:.1f} "
+            f"cm), and copying its spectrum scores a median SSIM of {self.ssim_median:.3f} (eight of ten between "
+            f"{worst:.3f} and {best:.3f})"
             + ("; a score on this split says little: use train --split blocked" if self.leaks else "")
         )
 
@@ -46,4 +55,4 @@ def leakage(dataset: Dataset) -> Leakage | None:
     distance, near = cKDTree(dataset.positions[dataset.train]).query(dataset.positions[dataset.test])
     copies = dataset.pictures[dataset.train[near]] / 255.0
     truth = dataset.pictures[dataset.test] / 255.0
-    return Leakage(float(np.median(distance)), float(np.median(ssim(copies, truth))))
+    return Leakage(distance, ssim(copies, truth))

@@ -11,18 +11,19 @@ from typing import Literal
 
 import numpy as np
 import torch
-from jaxtyping import Complex, Float
-from torch import Tensor, nn
+from jaxtyping import Float
+from torch import Tensor
 
 from learn.bst import BilinearSpatialTransformer
 from learn.encoding import PRIMITIVE_ORDER, TX_ORDER, positional_encoding
 from learn.networks import ResidualFFN
 from learn.primitives import Primitives
+from learn.spectrum_model import Beamformer, SpectrumModel, on_pairs, power
 from learn.splat import splat
 from simulate.spectrum import AZIMUTHS_DEG, ELEVATIONS_DEG, PlanarArray
 
-Bypass = Literal["dynamic", "delta", "bst"]
-"""The branches of the paper's ablation table."""
+Bypass = Literal["dynamic", "delta", "bst", "order"]
+"""The branches of the paper's ablation table; and the order of blending, by depth or as the primitives are stored."""
 
 W_SCALE_COARSE, W_SCALE_FINE = 0.5, 1.0
 """w_scale of the hierarchy-based mixing: small for coarse primitives, to keep the background stable."""
@@ -43,13 +44,17 @@ class ModelSize:
     transformer_layers: int = 3
     transformer_heads: int = 4
     transformer_ffn_width: int = 256
+    tx_order: int = TX_ORDER
 
 
 PLUS = ModelSize(primitives=2000, ffn_width=256, ffn_layers=12, transformer_layers=6, transformer_ffn_width=512)
 """BiSplat-WRF+."""
 
+APERTURE = ModelSize(tx_order=3)
+"""Ours: a quarter of the region is the shortest wave in TX-PE; shorter ones learn the positions by heart."""
 
-class BiSplatWRF(nn.Module):
+
+class BiSplatWRF(SpectrumModel):
     """The paper's model.
 
     Args:
@@ -58,18 +63,16 @@ class BiSplatWRF(nn.Module):
         bypass: branches whose output is zeroed (BST: replaced by its linear projection).
     """
 
-    region: Tensor
     azimuths: Tensor
     elevations: Tensor
 
     def __init__(self, size: ModelSize, region: Float[np.ndarray, "2 3"], bypass: frozenset[Bypass] = frozenset()):
-        super().__init__()
-        self.bypass = bypass
-        self.register_buffer("region", torch.as_tensor(region, dtype=torch.float32))
+        super().__init__(region)
+        self.bypass, self.tx_order = bypass, size.tx_order
         azimuths, elevations = self._grid()
         self.register_buffer("azimuths", azimuths, persistent=False)
         self.register_buffer("elevations", elevations, persistent=False)
-        gs_pe, tx_pe = 3 * (2 * PRIMITIVE_ORDER + 1), 3 * (2 * TX_ORDER + 1)
+        gs_pe, tx_pe = 3 * (2 * PRIMITIVE_ORDER + 1), 3 * (2 * size.tx_order + 1)
         width, layers = size.ffn_width, size.ffn_layers
         self.primitives = Primitives(size.primitives)
         self.static = ResidualFFN(gs_pe, 2, width, layers)
@@ -97,11 +100,8 @@ class BiSplatWRF(nn.Module):
         """
         primitives = self.primitives
         azimuth, elevation = primitives.azimuth, primitives.elevation
-        low, high = self.region
-        tx = 2 * (positions - low) / (high - low) - 1
-
         gs_pe = positional_encoding(primitives.coordinates, PRIMITIVE_ORDER)
-        tx_pe = positional_encoding(tx, TX_ORDER)
+        tx_pe = positional_encoding(self.scaled(positions), self.tx_order)
         encodings = gs_pe[None], tx_pe[:, None]  # 1 N_p 51 and B 1 39
         features = self.bst(azimuth, elevation, *encodings)
 
@@ -115,7 +115,7 @@ class BiSplatWRF(nn.Module):
         coefficient = torch.stack([amplitude * phase.cos(), amplitude * phase.sin()], dim=-1)
 
         # Offsets are added to the unconstrained attributes, so that scales stay positive and opacities in (0, 1).
-        offset = torch.zeros_like(features[..., :4])
+        offset = positions.new_zeros(positions.shape[0], len(azimuth), 4)
         if "delta" not in self.bypass:
             offset = self.delta(*encodings, features)
         rotation = primitives.rotation + offset[..., 0]
@@ -126,7 +126,7 @@ class BiSplatWRF(nn.Module):
         return splat(
             azimuth,
             elevation,
-            primitives.depth,
+            torch.zeros_like(primitives.depth) if "order" in self.bypass else primitives.depth,
             scale,
             rotation,
             opacity,
@@ -137,7 +137,7 @@ class BiSplatWRF(nn.Module):
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
         """Predicted picture: SPS = |F|² at every pixel, fitted directly to the normalised pictures."""
-        return _power(self.field(positions))
+        return power(self.field(positions))
 
 
 class BiSplatAperture(BiSplatWRF):
@@ -154,7 +154,6 @@ class BiSplatAperture(BiSplatWRF):
 
     STEP_DEG = 6
     aperture: Tensor
-    steering: Tensor
 
     def __init__(
         self,
@@ -168,9 +167,8 @@ class BiSplatAperture(BiSplatWRF):
         elevation, azimuth = np.meshgrid(elevations, azimuths, indexing="ij")
         solid_angle = np.cos(elevation) * np.radians(self.STEP_DEG) ** 2  # cosθ ΔφΔθ
         aperture = (array.manifold(azimuth, elevation) * solid_angle[..., None]).reshape(-1, array.elements)
-        steering = array.steering.reshape(-1, array.elements)
-        self.register_buffer("aperture", _on_pairs(aperture), persistent=False)
-        self.register_buffer("steering", _on_pairs(steering.T), persistent=False)
+        self.register_buffer("aperture", on_pairs(aperture), persistent=False)
+        self.beamformer = Beamformer(array)
 
     def _grid(self) -> tuple[Float[Tensor, " W"], Float[Tensor, " H"]]:
         return torch.arange(0.0, 360.0, self.STEP_DEG), torch.arange(self.STEP_DEG / 2, 90.0, self.STEP_DEG)
@@ -181,19 +179,4 @@ class BiSplatAperture(BiSplatWRF):
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
         """Predicted picture: magnitude spectrum of ``channels``, min–max normalised."""
-        beams = (self.channels(positions).flatten(1) @ self.steering).unflatten(-1, (-1, 2))
-        spectrum = _power(beams).clamp_min(1e-12).sqrt()
-        low = spectrum.amin(-1, keepdim=True)
-        span = spectrum.amax(-1, keepdim=True) - low
-        return ((spectrum - low) / span.clamp_min(1e-6)).unflatten(-1, (len(ELEVATIONS_DEG), len(AZIMUTHS_DEG)))
-
-
-def _power(field: Float[Tensor, "*shape 2"]) -> Float[Tensor, "*shape"]:
-    real, imaginary = field.unbind(-1)
-    return real**2 + imaginary**2
-
-
-def _on_pairs(matrix: Complex[np.ndarray, "n m"]) -> Float[Tensor, "2*n 2*m"]:
-    """M for which x M of pairs x is what the complex matrix makes of them: rows go (x_re, x_im), columns likewise."""
-    pairs = np.stack([matrix, 1j * matrix], axis=1)[..., None]
-    return torch.from_numpy(np.concatenate([pairs.real, pairs.imag], axis=-1)).float().flatten(2).flatten(0, 1)
+        return self.beamformer(self.channels(positions))

@@ -2,23 +2,50 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 from jaxtyping import Float
 from torch import Tensor, nn
+
+
+class Interpolated(NamedTuple):
+    """Features at primitives, f'_i = Σ_j w_ij g'_j, kept as what they are made of.
+
+    Attributes:
+        weights: w_ij, rows that add up to 1.
+        values: g'_j, at the grid's points.
+    """
+
+    weights: Float[Tensor, "N_p N_c"]
+    values: Float[Tensor, "B N_c width"]
+
+    def __call__(self) -> Float[Tensor, "B N_p width"]:
+        """The features."""
+        return self.weights @ self.values
+
+
+Part = Float[Tensor, "*#batch _inputs"] | Interpolated
 
 
 class LinearOfParts(nn.Linear):
     """W [x_1; x_2; …] + b of parts that broadcast against each other: b + Σ_k W_k x_k.
 
     The same as ``nn.Linear`` of their concatenation, but what all transmitters (or all primitives) have in common is
-    multiplied once instead of once for each.
+    multiplied once instead of once for each, and what is interpolated is multiplied at the few points between which it
+    is interpolated.
     """
 
-    def forward(self, *parts: Float[Tensor, "*#batch _inputs"]) -> Float[Tensor, "*batch outputs"]:
-        first, *others = self.weight.split([part.shape[-1] for part in parts], dim=1)
-        result = nn.functional.linear(parts[0], first, self.bias)
-        for part, weight in zip(parts[1:], others, strict=True):
-            result = result + nn.functional.linear(part, weight)
-        return result
+    def forward(self, *parts: Part) -> Float[Tensor, "*batch outputs"]:
+        values = [part.values if isinstance(part, Interpolated) else part for part in parts]
+        weights = self.weight.split([value.shape[-1] for value in values], dim=1)
+        total: Tensor | None = None
+        for part, value, weight in zip(parts, values, weights, strict=True):
+            # The bias goes with the first; rows of interpolation weights add up to 1 and leave it what it is.
+            product = nn.functional.linear(value, weight, self.bias if total is None else None)
+            product = part.weights @ product if isinstance(part, Interpolated) else product
+            total = product if total is None else total + product
+        assert total is not None
+        return total
 
 
 class ResidualFFN(nn.Module):
@@ -39,7 +66,7 @@ class ResidualFFN(nn.Module):
         )
         self.outward = nn.Linear(width, outputs)
 
-    def forward(self, *parts: Float[Tensor, "*#batch _inputs"]) -> Float[Tensor, "*batch outputs"]:
+    def forward(self, *parts: Part) -> Float[Tensor, "*batch outputs"]:
         x = self.inward(*parts)
         for layer in self.hidden:
             x = x + layer(x)

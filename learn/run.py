@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import datetime
 import json
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass, field, replace
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any, Literal
@@ -22,16 +22,38 @@ import torch
 from jaxtyping import Complex, Float
 from safetensors.torch import load_file, save
 
-from learn.model import PLUS, BiSplatAperture, BiSplatWRF, Bypass, ModelSize
+from learn.mlp import PictureMLP, ResponseMLP
+from learn.model import APERTURE, PLUS, BiSplatAperture, BiSplatWRF, Bypass, ModelSize
+from learn.nerf2 import NeRF2
+from learn.spectrum_model import SpectrumModel
 from learn.splits import Split, SplitKind
+from learn.swiftwrf import SwiftWRF
 from scenes.atomic import write_atomically
 from scenes.errors import InputError
 from simulate.dataset import Dataset
 from simulate.spectrum import PlanarArray
 
-ModelName = Literal["bisplat", "bisplat-plus", "bisplat-aperture"]
+ModelName = Literal["bisplat", "bisplat-plus", "bisplat-aperture", "mlp", "mlp-responses", "nerf2", "swiftwrf"]
 
-LEARNING_RATE: dict[ModelName, float] = {"bisplat": 2e-3, "bisplat-plus": 3e-4, "bisplat-aperture": 2e-3}
+SIZES: dict[ModelName, ModelSize] = {"bisplat": ModelSize(), "bisplat-plus": PLUS, "bisplat-aperture": APERTURE}
+
+PEERS: dict[ModelName, Callable[..., SpectrumModel]] = {
+    "mlp": PictureMLP,
+    "mlp-responses": ResponseMLP,
+    "nerf2": NeRF2,
+    "swiftwrf": SwiftWRF,
+}
+"""What ours are compared with; see docs/peers.md for what differs from the originals."""
+
+LEARNING_RATE: dict[ModelName, float] = {
+    "bisplat": 2e-3,
+    "bisplat-plus": 3e-4,
+    "bisplat-aperture": 2e-3,
+    "mlp": 1e-3,
+    "mlp-responses": 1e-3,
+    "nerf2": 8e-4,
+    "swiftwrf": 1e-3,
+}
 """Of AdamW, where none is given: the deep networks of BiSplat-WRF+ do not survive the small models' rate."""
 
 PREDICT_AT_ONCE = {"cpu": 16, "cuda": 1024}
@@ -46,29 +68,39 @@ class Config:
         dataset: folder trained on, absolute.
         model: which model.
         split: how the test part is chosen.
-        seed: of the split, the initial weights and the order of the spectra.
+        seed: of the initial weights and the order of the spectra.
+        split_seed: of the split.
         steps: optimiser steps, rounded up to whole epochs.
         batch_size: spectra per step.
         learning_rate: of AdamW, after warm-up.
         bypass: branches switched off (the paper's ablation).
+        size: arguments (entries of ``ModelSize``) that differ from the model's own.
+        train_size: train on so many of the training part, drawn at random; None: on all.
+        init: folder of a finished run of the same model whose weights to begin with; None: random ones.
     """
 
     dataset: str
     model: ModelName
     split: SplitKind
     seed: int
+    split_seed: int
     steps: int
     batch_size: int
     learning_rate: float
     bypass: tuple[Bypass, ...] = ()
+    size: dict[str, int] = field(default_factory=dict)
+    train_size: int | None = None
+    init: str | None = None
 
 
-def build_model(config: Config, region: Float[np.ndarray, "2 3"], array: PlanarArray) -> BiSplatWRF:
+def build_model(config: Config, region: Float[np.ndarray, "2 3"], array: PlanarArray) -> SpectrumModel:
     """The untrained model a configuration names."""
-    bypass = frozenset(config.bypass)
+    if config.model in PEERS:
+        return PEERS[config.model](region, array, **config.size)
+    bypass, size = frozenset(config.bypass), replace(SIZES[config.model], **config.size)
     if config.model == "bisplat-aperture":
-        return BiSplatAperture(ModelSize(), region, array, bypass)
-    return BiSplatWRF(PLUS if config.model == "bisplat-plus" else ModelSize(), region, bypass)
+        return BiSplatAperture(size, region, array, bypass)
+    return BiSplatWRF(size, region, bypass)
 
 
 def write_config(folder: Path, config: Config, array: PlanarArray, split: Split, names: Sequence[str]) -> None:
@@ -109,7 +141,7 @@ class Run:
     folder: Path
     config: Config
     array: PlanarArray
-    model: BiSplatWRF
+    model: SpectrumModel
 
     def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
         """Predicted pictures, 0…1.
@@ -121,7 +153,7 @@ class Run:
 
     def predict_channels(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements"] | None:
         """Predicted element responses, up to one common factor each; None where the model has no aperture."""
-        if not isinstance(self.model, BiSplatAperture):
+        if not isinstance(self.model, BiSplatAperture | ResponseMLP):
             return None
         real, imaginary = np.moveaxis(self._in_batches(self.model.channels, positions), -1, 0)
         return (real + 1j * imaginary).astype(np.complex64)
@@ -161,10 +193,25 @@ def write_training(folder: Path, steps: int, seconds: float, validation_ssim: fl
     write_atomically(folder / "training.json", (json.dumps(content, indent=2) + "\n").encode())
 
 
-def save_weights(folder: Path, model: BiSplatWRF) -> None:
+def save_weights(folder: Path, model: SpectrumModel) -> None:
     """Write weights.safetensors."""
     tensors = {name: tensor.detach().cpu().contiguous() for name, tensor in model.state_dict().items()}
     write_atomically(folder / "weights.safetensors", save(tensors))
+
+
+def load_weights(model: SpectrumModel, folder: Path) -> None:
+    """Load a finished run's weights into a model, but keep the model's own region: positions are scaled by it.
+
+    Raises:
+        InputError: no finished run, or one of another model.
+    """
+    source = load_run(folder).model.state_dict()
+    try:
+        model.load_state_dict({**source, "region": model.region})
+    except RuntimeError as error:
+        raise InputError(
+            f"{folder}: expected a run of the same model and size, found {str(error).splitlines()[-1].strip()}"
+        ) from error
 
 
 def load_run(folder: Path) -> Run:

@@ -37,17 +37,18 @@ class Split:
         return np.sort(np.concatenate([self.train, self.validation]))
 
 
-def split(dataset: Dataset, kind: SplitKind, seed: int) -> Split:
+def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None = None) -> Split:
     """Split a dataset.
 
     ``files`` is the folder's own train_index.txt and test_index.txt, ``random`` draws 20 % for testing, ``blocked``
     holds out every fourth run of ten consecutive positions. Measured positions follow a path: there ``random`` (and
     most folders' own files) put a test position's neighbours in time into the training part, ``blocked`` does not.
 
-    The validation part is 10 % of the training part, whole runs of ten where the split is ``blocked``.
+    The validation part is 10 % of the training part, whole runs of ten where the split is ``blocked``. Of a training
+    part cut to ``train_size``, a smaller one is part of every larger one, and the test part stays.
 
     Raises:
-        InputError: too few spectra for three parts.
+        InputError: too few spectra for three parts, or fewer to train on than ``train_size``.
     """
     count = len(dataset.names)
     generator = np.random.default_rng(seed)
@@ -66,7 +67,12 @@ def split(dataset: Dataset, kind: SplitKind, seed: int) -> Split:
     units = np.unique(unit)
     chosen = generator.permutation(units)[: max(1, round(VALIDATION_FRACTION * len(units)))]
     in_validation = np.isin(unit, chosen)
-    result = Split(train=known[~in_validation], validation=known[in_validation], test=test)
+    train = known[~in_validation]
+    if train_size is not None:
+        if train_size > len(train):
+            raise InputError(f"{dataset.folder}: expected {train_size} spectra to train on, found {len(train)}")
+        train = np.sort(generator.permutation(train)[:train_size])
+    result = Split(train=train, validation=known[in_validation], test=test)
     if not (len(result.train) and len(result.test)):
         raise InputError(
             f"{dataset.folder}: expected enough spectra for a {kind} split into training, validation and test, "

@@ -11,13 +11,14 @@ from pathlib import Path
 import lightning as L
 import numpy as np
 import torch
+from jaxtyping import Float
 from lightning.pytorch.callbacks import Callback, EMAWeightAveraging, ModelCheckpoint, Timer
 from lightning.pytorch.loggers import CSVLogger, TensorBoardLogger
 from lightning.pytorch.utilities import rank_zero_only
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from learn.run import Config, build_model, read_config, save_weights, write_config, write_training
+from learn.run import Config, build_model, load_weights, read_config, save_weights, write_config, write_training
 from learn.splits import split
 from learn.training import Spectra, Training
 from scenes.errors import InputError
@@ -79,7 +80,7 @@ def train(config: Config, folder: Path, devices: int = 1, nodes: int = 1) -> Non
     first = getattr(rank_zero_only, "rank", 0) == 0  # of several processes, one writes
     if first:
         _claim(folder, config)
-    parts = split(dataset, config.split, config.seed)
+    parts = split(dataset, config.split, config.split_seed, config.train_size)
     if (folder / "weights.safetensors").exists():
         return
     if first:
@@ -89,11 +90,9 @@ def train(config: Config, folder: Path, devices: int = 1, nodes: int = 1) -> Non
         logging.getLogger(name).setLevel(logging.ERROR)
     warnings.filterwarnings("ignore", module="lightning")
     L.seed_everything(config.seed, verbose=False)
-    known = dataset.positions[parts.known]
-    region = np.stack([known.min(axis=0), known.max(axis=0)])
-    # A coordinate that never changes would be divided by a width of zero.
-    region[1] = np.maximum(region[1], region[0] + 1e-3)
-    model = build_model(config, region, dataset.array)
+    model = build_model(config, box_of(dataset.positions[parts.known]), dataset.array)
+    if config.init is not None:
+        load_weights(model, Path(config.init))
 
     spectra = Spectra(dataset, parts, config.batch_size, config.seed)
     every = max(1, round(STEPS_PER_VALIDATION / spectra.batches))
@@ -148,6 +147,12 @@ def train(config: Config, folder: Path, devices: int = 1, nodes: int = 1) -> Non
     model.load_state_dict({name.removeprefix("model."): value for name, value in best["state_dict"].items()})
     write_training(folder, steps, timer.time_elapsed("train"), float(checkpoints.best_model_score or 0))
     save_weights(folder, model)
+
+
+def box_of(positions: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "2 3"]:
+    """Corners of the box around positions; a coordinate that never changes is given a width, to be divided by."""
+    low, high = positions.min(axis=0), positions.max(axis=0)
+    return np.stack([low, np.maximum(high, low + 1e-3)])
 
 
 def _strategy(config: Config, processes: int) -> str:

@@ -1,37 +1,22 @@
-"""Training: Lightning does the loop; here are the loss, the optimiser, and what a run folder keeps of it."""
+"""Training: Lightning does the loop; here are the step, the optimiser and the batches."""
 
 from __future__ import annotations
 
 import lightning as L
 import numpy as np
 import torch
-from jaxtyping import Float, Int
-from pytorch_msssim import ssim as gaussian_ssim
+from jaxtyping import Int
 from torch import Tensor
 from torch.utils.data import BatchSampler, DataLoader, SequentialSampler, Subset, TensorDataset
 from torch.utils.data.distributed import DistributedSampler
 
 from learn.metrics import ssim
-from learn.model import BiSplatWRF
+from learn.spectrum_model import SpectrumModel
 from learn.splits import Split
 from simulate.dataset import Dataset
 
-L1_WEIGHT, SSIM_WEIGHT = 0.7, 0.3
-"""The paper's composite loss."""
-
 WARM_UP = 0.05
 """Share of the steps in which the learning rate rises to its full value."""
-
-
-def loss(prediction: Float[Tensor, "B 90 360"], truth: Float[Tensor, "B 90 360"]) -> Float[Tensor, ""]:
-    """0.7 L1 + 0.3 (1 − SSIM) of pictures on the scale 0…1.
-
-    The SSIM of the loss has a Gaussian window, separable and so ten times faster than scikit-image's uniform one;
-    reported figures are scikit-image's.
-    """
-    # Spectra as channels of one picture: the mean is the same, and the convolutions are several times faster so.
-    similarity = gaussian_ssim(prediction[None], truth[None], data_range=1.0)
-    return L1_WEIGHT * (prediction - truth).abs().mean() + SSIM_WEIGHT * (1 - similarity)
 
 
 class Training(L.LightningModule):
@@ -43,7 +28,7 @@ class Training(L.LightningModule):
         steps: optimiser steps in all.
     """
 
-    def __init__(self, model: BiSplatWRF, learning_rate: float, steps: int):
+    def __init__(self, model: SpectrumModel, learning_rate: float, steps: int):
         super().__init__()
         self.model = model
         self.learning_rate, self.steps = learning_rate, steps
@@ -51,14 +36,14 @@ class Training(L.LightningModule):
 
     def training_step(self, batch: list[Tensor], _: int) -> Tensor:
         positions, pictures = batch
-        value = loss(self.model(positions), pictures.float() / 255)
+        value = self.model.loss(positions, pictures.float() / 255)
         self.log("loss", value, on_step=False, on_epoch=True, prog_bar=True, sync_dist=True)
         return value
 
     def validation_step(self, batch: list[Tensor], _: int) -> None:
         positions, pictures = batch
         prediction = self.model(positions).float().cpu().numpy()
-        self._validation.append(ssim(prediction.astype(np.float64), pictures.cpu().numpy() / 255.0))
+        self._validation.append(ssim(prediction, pictures.cpu().numpy() / np.float32(255)))
 
     def on_validation_epoch_end(self) -> None:
         value = float(np.median(np.concatenate(self._validation)))

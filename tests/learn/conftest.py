@@ -98,8 +98,8 @@ def tiny(tmp_path_factory, write_folder) -> Path:
 
 
 def _use_small_models(patch: pytest.MonkeyPatch, small: ModelSize) -> None:
-    patch.setattr("learn.run.ModelSize", lambda: small)
-    patch.setattr("learn.run.PLUS", replace(small, primitives=60))
+    sizes = {"bisplat": small, "bisplat-plus": replace(small, primitives=60), "bisplat-aperture": small}
+    patch.setattr("learn.run.SIZES", sizes)
     patch.setattr("learn.train.STEPS_PER_VALIDATION", 6)
 
 
@@ -123,6 +123,7 @@ def tiny_config(tiny) -> Config:
         model="bisplat-aperture",
         split="files",
         seed=3,
+        split_seed=3,
         steps=12,
         batch_size=5,
         learning_rate=2e-3,

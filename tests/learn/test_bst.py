@@ -6,6 +6,7 @@ import torch
 from torch import nn
 
 from learn.bst import BilinearSpatialTransformer, bilinear_weights
+from learn.networks import Interpolated, LinearOfParts
 
 
 def papers_weights(azimuth, elevation, clusters):
@@ -85,6 +86,12 @@ class Recorder(nn.Module):
         return self.answer
 
 
+def features_of(bst, *inputs):
+    """The transformer's output at the primitives."""
+    found = bst(*inputs)
+    return found() if isinstance(found, Interpolated) else found
+
+
 @pytest.fixture
 def make_bst():
     def make(bypass=False, clusters=16, inputs=5, width=8):
@@ -106,7 +113,7 @@ def scattered():
 def test_cluster_features_are_the_weighted_means_of_the_primitives(make_bst, scattered):
     bst, (encoded, azimuth, elevation) = make_bst(), scattered
     bst.transformer = Recorder(torch.zeros(2, 16, 8, dtype=torch.float64))
-    bst(azimuth, elevation, encoded)
+    features_of(bst, azimuth, elevation, encoded)
 
     weights = papers_weights(azimuth.numpy(), elevation.numpy(), 16)
     local = encoded.numpy() @ bst.project.weight.detach().numpy().T + bst.project.bias.detach().numpy()
@@ -121,7 +128,7 @@ def test_global_features_are_the_weighted_means_of_the_clusters(make_bst, scatte
     bst, (encoded, azimuth, elevation) = make_bst(), scattered
     answer = torch.randn(2, 16, 8, dtype=torch.float64, generator=torch.Generator().manual_seed(2))
     bst.transformer = Recorder(answer)
-    found = bst(azimuth, elevation, encoded).detach().numpy()
+    found = features_of(bst, azimuth, elevation, encoded).detach().numpy()
 
     weights = papers_weights(azimuth.numpy(), elevation.numpy(), 16)
     for sample in range(2):
@@ -138,20 +145,23 @@ def test_every_primitive_learns_of_every_other(make_bst, scattered):
     changed[:, 0] += 1
     for bypass, others in ((False, 29), (True, 0)):
         bst = make_bst(bypass)
-        moved = (bst(azimuth, elevation, encoded) - bst(azimuth, elevation, changed)).abs().amax(-1)[0] > 1e-9
+        before, after = (features_of(bst, azimuth, elevation, each) for each in (encoded, changed))
+        moved = (before - after).abs().amax(-1)[0] > 1e-9
         assert moved[0] and moved[1:].sum() == others
 
 
 def test_transmitters_of_a_batch_do_not_mix(make_bst, scattered):
     bst, (encoded, azimuth, elevation) = make_bst(), scattered
-    together = bst(azimuth, elevation, encoded)
-    alone = torch.cat([bst(azimuth, elevation, encoded[[sample]]) for sample in range(2)])
+    together = features_of(bst, azimuth, elevation, encoded)
+    alone = torch.cat([features_of(bst, azimuth, elevation, encoded[[sample]]) for sample in range(2)])
     torch.testing.assert_close(together, alone)
 
 
 def test_bypass_returns_the_linear_projection(make_bst, scattered):
     bst, (encoded, azimuth, elevation) = make_bst(bypass=True), scattered
-    torch.testing.assert_close(bst(azimuth, elevation, encoded), nn.functional.linear(encoded, *bst.parameters()))
+    torch.testing.assert_close(
+        features_of(bst, azimuth, elevation, encoded), nn.functional.linear(encoded, *bst.parameters())
+    )
 
 
 def test_clusters_without_primitives_do_no_harm(make_bst):
@@ -161,7 +171,17 @@ def test_clusters_without_primitives_do_no_harm(make_bst):
     azimuth = torch.tensor([100.0], dtype=torch.float64, requires_grad=True)
     heard = []
     bst.transformer.register_forward_pre_hook(lambda _, inputs: heard.append(inputs[0]))
-    features = bst(azimuth, torch.tensor([40.0], dtype=torch.float64), encoded)
+    features = features_of(bst, azimuth, torch.tensor([40.0], dtype=torch.float64), encoded)
     features.sum().backward()
     assert features.isfinite().all() and azimuth.grad.isfinite().all()
     assert (heard[0][0].abs().amax(-1) > 0).sum() == 4
+
+
+def test_linear_of_parts_is_linear_of_their_concatenation():
+    torch.manual_seed(0)
+    layer = LinearOfParts(2 + 3 + 4, 5).double()
+    weights = torch.rand(7, 6, dtype=torch.float64)
+    shared, own = torch.randn(1, 7, 2, dtype=torch.float64), torch.randn(8, 1, 3, dtype=torch.float64)
+    between = Interpolated(weights / weights.sum(1, keepdim=True), torch.randn(8, 6, 4, dtype=torch.float64))
+    whole = torch.cat([shared.expand(8, -1, -1), own.expand(-1, 7, -1), between()], dim=-1)
+    torch.testing.assert_close(layer(shared, own, between), nn.functional.linear(whole, layer.weight, layer.bias))

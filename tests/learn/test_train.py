@@ -20,9 +20,10 @@ from safetensors.torch import load_file
 from learn.evaluate import evaluate
 from learn.metrics import ssim
 from learn.run import load_run, read_config
+from learn.spectrum_model import L1_WEIGHT, SSIM_WEIGHT, loss
 from learn.splits import split
 from learn.train import train
-from learn.training import L1_WEIGHT, SSIM_WEIGHT, Spectra, Training, loss
+from learn.training import Spectra, Training
 from scenes.errors import InputError
 from simulate.dataset import read_dataset
 from simulate.dataset_writer import write_index
@@ -235,6 +236,17 @@ def test_coordinate_that_never_changes_is_no_division_by_zero(finished_run, tiny
     assert np.isfinite(load_run(finished_run).predict(np.array([[1.0, 0.5, 1.0], [1.0, 0.5, 1.2]]))).all()
 
 
+def test_training_begins_with_the_weights_of_another_run(finished_run, tmp_path, tiny_config, monkeypatch):
+    """At a rate of nothing they stay what they were, but for the box that positions are scaled by."""
+    config = replace(tiny_config, init=str(finished_run), split="random", split_seed=1, learning_rate=1e-30)
+    train(config, tmp_path / "run")
+    found, expected = weights(tmp_path / "run"), weights(finished_run)
+    assert not torch.equal(found.pop("region"), expected.pop("region"))
+    torch.testing.assert_close(found, expected)
+    with pytest.raises(InputError, match="expected a run of the same model and size"):
+        train(replace(config, model="mlp"), tmp_path / "other")
+
+
 def test_damaged_weights_are_refused(finished_run, tmp_path):
     for name in ("config.json", "split.json"):
         (tmp_path / name).write_bytes((finished_run / name).read_bytes())
@@ -353,7 +365,7 @@ import learn.run, learn.train
 from learn.model import ModelSize
 from learn.run import Config
 
-learn.run.ModelSize = lambda: ModelSize({size})
+learn.run.SIZES = dict.fromkeys(learn.run.SIZES, ModelSize({size}))
 learn.train.STEPS_PER_VALIDATION = 6
 torch.optim.AdamW = lambda parameters, lr, **_: torch.optim.SGD(parameters, lr)
 learn.train.train({config!r}, Path(sys.argv[1]), devices=2)

@@ -1,0 +1,159 @@
+"""What training bisplat-aperture takes: the loop as first written against the loop as it is, in one run.
+
+python benchmarks/train.py runs/demo/dataset --json
+
+As first written: the renderer eager (learn.splat.splat_reference), the loss's SSIM one spectrum at a time, AdamW
+parameter by parameter, no averaged weights, six octaves of the position instead of three. Data, seed, steps, batch and
+learning rate are the same.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Annotated, Any
+from unittest.mock import patch
+
+import numpy as np
+import pandas as pd
+import torch
+import tyro
+from lightning.pytorch.callbacks import Callback
+from pytorch_msssim import ssim
+from tyro.conf import Positional
+
+sys.path.pop(0)  # this folder, whose simulate.py is not the package of that name
+
+import learn.spectrum_model
+import learn.splat
+import learn.train
+import learn.training
+from learn.encoding import TX_ORDER
+from learn.model import APERTURE, BiSplatAperture, BiSplatWRF
+from learn.run import LEARNING_RATE, Config
+from simulate.spectrum import PlanarArray
+
+REGION = np.array([[0.0, 0.0, 0.0], [1.6, 1.3, 0.9]])
+
+
+def ssim_one_by_one(prediction: torch.Tensor, truth: torch.Tensor, data_range: float) -> torch.Tensor:
+    """The loss's SSIM before its convolutions went over spectra as channels."""
+    return ssim(prediction.transpose(0, 1), truth.transpose(0, 1), data_range=data_range)
+
+
+@contextmanager
+def as_first_written() -> Iterator[None]:
+    """The loop before it was made fast."""
+    adamw = torch.optim.AdamW
+    with (
+        patch.object(learn.splat, "splat_cpu", learn.splat.splat_reference),
+        patch.object(learn.spectrum_model, "gaussian_ssim", ssim_one_by_one),
+        patch.object(torch.optim, "AdamW", lambda parameters, fused, **settings: adamw(parameters, **settings)),
+        patch.object(learn.train, "EMAWeightAveraging", lambda decay: Callback()),
+    ):
+        yield
+
+
+def milliseconds(function: Callable[[], Any], repeats: int = 10) -> float:
+    """Median time of a call, the first two left out."""
+    times = []
+    for _ in range(repeats + 2):
+        began = time.perf_counter()
+        function()
+        times.append(1e3 * (time.perf_counter() - began))
+    return float(np.median(times[2:]))
+
+
+def step_milliseconds(batch: int = 8, networks: Callable[[BiSplatWRF], None] = lambda model: None) -> dict[str, float]:
+    """Where the time of a training step goes; what is left after renderer, loss and optimiser is the networks'."""
+    torch.manual_seed(0)
+    model = BiSplatAperture(APERTURE, REGION, PlanarArray())
+    networks(model)
+    module = learn.training.Training(model, 1e-4, 1000)
+    optimiser = module.configure_optimizers()["optimizer"]
+    positions = torch.from_numpy(REGION[0] + np.random.default_rng(0).random((batch, 3)) * np.ptp(REGION, axis=0))
+    positions, truth = positions.float(), torch.randint(0, 256, (batch, 90, 360), dtype=torch.uint8)
+
+    def step() -> None:
+        optimiser.zero_grad()
+        model.loss(positions, truth.float() / 255).backward()
+        torch.nn.utils.clip_grad_norm_(model.parameters(), 1.0)
+        optimiser.step()
+
+    inputs: list[Any] = []
+    with patch("learn.model.splat", lambda *given: inputs.extend(given) or learn.splat.splat(*given)):
+        prediction = model(positions).detach()
+    inputs = [value.detach().requires_grad_(index < 7) for index, value in enumerate(inputs)]
+
+    times = {
+        "step": milliseconds(step),
+        "renderer": milliseconds(lambda: learn.splat.splat(*inputs).square().sum().backward()),
+        "loss": milliseconds(
+            lambda: learn.spectrum_model.loss(prediction.clone().requires_grad_(), truth.float() / 255).backward()
+        ),
+        "optimiser": milliseconds(optimiser.step),
+    }
+    return times | {"networks": times["step"] - times["renderer"] - times["loss"] - times["optimiser"]}
+
+
+def training(dataset: Path, steps: int, size: dict[str, int]) -> tuple[float, pd.Series]:
+    """Seconds of a training, and its validation SSIM by step."""
+    with tempfile.TemporaryDirectory() as folder:
+        run = Path(folder) / "run"
+        model = "bisplat-aperture"
+        rate = LEARNING_RATE[model]
+        learn.train.train(Config(str(dataset.resolve()), model, "files", 0, 0, steps, 8, rate, size=size), run)
+        (log,) = (run / "logs").rglob("metrics.csv")
+        validated = pd.read_csv(log).dropna(subset=["validation_ssim"]).set_index("step")["validation_ssim"]
+        return json.loads((run / "training.json").read_text())["seconds"], validated
+
+
+def main(
+    dataset: Positional[Path],
+    steps: int = 1500,
+    json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
+) -> None:
+    """Time both loops, and how long each takes to the SSIM that the first one ends with.
+
+    Args:
+        dataset: the demo's dataset.
+        steps: optimiser steps of both.
+        json_output: print one JSON object.
+    """
+    ours = step_milliseconds()
+    compiled = step_milliseconds(networks=lambda model: [part.compile() for part in (model.bst, model.delta)] and None)
+    with torch.autocast("cpu", torch.bfloat16):
+        half = step_milliseconds()
+    with as_first_written():
+        first = step_milliseconds()
+        first_seconds, first_ssim = training(dataset, steps, {"tx_order": TX_ORDER})
+    our_seconds, our_ssim = training(dataset, steps, {})
+
+    final = float(first_ssim.iloc[-1])
+    reached = our_ssim.index[our_ssim >= final]
+    to_final = our_seconds * (reached[0] + 1) / (our_ssim.index[-1] + 1) if len(reached) else float("nan")
+    result: dict[str, Any] = {
+        "final_validation_ssim_first": round(final, 4),
+        "final_validation_ssim_ours": round(float(our_ssim.iloc[-1]), 4),
+        "seconds_first": first_seconds,
+        "seconds_ours": our_seconds,
+        "seconds_to_final_ssim_of_first": round(to_final, 1),
+        "ratio_to_final_ssim": round(first_seconds / to_final, 1),
+        **{f"first_{name}_ms": round(value, 1) for name, value in first.items()},
+        **{f"ours_{name}_ms": round(value, 1) for name, value in ours.items()},
+        "networks_compiled_step_ms": round(compiled["step"], 1),
+        "bfloat16_step_ms": round(half["step"], 1),
+        "threads": torch.get_num_threads(),
+        "cores": os.cpu_count(),
+    }
+    print(json.dumps(result) if json_output else json.dumps(result, indent=2))
+
+
+if __name__ == "__main__":
+    tyro.cli(main)

@@ -1,0 +1,62 @@
+"""Gaussian-process interpolation (kriging) of pictures, and of the array's responses: what statistics alone can do."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Complex, Float
+from sklearn.decomposition import PCA
+from sklearn.exceptions import ConvergenceWarning
+from sklearn.gaussian_process import GaussianProcessRegressor
+from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
+from sklearn.utils._testing import ignore_warnings
+
+from simulate.spectrum import PlanarArray, normalise
+
+COMPONENTS = 48
+"""Principal components of the pictures that are interpolated."""
+
+FITTED_ON = 400
+"""Spectra that the kernel's length and noise are fitted on; all are used to predict."""
+
+
+class Interpolator:
+    """Gaussian process with one squared-exponential kernel for all outputs, its parameters by marginal likelihood."""
+
+    def __init__(self, positions: Float[np.ndarray, "n 3"], values: Float[np.ndarray, "n outputs"], seed: int):
+        spacing = np.ptp(positions, axis=0).max() / 10
+        kernel = ConstantKernel(1.0) * RBF(spacing, (spacing / 30, spacing * 30)) + WhiteKernel(0.01, (1e-6, 1.0))
+        self._mean, self._scale = values.mean(axis=0), values.std() + 1e-12
+        wanted = (values - self._mean) / self._scale
+        some = np.random.default_rng(seed).permutation(len(positions))[:FITTED_ON]
+        process = GaussianProcessRegressor(kernel, random_state=seed)
+        ignore_warnings(process.fit, category=ConvergenceWarning)(positions[some], wanted[some])
+        self._process = GaussianProcessRegressor(process.kernel_, optimizer=None).fit(positions, wanted)
+
+    def __call__(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K outputs"]:
+        found = self._process.predict(positions).reshape(len(positions), -1)
+        return found * self._scale + self._mean
+
+
+def krige_pictures(
+    known_positions: Float[np.ndarray, "n 3"],
+    known: Float[np.ndarray, "n 90 360"],
+    positions: Float[np.ndarray, "K 3"],
+    seed: int,
+) -> Float[np.ndarray, "K 90 360"]:
+    """Interpolates the principal components of the pictures."""
+    components = PCA(min(COMPONENTS, len(known)), random_state=seed).fit(known.reshape(len(known), -1))
+    interpolator = Interpolator(known_positions, components.transform(known.reshape(len(known), -1)), seed)
+    return components.inverse_transform(interpolator(positions)).reshape(len(positions), *known.shape[1:])
+
+
+def krige_responses(
+    known_positions: Float[np.ndarray, "n 3"],
+    responses: Complex[np.ndarray, "n elements"],
+    array: PlanarArray,
+    positions: Float[np.ndarray, "K 3"],
+    seed: int,
+) -> Float[np.ndarray, "K 90 360"]:
+    """Interpolates real and imaginary parts of the element responses; the array makes the pictures."""
+    interpolator = Interpolator(known_positions, np.concatenate([responses.real, responses.imag], axis=1), seed)
+    real, imaginary = np.split(interpolator(positions), 2, axis=1)
+    return normalise(array.spectrum(real + 1j * imaginary))
