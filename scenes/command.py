@@ -1,0 +1,99 @@
+"""``bisplat scene``."""
+
+from __future__ import annotations
+
+import json as json_format
+import sys
+from pathlib import Path
+from typing import Annotated, Literal
+
+from tyro.conf import Positional, arg
+
+from scenes.errors import InputError
+from scenes.tables import print_rows, print_table
+
+Triple = tuple[float, float, float]
+
+
+def scene(
+    scene: Positional[str],
+    output: Annotated[Path | None, arg(aliases=["-o"])] = None,
+    material: tuple[str, ...] = (),
+    default_material: str | None = None,
+    unit: Literal["m", "cm", "mm", "in", "ft"] = "m",
+    up: Literal["y", "z"] | None = None,
+    frequency: float = 915e6,
+    gateway: Triple | None = None,
+    boresight: Triple | None = None,
+    pattern: Literal["iso", "dipole", "hw_dipole", "tr38901"] = "iso",
+    region_min: Triple | None = None,
+    region_max: Triple | None = None,
+    json: bool = False,
+) -> None:
+    """Draw and describe a scene; or import a mesh (GLB, GLTF, OBJ, PLY, STL, OFF) or a Mitsuba XML into a new one.
+
+    Args:
+        scene: built-in name (lab) or scene YAML; to import: a mesh, a Mitsuba or Sionna RT XML, or sionna:etoile.
+        output: the drawing (default NAME.png); for an import: the new scene's folder.
+        material: import only: NODE=MATERIAL rules, the first that matches wins; NODE may hold * and ?.
+        default_material: import only: material of nodes that neither a rule nor the file gives one.
+        unit: import only: the mesh's unit of length.
+        up: import only: the mesh's up axis (default: y for glTF, else z).
+        frequency: import only: Hz.
+        gateway: import only: the gateway's position, metres.
+        boresight: import only: direction the gateway looks in; its y axis is up.
+        pattern: import only: of the gateway's elements; isotropic ones cannot tell front from back.
+        region_min: import only: lowest corner of the transmitter region, metres.
+        region_max: import only: highest corner of the transmitter region, metres.
+        json: print the description as JSON.
+    """
+    from scenes import Gateway, Transmitter, load_scene
+    from scenes.description import facing
+    from scenes.drawing import describe_scene, draw_scene
+    from scenes.mesh_import import import_scene, is_importable
+    from scenes.scene_yaml import write_scene
+
+    if is_importable(scene):
+        needed = {
+            "--output": output,
+            "--gateway": gateway,
+            "--boresight": boresight,
+            "--region-min": region_min,
+            "--region-max": region_max,
+        }
+        missing = [name for name, value in needed.items() if value is None]
+        if output is None or gateway is None or boresight is None or region_min is None or region_max is None:
+            raise InputError(f"{scene}: importing a mesh needs {', '.join(missing)} too")
+        placed = Gateway(gateway, facing(boresight), pattern=pattern), Transmitter(region_min, region_max)
+        rules = [_rule(text) for text in material]
+        place, report = import_scene(Path(scene), rules, default_material, unit, up, frequency, *placed)
+        write_scene(place, output)
+        for name, count in report.degenerate.items():
+            print(f"bisplat: {name}: dropped {count} triangles without area", file=sys.stderr)
+        drawing = output / "scene.png"
+    else:
+        place = load_scene(scene)
+        drawing = output or Path(f"{place.name}.png")
+    draw_scene(place, drawing)
+    description = describe_scene(place)
+    if json:
+        print(json_format.dumps(description, indent=2))
+        return
+    for what in ("objects", "materials"):
+        print_rows(what, description.pop(what))
+    gateways: dict[str, dict] = description.pop("further_gateways")
+    for label, further in gateways.items():
+        description |= {f"{label} {name}": value for name, value in further.items()}
+    for what in ("bounds", "gateway", "transmitter"):
+        description |= {f"{what} {name}": value for name, value in description.pop(what).items()}
+    region = description.pop("transmitter region")
+    description |= {f"transmitter region {name}": value for name, value in region.items()}
+    print_table("scene (metres, hertz)", {"": description})
+    print(f"drawing: {drawing}")
+
+
+def _rule(text: str) -> tuple[str, str]:
+    pattern, separator, material = text.rpartition("=")
+    if not separator:
+        raise InputError(f"--material: expected NODE=MATERIAL, found {text}")
+    return pattern, material
