@@ -9,8 +9,11 @@ import json
 import os
 import platform
 import shutil
+import sys
 from pathlib import Path
 from typing import Any
+
+sys.path.pop(0)  # this folder, whose simulate.py is not the package of that name
 
 from learn.experiment import summary
 from scenes.scene_yaml import BUILT_IN
@@ -120,7 +123,7 @@ def experiment_section(name: str, title: str, command: str, remarks: str, figure
     """A folder of compare, ablate or sweep, kept as runs/NAME; its figure is copied beside the page."""
     folder = RUNS / name
     protocol = read(folder / "protocol.json")
-    if protocol is None:
+    if protocol is None or not (folder / figure).is_file():
         return []
     rows = [json.loads(line) for line in (folder / "results.jsonl").read_text().splitlines()]
     sweeping = any(row["train_size"] for row in rows)
