@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import cached_property, partial
+from io import BytesIO
 from pathlib import Path
 from typing import Protocol
 
@@ -21,10 +22,11 @@ from jaxtyping import Complex, Float
 from learn.baselines import inverse_distance, mean_picture, nearest
 from learn.ceiling import responses_of
 from learn.kriging import krige_pictures, krige_responses
+from learn.metrics import ssim
 from learn.model import Bypass
 from learn.run import LEARNING_RATE, Config, ModelName, Run, build_model, load_run, read_config
 from learn.splits import Split, SplitKind, split
-from learn.train import box_of, train
+from learn.train import STEPS_PER_VALIDATION, box_of, train
 from learn.training import Training
 from scenes.errors import InputError
 from simulate.dataset import Dataset
@@ -192,7 +194,7 @@ class Trained:
 
 
 def _seconds_per_step(config: Config, task: Task) -> float:
-    """Of a training step, timed on throwaway weights."""
+    """Of a training step and its share of a validation and a checkpoint, timed on throwaway weights."""
     module = Training(build_model(config, box_of(task.positions), task.array), config.learning_rate, 100)
     device = "cuda" if torch.cuda.is_available() else "cpu"
     module.to(device)
@@ -209,7 +211,15 @@ def _seconds_per_step(config: Config, task: Task) -> float:
         optimiser.step()
         value.item()  # waits for a GPU
         times.append(time.perf_counter() - began)
-    return float(np.median(times[1:]))
+    began = time.perf_counter()
+    with torch.no_grad():
+        prediction = module.model(positions).cpu().numpy()
+    ssim(prediction, pictures.cpu().numpy())
+    validation = (time.perf_counter() - began) / len(some) * len(task.parts.validation)
+    began = time.perf_counter()
+    torch.save([module.state_dict(), optimiser.state_dict()], BytesIO())
+    checkpoint = 2 * (time.perf_counter() - began)  # the last and the best
+    return float(np.median(times[1:])) + (validation + checkpoint) / STEPS_PER_VALIDATION
 
 
 ON_A_CPU = {"nerf2": {"samples": 16, "rays": 1024, "width": 128}}
