@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
+from matplotlib import colormaps
 from matplotlib.figure import Figure
 
 EXTENT = (-0.5, 359.5, 0.5, 90.5)
@@ -58,8 +59,9 @@ def draw_examples(
 
 def draw_ssim_distribution(ssim: dict[str, Float[np.ndarray, " K"]], path: Path) -> None:
     """Cumulative distribution of SSIM of everything that was compared."""
-    figure = Figure(figsize=(6.4, 4.2), layout="constrained")
+    figure = Figure(figsize=(9, 4.2), layout="constrained")
     axis = figure.subplots()
+    axis.set_prop_cycle(color=colormaps["tab20"](range(20)))
     for name, values in ssim.items():
         share = np.arange(1, len(values) + 1) / len(values)
         label = f"{LABELS.get(name, name)}: median {np.median(values):.3f}"
@@ -71,7 +73,7 @@ def draw_ssim_distribution(ssim: dict[str, Float[np.ndarray, " K"]], path: Path)
         ylim=(0, 1),
     )
     axis.grid(alpha=0.3)
-    axis.legend(loc="upper left")
+    figure.legend(loc="outside right upper")
     figure.savefig(path, dpi=110)
 
 
