@@ -11,14 +11,14 @@ from learn.experiment import Experiment, Protocol, summary
 from learn.figures import draw_ssim_distribution
 from learn.methods import ON_A_CPU, method_named
 from learn.report import write_comparison
+from learn.run import device_name
 from learn.splits import SplitKind
 from simulate.dataset import read_dataset
 
 
 def begin(dataset: Path, out: Path, split: SplitKind, minutes: float) -> Experiment:
     """The experiment of a folder, new or begun before."""
-    device = torch.cuda.get_device_name() if torch.cuda.is_available() else f"{torch.get_num_threads()} CPU threads"
-    return Experiment(out, read_dataset(dataset), Protocol(str(dataset.resolve()), split, 0, minutes, device))
+    return Experiment(out, read_dataset(dataset), Protocol(str(dataset.resolve()), split, 0, minutes, device_name()))
 
 
 def compare(dataset: Path, out: Path, models: tuple[str, ...], split: SplitKind, minutes: float, seeds: int) -> Any:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from jaxtyping import Complex, Float
 from sklearn.decomposition import PCA
@@ -38,25 +40,23 @@ class Interpolator:
 
 
 def krige_pictures(
-    known_positions: Float[np.ndarray, "n 3"],
-    known: Float[np.ndarray, "n 90 360"],
-    positions: Float[np.ndarray, "K 3"],
-    seed: int,
-) -> Float[np.ndarray, "K 90 360"]:
-    """Interpolates the principal components of the pictures."""
-    components = PCA(min(COMPONENTS, len(known)), random_state=seed).fit(known.reshape(len(known), -1))
-    interpolator = Interpolator(known_positions, components.transform(known.reshape(len(known), -1)), seed)
-    return components.inverse_transform(interpolator(positions)).reshape(len(positions), *known.shape[1:])
+    positions: Float[np.ndarray, "n 3"], pictures: Float[np.ndarray, "n 90 360"], seed: int
+) -> Callable[[Float[np.ndarray, "K 3"]], Float[np.ndarray, "K 90 360"]]:
+    """Fits the principal components of known pictures; returns what interpolates them at other positions."""
+    pixels = pictures.reshape(len(pictures), -1)
+    components = PCA(min(COMPONENTS, len(pixels)), random_state=seed).fit(pixels)
+    interpolator = Interpolator(positions, components.transform(pixels), seed)
+    return lambda asked: components.inverse_transform(interpolator(asked)).reshape(len(asked), *pictures.shape[1:])
 
 
 def krige_responses(
-    known_positions: Float[np.ndarray, "n 3"],
-    responses: Complex[np.ndarray, "n elements"],
-    array: PlanarArray,
-    positions: Float[np.ndarray, "K 3"],
-    seed: int,
-) -> Float[np.ndarray, "K 90 360"]:
-    """Interpolates real and imaginary parts of the element responses; the array makes the pictures."""
-    interpolator = Interpolator(known_positions, np.concatenate([responses.real, responses.imag], axis=1), seed)
-    real, imaginary = np.split(interpolator(positions), 2, axis=1)
-    return normalise(array.spectrum(real + 1j * imaginary))
+    positions: Float[np.ndarray, "n 3"], responses: Complex[np.ndarray, "n elements"], array: PlanarArray, seed: int
+) -> Callable[[Float[np.ndarray, "K 3"]], Float[np.ndarray, "K 90 360"]]:
+    """Fits real and imaginary parts of known element responses; of the interpolated ones the array makes pictures."""
+    interpolator = Interpolator(positions, np.concatenate([responses.real, responses.imag], axis=1), seed)
+
+    def predict(asked: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
+        real, imaginary = np.split(interpolator(asked), 2, axis=1)
+        return normalise(array.spectrum(real + 1j * imaginary))
+
+    return predict

@@ -96,6 +96,8 @@ class Method(Protocol):
 class MeanPicture:
     """The mean of the known pictures."""
 
+    _predict: Callable[[Float[np.ndarray, "K 3"]], Float[np.ndarray, "K 90 360"]]
+
     def fit(self, task: Task) -> None:
         self._predict = partial(mean_picture, task.pictures)
 
@@ -121,7 +123,7 @@ class Kriging(MeanPicture):
     """Gaussian process over the pictures."""
 
     def fit(self, task: Task) -> None:
-        self._predict = partial(krige_pictures, task.positions, task.pictures, seed=task.seed)
+        self._predict = krige_pictures(task.positions, task.pictures, task.seed)
 
 
 class KrigingResponses(MeanPicture):
@@ -137,7 +139,7 @@ class KrigingResponses(MeanPicture):
             strongest = responses[:, np.abs(responses).mean(axis=0).argmax()]
             responses = responses * np.exp(-1j * np.angle(strongest))[:, None]
             responses /= np.linalg.norm(responses, axis=1, keepdims=True)
-        self._predict = partial(krige_responses, task.positions, responses, task.array, seed=task.seed)
+        self._predict = krige_responses(task.positions, responses, task.array, task.seed)
 
 
 @dataclass

@@ -180,13 +180,17 @@ class Run:
         return Split(**{part: np.array([where[name] for name in names], dtype=int) for part, names in parts.items()})
 
 
+def device_name() -> str:
+    """What this process trains on, for a reader."""
+    return torch.cuda.get_device_name() if torch.cuda.is_available() else f"{torch.get_num_threads()} CPU threads"
+
+
 def write_training(folder: Path, steps: int, seconds: float, validation_ssim: float) -> None:
     """Write training.json: what training took, and the validation SSIM of the weights kept."""
-    device = torch.cuda.get_device_name() if torch.cuda.is_available() else f"{torch.get_num_threads()} CPU threads"
     content = {
         "steps": steps,
         "seconds": round(seconds, 1),
-        "device": device,
+        "device": device_name(),
         "date": datetime.date.today().isoformat(),
         "validation_ssim": validation_ssim,
     }
