@@ -7,7 +7,7 @@ the array can score, and tells how much of a measured picture is not spatial spe
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Complex, Float, Int
+from jaxtyping import Complex, Float
 
 from simulate.spectrum import PlanarArray, normalise
 
@@ -20,11 +20,6 @@ FLOORS = (0.0, 0.03, 0.1)
 
 EVERY_DEG = 6
 """The fit looks at every sixth row and column: a 4 × 4 array resolves nothing finer."""
-
-
-def some_of(count: int) -> Int[np.ndarray, " n"]:
-    """Indices of at most ``SAMPLES`` of so many pictures, evenly spread."""
-    return np.unique(np.linspace(0, count - 1, min(SAMPLES, count)).astype(int))
 
 
 def array_ceiling(truth: Float[np.ndarray, "K 90 360"], array: PlanarArray) -> Float[np.ndarray, "K 90 360"]:

@@ -13,10 +13,11 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from learn.baselines import inverse_distance, mean_picture, nearest
-from learn.ceiling import array_ceiling, some_of
+from learn.ceiling import SAMPLES, array_ceiling
 from learn.figures import draw_examples, draw_ssim_distribution
 from learn.metrics import Scores, score
 from learn.run import load_run
+from learn.splits import evenly
 from scenes.atomic import write_atomically
 from scenes.errors import InputError
 from simulate.dataset import Dataset, read_dataset, read_index
@@ -80,7 +81,7 @@ def evaluate(folder: Path, dataset_folder: Path | None = None, index: Path | Non
     positions = dataset.positions[test]
     pictures, places = known_data.pictures[known] / np.float32(255), known_data.positions[known]
     prediction = run.predict(positions)
-    some = some_of(len(test))
+    some = evenly(np.arange(len(test)), SAMPLES)
     scores = {
         "model": score(prediction, truth),
         "mean_picture": score(mean_picture(pictures, positions), truth),

@@ -16,12 +16,12 @@ import numpy as np
 from jaxtyping import Float, Int
 from rich.console import Console
 
-from learn.ceiling import array_ceiling, some_of
+from learn.ceiling import SAMPLES, array_ceiling
+from learn.claim import claim
 from learn.methods import Method, Task
 from learn.metrics import Scores, score
-from learn.splits import split
+from learn.splits import evenly, split
 from scenes.atomic import write_atomically
-from scenes.errors import InputError
 from simulate.dataset import Dataset
 
 CEILING = "array's ceiling"
@@ -61,17 +61,8 @@ class Experiment:
     def __init__(self, folder: Path, dataset: Dataset, protocol: Protocol):
         self.folder, self.dataset, self.protocol = folder, dataset, protocol
         path = folder / "protocol.json"
-        if path.exists():
-            found = json.loads(path.read_text())
-            for name, value in asdict(protocol).items():
-                if found.get(name) != value:
-                    raise InputError(
-                        f"{folder}: expected a new folder or this experiment begun before, found one whose {name} is "
-                        f"{found.get(name)}, not {value}"
-                    )
-        elif folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-            raise InputError(f"{folder}: expected a new folder or an experiment begun before, found other files")
-        folder.mkdir(parents=True, exist_ok=True)
+        begun = json.loads(path.read_text()) if path.exists() else None
+        claim(folder, "experiment", asdict(protocol), begun)
         write_atomically(path, (json.dumps(asdict(protocol), indent=2) + "\n").encode())
 
     @property
@@ -114,8 +105,7 @@ class Experiment:
         if self._has(key):
             return
         kind: Any = self.protocol.split
-        test = split(self.dataset, kind, self.protocol.split_seed).test
-        some = test[some_of(len(test))]
+        some = evenly(split(self.dataset, kind, self.protocol.split_seed).test, SAMPLES)
         self._keep(key, some, score(array_ceiling(self._truth(some), self.dataset.array), self._truth(some)), {})
 
     def per_sample(self, row: dict[str, Any]) -> dict[str, Float[np.ndarray, " K"]]:

@@ -27,7 +27,7 @@ from learn.model import Bypass
 from learn.run import LEARNING_RATE, Config, ModelName, Run, build_model, load_run, read_config
 from learn.splits import Split, SplitKind, split
 from learn.train import STEPS_PER_VALIDATION, box_of, train
-from learn.training import Training
+from learn.training import Spectra, Training
 from scenes.errors import InputError
 from simulate.dataset import Dataset
 from simulate.spectrum import PlanarArray
@@ -217,7 +217,7 @@ def _seconds_per_step(config: Config, task: Task) -> float:
     with torch.no_grad():
         prediction = module.model(positions).cpu().numpy()
     ssim(prediction, pictures.cpu().numpy())
-    validation = (time.perf_counter() - began) / len(some) * len(task.parts.validation)
+    validation = (time.perf_counter() - began) / len(some) * min(Spectra.VALIDATED, len(task.parts.validation))
     began = time.perf_counter()
     torch.save([module.state_dict(), optimiser.state_dict()], BytesIO())
     checkpoint = 2 * (time.perf_counter() - began)  # the last and the best

@@ -70,7 +70,7 @@ class Config:
         split: how the test part is chosen.
         seed: of the initial weights and the order of the spectra.
         split_seed: of the split.
-        steps: optimiser steps, rounded up to whole epochs.
+        steps: optimiser steps, rounded to whole epochs.
         batch_size: spectra per step.
         learning_rate: of AdamW, after warm-up.
         bypass: branches switched off (the paper's ablation).

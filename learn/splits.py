@@ -79,3 +79,8 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
             f"found {count}, which leaves {len(result.train)}, {len(result.validation)} and {len(result.test)}"
         )
     return result
+
+
+def evenly(indices: Int[np.ndarray, " n"], most: int) -> Int[np.ndarray, " m"]:
+    """At most so many of them, evenly spread."""
+    return indices[np.unique(np.linspace(0, len(indices) - 1, min(most, len(indices))).astype(int))]

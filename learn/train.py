@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import logging
-import math
 import signal
 import warnings
+from dataclasses import asdict
 from pathlib import Path
 
 import lightning as L
@@ -18,6 +18,7 @@ from lightning.pytorch.utilities import rank_zero_only
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
+from learn.claim import claim
 from learn.run import Config, build_model, load_weights, read_config, save_weights, write_config, write_training
 from learn.splits import split
 from learn.training import Spectra, Training
@@ -25,6 +26,7 @@ from scenes.errors import InputError
 from simulate.dataset import read_dataset
 
 STEPS_PER_VALIDATION = 100
+"""Where an epoch is longer than this, it ends here: the next one draws anew from all of the training part."""
 
 AVERAGED = 0.99
 """Validated and kept are weights averaged over the last steps, the latest weighing 1 − AVERAGED."""
@@ -79,7 +81,8 @@ def train(config: Config, folder: Path, devices: int = 1, nodes: int = 1) -> Non
     dataset = read_dataset(config.dataset)
     first = getattr(rank_zero_only, "rank", 0) == 0  # of several processes, one writes
     if first:
-        _claim(folder, config)
+        begun = asdict(read_config(folder)[0]) if (folder / "config.json").exists() else None
+        claim(folder, "run", asdict(config), begun)
     parts = split(dataset, config.split, config.split_seed, config.train_size)
     if (folder / "weights.safetensors").exists():
         return
@@ -95,10 +98,12 @@ def train(config: Config, folder: Path, devices: int = 1, nodes: int = 1) -> Non
         load_weights(model, Path(config.init))
 
     spectra = Spectra(dataset, parts, config.batch_size, config.seed)
-    every = max(1, round(STEPS_PER_VALIDATION / spectra.batches))
+    period = min(STEPS_PER_VALIDATION, config.steps)
+    batches = min(spectra.batches, period)
     # Whole periods between validations, so that the last weights are validated too.
-    epochs = every * math.ceil(config.steps / (every * spectra.batches))
-    steps = epochs * spectra.batches
+    every = max(1, round(period / batches))
+    epochs = every * max(1, round(config.steps / (every * batches)))
+    steps = epochs * batches
     checkpoints = ModelCheckpoint(
         folder / "checkpoints",
         filename="best",
@@ -112,6 +117,7 @@ def train(config: Config, folder: Path, devices: int = 1, nodes: int = 1) -> Non
     attempt = len(list(folder.glob("logs/version_*")))
     trainer = L.Trainer(
         max_epochs=epochs,
+        limit_train_batches=batches,
         accelerator="auto",
         devices=devices,
         num_nodes=nodes,
@@ -160,18 +166,3 @@ def _strategy(config: Config, processes: int) -> str:
         return "auto"
     # The parameters of a bypassed branch get no gradient, which DDP must be told.
     return "ddp_find_unused_parameters_true" if config.bypass else "ddp"
-
-
-def _claim(folder: Path, config: Config) -> None:
-    """Make the run folder, or make sure that it is this run's."""
-    if (folder / "config.json").exists():
-        found, _ = read_config(folder)
-        for name in Config.__dataclass_fields__:
-            if getattr(found, name) != getattr(config, name):
-                raise InputError(
-                    f"{folder}: expected a new folder or this run begun before, found a run whose {name} is "
-                    f"{getattr(found, name)}, not {getattr(config, name)}"
-                )
-    elif folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise InputError(f"{folder}: expected a new folder or a run begun before, found other files")
-    folder.mkdir(parents=True, exist_ok=True)

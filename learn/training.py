@@ -12,7 +12,7 @@ from torch.utils.data.distributed import DistributedSampler
 
 from learn.metrics import ssim
 from learn.spectrum_model import SpectrumModel
-from learn.splits import Split
+from learn.splits import Split, evenly
 from simulate.dataset import Dataset
 
 WARM_UP = 0.05
@@ -86,7 +86,8 @@ class Spectra(L.LightningDataModule):
         seed: of the order.
     """
 
-    VALIDATED_AT_ONCE = 16
+    VALIDATED, VALIDATED_AT_ONCE = 128, 16
+    """So many spectra of the validation part, evenly spread, at most: it chooses a checkpoint, no more."""
 
     def __init__(self, dataset: Dataset, parts: Split, batch_size: int, seed: int):
         super().__init__()
@@ -107,7 +108,7 @@ class Spectra(L.LightningDataModule):
         return DataLoader(data, batch_size=None, sampler=batches)
 
     def val_dataloader(self) -> DataLoader:
-        data = self._data(self._parts.validation)
+        data = self._data(evenly(self._parts.validation, self.VALIDATED))
         # Every process validates all of it: a few spectra, and one figure for all.
         batches = BatchSampler(SequentialSampler(data), self.VALIDATED_AT_ONCE, drop_last=False)
         return DataLoader(data, batch_size=None, sampler=batches)

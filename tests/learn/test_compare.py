@@ -70,7 +70,7 @@ def test_folder_of_another_protocol_or_of_something_else_is_refused(tiny, tmp_pa
         compare(tiny, tmp_path / "out", ("nearest",), "random", INSTANT, 1)
     (tmp_path / "letters").mkdir()
     (tmp_path / "letters" / "love.txt").write_text("dear")
-    with pytest.raises(InputError, match="expected a new folder or an experiment begun before"):
+    with pytest.raises(InputError, match="expected a new folder or an earlier experiment, found other"):
         compare(tiny, tmp_path / "letters", ("nearest",), "files", INSTANT, 1)
 
 
