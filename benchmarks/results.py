@@ -10,8 +10,11 @@ import os
 import platform
 import shutil
 import sys
+import tomllib
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 sys.path.pop(0)  # this folder, whose simulate.py is not the package of that name
 
@@ -19,8 +22,6 @@ from learn.experiment import summary
 from scenes.scene_yaml import BUILT_IN
 
 RUNS = Path("runs")
-MODELS = ("bisplat-aperture", "bisplat", "bisplat-plus")
-SPLITS = ("files", "blocked")
 
 
 def read(path: Path) -> dict[str, Any] | None:
@@ -32,11 +33,6 @@ def machine() -> str:
     """What the commands ran on."""
     cpu = next((line.split(":")[1].strip() for line in open("/proc/cpuinfo") if line.startswith("model name")), "?")
     return f"{os.cpu_count()} cores of {cpu}, {platform.system()}, Python {platform.python_version()}"
-
-
-def earlier(config: dict[str, Any] | None) -> str:
-    """A mark for runs of code that has since changed: they have six octaves of the position and no averaged weights."""
-    return "" if config is not None and "size" in config else " (by an earlier commit, see docs/model.md)"
 
 
 def demo_section() -> list[str]:
@@ -54,56 +50,13 @@ def demo_section() -> list[str]:
         "",
         "```\nmake demo\n```",
         "",
-        f"{training['date']}, {training['device']}; training took {training['seconds']:.0f} s of it"
-        f"{earlier(read(RUNS / 'demo' / 'run' / 'config.json'))}.",
+        f"{training['date']}, {training['device']}; training took {training['seconds']:.0f} s of it.",
         "",
         "| metrics.json | |",
         "| --- | --- |",
         *rows,
         "",
     ]
-
-
-def measured_section() -> list[str]:
-    """Runs on the measured RFID sample."""
-    lines = [
-        "## The measured RFID sample",
-        "",
-        "```",
-        "bisplat train ../shared/data/rfid-s23-160 -o runs/rfid-MODEL-SPLIT --model MODEL --split SPLIT \\",
-        "    --steps STEPS --batch-size BATCH",
-        "bisplat evaluate runs/rfid-MODEL-SPLIT --json",
-        "```",
-        "",
-        "160 spectra of NeRF²'s RFID measurement. `files` is the sample's own random split, which leaks: the positions",
-        "follow a path. `blocked` holds out every fourth run of ten positions. Median SSIM (scikit-image, data range",
-        "1) on the test part; the baselines are on the same split. Read the baselines first: a model below them has",
-        "nothing to offer there yet. Rows of different steps × batch do not compare architectures: bisplat-plus had a",
-        "short run only. Times on one thread are those of two runs side by side.",
-        "",
-        "| split | model | SSIM | nearest | inverse distance | mean picture | ceiling | AoA error (°) | steps "
-        "| batch | training |",
-        "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
-    ]
-    for split in SPLITS:
-        for model in MODELS:
-            folder = RUNS / f"rfid-{model}-{split}"
-            metrics, training = read(folder / "evaluation" / "metrics.json"), read(folder / "training.json")
-            config = read(folder / "config.json")
-            if metrics is None or training is None or config is None:
-                continue
-            baselines = [
-                metrics["baselines"][name]["ssim_median"]
-                for name in ("nearest", "inverse_distance", "mean_picture", "array_ceiling")
-            ]
-            figures = " | ".join(f"{value:.3f}" for value in (metrics["ssim_median"], *baselines))
-            lines.append(
-                f"| {split} | {model} | {figures} | {metrics['aoa_error_median_deg']:.1f} | {training['steps']} | "
-                f"{config['batch_size']} | "
-                f"{training['seconds'] / 60:.1f} min, {training['device']}, {training['date']}"
-                f"{earlier(config)} |"
-            )
-    return [*lines, ""]
 
 
 def benchmark_section(name: str, title: str, command: str, remarks: str) -> list[str]:
@@ -126,9 +79,10 @@ def benchmark_section(name: str, title: str, command: str, remarks: str) -> list
     ]
 
 
-def experiment_section(name: str, title: str, command: str, remarks: str, figure: str) -> list[str]:
-    """A folder of compare, ablate or sweep, kept as runs/NAME; its figure is copied beside the page."""
+def experiment_section(name: str, told: dict[str, str]) -> list[str]:
+    """A folder of compare, ablate or sweep; its figure is copied beside the page."""
     folder = RUNS / name
+    title, command, figure = (told[key].strip() for key in ("title", "command", "figure"))
     protocol = read(folder / "protocol.json")
     if protocol is None or not (folder / figure).is_file():
         return []
@@ -142,7 +96,8 @@ def experiment_section(name: str, title: str, command: str, remarks: str, figure
         "",
         f"```\n{command}\n```",
         "",
-        f"{protocol['device']}, {protocol['minutes']:g} minutes of training each; {rows[-1]['date']}. {remarks}",
+        f"{protocol['device']} of the machine's two, the other busy with another of these experiments; "
+        f"{protocol['minutes']:g} minutes of training each; {rows[-1]['date']}. {told.get('remarks', '').strip()}",
         "",
         "| method | training spectra | SSIM median | spread over seeds | SSIM mean | 5th percentile | PSNR (dB) | MAE "
         "| AoA error (°) | parameters | training (s) | ms per spectrum |",
@@ -166,7 +121,53 @@ def experiment_section(name: str, title: str, command: str, remarks: str, figure
             "–" if costs[2] is None else f"{costs[2]:.1f}",
         ]
         lines.append("| " + " | ".join(cells) + " |")
-    return [*lines, "", f"![{title}]({name}.png)", ""]
+    return [*lines, "", *bypasses(table), f"![{title}]({name}.png)", ""]
+
+
+def bypasses(table: dict[tuple[str, int], dict[str, float]]) -> list[str]:
+    """Which bypass of the paper's ablation costs most, against the spread over the seeds; the paper says BST."""
+    lines = []
+    for model in ("bisplat", "bisplat-plus", "bisplat-aperture"):
+        parts = ("dynamic network", "delta decoder", "BST")
+        if any((name, 0) not in table for name in (model, *(f"{model} without {part}" for part in parts))):
+            continue
+        full = table[model, 0]
+        costs = {part: (full, table[f"{model} without {part}", 0]) for part in parts}
+        loss = {part: whole["ssim_median"] - less["ssim_median"] for part, (whole, less) in costs.items()}
+        noise = {part: np.hypot(whole["ssim_spread"], less["ssim_spread"]) for part, (whole, less) in costs.items()}
+        worst = max(loss, key=lambda part: loss[part])
+        said = ", ".join(f"without {part} {-loss[part]:+.3f} ± {noise[part]:.3f}" for part in parts)
+        clear = all(loss[worst] - loss[part] > noise[worst] + noise[part] for part in parts if part != worst)
+        if not clear:
+            verdict = "is neither confirmed nor refuted: the spread over the seeds is wider than the differences"
+        else:
+            verdict = "is confirmed here" if worst == "BST" else "is refuted here"
+        lines += [f"`{model}`: {said}. The paper's ordering, that bypassing BST costs most, {verdict}.", ""]
+    return lines
+
+
+def crossvalidation_section() -> list[str]:
+    """Of the aperture model of the lab's table."""
+    run = RUNS / "compare-lab-blocked" / "runs" / "bisplat-aperture-0"
+    metrics = read(run / "crossvalidation.json")
+    if metrics is None:
+        return []
+    for kind in ("map", "distance"):
+        shutil.copy(run / f"crossvalidation_{kind}.png", Path("docs") / f"crossvalidation_{kind}.png")
+    return [
+        "## Against fresh ray tracing",
+        "",
+        f"```\nbisplat crossvalidate {run} --scene lab --positions 400\n```",
+        "",
+        "| | |",
+        "| --- | --- |",
+        *(f"| {name} | {value:.4g} |" for name, value in metrics.items()),
+        "",
+        "![SSIM and error of the dominant direction over the region](crossvalidation_map.png)",
+        "",
+        "![the same against the distance to the nearest training position](crossvalidation_distance.png)",
+        "",
+    ]
 
 
 def scale_section() -> list[str]:
@@ -209,7 +210,6 @@ def main() -> None:
         f"Machine: {machine()}.",
         "",
         *demo_section(),
-        *measured_section(),
         *benchmark_section(
             "simulate",
             "Simulation: chains found once against one solver call per transmitter",
@@ -250,16 +250,9 @@ def main() -> None:
             "dataset, 1500 steps.",
         ),
     ]
-    for split in SPLITS:
-        lines += experiment_section(
-            f"compare-rfid-{split}",
-            f"Every method on the measured sample, `{split}`",
-            f"bisplat compare ../shared/data/rfid-s23-160 -o runs/compare-rfid-{split} --split {split} --budget 1",
-            "A first look, too short for the large models: nerf2 is of a reduced size, bisplat and swiftwrf got few "
-            "steps, bisplat-plus has no row yet. Validations were not yet counted in the budget of the rows that took "
-            "longer than it.",
-            "ssim_cdf.png",
-        )
+    for name, told in tomllib.loads(Path("benchmarks/experiments.toml").read_text()).items():
+        lines += experiment_section(name, told)
+    lines += crossvalidation_section()
     lines += scale_section()
     lines += [
         "## The built-in places",

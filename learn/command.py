@@ -82,8 +82,8 @@ def train(
     dataset: Positional[Path],
     output: Output,
     model: Literal[
-        "bisplat", "bisplat-plus", "bisplat-aperture", "mlp", "mlp-responses", "nerf2", "swiftwrf"
-    ] = "bisplat-aperture",
+        "helmholtz", "bisplat", "bisplat-plus", "bisplat-aperture", "mlp", "mlp-responses", "nerf2", "swiftwrf"
+    ] = "helmholtz",
     split: Literal["files", "random", "blocked"] = "files",
     seed: int = 0,
     steps: int = 1500,
@@ -99,7 +99,7 @@ def train(
     Args:
         dataset: NeRF² dataset folder, simulated or measured.
         output: the run folder.
-        model: which model.
+        model: helmholtz is fitted in closed form, so that the options of training by steps mean nothing to it.
         split: the folder's own files, a random fifth for testing, or every fourth run of ten positions.
         seed: of split, initial weights and order.
         steps: optimiser steps.
@@ -114,7 +114,7 @@ def train(
     from learn.train import train as fit
 
     if learning_rate is None:
-        learning_rate = LEARNING_RATE[model]
+        learning_rate = LEARNING_RATE.get(model, 1.0)
     positive(steps=steps, batch_size=batch_size, learning_rate=learning_rate, devices=devices, nodes=nodes)
     config = Config(str(dataset.resolve()), model, split, seed, seed, steps, batch_size, learning_rate, bypass)
     if init is not None:

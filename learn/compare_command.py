@@ -29,7 +29,8 @@ def compare(
         dataset: NeRF² dataset folder.
         output: folder for table.html, ssim_cdf.png, results.jsonl, per_sample/ and the runs.
         models: which (default: all): mean-picture, nearest, inverse-distance, kriging, kriging-responses, mlp,
-            mlp-responses, nerf2, swiftwrf, bisplat, bisplat-plus, bisplat-aperture, or module:Class of your own.
+            mlp-responses, nerf2, swiftwrf, helmholtz, bisplat, bisplat-plus, bisplat-aperture, or module:Class of your
+            own.
         split: as for train; random draws the same test part for every method.
         budget: minutes of training, for each method that learns.
         seeds: how often each method is fitted.

@@ -163,7 +163,8 @@ class Trained:
             config, _ = read_config(task.folder)
         else:
             config = self._config(task, steps=1)
-            config = self._config(task, max(1, round(60 * task.minutes / _seconds_per_step(config, task))))
+            if self.model != "helmholtz":  # which takes no steps
+                config = self._config(task, max(1, round(60 * task.minutes / _seconds_per_step(config, task))))
         train(config, task.folder)
         self._run: Run = load_run(task.folder)
 
@@ -176,7 +177,7 @@ class Trained:
             split_seed=task.split_seed,
             steps=steps,
             batch_size=BATCH_SIZE,
-            learning_rate=LEARNING_RATE[self.model],
+            learning_rate=LEARNING_RATE.get(self.model, 1.0),
             bypass=self.bypass,
             size=self.size,
             train_size=task.train_size,
@@ -237,6 +238,7 @@ METHODS: dict[str, Callable[[], Method]] = {
     "mlp-responses": partial(Trained, "mlp-responses"),
     "nerf2": partial(Trained, "nerf2", size={} if torch.cuda.is_available() else ON_A_CPU["nerf2"]),
     "swiftwrf": partial(Trained, "swiftwrf"),
+    "helmholtz": partial(Trained, "helmholtz"),
     "bisplat": partial(Trained, "bisplat"),
     "bisplat-plus": partial(Trained, "bisplat-plus"),
     "bisplat-aperture": partial(Trained, "bisplat-aperture"),

@@ -48,6 +48,10 @@ class ResponseMLP(SpectrumModel):
         self.network = ResidualFFN(3 * (2 * order + 1), 2 * array.elements, WIDTH, LAYERS)
         self.beamformer = Beamformer(array)
 
+    @property
+    def has_responses(self) -> bool:
+        return True
+
     def channels(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
         """Element responses (real, imaginary), up to their scale and common phase."""
         return self.network(positional_encoding(self.scaled(positions), self.order)).unflatten(-1, (-1, 2))

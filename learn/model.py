@@ -173,6 +173,10 @@ class BiSplatAperture(BiSplatWRF):
     def _grid(self) -> tuple[Float[Tensor, " W"], Float[Tensor, " H"]]:
         return torch.arange(0.0, 360.0, self.STEP_DEG), torch.arange(self.STEP_DEG / 2, 90.0, self.STEP_DEG)
 
+    @property
+    def has_responses(self) -> bool:
+        return True
+
     def channels(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
         """Element responses y, real and imaginary; trained on pictures alone, scale and common phase are arbitrary."""
         return (self.field(positions).flatten(1) @ self.aperture).unflatten(-1, (-1, 2))

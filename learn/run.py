@@ -22,6 +22,7 @@ import torch
 from jaxtyping import Complex, Float
 from safetensors.torch import load_file, save
 
+from learn.helmholtz import HelmholtzField
 from learn.mlp import PictureMLP, ResponseMLP
 from learn.model import APERTURE, PLUS, BiSplatAperture, BiSplatWRF, Bypass, ModelSize
 from learn.nerf2 import NeRF2
@@ -33,17 +34,20 @@ from scenes.errors import InputError
 from simulate.dataset import Dataset
 from simulate.spectrum import PlanarArray
 
-ModelName = Literal["bisplat", "bisplat-plus", "bisplat-aperture", "mlp", "mlp-responses", "nerf2", "swiftwrf"]
+ModelName = Literal[
+    "helmholtz", "bisplat", "bisplat-plus", "bisplat-aperture", "mlp", "mlp-responses", "nerf2", "swiftwrf"
+]
 
 SIZES: dict[ModelName, ModelSize] = {"bisplat": ModelSize(), "bisplat-plus": PLUS, "bisplat-aperture": APERTURE}
 
-PEERS: dict[ModelName, Callable[..., SpectrumModel]] = {
+OTHERS: dict[ModelName, Callable[..., SpectrumModel]] = {
+    "helmholtz": HelmholtzField,
     "mlp": PictureMLP,
     "mlp-responses": ResponseMLP,
     "nerf2": NeRF2,
     "swiftwrf": SwiftWRF,
 }
-"""What ours are compared with; see docs/peers.md for what differs from the originals."""
+"""Interpolation in closed form, and peers; see docs/peers.md for what differs from the originals."""
 
 LEARNING_RATE: dict[ModelName, float] = {
     "bisplat": 2e-3,
@@ -95,8 +99,8 @@ class Config:
 
 def build_model(config: Config, region: Float[np.ndarray, "2 3"], array: PlanarArray) -> SpectrumModel:
     """The untrained model a configuration names."""
-    if config.model in PEERS:
-        return PEERS[config.model](region, array, **config.size)
+    if config.model in OTHERS:
+        return OTHERS[config.model](region, array, **config.size)
     bypass, size = frozenset(config.bypass), replace(SIZES[config.model], **config.size)
     if config.model == "bisplat-aperture":
         return BiSplatAperture(size, region, array, bypass)
@@ -153,7 +157,7 @@ class Run:
 
     def predict_channels(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements"] | None:
         """Predicted element responses, up to one common factor each; None where the model has no aperture."""
-        if not isinstance(self.model, BiSplatAperture | ResponseMLP):
+        if not self.model.has_responses:
             return None
         real, imaginary = np.moveaxis(self._in_batches(self.model.channels, positions), -1, 0)
         return (real + 1j * imaginary).astype(np.complex64)

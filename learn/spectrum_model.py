@@ -38,6 +38,11 @@ class SpectrumModel(nn.Module):
         super().__init__()
         self.register_buffer("region", torch.as_tensor(region, dtype=torch.float32))
 
+    @property
+    def has_responses(self) -> bool:
+        """Whether there is a method ``channels``: element responses [B, elements, 2], real and imaginary."""
+        return False
+
     def scaled(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 3"]:
         """Positions with the box of training positions at −1…1."""
         low, high = self.region

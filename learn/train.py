@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import signal
+import time
 import warnings
 from dataclasses import asdict
 from pathlib import Path
@@ -19,11 +20,13 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from learn.claim import claim
+from learn.helmholtz import HelmholtzField
+from learn.metrics import ssim
 from learn.run import Config, build_model, load_weights, read_config, save_weights, write_config, write_training
-from learn.splits import split
+from learn.splits import Split, evenly, split
 from learn.training import Spectra, Training
 from scenes.errors import InputError
-from simulate.dataset import read_dataset
+from simulate.dataset import Dataset, read_dataset
 
 STEPS_PER_VALIDATION = 100
 """Where an epoch is longer than this, it ends here: the next one draws anew from all of the training part."""
@@ -94,6 +97,11 @@ def train(config: Config, folder: Path, devices: int = 1, nodes: int = 1) -> Non
     warnings.filterwarnings("ignore", module="lightning")
     L.seed_everything(config.seed, verbose=False)
     model = build_model(config, box_of(dataset.positions[parts.known]), dataset.array)
+    if isinstance(model, HelmholtzField):
+        if config.init is not None or config.bypass:
+            raise InputError("--init, --bypass: expected a model trained by steps, found helmholtz")
+        fit_in_closed_form(model, dataset, parts, folder)
+        return
     if config.init is not None:
         load_weights(model, Path(config.init))
 
@@ -152,6 +160,23 @@ def train(config: Config, folder: Path, devices: int = 1, nodes: int = 1) -> Non
     best = torch.load(folder / "checkpoints" / "best.ckpt", map_location="cpu", weights_only=False)
     model.load_state_dict({name.removeprefix("model."): value for name, value in best["state_dict"].items()})
     write_training(folder, steps, timer.time_elapsed("train"), float(checkpoints.best_model_score or 0))
+    save_weights(folder, model)
+
+
+def fit_in_closed_form(model: HelmholtzField, dataset: Dataset, parts: Split, folder: Path) -> None:
+    """Fit and validate on the training part; what is kept has the validation part too, as every interpolation."""
+    began = time.perf_counter()
+    model.keep(dataset, parts.train)
+    model.fit()
+    some = evenly(parts.validation, Spectra.VALIDATED)
+    validation_ssim = 0.0
+    if len(some):
+        with torch.no_grad():
+            batches = torch.from_numpy(dataset.positions[some]).float().split(Spectra.VALIDATED_AT_ONCE)
+            prediction = torch.cat([model(batch) for batch in batches]).numpy()
+        validation_ssim = float(np.median(ssim(prediction, dataset.pictures[some] / np.float32(255))))
+    model.keep(dataset, parts.known)
+    write_training(folder, 0, time.perf_counter() - began, validation_ssim)
     save_weights(folder, model)
 
 

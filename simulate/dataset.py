@@ -18,6 +18,7 @@ import yaml
 from jaxtyping import Complex, Float, Int, UInt8
 from PIL import Image
 
+from scenes.description import SPEED_OF_LIGHT
 from scenes.errors import InputError
 from simulate.spectrum import PlanarArray
 
@@ -26,6 +27,9 @@ IN_MEMORY = 2 * 10**9
 """Bytes of pictures that are kept in memory; more are decoded into a temporary file and mapped."""
 
 UNIT_TOLERANCE = 1e-3
+
+NERF2_FREQUENCY = 915e6
+"""Hz; the RFID band NeRF²'s folders were measured in, which they do not say."""
 """How far a quaternion's length may be from 1."""
 
 
@@ -61,6 +65,11 @@ class Dataset:
     def array(self) -> PlanarArray:
         """The array of metadata.json; the half-wavelength 4 × 4 of NeRF² for folders without any."""
         return PlanarArray(**self.metadata.get("array", {}))
+
+    @property
+    def wavelength(self) -> float:
+        """At the frequency of metadata.json, metres; at NeRF²'s 915 MHz for folders without any."""
+        return SPEED_OF_LIGHT / self.metadata.get("frequency_hz", NERF2_FREQUENCY)
 
     @property
     def spectra(self) -> Float[np.ndarray, "K 90 360"]:

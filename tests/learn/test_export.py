@@ -8,9 +8,11 @@ import pytest
 import torch
 
 from learn.export import INPUT, OUTPUT, export
+from learn.helmholtz import HelmholtzField
 from learn.model import BiSplatWRF
 from learn.run import load_run
 from scenes.errors import InputError
+from simulate.spectrum import PlanarArray
 
 
 @pytest.fixture
@@ -22,13 +24,22 @@ def runs(finished_run, small, region, small_models):
     with torch.no_grad():
         model.primitives.depth_raw.fill_(1.0)
         model.primitives.opacity_raw.fill_(6.0)
-    return {"bisplat-aperture": run, "bisplat": dataclasses.replace(run, model=model)}
+    field = HelmholtzField(region, PlanarArray())
+    generator = np.random.default_rng(0)
+    field.places = torch.from_numpy(generator.uniform(0, 3, (80, 3))).float()
+    field.values = torch.from_numpy(generator.standard_normal((80, 32))).float()
+    field.nugget = torch.tensor(0.01)
+    return {
+        "bisplat-aperture": run,
+        "bisplat": dataclasses.replace(run, model=model),
+        "helmholtz": dataclasses.replace(run, model=field.eval()),
+    }
 
 
 POSITIONS = np.array([[1.0, 0.4, 1.0], [3.2, 0.1, 1.0], [0.1, 0.2, 1.0]])
 
 
-@pytest.mark.parametrize("model", ["bisplat-aperture", "bisplat"])
+@pytest.mark.parametrize("model", ["bisplat-aperture", "bisplat", "helmholtz"])
 def test_onnx_gives_the_same_spectra(runs, tmp_path, model):
     path = tmp_path / "model.onnx"
     export(runs[model], path)

@@ -1,0 +1,131 @@
+"""What each idea of Helmholtz kriging is worth, from copying the nearest spectrum upwards; median SSIM.
+
+python benchmarks/ladder.py MEASURED SIMULATED --json
+
+Nothing is drawn at random and nothing is chosen by looking at the test part: lengths and nuggets are the likeliest
+ones given the known part.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+sys.path.pop(0)  # this folder, whose simulate.py is not the package of that name
+
+import numpy as np
+import torch
+from rich.progress import track
+
+from learn.baselines import inverse_distance, nearest
+from learn.helmholtz import HelmholtzField
+from learn.metrics import ssim
+from learn.splits import BLOCK, EVERY, evenly, split
+from simulate.dataset import Dataset, read_dataset
+
+MOST_TESTED = 300
+"""Test spectra of a simulated dataset that are looked at, evenly spread."""
+
+
+class SquaredExponential(HelmholtzField):
+    """The covariance everyone begins with."""
+
+    def _covariance(self, distance, length):
+        return torch.exp(-((distance / length) ** 2) / 2)
+
+
+class Exponential(HelmholtzField):
+    """Edges alone: no wave."""
+
+    def _covariance(self, distance, length):
+        return torch.exp(-distance / length)
+
+
+class Waves(HelmholtzField):
+    """Waves alone, of a learned bandwidth: no edges."""
+
+    def _covariance(self, distance, length):
+        return torch.sinc(2 * distance / length)
+
+
+LADDER: dict[str, type[HelmholtzField]] = {
+    "squared exponential": SquaredExponential,
+    "waves alone": Waves,
+    "edges alone": Exponential,
+    "waves and edges": HelmholtzField,
+}
+
+
+def rungs(dataset: Dataset, known: np.ndarray, test: np.ndarray) -> dict[str, float]:
+    """Median SSIM of every method."""
+    truth = dataset.pictures[test] / np.float32(255)
+    positions = dataset.positions[test]
+    pictures, places = dataset.pictures[known] / np.float32(255), dataset.positions[known]
+
+    def median(prediction: np.ndarray) -> float:
+        return float(np.median(ssim(prediction.astype(np.float32), truth)))
+
+    found = {
+        "nearest": median(nearest(places, pictures, positions)),
+        "inverse distance": median(inverse_distance(places, pictures, positions)),
+    }
+    of: dict[str, Dataset] = {"pictures": replace(dataset, channels=None)}
+    if dataset.channels is not None:
+        of["responses"] = dataset
+    for kind, data in of.items():
+        for name, law in LADDER.items():
+            found[f"{kind}, {name}"] = median(predicted(law, data, known, positions))
+    return found
+
+
+def predicted(
+    law: Callable[..., HelmholtzField], dataset: Dataset, known: np.ndarray, positions: np.ndarray
+) -> np.ndarray:
+    """Pictures [K, 90, 360] at positions [K, 3]."""
+    field = law(np.zeros((2, 3)), dataset.array)
+    field.keep(dataset, known)
+    field.fit()
+    with torch.no_grad():
+        return torch.cat([field(batch) for batch in torch.from_numpy(positions).float().split(16)]).numpy()
+
+
+def main() -> None:
+    """Print the ladder of every table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("measured", type=Path)
+    parser.add_argument("simulated", type=Path)
+    parser.add_argument("--json", action="store_true")
+    arguments = parser.parse_args()
+
+    measured, simulated = read_dataset(arguments.measured), read_dataset(arguments.simulated)
+    files, blocked = split(measured, "files", 0), split(simulated, "blocked", 0)
+    block = np.arange(len(measured.names)) // BLOCK % EVERY
+    some = evenly(blocked.test, MOST_TESTED)
+    tables = {"measured, files": (measured, files.known, files.test)}
+    for offset in range(EVERY):  # 1 is the split `blocked`
+        tables[f"measured, blocked from {offset}"] = (
+            measured,
+            np.flatnonzero(block != offset),
+            np.flatnonzero(block == offset),
+        )
+    tables["simulated, blocked"] = (simulated, blocked.known, some)
+    tables["simulated, blocked, a quarter"] = (simulated, evenly(blocked.known, len(blocked.known) // 4), some)
+    figures = {
+        name: rungs(*table)
+        for name, table in track(tables.items(), disable=not sys.stderr.isatty(), description="ladder")
+    }
+    if arguments.json:
+        print(json.dumps(figures, indent=2))
+        return
+    for name, row in figures.items():
+        print(name)
+        for rung, value in row.items():
+            print(f"  {rung:34} {value:.4f}")
+
+
+if __name__ == "__main__":
+    main()

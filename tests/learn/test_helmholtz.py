@@ -1,0 +1,153 @@
+"""Helmholtz kriging against fields whose law is known."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import torch
+
+from learn.helmholtz import HelmholtzField
+from learn.methods import Task, Trained
+from learn.metrics import ssim
+from learn.run import load_run
+from learn.train import train
+from scenes.errors import InputError
+from simulate.dataset import Dataset, read_dataset
+from simulate.spectrum import PlanarArray, picture
+
+ARRAY = PlanarArray()
+WAVELENGTH = 0.3276
+SIDE = 0.5
+"""Metres; of the cube of positions."""
+
+
+def plane_waves(positions: np.ndarray, count: int, seed: int) -> np.ndarray:
+    """Responses [K, 16] of a field of random plane waves: exact solutions of the Helmholtz equation."""
+    generator = np.random.default_rng(seed)
+    directions = generator.standard_normal((count, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    amplitudes = generator.standard_normal((count, ARRAY.elements, 2)) @ [1, 1j]
+    return np.exp(2j * np.pi / WAVELENGTH * positions @ directions.T) @ amplitudes
+
+
+def dataset_of(positions: np.ndarray, channels: np.ndarray, keep_channels: bool = True) -> Dataset:
+    count = len(positions)
+    return Dataset(
+        folder=None,  # type: ignore[arg-type]
+        names=[f"{i + 1:05d}" for i in range(count)],
+        pictures=picture(ARRAY.spectrum(channels)),
+        positions=positions,
+        gateway_position=np.zeros(3),
+        gateway_orientation=np.array([0, 0, 0, 1.0]),
+        train=np.arange(count),
+        test=np.arange(0),
+        channels=channels.astype(np.complex64) if keep_channels else None,
+        metadata={"frequency_hz": 299_792_458 / WAVELENGTH},
+    )
+
+
+def fitted(dataset: Dataset, known: np.ndarray) -> HelmholtzField:
+    field = HelmholtzField(np.zeros((2, 3)), ARRAY)
+    field.keep(dataset, known)
+    field.fit()
+    return field
+
+
+@pytest.fixture(scope="module")
+def waves() -> Dataset:
+    positions = np.random.default_rng(0).uniform(0, SIDE, (500, 3))
+    return dataset_of(positions, plane_waves(positions, 400, 1))
+
+
+def test_covariance_is_that_of_waves_from_all_sides():
+    field = HelmholtzField(np.zeros((2, 3)), ARRAY)
+    field.wavelength = torch.tensor(WAVELENGTH)
+    generator = np.random.default_rng(2)
+    directions = generator.standard_normal((200_000, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    for distance in (0.02, 0.1, 0.25, 0.4):
+        mean = np.exp(2j * np.pi / WAVELENGTH * distance * directions[:, 0]).mean()
+        found = float(field._covariance(torch.tensor(distance), 1e9))
+        assert found == pytest.approx(mean.real, abs=0.006)
+
+
+def test_interpolates_a_solution_of_the_helmholtz_equation(waves):
+    inner = np.flatnonzero((np.abs(waves.positions - SIDE / 2) < 0.15).all(axis=1))
+    known = np.setdiff1d(np.arange(500), inner)
+    field = fitted(waves, np.concatenate([known, inner[::2]]))
+    asked = inner[1::2]
+    with torch.no_grad():
+        found = torch.view_as_complex(field.channels(torch.from_numpy(waves.positions[asked]).float())).numpy()
+    truth = waves.channels[asked]
+    alike = np.abs((found.conj() * truth).sum(1)) / np.linalg.norm(found, axis=1) / np.linalg.norm(truth, axis=1)
+    assert np.median(alike) > 0.97
+    assert float(field.length) > SIDE  # no shadows here
+
+
+def drawn(length: float, nugget: float) -> Dataset:
+    """A field drawn from the very law that is fitted."""
+    generator = np.random.default_rng(4)
+    positions = generator.uniform(0, SIDE, (500, 3))
+    distance = np.linalg.norm(positions[:, None] - positions, axis=-1)
+    covariance = np.sinc(2 * distance / WAVELENGTH) * np.exp(-distance / length) + nugget * np.eye(500)
+    white = generator.standard_normal((500, 16, 2)) @ [1, 1j]
+    return dataset_of(positions, np.linalg.cholesky(covariance) @ white)
+
+
+@pytest.mark.parametrize(("length", "nugget"), [(0.1, 0.05), (0.6, 0.01)])
+def test_finds_the_law_a_field_was_drawn_from(length, nugget):
+    field = fitted(drawn(length, nugget), np.arange(500))
+    assert float(field.length) == pytest.approx(length, rel=0.25)
+    assert float(field.nugget) == pytest.approx(nugget, rel=0.5)
+
+
+def test_known_pictures_are_kept_and_far_away_the_mean_is_shown(waves):
+    dataset = dataset_of(waves.positions, waves.channels, keep_channels=False)
+    field = fitted(dataset, np.arange(100))
+    assert not field.has_responses
+    field.nugget = torch.tensor(1e-6)
+    with torch.no_grad():
+        known = field(torch.from_numpy(dataset.positions[:5]).float()).numpy()
+        far, open_share = field.interpolated(torch.tensor([[100.0, 0, 0]]))
+    assert ssim(known, dataset.pictures[:5] / np.float32(255)).min() > 0.99
+    np.testing.assert_allclose(far[0], dataset.pictures[:100].reshape(100, -1).mean(0), atol=1e-3)
+    assert float(open_share[0]) == pytest.approx(1.0)
+
+
+def test_open_share_is_the_mean_squared_error():
+    dataset = drawn(0.3, 0.01)
+    field = fitted(dataset, np.arange(0, 500, 2))
+    asked = np.arange(1, 500, 2)
+    with torch.no_grad():
+        found, open_share = field.interpolated(torch.from_numpy(dataset.positions[asked]).float())
+    truth = torch.view_as_real(torch.from_numpy(dataset.channels[asked])).flatten(1)
+    power = np.mean(np.abs(dataset.channels[::2]) ** 2)
+    error = (found - truth / np.sqrt(power)).square().mean(dim=1) * 2  # of numbers of mean square 1
+    order = open_share.argsort()
+    for part in (order[:125], order[125:]):  # where it is sure, and where it is not
+        assert float(error[part].mean() / open_share[part].mean()) == pytest.approx(1.0, abs=0.15)
+
+
+def test_trains_predicts_and_loads_again(tiny, tmp_path):
+    dataset = read_dataset(tiny)
+    method = Trained("helmholtz")
+    method.fit(Task(dataset, "files", 0, None, 0, 0.01, tmp_path / "run"))
+    assert method.predict(dataset.positions[:3]).shape == (3, 90, 360)
+    run = load_run(tmp_path / "run")
+    np.testing.assert_array_equal(run.predict(dataset.positions[:3]), method.predict(dataset.positions[:3]))
+    channels = run.predict_channels(dataset.positions[:3])
+    assert (channels is None) == (dataset.channels is None)
+    assert dataclasses.asdict(run.config)["model"] == "helmholtz"
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_few_spectra_are_enough(waves, count):
+    field = fitted(waves, np.arange(count))
+    with torch.no_grad():
+        assert torch.isfinite(field(torch.from_numpy(waves.positions[:5]).float())).all()
+
+
+def test_options_of_training_by_steps_are_refused(tiny_config, tmp_path):
+    config = dataclasses.replace(tiny_config, model="helmholtz", bypass=("bst",))
+    with pytest.raises(InputError, match="expected a model trained by steps, found helmholtz"):
+        train(config, tmp_path / "run")
