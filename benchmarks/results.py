@@ -146,6 +146,32 @@ def bypasses(table: dict[tuple[str, int], dict[str, float]]) -> list[str]:
     return lines
 
 
+def ladder_section() -> list[str]:
+    """What led to the model that leads."""
+    figures = read(RUNS / "ladder.json")
+    if figures is None:
+        return []
+    rungs = max(figures.values(), key=len)
+    return [
+        "## From copying to Helmholtz kriging",
+        "",
+        "```\npython benchmarks/ladder.py ../shared/data/rfid-s23-160 runs/lab-6000 --json > runs/ladder.json\n```",
+        "",
+        "Median SSIM. `blocked from 1` is the split called `blocked`; the other three hold out the other blocks, and",
+        "show how much one split of forty spectra says. Of the laws, `waves and edges` is `helmholtz`.",
+        "",
+        f"| | {' | '.join(figures)} |",
+        "| --- " * (1 + len(figures)) + "|",
+        *(
+            f"| {rung} | "
+            + " | ".join(f"{table[rung]:.3f}" if rung in table else "–" for table in figures.values())
+            + " |"
+            for rung in rungs
+        ),
+        "",
+    ]
+
+
 def crossvalidation_section() -> list[str]:
     """Of the aperture model of the lab's table."""
     run = RUNS / "compare-lab-blocked" / "runs" / "bisplat-aperture-0"
@@ -252,6 +278,7 @@ def main() -> None:
     ]
     for name, told in tomllib.loads(Path("benchmarks/experiments.toml").read_text()).items():
         lines += experiment_section(name, told)
+    lines += ladder_section()
     lines += crossvalidation_section()
     lines += scale_section()
     lines += [

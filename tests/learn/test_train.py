@@ -114,6 +114,22 @@ def test_interrupted_training_leaves_the_programs_own_answer_to_ctrl_c(tmp_path,
     assert signal.getsignal(signal.SIGINT) is before
 
 
+def test_a_long_epoch_ends_at_the_validation_and_is_resumed_there(tmp_path, tiny_config, stop_at, monkeypatch):
+    monkeypatch.setattr("learn.train.STEPS_PER_VALIDATION", 3)
+    config = replace(tiny_config, steps=7, batch_size=2)  # a pass has more than six batches
+    train(config, tmp_path / "whole")
+    assert json.loads((tmp_path / "whole" / "training.json").read_text())["steps"] == 6
+    validated = pd.read_csv(tmp_path / "whole" / "logs" / "version_0" / "metrics.csv").dropna(subset="validation_ssim")
+    assert validated["step"].tolist() == [2, 5]
+
+    stop_at(4, RuntimeError())
+    with pytest.raises(RuntimeError):
+        train(config, tmp_path / "stopped")
+    stop_at(-1, None)
+    train(config, tmp_path / "stopped")
+    assert_same_weights(tmp_path / "stopped", tmp_path / "whole")
+
+
 def test_run_killed_between_the_last_checkpoint_and_the_weights_needs_no_more_steps(
     tmp_path, tiny_config, finished_run, stop_at, monkeypatch
 ):
