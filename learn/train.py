@@ -77,10 +77,12 @@ def train(config: Config, folder: Path, devices: int = 1, nodes: int = 1) -> Non
 
     Raises:
         InputError: the batch cannot be shared by so many devices, the dataset is bad, or the folder holds something
-            else than this very run.
+            else than this very run, or the model has no such options.
     """
     if config.batch_size % (devices * nodes):
         raise InputError(f"--batch-size: expected a multiple of {devices * nodes} devices, found {config.batch_size}")
+    if config.model == "helmholtz" and (config.init is not None or config.bypass):
+        raise InputError("--init, --bypass: expected a model trained by steps, found helmholtz")
     dataset = read_dataset(config.dataset)
     first = getattr(rank_zero_only, "rank", 0) == 0  # of several processes, one writes
     if first:
@@ -98,8 +100,6 @@ def train(config: Config, folder: Path, devices: int = 1, nodes: int = 1) -> Non
     L.seed_everything(config.seed, verbose=False)
     model = build_model(config, box_of(dataset.positions[parts.known]), dataset.array)
     if isinstance(model, HelmholtzField):
-        if config.init is not None or config.bypass:
-            raise InputError("--init, --bypass: expected a model trained by steps, found helmholtz")
         fit_in_closed_form(model, dataset, parts, folder)
         return
     if config.init is not None:
@@ -167,7 +167,8 @@ def fit_in_closed_form(model: HelmholtzField, dataset: Dataset, parts: Split, fo
     """Fit and validate on the training part; what is kept has the validation part too, as every interpolation."""
     began = time.perf_counter()
     model.keep(dataset, parts.train)
-    model.fit()
+    with Console(stderr=True).status("fitting length and nugget"):
+        model.fit()
     some = evenly(parts.validation, Spectra.VALIDATED)
     validation_ssim = 0.0
     if len(some):

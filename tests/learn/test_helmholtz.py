@@ -151,3 +151,4 @@ def test_options_of_training_by_steps_are_refused(tiny_config, tmp_path):
     config = dataclasses.replace(tiny_config, model="helmholtz", bypass=("bst",))
     with pytest.raises(InputError, match="expected a model trained by steps, found helmholtz"):
         train(config, tmp_path / "run")
+    assert not (tmp_path / "run").exists()
