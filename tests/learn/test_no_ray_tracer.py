@@ -32,7 +32,7 @@ learn.train.STEPS_PER_VALIDATION = 1
 run = f"{folder}/run"
 for command in (
     ["check", f"{folder}/data"],
-    ["train", f"{folder}/data", "-o", run, "--steps", "2", "--batch-size", "8"],
+    ["train", f"{folder}/data", "-o", run, "--model", "bisplat-aperture", "--steps", "2", "--batch-size", "8"],
     ["evaluate", run],
     ["predict", run, "--positions", f"{folder}/data/tx_pos.csv", "-o", f"{folder}/out.npz"],
 ):
