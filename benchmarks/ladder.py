@@ -24,6 +24,7 @@ from rich.progress import track
 from learn.baselines import inverse_distance, nearest
 from learn.helmholtz import HelmholtzField
 from learn.metrics import ssim
+from learn.run import in_batches
 from learn.splits import BLOCK, EVERY, evenly, split
 from simulate.dataset import Dataset, read_dataset
 
@@ -89,8 +90,7 @@ def predicted(
     field = law(np.zeros((2, 3)), dataset.array)
     field.keep(dataset, known)
     field.fit()
-    with torch.no_grad():
-        return torch.cat([field(batch) for batch in torch.from_numpy(positions).float().split(16)]).numpy()
+    return in_batches(field, positions)
 
 
 def main() -> None:

@@ -114,7 +114,7 @@ def train(
     from learn.train import train as fit
 
     if learning_rate is None:
-        learning_rate = LEARNING_RATE.get(model, 1.0)
+        learning_rate = LEARNING_RATE[model]
     positive(steps=steps, batch_size=batch_size, learning_rate=learning_rate, devices=devices, nodes=nodes)
     config = Config(str(dataset.resolve()), model, split, seed, seed, steps, batch_size, learning_rate, bypass)
     if init is not None:

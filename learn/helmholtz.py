@@ -17,7 +17,7 @@ from simulate.dataset import Dataset
 from simulate.spectrum import AZIMUTHS_DEG, ELEVATIONS_DEG, PlanarArray
 
 NEIGHBOURS = 64
-"""Known positions a prediction is made from: the nearest; further ones change nothing (docs/results.md)."""
+"""Known positions a prediction is made from, the nearest."""
 
 FITTED_ON = 200
 """Terms of the likelihood, evenly spread over the order of the known positions."""

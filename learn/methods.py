@@ -177,7 +177,7 @@ class Trained:
             split_seed=task.split_seed,
             steps=steps,
             batch_size=BATCH_SIZE,
-            learning_rate=LEARNING_RATE.get(self.model, 1.0),
+            learning_rate=LEARNING_RATE[self.model],
             bypass=self.bypass,
             size=self.size,
             train_size=task.train_size,

@@ -21,6 +21,7 @@ import numpy as np
 import torch
 from jaxtyping import Complex, Float
 from safetensors.torch import load_file, save
+from torch import Tensor
 
 from learn.helmholtz import HelmholtzField
 from learn.mlp import PictureMLP, ResponseMLP
@@ -50,6 +51,7 @@ OTHERS: dict[ModelName, Callable[..., SpectrumModel]] = {
 """Interpolation in closed form, and peers; see docs/peers.md for what differs from the originals."""
 
 LEARNING_RATE: dict[ModelName, float] = {
+    "helmholtz": 1.0,  # takes no steps
     "bisplat": 2e-3,
     "bisplat-plus": 3e-4,
     "bisplat-aperture": 2e-3,
@@ -153,20 +155,15 @@ class Run:
         Args:
             positions: metres, in the frame of the dataset trained on.
         """
-        return self._in_batches(self.model, positions).astype(np.float32)
+        return in_batches(self.model, positions).astype(np.float32)
 
     def predict_channels(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements"] | None:
         """Predicted element responses, up to one common factor each; None where the model has no aperture."""
         if not self.model.has_responses:
             return None
-        real, imaginary = np.moveaxis(self._in_batches(self.model.channels, positions), -1, 0)
+        channels: Any = self.model.channels
+        real, imaginary = np.moveaxis(in_batches(self.model, positions, channels), -1, 0)
         return (real + 1j * imaginary).astype(np.complex64)
-
-    def _in_batches(self, function, positions: Float[np.ndarray, "K 3"]) -> np.ndarray:
-        with torch.inference_mode():
-            device = self.model.region.device
-            parts = torch.from_numpy(positions).float().split(PREDICT_AT_ONCE[device.type])
-            return np.concatenate([function(part.to(device)).cpu().numpy() for part in parts])
 
     def split(self, dataset: Dataset) -> Split:
         """The spectra this run was trained, validated and tested on.
@@ -182,6 +179,16 @@ class Run:
                 f"{dataset.folder}: expected the dataset {self.folder} was trained on, found no spectrum {missing[0]}"
             )
         return Split(**{part: np.array([where[name] for name in names], dtype=int) for part, names in parts.items()})
+
+
+def in_batches(
+    model: SpectrumModel, positions: Float[np.ndarray, "K 3"], function: Callable[[Tensor], Tensor] | None = None
+) -> Float[np.ndarray, "K *shape"]:
+    """A model's pictures, or what a function of it makes of positions, a few at a time on the model's device."""
+    with torch.inference_mode():
+        device = model.region.device
+        parts = torch.from_numpy(positions).float().split(PREDICT_AT_ONCE[device.type])
+        return np.concatenate([(function or model)(part.to(device)).cpu().numpy() for part in parts])
 
 
 def device_name() -> str:

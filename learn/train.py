@@ -22,7 +22,16 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from learn.claim import claim
 from learn.helmholtz import HelmholtzField
 from learn.metrics import ssim
-from learn.run import Config, build_model, load_weights, read_config, save_weights, write_config, write_training
+from learn.run import (
+    Config,
+    build_model,
+    in_batches,
+    load_weights,
+    read_config,
+    save_weights,
+    write_config,
+    write_training,
+)
 from learn.splits import Split, evenly, split
 from learn.training import Spectra, Training
 from scenes.errors import InputError
@@ -172,9 +181,7 @@ def fit_in_closed_form(model: HelmholtzField, dataset: Dataset, parts: Split, fo
     some = evenly(parts.validation, Spectra.VALIDATED)
     validation_ssim = 0.0
     if len(some):
-        with torch.no_grad():
-            batches = torch.from_numpy(dataset.positions[some]).float().split(Spectra.VALIDATED_AT_ONCE)
-            prediction = torch.cat([model(batch) for batch in batches]).numpy()
+        prediction = in_batches(model, dataset.positions[some])
         validation_ssim = float(np.median(ssim(prediction, dataset.pictures[some] / np.float32(255))))
     model.keep(dataset, parts.known)
     write_training(folder, 0, time.perf_counter() - began, validation_ssim)

@@ -27,10 +27,10 @@ IN_MEMORY = 2 * 10**9
 """Bytes of pictures that are kept in memory; more are decoded into a temporary file and mapped."""
 
 UNIT_TOLERANCE = 1e-3
+"""How far a quaternion's length may be from 1."""
 
 NERF2_FREQUENCY = 915e6
 """Hz; the RFID band NeRF²'s folders were measured in, which they do not say."""
-"""How far a quaternion's length may be from 1."""
 
 
 @dataclass(frozen=True)
