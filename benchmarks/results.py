@@ -91,13 +91,14 @@ def experiment_section(name: str, told: dict[str, str]) -> list[str]:
     table = summary(rows, lambda row: (row["label"], row["train_size"] or 0))
     order = sorted(table, key=(lambda key: key) if sweeping else (lambda key: -table[key]["ssim_median"]))
     shutil.copy(folder / figure, Path("docs") / f"{name}.png")
+    amount = f"{protocol['steps']} steps" if "steps" in protocol else f"{protocol['minutes']:g} minutes"
     lines = [
         f"## {title}",
         "",
         f"```\n{command}\n```",
         "",
         f"{protocol['device']} of the machine's two, the other busy with another of these experiments; "
-        f"{protocol['minutes']:g} minutes of training each; {rows[-1]['date']}. {told.get('remarks', '').strip()}",
+        f"{amount} of training each; {rows[-1]['date']}. {told.get('remarks', '').strip()}",
         "",
         "| method | training spectra | SSIM median | spread over seeds | SSIM mean | 5th percentile | PSNR (dB) | MAE "
         "| AoA error (°) | parameters | training (s) | ms per spectrum |",

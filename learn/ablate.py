@@ -42,7 +42,7 @@ def variants(model: Ablated) -> Iterator[tuple[str, Trained]]:
             yield f"{model}, {name}", Trained(model, size=size)
 
 
-def ablate(dataset: Path, out: Path, models: tuple[Ablated, ...], split: SplitKind, minutes: float, seeds: int) -> Any:
+def ablate(dataset: Path, out: Path, models: tuple[Ablated, ...], split: SplitKind, steps: int, seeds: int) -> Any:
     """Run what is missing, then draw ablation.png; returns each variant's figures, averaged over the seeds.
 
     Args:
@@ -50,13 +50,13 @@ def ablate(dataset: Path, out: Path, models: tuple[Ablated, ...], split: SplitKi
         out: the experiment's folder.
         models: which tables.
         split: how the test part is chosen.
-        minutes: of training, for each row and seed.
+        steps: of training, for each row and seed: the same, so that the parts differ and the training does not.
         seeds: how often each row is trained.
 
     Raises:
         InputError: bad dataset, or a folder of something else.
     """
-    experiment = begin(dataset, out, split, minutes)
+    experiment = begin(dataset, out, split, steps=steps)
     rows = [row for model in models for row in variants(model)]
     for seed in range(seeds):  # all rows once, then again: a table that is interrupted is a table of fewer seeds
         for label, method in rows:

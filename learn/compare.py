@@ -16,9 +16,12 @@ from learn.splits import SplitKind
 from simulate.dataset import read_dataset
 
 
-def begin(dataset: Path, out: Path, split: SplitKind, minutes: float) -> Experiment:
+def begin(
+    dataset: Path, out: Path, split: SplitKind, minutes: float | None = None, steps: int | None = None
+) -> Experiment:
     """The experiment of a folder, new or begun before."""
-    return Experiment(out, read_dataset(dataset), Protocol(str(dataset.resolve()), split, 0, minutes, device_name()))
+    protocol = Protocol(str(dataset.resolve()), split, 0, minutes, steps, device_name())
+    return Experiment(out, read_dataset(dataset), protocol)
 
 
 def compare(dataset: Path, out: Path, models: tuple[str, ...], split: SplitKind, minutes: float, seeds: int) -> Any:

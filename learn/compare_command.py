@@ -49,7 +49,7 @@ def ablate(
     output: Output,
     models: tuple[Literal["bisplat", "bisplat-plus", "bisplat-aperture"], ...] = ("bisplat", "bisplat-aperture"),
     split: Literal["files", "random", "blocked"] = "blocked",
-    budget: float = 5.0,
+    steps: int = 1000,
     seeds: int = 3,
     json: bool = False,
 ) -> None:
@@ -60,14 +60,14 @@ def ablate(
         output: folder for ablation.png, results.jsonl, per_sample/ and the runs.
         models: whose parts.
         split: as for train.
-        budget: minutes of training for each row and seed.
+        steps: of training, for each row and seed.
         seeds: how often each row is trained.
         json: print the table as JSON.
     """
     from learn.ablate import ablate as ablate_models
 
-    positive(budget=budget, seeds=seeds)
-    print_figures("ablation", ablate_models(dataset, output, models, split, budget, seeds), json)
+    positive(steps=steps, seeds=seeds)
+    print_figures("ablation", ablate_models(dataset, output, models, split, steps, seeds), json)
 
 
 def sweep(

@@ -35,14 +35,16 @@ class Protocol:
         dataset: folder, absolute.
         split: how the test part is chosen.
         split_seed: of the split.
-        minutes: of training, for each method that learns.
+        minutes: of training, for each method that learns; None: as many as the steps take.
+        steps: of training, for each model trained by steps; None: as many as the minutes hold.
         device: what it trains on.
     """
 
     dataset: str
     split: str
     split_seed: int
-    minutes: float
+    minutes: float | None
+    steps: int | None
     device: str
 
 
@@ -62,8 +64,9 @@ class Experiment:
         self.folder, self.dataset, self.protocol = folder, dataset, protocol
         path = folder / "protocol.json"
         begun = json.loads(path.read_text()) if path.exists() else None
-        claim(folder, "experiment", asdict(protocol), begun)
-        write_atomically(path, (json.dumps(asdict(protocol), indent=2) + "\n").encode())
+        given = {key: value for key, value in asdict(protocol).items() if value is not None}
+        claim(folder, "experiment", given, begun)
+        write_atomically(path, (json.dumps(given, indent=2) + "\n").encode())
 
     @property
     def rows(self) -> list[dict[str, Any]]:
@@ -80,7 +83,8 @@ class Experiment:
         Console(stderr=True).print(f"bisplat: {name}")
         kind: Any = self.protocol.split
         folder = self.folder / "runs" / name
-        task = Task(self.dataset, kind, self.protocol.split_seed, train_size, seed, self.protocol.minutes, folder)
+        protocol = self.protocol
+        task = Task(self.dataset, kind, protocol.split_seed, train_size, seed, protocol.minutes, protocol.steps, folder)
         method = make()
         began = time.perf_counter()
         method.fit(task)

@@ -45,7 +45,8 @@ class Task:
         split_seed: of the split.
         train_size: cut the training part to so many; None: all.
         seed: of whatever a method draws.
-        minutes: of training.
+        minutes: of training; None: as many as the steps take.
+        steps: of training, for what is trained by steps; None: as many as the minutes hold.
         folder: the method's own; what it leaves there is kept, so that interrupted training goes on.
     """
 
@@ -54,7 +55,8 @@ class Task:
     split_seed: int
     train_size: int | None
     seed: int
-    minutes: float
+    minutes: float | None
+    steps: int | None
     folder: Path
 
     @cached_property
@@ -144,7 +146,7 @@ class KrigingResponses(MeanPicture):
 
 @dataclass
 class Trained:
-    """A model that ``bisplat train`` trains, for as many steps as the minutes hold.
+    """A model that ``bisplat train`` trains, for the task's steps or as many as its minutes hold.
 
     Attributes:
         model: which.
@@ -162,8 +164,8 @@ class Trained:
         if (task.folder / "config.json").exists():
             config, _ = read_config(task.folder)
         else:
-            config = self._config(task, steps=1)
-            if self.model != "helmholtz":  # which takes no steps
+            config = self._config(task, steps=task.steps or 1)
+            if task.minutes is not None and self.model != "helmholtz":  # which takes no steps
                 config = self._config(task, max(1, round(60 * task.minutes / _seconds_per_step(config, task))))
         train(config, task.folder)
         self._run: Run = load_run(task.folder)

@@ -91,7 +91,7 @@ def test_method_in_the_docs_joins_the_table(tiny, tmp_path, monkeypatch, rows):
 
 
 def test_trained_model_is_a_run_that_is_not_trained_twice(tiny, tmp_path):
-    task = Task(read_dataset(tiny), "files", 0, None, 1, INSTANT, tmp_path / "run")
+    task = Task(read_dataset(tiny), "files", 0, None, 1, INSTANT, None, tmp_path / "run")
     positions = task.dataset.positions[:3]
     first = Trained("bisplat-aperture")
     first.fit(task)
@@ -109,14 +109,14 @@ def test_budget_becomes_steps(tiny, tmp_path, monkeypatch):
     seen = []
     monkeypatch.setattr("learn.methods.train", lambda config, folder: seen.append(config))
     monkeypatch.setattr("learn.methods.load_run", lambda folder: None)
-    Trained("mlp").fit(Task(read_dataset(tiny), "files", 0, None, 7, 3.0, tmp_path / "run"))
+    Trained("mlp").fit(Task(read_dataset(tiny), "files", 0, None, 7, 3.0, None, tmp_path / "run"))
     assert seen[0].steps == 360 and seen[0].seed == 7
 
 
 @pytest.mark.parametrize("name", sorted(set(METHODS) - {"bisplat-plus", "nerf2"}))
 def test_every_method_fits_and_predicts(tiny, tmp_path, name):
     dataset = read_dataset(tiny)
-    task = Task(dataset, "files", 0, None, 0, INSTANT, tmp_path / "run")
+    task = Task(dataset, "files", 0, None, 0, INSTANT, None, tmp_path / "run")
     method = METHODS[name]()
     method.fit(task)
     pictures = method.predict(dataset.positions[task.parts.test])
@@ -162,10 +162,14 @@ def test_ablation_has_the_papers_rows_and_ours(tiny, tmp_path, rows):
     assert ours["bisplat-aperture without depth order"].bypass == ("order",)
 
     out = tmp_path / "out"
-    table = ablate(tiny, out, ("bisplat",), "files", INSTANT, 2)
+    table = ablate(tiny, out, ("bisplat",), "files", 2, 2)
     assert {(row["label"], row["seed"]) for row in rows(out)} == {(label, s) for label in table for s in (0, 1)}
     assert len(table) == 4 and all(row["seeds"] == 2 for row in table.values())
     assert (out / "ablation.png").stat().st_size > 5000
+    configs = [json.loads(path.read_text()) for path in (out / "runs").glob("*/config.json")]
+    assert len(configs) == 8 and {config["steps"] for config in configs} == {2}
+    with pytest.raises(InputError, match="found one whose steps is 2, not 3"):
+        ablate(tiny, out, ("bisplat",), "files", 3, 2)
 
 
 def test_summary_is_the_mean_and_the_standard_deviation_over_seeds():
