@@ -7,7 +7,7 @@ coefficient. docs/model.md lists what the paper leaves open and what was chosen.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
 import numpy as np
 import torch
@@ -54,6 +54,18 @@ APERTURE = ModelSize(tx_order=3)
 """Ours: a quarter of the region is the shortest wave in TX-PE; shorter ones learn the positions by heart."""
 
 
+class Splats(NamedTuple):
+    """Primitives as they are blended for transmitters: the first arguments of ``splat``. Degrees; ρ in radians."""
+
+    azimuth: Float[Tensor, " N_p"]
+    elevation: Float[Tensor, " N_p"]
+    depth: Float[Tensor, " N_p"]
+    scale: Float[Tensor, "B N_p 2"]
+    rotation: Float[Tensor, "B N_p"]
+    opacity: Float[Tensor, "B N_p"]
+    coefficient: Float[Tensor, "B N_p 2"]
+
+
 class BiSplatWRF(SpectrumModel):
     """The paper's model.
 
@@ -92,8 +104,8 @@ class BiSplatWRF(SpectrumModel):
         """Columns and rows the field is rendered at, degrees: here the spectrum's own."""
         return torch.tensor(AZIMUTHS_DEG).float(), torch.tensor(ELEVATIONS_DEG).float()
 
-    def field(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B H W 2"]:
-        """The complex field F(φ, θ) of each transmitter on this model's grid, real and imaginary part.
+    def splats(self, positions: Float[Tensor, "B 3"]) -> Splats:
+        """What the primitives become for each transmitter.
 
         Args:
             positions: transmitter positions, metres, world frame.
@@ -123,17 +135,13 @@ class BiSplatWRF(SpectrumModel):
         scale = (primitives.scale_raw + offset[..., 1:3].tanh()).exp().clamp(SCALE_LEAST, SCALE_MOST)
         opacity = (primitives.opacity_raw + offset[..., 3]).sigmoid()
 
-        return splat(
-            azimuth,
-            elevation,
-            torch.zeros_like(primitives.depth) if "order" in self.bypass else primitives.depth,
-            scale,
-            rotation,
-            opacity,
-            coefficient.expand(positions.shape[0], -1, -1),
-            self.azimuths,
-            self.elevations,
-        )
+        depth = torch.zeros_like(primitives.depth) if "order" in self.bypass else primitives.depth
+        coefficient = coefficient.expand(positions.shape[0], -1, -1)
+        return Splats(azimuth, elevation, depth, scale, rotation, opacity, coefficient)
+
+    def field(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B H W 2"]:
+        """The complex field F(φ, θ) of each transmitter on this model's grid, real and imaginary part."""
+        return splat(*self.splats(positions), self.azimuths, self.elevations)
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
         """Predicted picture: SPS = |F|² at every pixel, fitted directly to the normalised pictures."""

@@ -34,7 +34,7 @@ from simulate.paths import (
 from simulate.placement import free_positions
 from simulate.planes import Planes
 from simulate.propagation import Propagation
-from simulate.ray_tracer import rt
+from simulate.ray_tracer import PathsBuffer, rt
 from simulate.reflections import possible_paths
 from simulate.sionna_scene import Antennas, gateway_antennas, transmitter_antennas
 
@@ -183,6 +183,19 @@ def paths_of_chains(
 
     They come ordered by target, chain and source, and those of one target do not depend on the other targets.
     """
+    for chain, buffer in solve_chains(sionna, planes, chains, sources, targets, propagation):
+        yield chain, fields(sionna, buffer, sources, targets, propagation)
+
+
+def solve_chains(
+    sionna: rt.Scene,
+    planes: Planes,
+    chains: Chains,
+    sources: Antennas,
+    targets: Antennas,
+    propagation: Propagation,
+) -> Iterator[tuple[Int[np.ndarray, " paths"], PathsBuffer]]:
+    """The geometry alone of ``paths_of_chains``: batches of valid paths and the chain of each."""
     possible = possible_paths(planes, chains.planes, sources.positions, targets.positions)
     for start in range(0, possible.shape[1], LANES):
         target, chain, source = possible[:, start : start + LANES]
@@ -192,4 +205,4 @@ def paths_of_chains(
         buffer.discard_invalid()
         # The image method lets a path hit another, nearly coplanar surface than its chain's: that path is another's.
         own = (reflecting_planes(planes, interactions_of(buffer)) == chains.planes[chain]).all(axis=1)
-        yield chain[own], fields(sionna, keep(buffer, own), sources, targets, propagation)
+        yield chain[own], keep(buffer, own)

@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Complex, Int, UInt32
+from jaxtyping import Complex, Float, Int, UInt32
 
 from simulate.propagation import Propagation
 from simulate.ray_tracer import FieldCalculator, ImageMethod, PathsBuffer, SBDeterministicCandidateGenerator, dr, mi, rt
@@ -152,6 +152,18 @@ class Paths:
     def add_to(self, total: Complex[np.ndarray, "targets sources"]) -> None:
         """Add every path to its target's and source's response, one after another."""
         np.add.at(total, (self.targets, self.sources), self.responses)
+
+
+def courses(buffer: PathsBuffer, sources: Antennas, targets: Antennas) -> list[Float[np.ndarray, "vertices 3"]]:
+    """Where each path of the buffer runs: source, interactions, target; metres, world frame."""
+    happened = buffer.interaction_types.numpy() != NONE
+    vertices = np.stack([axis.numpy() for axis in (buffer.vertices_x, buffer.vertices_y, buffer.vertices_z)], axis=-1)
+    starts = sources.positions[buffer.source_indices.numpy()]
+    ends = targets.positions[buffer.target_indices.numpy()]
+    return [
+        np.concatenate([start[None], between[where], end[None]])
+        for start, between, where, end in zip(starts, vertices, happened, ends, strict=True)
+    ]
 
 
 def fields(

@@ -8,22 +8,36 @@ array at 915 MHz is in the near field, and one point with plane-wave phases (``s
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Complex, Float
 
 from scenes.description import Scene
 from scenes.errors import InputError
-from simulate.chains import Chains, find_chains, paths_of_chains
-from simulate.paths import fields, refine, shoot
+from simulate.chains import Chains, find_chains, paths_of_chains, solve_chains
+from simulate.paths import courses, fields, refine, shoot
 from simulate.planes import Planes
 from simulate.propagation import Propagation
-from simulate.sionna_scene import build_scene, gateway_antennas, transmitter_antennas
+from simulate.ray_tracer import PathsBuffer
+from simulate.sionna_scene import Antennas, build_scene, gateway_antennas, transmitter_antennas
 
 MEMORY = 2_000_000_000
 """Bytes that candidate paths may take where rays are shot for each batch of transmitters."""
 
 BYTES_PER_CANDIDATE = 250
+
+
+class TracedPath(NamedTuple):
+    """A path between an element of the gateway and a transmitter.
+
+    Attributes:
+        vertices: element, interactions, transmitter; metres, world frame.
+        response: a e^{-j2πfτ}.
+    """
+
+    vertices: Float[np.ndarray, "vertices 3"]
+    response: complex
 
 
 class Tracer:
@@ -104,9 +118,35 @@ class Tracer:
         for start in range(0, len(targets), self._at_once):
             part = np.arange(start, min(start + self._at_once, len(targets)))
             some = targets.some(part)
-            room = self.propagation.rays * max(1, self.propagation.max_depth) * len(some)
-            buffer = shoot(self._sionna, self._sources, some, self.propagation, room)
-            buffer = refine(self._sionna, buffer, self._sources, some, self.propagation)
-            buffer.discard_invalid()
+            buffer = self._shot(self._sources, some)
             fields(self._sionna, buffer, self._sources, some, self.propagation).add_to(result[part[0] : part[-1] + 1])
         return result.astype(np.complex64)
+
+    def paths(self, position: Float[np.ndarray, " 3"]) -> list[TracedPath]:
+        """The paths to one position from one element (the first of those nearest the array's centre), strongest first.
+
+        Args:
+            position: metres, world frame.
+        """
+        offsets = self._sources.positions - np.asarray(self.scene.gateway.position)
+        element = self._sources.some(np.argmin(np.linalg.norm(offsets, axis=1).round(6), keepdims=True))
+        target = transmitter_antennas(self.scene, np.asarray(position)[None])
+        if self.method == "chains":
+            arguments = self._sionna, self._planes, self._chains, element, target, self.propagation
+            buffers = [buffer for _, buffer in solve_chains(*arguments)]
+        else:
+            buffers = [self._shot(element, target)]
+        found = []
+        for buffer in buffers:
+            responses = fields(self._sionna, buffer, element, target, self.propagation).responses
+            vertices = courses(buffer, element, target)
+            found += [TracedPath(*each) for each in zip(vertices, responses, strict=True)]
+        return sorted(found, key=lambda path: -abs(path.response))
+
+    def _shot(self, sources: Antennas, targets: Antennas) -> PathsBuffer:
+        """Valid paths by shooting rays from every source."""
+        room = self.propagation.rays * max(1, self.propagation.max_depth) * len(targets)
+        buffer = shoot(self._sionna, sources, targets, self.propagation, room)
+        buffer = refine(self._sionna, buffer, sources, targets, self.propagation)
+        buffer.discard_invalid()
+        return buffer

@@ -117,3 +117,24 @@ def test_chains_left_out_carry_next_to_nothing(room, room_positions, room_respon
     little = Tracer(room, two_bounces)
     assert len(little.chains or ()) < 10
     assert np.abs(little.responses(room_positions) - room_responses).max() > 1e-2 * np.abs(room_responses).max()
+
+
+def test_paths_to_one_position_add_up_to_the_response_of_their_element(room_tracer, room_positions, room_responses):
+    for position, responses in zip(room_positions[:4], room_responses, strict=False):
+        paths = room_tracer.paths(position)
+        gains = [abs(path.response) for path in paths]
+        assert gains == sorted(gains, reverse=True) and len(paths) > 3
+        np.testing.assert_allclose(sum(path.response for path in paths), responses[5], rtol=1e-4)
+
+
+def test_course_of_a_reflection_is_that_of_the_mirrored_source(make_scene, floor):
+    scene = make_scene(floor)
+    paths = Tracer(scene, Propagation(max_depth=1, rays=10_000)).paths(np.array([-4.0, 0.5, 1.0]))
+    assert [len(path.vertices) for path in paths] == [2, 3]
+    direct, reflected = (path.vertices for path in paths)
+    quarter = scene.wavelength / 4  # of the elements nearest the centre, the first; the gateway's x axis is world −y
+    np.testing.assert_allclose(direct, [[0, quarter, 1.5 - quarter], [-4, 0.5, 1]], atol=1e-5)
+    share = direct[0][2] / (direct[0][2] + 1.0)
+    expected = [direct[0], (1 - share) * direct[0] + share * np.array([-4, 0.5, 1.0]), [-4, 0.5, 1.0]]
+    expected[1] = [*expected[1][:2], 0.0]
+    np.testing.assert_allclose(reflected, expected, atol=1e-3)
