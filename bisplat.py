@@ -8,6 +8,7 @@ import tyro
 
 from learn.command import check, crossvalidate, demo, evaluate, export, predict, train
 from learn.compare_command import ablate, compare, sweep
+from learn.view.command import view
 from scenes.command import scene
 from scenes.errors import InputError
 from simulate.command import simulate
@@ -16,7 +17,7 @@ from simulate.command import simulate
 def main() -> None:
     """Run a command; turn what a user can mend into one sentence."""
     commands = (
-        demo, scene, simulate, check, train, evaluate, crossvalidate, predict, export, compare, ablate, sweep
+        demo, scene, simulate, check, train, evaluate, crossvalidate, predict, export, compare, ablate, sweep, view
     )  # fmt: skip
     named = {command.__name__: command for command in commands}
     try:

@@ -128,9 +128,9 @@ def experiment_section(name: str, told: dict[str, str]) -> list[str]:
 def bypasses(table: dict[tuple[str, int], dict[str, float]]) -> list[str]:
     """Which bypass of the paper's ablation costs most, against the spread over the seeds; the paper says BST."""
     lines = []
-    for model in ("bisplat", "bisplat-plus", "bisplat-aperture"):
-        parts = ("dynamic network", "delta decoder", "BST")
-        if any((name, 0) not in table for name in (model, *(f"{model} without {part}" for part in parts))):
+    parts = ("dynamic network", "delta decoder", "BST")
+    for model, _ in table:
+        if any((f"{model} without {part}", 0) not in table for part in parts):
             continue
         full = table[model, 0]
         costs = {part: (full, table[f"{model} without {part}", 0]) for part in parts}

@@ -29,20 +29,36 @@ OURS: dict[str, dict[str, int]] = {
 """Sizes of bisplat-aperture that its table has beside the paper's rows."""
 
 
-def variants(model: Ablated) -> Iterator[tuple[str, Trained]]:
-    """Rows of a model's table: the paper's, then those that only ours has."""
-    yield model, Trained(model)
-    yield f"{model} without dynamic network", Trained(model, ("dynamic",))
-    yield f"{model} without delta decoder", Trained(model, ("delta",))
-    yield f"{model} without BST", Trained(model, ("bst",))
-    if model == "bisplat-aperture":
+def variants(model: Ablated, primitives: int | None = None) -> Iterator[tuple[str, Trained]]:
+    """Rows of a model's table: the paper's, then those that only ours has, all at the same number of primitives.
+
+    Args:
+        model: whose table.
+        primitives: where not the model's own number; the labels say so.
+    """
+    label, size = (
+        (model, {}) if primitives is None else (f"{model} ({primitives} primitives)", {"primitives": primitives})
+    )
+    yield label, Trained(model, size=size)
+    yield f"{label} without dynamic network", Trained(model, ("dynamic",), size)
+    yield f"{label} without delta decoder", Trained(model, ("delta",), size)
+    yield f"{label} without BST", Trained(model, ("bst",), size)
+    if model == "bisplat-aperture" and primitives is None:
         yield f"{model} without aperture", Trained("bisplat", size={"tx_order": 3})
         yield f"{model} without depth order", Trained(model, ("order",))
         for name, size in OURS.items():
             yield f"{model}, {name}", Trained(model, size=size)
 
 
-def ablate(dataset: Path, out: Path, models: tuple[Ablated, ...], split: SplitKind, steps: int, seeds: int) -> Any:
+def ablate(
+    dataset: Path,
+    out: Path,
+    models: tuple[Ablated, ...],
+    split: SplitKind,
+    steps: int,
+    seeds: int,
+    primitives: int | None = None,
+) -> Any:
     """Run what is missing, then draw ablation.png; returns each variant's figures, averaged over the seeds.
 
     Args:
@@ -52,12 +68,13 @@ def ablate(dataset: Path, out: Path, models: tuple[Ablated, ...], split: SplitKi
         split: how the test part is chosen.
         steps: of training, for each row and seed: the same, so that the parts differ and the training does not.
         seeds: how often each row is trained.
+        primitives: where not the models' own number, which takes long without a GPU; then the paper's rows alone.
 
     Raises:
         InputError: bad dataset, or a folder of something else.
     """
     experiment = begin(dataset, out, split, steps=steps)
-    rows = [row for model in models for row in variants(model)]
+    rows = [row for model in models for row in variants(model, primitives)]
     for seed in range(seeds):  # all rows once, then again: a table that is interrupted is a table of fewer seeds
         for label, method in rows:
             experiment.run(label, partial(replace, method), seed)

@@ -51,6 +51,7 @@ def ablate(
     split: Literal["files", "random", "blocked"] = "blocked",
     steps: int = 1000,
     seeds: int = 3,
+    primitives: int | None = None,
     json: bool = False,
 ) -> None:
     """What each part of a model is worth: the paper's table over several seeds, and ours. Goes on where it stopped.
@@ -62,12 +63,13 @@ def ablate(
         split: as for train.
         steps: of training, for each row and seed.
         seeds: how often each row is trained.
+        primitives: of every row, where not the models' own number; then the paper's rows alone, marked so.
         json: print the table as JSON.
     """
     from learn.ablate import ablate as ablate_models
 
     positive(steps=steps, seeds=seeds)
-    print_figures("ablation", ablate_models(dataset, output, models, split, steps, seeds), json)
+    print_figures("ablation", ablate_models(dataset, output, models, split, steps, seeds, primitives), json)
 
 
 def sweep(

@@ -58,7 +58,7 @@ def crossvalidate(folder: Path, scene: Scene, count: int, seed: int, tracer: Tra
     """
     run = load_run(folder)
     dataset = read_dataset(run.config.dataset)
-    scene = _seen_by(dataset, scene)
+    scene = seen_by(dataset, scene)
     gateway = scene.gateway
     if PlanarArray.of(gateway) != run.array:
         raise InputError(
@@ -90,7 +90,7 @@ def crossvalidate(folder: Path, scene: Scene, count: int, seed: int, tracer: Tra
     return result
 
 
-def _seen_by(dataset: Dataset, scene: Scene) -> Scene:
+def seen_by(dataset: Dataset, scene: Scene) -> Scene:
     """The scene as the dataset's gateway has it."""
     for seen in scene.by_gateway().values():
         gateway = seen.gateway

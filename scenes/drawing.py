@@ -119,7 +119,7 @@ def _visible(scene: Scene, item: SceneObject) -> Bool[np.ndarray, " triangles"]:
     return item.mesh.triangles[:, :, 2].min(axis=1) <= high - 0.1 * (high - low)
 
 
-def _shell(scene: Scene, item: SceneObject, triangles: Float[np.ndarray, "n 3 3"]) -> Bool[np.ndarray, " n"]:
+def enclosing(scene: Scene, item: SceneObject, triangles: Float[np.ndarray, "n 3 3"]) -> Bool[np.ndarray, " n"]:
     """Triangles that enclose the place: floor and walls, drawn behind the furniture."""
     low, high = scene.bounds
     box = item.mesh.bounds
@@ -156,7 +156,7 @@ def _draw_plan(axes: Axes, scene: Scene) -> list[str]:
             continue
         triangles = item.mesh.triangles[keep]
         color = scene.materials[item.material].color
-        shell = bool(_shell(scene, item, triangles).all())
+        shell = bool(enclosing(scene, item, triangles).all())
         top = 1.0 if shell else 2 + (triangles[:, :, 2].max() - low[2]) / size
         flat = PolyCollection(
             list(triangles[:, :, :2]), facecolors=[color], edgecolors=[color], linewidths=1.5, zorder=top
@@ -195,7 +195,7 @@ def _draw_view(axes: Axes3D, scene: Scene) -> None:
     for item in scene.objects:
         keep = _visible(scene, item)
         triangles, normals = item.mesh.triangles[keep], item.mesh.face_normals[keep]
-        shell = _shell(scene, item, triangles)
+        shell = enclosing(scene, item, triangles)
         upright = np.abs(normals[:, 2]) < 0.5
         # The viewer stands at low x and low y, outside the walls there.
         hidden = shell & upright & (triangles.max(axis=1) < low + 0.25)[:, :2].any(axis=1)

@@ -160,6 +160,9 @@ def test_ablation_has_the_papers_rows_and_ours(tiny, tmp_path, rows):
     ours = dict(variants("bisplat-aperture"))
     assert ours["bisplat-aperture without aperture"].model == "bisplat"
     assert ours["bisplat-aperture without depth order"].bypass == ("order",)
+    smaller = dict(variants("bisplat", 250))
+    assert len(smaller) == 4
+    assert smaller["bisplat (250 primitives) without BST"] == Trained("bisplat", ("bst",), {"primitives": 250})
 
     out = tmp_path / "out"
     table = ablate(tiny, out, ("bisplat",), "files", 2, 2)

@@ -1,0 +1,189 @@
+"""Spectra as one picture for a screen: panels with axes and colour bars, rectangular or polar, in milliseconds.
+
+Axes and colour bars are drawn once; a new spectrum only fills its panel. (Matplotlib, which draws the figures for
+papers, takes some hundred milliseconds.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache, lru_cache
+from typing import Literal, NamedTuple
+
+import numpy as np
+from jaxtyping import Float, UInt8
+from matplotlib import colormaps
+from matplotlib.font_manager import findfont
+from PIL import Image, ImageDraw, ImageFont
+
+from learn.colours import DIFFERENCE, LEAST_DB, MAGNITUDE, PHASE
+from simulate.spectrum import AZIMUTHS_DEG, ELEVATIONS_DEG
+
+Kind = Literal["rectangular", "polar"]
+
+LEFT, TOP, RIGHT, BOTTOM = 54, 42, 86, 30
+"""Pixels around a panel: elevations, title, colour bar, azimuths."""
+
+DIAMETER = 270
+"""Pixels of a polar panel."""
+
+BACKGROUND, INK, MISSING = (255, 255, 255), (40, 40, 40), (225, 225, 225)
+
+
+class Colours(NamedTuple):
+    """A colour map and what its ends mean."""
+
+    name: str
+    low: float
+    high: float
+    unit: str
+
+
+LINEAR = Colours(MAGNITUDE, 0.0, 1.0, "")
+DECIBELS = Colours(MAGNITUDE, LEAST_DB, 0.0, " dB")
+RADIANS = Colours(PHASE, -180.0, 180.0, "°")
+LINEAR_DIFFERENCE = Colours(DIFFERENCE, -1.0, 1.0, "")
+DECIBELS_DIFFERENCE = Colours(DIFFERENCE, LEAST_DB, -LEAST_DB, " dB")
+RADIANS_DIFFERENCE = Colours(PHASE, -180.0, 180.0, "°")
+
+
+@dataclass(frozen=True)
+class Panel:
+    """One spectrum to draw.
+
+    Attributes:
+        title: above it.
+        values: in the unit of its colours; None: nothing to draw, the title says why.
+        colours: of the values.
+        brightness: 0…1 for each pixel; None: full.
+        marks: directions to mark, (azimuth, elevation) in degrees, with the colour of the mark.
+    """
+
+    title: str
+    values: Float[np.ndarray, "90 360"] | None
+    colours: Colours
+    brightness: Float[np.ndarray, "90 360"] | None = None
+    marks: tuple[tuple[float, float, tuple[int, int, int]], ...] = ()
+
+
+def draw(panels: Sequence[Panel], kind: Kind) -> UInt8[np.ndarray, "H W 3"]:
+    """The panels as one picture: below each other."""
+    return np.concatenate([_draw(panel, kind) for panel in panels])
+
+
+def in_decibels(picture: Float[np.ndarray, "90 360"]) -> Float[np.ndarray, "90 360"]:
+    """20 log10 of a picture over its maximum, no less than ``LEAST_DB``."""
+    most = max(float(picture.max()), 1e-12)
+    return 20 * np.log10(np.maximum(picture / most, 10 ** (LEAST_DB / 20)))
+
+
+def _draw(panel: Panel, kind: Kind) -> UInt8[np.ndarray, "H W 3"]:
+    image = _frame(kind, panel.colours).copy()
+    if panel.values is None:
+        colour = np.broadcast_to(np.array(MISSING, np.uint8), (*_SIZE, 3))
+    else:
+        colour = colour_of(panel.values, panel.colours)
+        if panel.brightness is not None:
+            colour = (colour * panel.brightness[..., None]).astype(np.uint8)
+    plot = _placed(colour, kind)
+    place = image[TOP : TOP + plot.shape[0], LEFT : LEFT + plot.shape[1]]
+    np.copyto(place, plot, where=_inside(kind)[..., None])
+    drawn = Image.fromarray(image)
+    pen = ImageDraw.Draw(drawn)
+    pen.text((6, 18), panel.title, fill=INK, font=_font(13), anchor="ls")
+    for azimuth, elevation, ink in panel.marks:
+        x, y = _where(azimuth, elevation, kind)
+        for radius, line in ((6, (255, 255, 255)), (5, ink), (4, ink), (3, (255, 255, 255))):
+            pen.ellipse((x - radius, y - radius, x + radius, y + radius), outline=line)
+    return np.asarray(drawn)
+
+
+_SIZE = (len(ELEVATIONS_DEG), len(AZIMUTHS_DEG))
+
+
+def colour_of(values: Float[np.ndarray, "*shape"], colours: Colours) -> UInt8[np.ndarray, "*shape 3"]:
+    """Values as RGB, those beyond the ends of the scale as the ends."""
+    index = np.clip((values - colours.low) / (colours.high - colours.low), 0, 1) * 255
+    return _table(colours.name)[index.astype(np.uint8)]
+
+
+@cache
+def _table(name: str) -> UInt8[np.ndarray, "256 3"]:
+    return (255 * colormaps[name](np.linspace(0, 1, 256))[:, :3]).round().astype(np.uint8)
+
+
+@cache
+def _font(size: int) -> ImageFont.FreeTypeFont:
+    return ImageFont.truetype(findfont("DejaVu Sans"), size)  # the one that comes with Matplotlib
+
+
+def _placed(colour: UInt8[np.ndarray, "90 360 3"], kind: Kind) -> UInt8[np.ndarray, "H W 3"]:
+    """Pixels where the panel shows them: 90° elevation on top, or in the middle."""
+    if kind == "rectangular":
+        return colour[::-1]
+    rows, columns, _ = _polar()
+    return colour[rows, columns]
+
+
+@cache
+def _polar() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Row and column of the spectrum at each pixel of a disc, and whether it is on the disc: φ = 0 right, 90° up."""
+    x, y = np.meshgrid(np.arange(DIAMETER) + 0.5 - DIAMETER / 2, DIAMETER / 2 - np.arange(DIAMETER) - 0.5)
+    radius = np.hypot(x, y) / (DIAMETER / 2)
+    elevation = 90 * (1 - radius)
+    columns = np.round(np.degrees(np.arctan2(y, x))).astype(int) % len(AZIMUTHS_DEG)
+    rows = np.clip(np.round(elevation).astype(int) - 1, 0, len(ELEVATIONS_DEG) - 1)
+    return rows, columns, radius <= 1
+
+
+@cache
+def _inside(kind: Kind) -> np.ndarray:
+    if kind == "rectangular":
+        return np.ones(_SIZE, bool)
+    return _polar()[2]
+
+
+def _where(azimuth: float, elevation: float, kind: Kind) -> tuple[float, float]:
+    """Pixel of a direction."""
+    if kind == "rectangular":
+        return LEFT + azimuth + 0.5, TOP + 90.5 - elevation
+    radius = DIAMETER / 2 * (1 - elevation / 90)
+    middle = DIAMETER / 2
+    angle = np.radians(azimuth)
+    return LEFT + middle + radius * np.cos(angle), TOP + middle - radius * np.sin(angle)
+
+
+@lru_cache
+def _frame(kind: Kind, colours: Colours) -> UInt8[np.ndarray, "H W 3"]:
+    """Everything of a panel but the spectrum."""
+    height, width = _inside(kind).shape
+    image = Image.new("RGB", (LEFT + width + RIGHT, TOP + height + BOTTOM), BACKGROUND)
+    pen = ImageDraw.Draw(image)
+    small = _font(11)
+    if kind == "rectangular":
+        pen.rectangle((LEFT - 1, TOP - 1, LEFT + width, TOP + height), outline=INK)
+        for azimuth in range(0, 271, 90):
+            x, y = _where(azimuth, 0.5, kind)
+            pen.line((x, y, x, y + 5), fill=INK)
+            pen.text((x, y + 7), f"{azimuth}°", fill=INK, font=small, anchor="mt")
+        pen.text((LEFT + width, TOP + height + 7), "azimuth", fill=INK, font=small, anchor="rt")
+        for elevation in (1, 30, 60, 90):
+            x, y = _where(-0.5, elevation, kind)
+            pen.line((x - 5, y, x, y), fill=INK)
+            pen.text((x - 8, y), f"{elevation}°", fill=INK, font=small, anchor="rm")
+        pen.text((4, TOP + 18), "elev.", fill=INK, font=small, anchor="lm")
+    else:
+        for azimuth, anchor in ((0, "lm"), (90, "mb"), (180, "rm"), (270, "mt")):
+            x, y = _where(azimuth, -2, kind)
+            pen.text((x, y), f"{azimuth}°", fill=INK, font=small, anchor=anchor)
+        pen.text((6, TOP + height + 18), "edge: elevation 0°, middle: 90°", fill=INK, font=small, anchor="lm")
+    image_array = np.array(image)
+    bar = colour_of(np.linspace(colours.high, colours.low, height), colours)
+    left = LEFT + width + (12 if kind == "rectangular" else 36)
+    image_array[TOP : TOP + height, left : left + 10] = bar[:, None]
+    labelled = Image.fromarray(image_array)
+    pen = ImageDraw.Draw(labelled)
+    for value, y, anchor in ((colours.high, TOP, "lt"), (colours.low, TOP + height, "lb")):
+        pen.text((left + 13, y), f"{value:g}{colours.unit}", fill=INK, font=small, anchor=anchor)
+    return np.asarray(labelled)

@@ -1,0 +1,28 @@
+"""``bisplat view``."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from tyro.conf import Positional, arg
+
+
+def view(what: Annotated[Positional[str], arg(metavar="RUN|DATASET|SCENE")], port: int = 8080) -> None:
+    """Look at a run, a dataset or a scene in the browser: drag the transmitter, compare prediction and ray tracing.
+
+    Args:
+        what: run folder, NeRF² dataset folder, or scene (built-in name or YAML).
+        port: of the page, which only this machine's browser can open; the next free one where it is taken.
+    """
+    from learn.view.session import Session
+    from learn.view.subject import subject
+    from learn.view.tracing import Tracing
+    from scenes.page import serve
+
+    seen = subject(what)
+    tracing = None if seen.scene is None else Tracing(seen.scene, seen.propagation, seen.region)
+    try:
+        serve(f"bisplat: {seen.name}", port, lambda client: Session(client, seen, tracing).close)
+    finally:
+        if tracing is not None:
+            tracing.stop()

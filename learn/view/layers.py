@@ -1,0 +1,173 @@
+"""The 3D view of a tab: room, gateway, hemisphere, transmitter, positions, directions, paths; a switch for each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float
+from viser import ClientHandle, GaussianSplatHandle, PointCloudHandle, SceneNodeHandle
+
+from learn.view.chart import LINEAR, Colours, colour_of
+from learn.view.comparison import PREDICTED, TRUE
+from learn.view.hemisphere import colours_of_dots, dots, ellipses
+from learn.view.subject import Picture, Position, Subject
+from scenes.stage import add_gateway, add_objects, add_region, from_outside
+from simulate.spectrum import dominant_direction
+
+if TYPE_CHECKING:
+    from simulate.trace import TracedPath
+
+PATHS_SHOWN = 40
+PATH_COLOURS = Colours("plasma", -30.0, 0.0, " dB")
+"""Of traced paths, by their gain relative to the strongest."""
+
+
+class Layers:
+    """What is drawn in the scene, and the switches that hide it.
+
+    Args:
+        client: the tab.
+        subject: what is looked at.
+        position: of the transmitter at the beginning, metres.
+        changed: called where a switch asks for what is not drawn yet.
+
+    Attributes:
+        transmitter: its handle.
+    """
+
+    def __init__(self, client: ClientHandle, subject: Subject, position: Position, changed: Callable[[], None]):
+        self._subject, self._changed = subject, changed
+        self._api = api = client.scene
+        api.set_up_direction("+z")
+        api.configure_default_lights(cast_shadow=False)
+        gateway = np.asarray(subject.gateway.position)
+        seen = np.vstack([subject.region, gateway] + ([] if subject.scene is None else [subject.scene.bounds]))
+        bounds = np.stack([seen.min(axis=0), seen.max(axis=0)])
+        self._size = float(np.linalg.norm(bounds[1] - bounds[0]))
+        self._radius = 0.09 * self._size
+        client.camera.position, client.camera.look_at = from_outside(bounds)
+        rooms: list[SceneNodeHandle] = []
+        furniture: list[SceneNodeHandle] = []
+        if subject.scene is not None:
+            for nodes in add_objects(api, subject.scene).values():
+                for node in nodes:
+                    (rooms if node.name.startswith("/walls") else furniture).append(node)
+        wavelength = (
+            subject.dataset.wavelength if subject.dataset else subject.scene.wavelength if subject.scene else 0.33
+        )
+        add_gateway(api, subject.gateway, wavelength, 0.8 * self._radius)
+        elements = (subject.array.positions * wavelength).astype(np.float32)
+        api.add_point_cloud("/gateway/elements", elements, (60, 0, 20), point_size=0.012 * self._size / 4)
+        region = add_region(api, subject.region)
+
+        self._dots, self._pixel = dots(self._radius)
+        nothing = np.zeros((len(self._dots), 3), np.uint8)
+        size = 0.5 * self._radius * np.radians(3.0)
+        style = {"point_size": float(size), "point_shape": "circle", "point_shading": "flat"}
+        self._sphere = api.add_point_cloud("/gateway/spectrum", self._dots, nothing, **style)  # type: ignore[arg-type]
+        point = np.zeros((1, 2, 3), np.float32)
+        self._predicted = api.add_line_segments(
+            "/gateway/predicted", point, PREDICTED, thickness=5, thickness_units="screen"
+        )
+        self._true = api.add_line_segments("/gateway/true", point, TRUE, thickness=5, thickness_units="screen")
+        self._paths = api.add_line_segments(
+            "/paths", point, np.zeros((1, 2, 3), np.uint8), thickness=2, thickness_units="screen"
+        )
+        self._splats: GaussianSplatHandle | None = None
+
+        known, self._tested = self._positions(client)
+        self.transmitter = api.add_transform_controls(
+            "/transmitter", scale=0.1 * self._size, disable_rotations=True, depth_test=False, position=position
+        )
+        api.add_icosphere("/transmitter/tag", radius=0.008 * self._size, color=(255, 210, 0))
+        with client.gui.add_folder("Layers"):
+            self._on_sphere = client.gui.add_dropdown("hemisphere shows", ("predicted", "recorded or traced"))
+            self._switch(client, "walls, floor, ceiling", rooms)
+            self._switch(client, "furniture", furniture)
+            self._switch(client, "transmitter region", [region])
+            self._switch(client, "training positions", known)
+            self._switch(client, "test positions, by SSIM (yellow: 1)", self._tested)
+            self._switch(client, "spectrum on the hemisphere", [self._sphere])
+            self._switch(client, "dominant directions", [self._predicted, self._true])
+            self._switch(client, "traced paths", [self._paths] if subject.scene else [])
+            splats = subject.splats(position) is not None
+            self._primitives = client.gui.add_checkbox("primitives (colour: phase)", False, visible=splats)
+        self._primitives.on_update(lambda event: changed())
+        self._on_sphere.on_update(lambda event: self._colour_sphere())
+        self._pictures: tuple[Picture | None, Picture | None] = None, None
+
+    def show(
+        self, position: Position, predicted: Picture | None, true: Picture | None, paths: Sequence[TracedPath] | None
+    ) -> None:
+        """Bring everything that moves up to date."""
+        self._pictures = predicted, true
+        self._colour_sphere()
+        for node, picture in ((self._predicted, predicted), (self._true, true)):
+            node.points = self._ray(picture)
+        self._paths.points, self._paths.colors = self._lines(paths or [])
+        self._show_primitives(position)
+
+    def _show_primitives(self, position: Position) -> None:
+        splats = self._subject.splats(position) if self._primitives.value else None
+        if splats is not None:
+            drawn = ellipses(splats, 1.02 * self._radius)
+            if self._splats is None:
+                self._splats = self._api.add_gaussian_splats("/gateway/primitives", *drawn)
+            self._splats.set_gaussians(*drawn)
+        if self._splats is not None:
+            self._splats.visible = splats is not None
+
+    def _colour_sphere(self) -> None:
+        predicted, true = self._pictures
+        first = predicted if self._on_sphere.value == "predicted" else true
+        picture = first if first is not None else true if true is not None else predicted
+        if picture is not None:
+            self._sphere.colors = colours_of_dots(picture, self._pixel)
+
+    def _ray(self, picture: Picture | None) -> Float[np.ndarray, "1 2 3"]:
+        """A line towards the picture's maximum; one of no length where there is no picture."""
+        if picture is None:
+            return np.zeros((1, 2, 3), np.float32)
+        towards = dominant_direction(picture)
+        return np.array([[self._radius * towards, 0.5 * self._size * towards]], np.float32)
+
+    def _lines(self, paths: Sequence[TracedPath]) -> tuple[np.ndarray, np.ndarray]:
+        """Segments of the strongest paths and their colours."""
+        segments, colours = [np.zeros((1, 2, 3))], [np.zeros((1, 2, 3), np.uint8)]  # never empty: viser would complain
+        for path in list(paths)[:PATHS_SHOWN]:
+            segments.append(np.stack([path.vertices[:-1], path.vertices[1:]], axis=1))
+            gain = 20 * np.log10(abs(path.response) / abs(paths[0].response))
+            colour = colour_of(np.array(gain), PATH_COLOURS)
+            colours.append(np.broadcast_to(colour, (len(path.vertices) - 1, 2, 3)))
+        return np.concatenate(segments).astype(np.float32), np.concatenate(colours)
+
+    def _positions(self, client: ClientHandle) -> tuple[list[PointCloudHandle], list[PointCloudHandle]]:
+        """The dataset's positions; the test positions are grey until their scores are known."""
+        subject, api = self._subject, client.scene
+        if subject.dataset is None or subject.parts is None:
+            return [], []
+        size = 0.004 * self._size
+        known = subject.dataset.positions[subject.parts.known].astype(np.float32)
+        tested = subject.dataset.positions[subject.tested].astype(np.float32)
+        grey = np.full(tested.shape, 170, np.uint8)
+        return (
+            [api.add_point_cloud("/positions/training", known, (110, 110, 130), point_size=size, point_shape="circle")],
+            [api.add_point_cloud("/positions/test", tested, grey, point_size=1.5 * size, point_shape="circle")],
+        )
+
+    def colour_test_positions(self) -> None:
+        """Colour the test positions by their SSIM, which takes seconds to find the first time."""
+        for node in self._tested:
+            node.colors = colour_of(self._subject.scores, LINEAR)
+
+    def _switch(self, client: ClientHandle, label: str, nodes: Sequence[SceneNodeHandle]) -> None:
+        if nodes:
+            box = client.gui.add_checkbox(label, nodes[0].visible)
+
+            @box.on_update
+            def _(event) -> None:
+                for node in nodes:
+                    node.visible = box.value
+                self._changed()

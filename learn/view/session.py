@@ -1,0 +1,179 @@
+"""One browser tab: a transmitter to drag, what is predicted and what is true there, and switches. Shares no state."""
+
+from __future__ import annotations
+
+import threading
+import time
+from typing import cast, get_args
+
+import numpy as np
+from viser import ClientHandle, GuiImageHandle, TransformControlsEvent
+
+from learn.view.chart import Kind, draw
+from learn.view.comparison import figures, panels
+from learn.view.layers import Layers
+from learn.view.subject import Position, Spectrum, Subject
+from learn.view.tracing import Traced, Tracing
+
+PLAY_SECONDS = 0.4
+"""Between two positions of the recorded path."""
+
+AT_A_POSITION = 1e-4
+"""Metres; nearer than this to a dataset's position the transmitter is at it."""
+
+
+class Session:
+    """The panel and the 3D view of a tab, and the thread that keeps them up to date.
+
+    Args:
+        client: the tab.
+        subject: what is looked at.
+        tracing: the ray tracer, where there is a scene.
+    """
+
+    def __init__(self, client: ClientHandle, subject: Subject, tracing: Tracing | None):
+        self._subject, self._tracing = subject, tracing
+        self._position: Position = subject.region.mean(axis=0)
+        if subject.dataset is not None:
+            self._position = subject.dataset.positions[0].astype(float)
+        self._traced: tuple[Position, Traced] | None = None
+        self._changed, self._open = threading.Event(), True
+        self._build(client)
+        self._layers = Layers(client, subject, self._position, self._changed.set)
+        self._layers.transmitter.on_update(self._dragged)
+        self._trace()
+        self._changed.set()
+        threading.Thread(target=self._keep_up_to_date, daemon=True).start()
+        threading.Thread(target=self._layers.colour_test_positions, daemon=True).start()
+
+    def close(self) -> None:
+        """End the tab's thread."""
+        self._open = False
+        self._changed.set()
+
+    # --- the panel -----------------------------------------------------------------------------------------
+
+    def _build(self, client: ClientHandle) -> None:
+        gui, subject = client.gui, self._subject
+        self._gui = gui
+        gui.configure_theme(control_layout="fixed", control_width="large", show_logo=False, show_share_button=False)
+        for sentence in subject.missing:
+            gui.add_markdown(f"**Note.** {sentence}")
+        self._image: GuiImageHandle | None = None  # comes with its first picture
+        self._figures = gui.add_markdown("", order=-2)
+        self._state = gui.add_markdown("", order=-1)
+        with gui.add_folder("Transmitter"):
+            self._place = gui.add_vector3("position (m)", self._position, step=0.001)
+            self._place.on_update(self._typed)
+            self._live = gui.add_checkbox("trace while dragging", True, visible=self._tracing is not None)
+            recorded = 0 if subject.dataset is None else len(subject.dataset.names)
+            self._number = gui.add_slider(
+                "recorded spectrum", 1, max(recorded, 2), 1, 1, visible=recorded > 1, hint="numbered as in tx_pos.csv"
+            )
+            self._number.on_update(self._chosen)
+            self._play = gui.add_checkbox("play along the recorded path", False, visible=recorded > 1)
+            self._play.on_update(self._switched)
+        with gui.add_folder("Spectrum"):
+            names = tuple(subject.predictors)
+            self._by = gui.add_dropdown("predicted by", names or ("nothing",), visible=bool(names))
+            self._kind = gui.add_dropdown("view", get_args(Kind))
+            self._quantity = gui.add_dropdown("quantity", ("magnitude", "phase"))
+            self._scale = gui.add_dropdown("scale", ("linear", "dB"))
+        for each in (self._by, self._kind, self._quantity, self._scale):
+            each.on_update(self._switched)
+
+    # --- what the user does --------------------------------------------------------------------------------
+
+    async def _dragged(self, event: TransformControlsEvent) -> None:
+        self._position = np.array(event.target.position, dtype=float)
+        if event.phase == "end" or self._live.value:
+            self._trace()
+        self._changed.set()
+
+    async def _typed(self, event) -> None:
+        if event.client is not None:  # typed, not set by us
+            self._move_to(np.array(self._place.value))
+
+    async def _chosen(self, event) -> None:
+        if event.client is not None:
+            self._go_to(int(self._number.value) - 1)
+
+    async def _switched(self, event) -> None:
+        self._changed.set()
+
+    def _go_to(self, index: int) -> None:
+        assert self._subject.dataset is not None
+        self._move_to(self._subject.dataset.positions[index].astype(float))
+
+    def _advance(self) -> None:
+        following = int(self._number.value) % int(self._number.max)
+        self._number.value = following + 1  # type: ignore[misc]
+        self._go_to(following)
+
+    def _move_to(self, position: Position) -> None:
+        self._position = position
+        self._layers.transmitter.position = position
+        self._trace()
+        self._changed.set()
+
+    # --- what is shown -------------------------------------------------------------------------------------
+
+    def _trace(self) -> None:
+        if self._tracing is not None:
+            self._tracing.request(self, self._position, self._keep_traced(self._position))
+
+    def _keep_traced(self, position: Position):
+        def keep(traced: Traced) -> None:
+            self._traced = position, traced
+            self._changed.set()
+
+        return keep
+
+    def _keep_up_to_date(self) -> None:
+        while True:
+            playing = self._play.value and self._subject.dataset is not None
+            if not self._changed.wait(PLAY_SECONDS if playing else 1.0) and playing:
+                self._advance()
+            if not self._open:
+                return
+            self._state.content = self._tracing.state if self._tracing else ""
+            if self._changed.is_set():
+                self._changed.clear()
+                self._show(self._position)
+
+    def _true_at(self, position: Position) -> tuple[str, Spectrum | None, Traced | None]:
+        """The recorded spectrum where the transmitter is at a recorded position, else the traced one."""
+        traced = None
+        if self._traced is not None and np.array_equal(self._traced[0], position):
+            traced = self._traced[1]
+        dataset = self._subject.dataset
+        if dataset is not None:
+            distance = np.linalg.norm(dataset.positions - position, axis=1)
+            index = int(distance.argmin())
+            if distance[index] < AT_A_POSITION:
+                return f"recorded, spectrum {dataset.names[index]}", self._subject.recorded(index), traced
+        return "ray-traced", traced.spectrum if traced else None, traced
+
+    def _show(self, position: Position) -> None:
+        began = time.perf_counter()
+        subject = self._subject
+        predictors = subject.predictors
+        picture = predictors[self._by.value](position) if predictors else None
+        milliseconds = 1e3 * (time.perf_counter() - began)
+        name, truth, traced = self._true_at(position)
+        in_phase = self._quantity.value == "phase"
+        field = subject.field(position) if in_phase and self._by.value == next(iter(predictors), None) else None
+        predicted = None if picture is None else Spectrum(picture, field)
+        drawn = panels(self._by.value, predicted, name, truth, in_phase, self._scale.value == "dB")
+        image = draw(drawn, cast(Kind, self._kind.value))
+        if self._image is None:
+            self._image = self._gui.add_image(image, format="png", order=-3)
+        self._image.image = image
+        if not np.allclose(self._place.value, position, atol=5e-4):
+            self._place.value = tuple(position.round(4))  # type: ignore[misc, assignment]
+        self._figures.content = figures(predicted, name, truth, milliseconds, self._outside(position))
+        self._layers.show(position, picture, truth.picture if truth else None, traced.paths if traced else None)
+
+    def _outside(self, position: Position) -> bool:
+        low, high = self._subject.region
+        return bool((position < low - 1e-9).any() or (position > high + 1e-9).any())

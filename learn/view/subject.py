@@ -1,0 +1,212 @@
+"""What is looked at: a run, a dataset or a scene, with what of the other two goes with it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from threading import Lock
+from typing import NamedTuple
+
+import numpy as np
+import torch
+from jaxtyping import Complex, Float, Int
+from scipy.spatial import cKDTree
+
+from learn.baselines import NEIGHBOURS, inverse_distance, nearest
+from learn.crossvalidate import seen_by
+from learn.metrics import ssim
+from learn.model import BiSplatWRF, Splats
+from learn.run import Run, in_batches, load_run
+from learn.splits import Split, evenly
+from scenes.description import Gateway, Scene
+from scenes.errors import InputError
+from scenes.scene_yaml import load_scene
+from simulate.dataset import Dataset, read_dataset
+from simulate.propagation import Propagation
+from simulate.spectrum import PlanarArray, picture
+
+SCORED = 400
+"""Test positions whose SSIM is shown, evenly spread over the test part."""
+
+
+Picture = Float[np.ndarray, "90 360"]
+Position = Float[np.ndarray, " 3"]
+
+
+class Spectrum(NamedTuple):
+    """A picture 0…1, and the complex field it is the magnitude of, where that is known (up to a common factor)."""
+
+    picture: Picture
+    field: Complex[np.ndarray, "90 360"] | None = None
+
+    @classmethod
+    def of(cls, array: PlanarArray, channels: Complex[np.ndarray, " elements"]) -> Spectrum:
+        """What an array makes of its element responses: the very picture a dataset would hold."""
+        field = array.steering @ channels
+        return cls(picture(np.abs(field)) / np.float32(255), field)
+
+
+@dataclass
+class Subject:
+    """What the viewer shows; None where there is none of it.
+
+    Attributes:
+        name: of the run, dataset or scene.
+        gateway: at the origin, looking up, where only a run is known.
+        region: corners of the box transmitters are in, metres.
+        scene: the place.
+        dataset: recorded or traced spectra.
+        parts: of the dataset: as the run has them, else the folder's own.
+        run: the trained model.
+        missing: a sentence on each thing that belongs to it and could not be read.
+    """
+
+    name: str
+    gateway: Gateway
+    region: Float[np.ndarray, "2 3"]
+    scene: Scene | None
+    dataset: Dataset | None
+    parts: Split | None
+    run: Run | None
+    missing: list[str]
+
+    def __post_init__(self) -> None:
+        self._one_at_a_time = Lock()  # tabs share the model, and numba's threads must not be entered twice
+
+    @property
+    def array(self) -> PlanarArray:
+        """The gateway's array."""
+        return PlanarArray.of(self.gateway)
+
+    @property
+    def propagation(self) -> Propagation:
+        """What the ray tracer follows: as the dataset was made."""
+        return Propagation(**(self.dataset.metadata.get("propagation", {}) if self.dataset else {}))
+
+    @property
+    def predictors(self) -> dict[str, Callable[[Position], Picture]]:
+        """Ways to predict a spectrum: the run's model, and the copying it has to beat."""
+        found: dict[str, Callable[[Position], Picture]] = {}
+        if self.run is not None:
+            found[self.run.config.model] = self._by_model
+        if self.dataset is not None:
+            found |= {"inverse distance (4)": self._by_distance, "nearest neighbour": self._by_copying}
+        return found
+
+    def recorded(self, index: int) -> Spectrum:
+        """A spectrum of the dataset."""
+        assert self.dataset is not None
+        channels = self.dataset.channels
+        field = None if channels is None else self.array.steering @ channels[index]
+        return Spectrum(self.dataset.pictures[index] / np.float32(255), field)
+
+    def splats(self, position: Position) -> Splats | None:
+        """The model's primitives for a transmitter, where it has any."""
+        if self.run is None or not isinstance(self.run.model, BiSplatWRF):
+            return None
+        with self._one_at_a_time, torch.inference_mode():
+            return self.run.model.splats(torch.from_numpy(position[None]).float())
+
+    @property
+    def tested(self) -> Int[np.ndarray, " K"]:
+        """Indices of the test spectra that are shown."""
+        return np.zeros(0, dtype=int) if self.parts is None else evenly(self.parts.test, SCORED)
+
+    @cached_property
+    def scores(self) -> Float[np.ndarray, " K"]:
+        """SSIM of the first of the predictors at the ``tested``."""
+        if self.dataset is None:
+            return np.zeros(0)
+        predict = next(iter(self.predictors.values()))
+        prediction = np.stack([predict(position) for position in self.dataset.positions[self.tested]])
+        return ssim(prediction.astype(float), self.dataset.pictures[self.tested] / 255)
+
+    def field(self, position: Position) -> Complex[np.ndarray, "90 360"] | None:
+        """The complex field whose magnitude the run's picture is, up to a common factor, where the model has one."""
+        run = self.run
+        if run is None:
+            return None
+        with self._one_at_a_time:
+            channels = run.predict_channels(position[None])
+            if channels is not None:
+                return run.array.steering @ channels[0]
+            if not isinstance(run.model, BiSplatWRF):
+                return None
+            pair = in_batches(run.model, position[None], run.model.field)[0].astype(float)
+            return pair[..., 0] + 1j * pair[..., 1]
+
+    def _by_model(self, position: Position) -> Picture:
+        assert self.run is not None
+        with self._one_at_a_time:
+            return self.run.predict(position[None])[0]
+
+    def _by_distance(self, position: Position) -> Picture:
+        return inverse_distance(*self._near(position), position[None])[0]
+
+    def _by_copying(self, position: Position) -> Picture:
+        return nearest(*self._near(position), position[None])[0]
+
+    @cached_property
+    def _known(self) -> tuple[np.ndarray, cKDTree]:
+        assert self.dataset is not None and self.parts is not None
+        known = self.parts.known
+        return known, cKDTree(self.dataset.positions[known])
+
+    def _near(self, position: Position) -> tuple[np.ndarray, np.ndarray]:
+        """Positions and pictures of the known spectra that interpolation looks at."""
+        assert self.dataset is not None
+        known, tree = self._known
+        index = known[np.atleast_1d(tree.query(position, k=min(NEIGHBOURS, len(known)))[1])]
+        return self.dataset.positions[index], self.dataset.pictures[index] / np.float32(255)
+
+
+def subject(what: str) -> Subject:
+    """Find out what is meant: a run folder, a dataset folder, or a scene by name or file.
+
+    Raises:
+        InputError: none of these, or one that cannot be read. What belongs to a run or a dataset and cannot be read
+            is ``missing`` instead.
+    """
+    folder = Path(what)
+    if not folder.is_dir():
+        scene = load_scene(what)
+        region = np.array([scene.transmitter.region_min, scene.transmitter.region_max])
+        return Subject(scene.name, scene.gateway, region, scene, None, None, None, [])
+    if not (folder / "config.json").exists():
+        dataset = read_dataset(folder)
+        nothing = np.zeros(0, dtype=int)
+        parts = Split(train=dataset.train, validation=nothing, test=dataset.test)
+        return _with_scene(folder.name, dataset, parts, None)
+    run = load_run(folder)
+    try:
+        dataset = read_dataset(run.config.dataset)
+        parts = run.split(dataset)
+    except InputError as error:
+        region = run.model.region.double().cpu().numpy()
+        gateway = Gateway((0, 0, 0), (0, 0, 0, 1), run.array.rows, run.array.columns, run.array.spacing)
+        missing = [
+            f"The dataset of this run is not there ({error}): no recorded spectra and no scene. The gateway is drawn "
+            "at the origin, looking up."
+        ]
+        return Subject(folder.name, gateway, region, None, None, None, run, missing)
+    return _with_scene(folder.name, dataset, parts, run)
+
+
+def _with_scene(name: str, dataset: Dataset, parts: Split, run: Run | None) -> Subject:
+    array = dataset.array
+    position, orientation = tuple(dataset.gateway_position), tuple(dataset.gateway_orientation)
+    gateway = Gateway(position, orientation, array.rows, array.columns, array.spacing)  # type: ignore[arg-type]
+    region = np.stack([dataset.positions.min(axis=0), dataset.positions.max(axis=0)])
+    scene, missing = None, []
+    if "scene_file" not in dataset.metadata:
+        missing = [
+            "The dataset does not say which scene it was made in (a measured one has none): no room, no tracing."
+        ]
+    else:
+        try:
+            scene = seen_by(dataset, load_scene(dataset.folder / dataset.metadata["scene_file"]))
+        except (InputError, OSError) as error:
+            missing = [f"The scene of this dataset is not there ({error}): no room, no tracing."]
+    return Subject(name, scene.gateway if scene else gateway, region, scene, dataset, parts, run, missing)

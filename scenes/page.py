@@ -1,0 +1,67 @@
+"""A page that viser serves to this machine's browser until Ctrl-C."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import logging
+import socket
+import sys
+import threading
+from collections.abc import Callable
+
+from viser import ClientHandle, ViserServer
+
+from scenes.errors import InputError
+
+HOST = "127.0.0.1"
+
+
+def serve(title: str, port: int, open_tab: Callable[[ClientHandle], Callable[[], None]]) -> None:
+    """Serve until interrupted; says its address, with another port where this one is taken.
+
+    Args:
+        title: of the page's panel.
+        port: first to try.
+        open_tab: builds a browser tab, which has a state of its own; returns what to call when it is closed.
+
+    Raises:
+        InputError: a port this user may not have.
+    """
+    if not 0 < port < 65536 or not _allowed(port):
+        raise InputError(f"--port: expected a port from 1 to 65535 that this user may open, found {port}")
+    logging.getLogger("websockets").setLevel(logging.CRITICAL)  # a browser that goes away is no error
+    with contextlib.redirect_stdout(io.StringIO()):  # viser's own words on the address
+        server = ViserServer(host=HOST, port=port, label=title, verbose=False)
+    closing: dict[int, Callable[[], None]] = {}
+
+    @server.on_client_connect
+    def _(client: ClientHandle) -> None:
+        closing[client.client_id] = open_tab(client)
+
+    @server.on_client_disconnect
+    def _(client: ClientHandle) -> None:
+        closing.pop(client.client_id, lambda: None)()
+
+    if server.get_port() != port:
+        print(f"bisplat: port {port} is taken", file=sys.stderr)
+    print(f"http://{HOST}:{server.get_port()}  (Ctrl-C ends it)", flush=True)
+    try:
+        threading.Event().wait()
+    except KeyboardInterrupt:
+        pass
+    finally:
+        for close in list(closing.values()):
+            close()
+        server.stop()
+
+
+def _allowed(port: int) -> bool:
+    with socket.socket() as probe:
+        try:
+            probe.bind((HOST, port))
+        except PermissionError:
+            return False
+        except OSError:
+            return True  # taken: viser tries the next
+    return True

@@ -1,0 +1,102 @@
+"""A scene in a browser, by viser: objects in their materials' colours, gateways, the transmitter region."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+from scipy.spatial.transform import Rotation
+from viser import FrameHandle, LineSegmentsHandle, SceneApi, SceneNodeHandle
+
+from scenes.description import Gateway, Quaternion, Scene
+from scenes.drawing import enclosing
+
+GATEWAY, REGION = (220, 20, 60), (40, 160, 80)
+WALL_OPACITY = 0.18
+"""Of floor, walls and ceiling: one looks in from outside."""
+
+
+def wxyz(orientation: Quaternion) -> tuple[float, float, float, float]:
+    """A quaternion in viser's order."""
+    x, y, z, w = orientation
+    return w, x, y, z
+
+
+def xyzw(orientation: np.ndarray) -> Quaternion:
+    """A quaternion of viser's in ours."""
+    w, x, y, z = (float(c) for c in orientation)
+    return x, y, z, w
+
+
+def add_objects(api: SceneApi, scene: Scene) -> dict[str, list[SceneNodeHandle]]:
+    """Draw the objects under /walls and /furniture; returns each object's nodes."""
+    api.add_frame("/walls", show_axes=False)
+    api.add_frame("/furniture", show_axes=False)
+    nodes: dict[str, list[SceneNodeHandle]] = {}
+    for item in scene.objects:
+        colour = np.array(scene.materials[item.material].color)
+        encloses = enclosing(scene, item, item.mesh.triangles)
+        nodes[item.name] = []
+        for where, chosen, opacity in (("walls", encloses, WALL_OPACITY), ("furniture", ~encloses, None)):
+            if chosen.any():
+                corners = np.asarray(item.mesh.triangles[chosen], np.float32).reshape(-1, 3)
+                nodes[item.name].append(
+                    api.add_mesh_simple(
+                        f"/{where}/{item.name}",
+                        corners,
+                        np.arange(len(corners), dtype=np.uint32).reshape(-1, 3),
+                        color=colour,
+                        opacity=opacity,
+                        flat_shading=True,
+                        side="double",
+                        cast_shadow=False,
+                        receive_shadow=False,
+                    )
+                )
+    return nodes
+
+
+def add_gateway(api: SceneApi, gateway: Gateway, wavelength: float, size: float, name: str = "/gateway") -> FrameHandle:
+    """Draw a gateway as the plate its array fills, with its boresight; children of the frame are in its frame.
+
+    Args:
+        wavelength: metres.
+        size: length of the boresight's arrow, metres.
+    """
+    frame = api.add_frame(
+        name, wxyz=wxyz(gateway.orientation), position=gateway.position, axes_length=size / 3, axes_radius=size / 120
+    )
+    pitch = gateway.spacing * wavelength
+    plate = (gateway.columns * pitch, gateway.rows * pitch, 0.01)
+    api.add_box(f"{name}/array", color=GATEWAY, dimensions=plate, opacity=0.5, cast_shadow=False)
+    arrow = np.array([[[0, 0, 0], [0, 0, size]]], np.float32)
+    api.add_arrows(f"{name}/boresight", arrow, GATEWAY, shaft_radius=size / 60, head_radius=size / 25)
+    return frame
+
+
+def add_region(api: SceneApi, region: Float[np.ndarray, "2 3"], name: str = "/region") -> LineSegmentsHandle:
+    """Draw a box by its edges.
+
+    Args:
+        region: lowest and highest corner, metres.
+    """
+    return api.add_line_segments(name, edges(region), REGION, thickness=2, thickness_units="screen")
+
+
+def edges(region: Float[np.ndarray, "2 3"]) -> Float[np.ndarray, "12 2 3"]:
+    """The edges of a box.
+
+    >>> edges(np.array([[0, 0, 0], [1, 1, 1]])).shape
+    (12, 2, 3)
+    """
+    corners = np.stack(np.meshgrid(*np.transpose(region), indexing="ij"), axis=-1).reshape(8, 3)
+    return np.array(
+        [(a, b) for i, a in enumerate(corners) for b in corners[i + 1 :] if np.sum(a != b) == 1], np.float32
+    )
+
+
+def from_outside(bounds: Float[np.ndarray, "2 3"]) -> tuple[np.ndarray, np.ndarray]:
+    """Where a camera sees all of a box: its position and what it looks at, metres."""
+    low, high = bounds
+    size = float(np.linalg.norm(high - low))
+    direction = Rotation.from_euler("ZY", [-125.0, -45.0], degrees=True).apply([1, 0, 0])  # from low x and low y
+    return (low + high) / 2 + 0.85 * size * direction, (low + high) / 2
