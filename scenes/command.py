@@ -29,12 +29,14 @@ def scene(
     region_min: Triple | None = None,
     region_max: Triple | None = None,
     json: bool = False,
+    view: bool = False,
+    port: int = 8080,
 ) -> None:
     """Draw and describe a scene; or import a mesh (GLB, GLTF, OBJ, PLY, STL, OFF) or a Mitsuba XML into a new one.
 
     Args:
         scene: built-in name (lab) or scene YAML; to import: a mesh, a Mitsuba or Sionna RT XML, or sionna:etoile.
-        output: the drawing (default NAME.png); for an import: the new scene's folder.
+        output: the drawing (default NAME.png); for an import: the new scene's folder; with --view: folder to save to.
         material: import only: NODE=MATERIAL rules, the first that matches wins; NODE may hold * and ?.
         default_material: import only: material of nodes that neither a rule nor the file gives one.
         unit: import only: the mesh's unit of length.
@@ -46,6 +48,8 @@ def scene(
         region_min: import only: lowest corner of the transmitter region, metres.
         region_max: import only: highest corner of the transmitter region, metres.
         json: print the description as JSON.
+        view: edit the scene in the browser: gateway, transmitter region, materials.
+        port: view only: of the page; the next free one where it is taken.
     """
     from scenes import Gateway, Transmitter, load_scene
     from scenes.description import facing
@@ -74,6 +78,17 @@ def scene(
     else:
         place = load_scene(scene)
         drawing = output or Path(f"{place.name}.png")
+    if view:
+        from scenes.editor import Editor
+        from scenes.page import serve
+
+        folder = Path(f"{place.name}-edited") if output is None or is_importable(scene) else output
+
+        def open_tab(client) -> None:
+            Editor(client, place, folder)
+
+        serve(f"bisplat: {place.name}", port, open_tab)
+        return
     draw_scene(place, drawing)
     description = describe_scene(place)
     if json:

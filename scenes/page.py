@@ -17,13 +17,13 @@ from scenes.errors import InputError
 HOST = "127.0.0.1"
 
 
-def serve(title: str, port: int, open_tab: Callable[[ClientHandle], Callable[[], None]]) -> None:
+def serve(title: str, port: int, open_tab: Callable[[ClientHandle], Callable[[], None] | None]) -> None:
     """Serve until interrupted; says its address, with another port where this one is taken.
 
     Args:
         title: of the page's panel.
         port: first to try.
-        open_tab: builds a browser tab, which has a state of its own; returns what to call when it is closed.
+        open_tab: builds a browser tab, which has a state of its own; returns what to call when it is closed, if any.
 
     Raises:
         InputError: a port this user may not have.
@@ -37,7 +37,9 @@ def serve(title: str, port: int, open_tab: Callable[[ClientHandle], Callable[[],
 
     @server.on_client_connect
     def _(client: ClientHandle) -> None:
-        closing[client.client_id] = open_tab(client)
+        close = open_tab(client)
+        if close is not None:
+            closing[client.client_id] = close
 
     @server.on_client_disconnect
     def _(client: ClientHandle) -> None:

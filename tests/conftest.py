@@ -1,8 +1,130 @@
-"""Before anything imports Triton: without a GPU its kernels run in its interpreter."""
+"""What all tests share: Triton's interpreter where there is no GPU, and a headless Chromium for pages."""
 
 import os
+import re
+import shutil
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
 
+import numpy as np
+import pytest
 import torch
 
-if not torch.cuda.is_available():
+if not torch.cuda.is_available():  # before anything imports Triton
     os.environ["TRITON_INTERPRET"] = "1"
+
+QUIET = (
+    "--no-sandbox --disable-quic --no-first-run --disable-background-networking --disable-component-update "
+    "--disable-sync --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader"
+).split()
+"""No GPU, no sandbox (root has none), nothing that looks for servers elsewhere."""
+
+PATIENCE = 60_000
+"""Milliseconds; WebGL in software on a busy machine is slow."""
+
+
+class Served:
+    """A ``bisplat`` command that serves a page, in a process of its own."""
+
+    def __init__(self, *arguments: str):
+        self.process = subprocess.Popen(
+            [sys.executable, "-m", "bisplat", *arguments],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            cwd=Path(__file__).parents[1],
+            env={**os.environ, "OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"},
+        )
+        assert self.process.stdout is not None
+        found = re.search(r"http://127\.0\.0\.1:(\d+)", self.process.stdout.readline())
+        assert found, self.process.communicate()[1]
+        self.url, self.port = found.group(), int(found.group(1))
+
+    def end(self) -> tuple[int, str]:
+        """Ctrl-C; the exit status and what was said on stderr."""
+        self.process.send_signal(signal.SIGINT)
+        _, errors = self.process.communicate(timeout=30)
+        return self.process.returncode, errors
+
+
+@pytest.fixture(scope="module")
+def serve() -> Iterator[Callable[..., Served]]:
+    """Function: arguments of ``bisplat`` -> the page it serves."""
+    started: list[Served] = []
+
+    def start(*arguments: str) -> Served:
+        started.append(Served(*arguments))
+        return started[-1]
+
+    yield start
+    for each in started:
+        if each.process.poll() is None:
+            each.process.kill()
+
+
+@pytest.fixture(scope="module")
+def open_tab() -> Iterator[Callable[..., Any]]:
+    """Function: url and a text that shows that the page is there -> a Playwright page. None may have had an error."""
+    chromium = shutil.which("chromium")
+    if chromium is None:
+        pytest.skip("no Chromium here: apt-get install chromium")
+    from playwright.sync_api import expect, sync_playwright
+
+    expect.set_options(timeout=PATIENCE)
+    errors: list[str] = []
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=QUIET)
+
+        def open_page(url: str, text: str):
+            page = browser.new_context(viewport={"width": 1100, "height": 720}).new_page()
+            page.set_default_timeout(PATIENCE)
+            page.on("console", lambda message: message.type == "error" and errors.append(message.text))
+            page.on("pageerror", lambda error: errors.append(str(error)))
+            page.goto(url)
+            expect(page.get_by_text(text).first).to_be_visible()
+            return page
+
+        yield open_page
+        browser.close()
+    # viser drops a picture that a newer one overtakes
+    assert not [each for each in errors if "ERR_FILE_NOT_FOUND" not in each]
+
+
+@pytest.fixture
+def on_screen() -> Callable[..., tuple[float, float]]:
+    """Function: page, point in the world, bounds of what is seen -> pixel, by a camera of 75° where ours is put."""
+    from scenes.stage import from_outside
+
+    def project(page, point: np.ndarray, bounds: np.ndarray) -> tuple[float, float]:
+        camera, look_at = from_outside(bounds)
+        ahead = (look_at - camera) / np.linalg.norm(look_at - camera)
+        right = np.cross(ahead, [0, 0, 1])
+        right /= np.linalg.norm(right)
+        up = np.cross(right, ahead)
+        canvas = page.locator("canvas").first.bounding_box()
+        pixels = canvas["height"] / 2 / np.tan(np.radians(75) / 2) / ((point - camera) @ ahead)
+        x = canvas["x"] + canvas["width"] / 2 + pixels * ((point - camera) @ right)
+        y = canvas["y"] + canvas["height"] / 2 - pixels * ((point - camera) @ up)
+        return float(x), float(y)
+
+    return project
+
+
+@pytest.fixture
+def keep_screenshot() -> Callable[..., np.ndarray]:
+    """Function: page, name -> its pixels; kept as a file where ``BISPLAT_SCREENSHOTS`` names a folder."""
+    from io import BytesIO
+
+    from PIL import Image
+
+    def keep(page, name: str) -> np.ndarray:
+        shot = page.screenshot(timeout=PATIENCE)
+        if folder := os.environ.get("BISPLAT_SCREENSHOTS"):
+            (Path(folder) / f"{name}.png").write_bytes(shot)
+        return np.asarray(Image.open(BytesIO(shot)).convert("RGB"))
+
+    return keep

@@ -1,0 +1,219 @@
+"""``bisplat scene --view``: place and turn the gateway, move the region's corners, give objects materials, save.
+
+A tab edits a scene of its own. What it would save is ``Editor.scene``; nothing is written but by its button.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+from viser import ClientHandle, SceneNodeHandle, TransformControlsHandle
+
+from scenes.description import Scene, facing
+from scenes.errors import InputError
+from scenes.materials import material_names, p2040_material
+from scenes.scene_yaml import write_scene
+from scenes.stage import add_gateway, add_objects, add_region, edges, from_outside, wxyz, xyzw
+
+Triple = tuple[float, float, float]
+CHOSEN = (255, 140, 0)
+"""Of the object whose material is shown."""
+
+
+class Editor:
+    """A tab in which a scene is edited.
+
+    Args:
+        client: the tab.
+        scene: to begin with.
+        folder: where it will be saved, unless the user names another.
+
+    Attributes:
+        scene: as edited so far.
+    """
+
+    def __init__(self, client: ClientHandle, scene: Scene, folder: Path):
+        self.scene = scene
+        self._client = client
+        api, gui = client.scene, client.gui
+        api.set_up_direction("+z")
+        api.configure_default_lights(cast_shadow=False)
+        gui.configure_theme(control_layout="fixed", control_width="large", show_logo=False, show_share_button=False)
+        client.camera.position, client.camera.look_at = from_outside(scene.bounds)
+        self._size = float(np.linalg.norm(scene.bounds[1] - scene.bounds[0]))
+        self._objects = add_objects(api, scene)
+        gui.add_markdown(
+            "Drag the arrows and rings of the gateway, and the arrows at the region's two corners. Click a thing in "
+            "the room to give it a material; walls, floor and ceiling let clicks through, choose them by name."
+        )
+        self._edit_gateway()
+        self._edit_region()
+        self._edit_materials()
+        for label, where in (("walls, floor, ceiling", "/walls"), ("furniture", "/furniture")):
+            self._switch(label, [node for nodes in self._objects.values() for node in nodes if where in node.name])
+        self._folder = gui.add_text("save to folder", str(folder))
+        gui.add_button("Save scene.yaml").on_click(lambda event: self.save())
+
+    def save(self) -> None:
+        """Write the scene to the folder named in the panel; what is in the way is said there, and nothing is lost."""
+        try:
+            path = write_scene(self.scene, self._folder.value)
+        except (InputError, OSError) as error:
+            self._client.add_notification("Not saved", str(error), color="red")
+            return
+        self._client.add_notification("Saved", str(path), color="green")
+
+    # --- gateway -------------------------------------------------------------------------------------------
+
+    def _edit_gateway(self) -> None:
+        gateway, api, gui = self.scene.gateway, self._client.scene, self._client.gui
+        handle = api.add_transform_controls(
+            "/handles/gateway",
+            scale=0.12 * self._size,
+            depth_test=False,
+            position=gateway.position,
+            wxyz=wxyz(gateway.orientation),
+        )
+        frame = add_gateway(api, gateway, self.scene.wavelength, 0.06 * self._size)
+        with gui.add_folder("Gateway"):
+            position = gui.add_vector3("position (m)", gateway.position, step=0.01)
+            boresight = gui.add_vector3(
+                "boresight", _boresight(self.scene), step=0.01, hint="its y axis is put upwards"
+            )
+
+        def show() -> None:
+            gateway = self.scene.gateway
+            frame.position, frame.wxyz = gateway.position, wxyz(gateway.orientation)
+            handle.position, handle.wxyz = gateway.position, wxyz(gateway.orientation)
+            position.value, boresight.value = gateway.position, _boresight(self.scene)  # type: ignore[misc]
+
+        @handle.on_update
+        async def _(event) -> None:
+            place = tuple(round(float(c), 4) for c in event.target.position)
+            self._replace_gateway(position=place, orientation=xyzw(event.target.wxyz))
+            show()
+
+        @position.on_update
+        async def _(event) -> None:
+            if event.client is not None:  # typed, not set by us
+                self._replace_gateway(position=position.value)
+                show()
+
+        @boresight.on_update
+        async def _(event) -> None:
+            if event.client is not None and any(boresight.value):
+                self._replace_gateway(orientation=facing(boresight.value))
+                show()
+
+    def _replace_gateway(self, **changes) -> None:
+        self.scene = replace(self.scene, gateway=replace(self.scene.gateway, **changes))
+
+    # --- transmitter region --------------------------------------------------------------------------------
+
+    def _edit_region(self) -> None:
+        transmitter, api, gui = self.scene.transmitter, self._client.scene, self._client.gui
+        box = add_region(api, np.array([transmitter.region_min, transmitter.region_max]))
+        with gui.add_folder("Transmitter region"):
+            for name in ("region_min", "region_max"):
+                corner = getattr(transmitter, name)
+                handle = api.add_transform_controls(
+                    f"/handles/{name}",
+                    scale=0.06 * self._size,
+                    depth_test=False,
+                    disable_rotations=True,
+                    position=corner,
+                )
+                typed = gui.add_vector3(f"{name[-3:]} (m)", corner, step=0.01)
+                self._edit_corner(name, handle, typed, box)
+
+    def _edit_corner(self, name: str, handle: TransformControlsHandle, typed, box) -> None:
+        def move(corner: Triple) -> None:
+            changed: dict[str, Any] = {name: corner}
+            transmitter = replace(self.scene.transmitter, **changed)
+            self.scene = replace(self.scene, transmitter=transmitter)
+            box.points = edges(np.array([transmitter.region_min, transmitter.region_max]))
+            handle.position = corner
+            typed.value = corner
+
+        @handle.on_update
+        async def _(event) -> None:
+            x, y, z = (round(float(c), 4) for c in event.target.position)
+            move((x, y, z))
+
+        @typed.on_update
+        async def _(event) -> None:
+            if event.client is not None:
+                move(typed.value)
+
+    # --- materials -----------------------------------------------------------------------------------------
+
+    def _edit_materials(self) -> None:
+        gui, scene = self._client.gui, self.scene
+        names = [item.name for item in scene.objects]
+        known = sorted({*scene.materials, *material_names()})
+        with gui.add_folder("Materials"):
+            which = gui.add_dropdown("object", tuple(names))
+            material = gui.add_dropdown("material", tuple(known), initial_value=scene.objects[0].material)
+
+        def choose(name: str) -> None:
+            which.value = name  # type: ignore[misc]
+            item = next(item for item in self.scene.objects if item.name == name)
+            material.value = item.material  # type: ignore[misc]
+            for other in self.scene.objects:
+                self._colour(other.name, CHOSEN if other.name == name else None)
+
+        for name, nodes in self._objects.items():
+            for node in nodes:
+                if node.name.startswith("/furniture"):
+                    node.on_click(lambda event, name=name: choose(name))  # type: ignore[attr-defined]
+
+        @which.on_update
+        def _(event) -> None:
+            if event.client is not None:
+                choose(which.value)
+
+        @material.on_update
+        def _(event) -> None:
+            if event.client is None:
+                return
+            try:
+                self.assign(which.value, material.value)
+            except InputError as error:
+                self._client.add_notification("Not that one", str(error), color="red")
+            self._colour(which.value)
+
+    def assign(self, name: str, material: str) -> None:
+        """Make an object of a material: one of the scene's, or of ITU-R P.2040.
+
+        Raises:
+            InputError: P.2040 does not give that material at the scene's frequency.
+        """
+        scene = self.scene
+        materials = dict(scene.materials)
+        if material not in materials:
+            materials[material] = p2040_material(material, scene.frequency)
+        objects = tuple(replace(item, material=material) if item.name == name else item for item in scene.objects)
+        self.scene = replace(scene, objects=objects, materials=materials)
+
+    def _colour(self, name: str, colour: tuple[int, int, int] | None = None) -> None:
+        item = next(item for item in self.scene.objects if item.name == name)
+        own = tuple(round(255 * c) for c in self.scene.materials[item.material].color)
+        for node in self._objects[name]:
+            node.color = colour or own  # type: ignore[attr-defined]
+
+    def _switch(self, label: str, nodes: list[SceneNodeHandle]) -> None:
+        box = self._client.gui.add_checkbox(label, True)
+
+        @box.on_update
+        def _(event) -> None:
+            for node in nodes:
+                node.visible = box.value
+
+
+def _boresight(scene: Scene) -> Triple:
+    x, y, z = Rotation.from_quat(scene.gateway.orientation).apply([0, 0, 1]).round(4) + 0.0
+    return float(x), float(y), float(z)
