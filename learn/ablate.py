@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 
 from learn.compare import begin
 from learn.experiment import summary
+from learn.figures import save
 from learn.methods import Trained
 from learn.splits import SplitKind
 
@@ -93,4 +94,4 @@ def draw(table: dict[str, dict[str, float]], path: Path) -> None:
     axis.set_yticks(range(len(names)), names)
     axis.set_xlabel("median SSIM on the test part (mean and standard deviation over seeds)")
     axis.grid(axis="x", alpha=0.3)
-    figure.savefig(path, dpi=120)
+    save(figure, path)

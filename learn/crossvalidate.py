@@ -11,8 +11,9 @@ import numpy as np
 from jaxtyping import Complex, Float
 from scipy.spatial import cKDTree
 
-from learn.figures import draw_error_map, draw_error_over_distance, draw_examples
+from learn.figures import draw_error_map, draw_error_over_distance, draw_examples, draw_examples_polar
 from learn.metrics import Scores, score
+from learn.report import write_crossvalidation
 from learn.run import Run, load_run
 from scenes.atomic import write_atomically
 from scenes.description import Scene
@@ -44,7 +45,7 @@ class CrossValidation:
 
 
 def crossvalidate(folder: Path, scene: Scene, count: int, seed: int, tracer: Tracer | None = None) -> CrossValidation:
-    """Compare a run with fresh ray tracing and write crossvalidation.json and three figures to its folder.
+    """Compare a run with fresh ray tracing and write crossvalidation.html, .json and figures to its folder.
 
     Args:
         folder: the run.
@@ -87,6 +88,8 @@ def crossvalidate(folder: Path, scene: Scene, count: int, seed: int, tracer: Tra
     distance = cKDTree(known).query(positions)[0]
     draw_error_over_distance(distance, scores.ssim, scores.aoa_error, folder / "crossvalidation_distance.png")
     draw_examples(prediction, truth, result.scores.ssim, folder / "crossvalidation_examples.png")
+    draw_examples_polar(prediction, truth, result.scores.ssim, folder / "crossvalidation_polar.png")
+    write_crossvalidation(result, scene.name, folder)
     return result
 
 

@@ -14,8 +14,9 @@ from jaxtyping import Float, Int
 
 from learn.baselines import inverse_distance, mean_picture, nearest
 from learn.ceiling import SAMPLES, array_ceiling
-from learn.figures import draw_examples, draw_ssim_distribution
+from learn.figures import draw_examples, draw_examples_polar, draw_ssim_distribution
 from learn.metrics import Scores, score
+from learn.report import write_evaluation
 from learn.run import load_run
 from learn.splits import evenly
 from scenes.atomic import write_atomically
@@ -46,7 +47,7 @@ class Evaluation:
 
 
 def evaluate(folder: Path, dataset_folder: Path | None = None, index: Path | None = None) -> Evaluation:
-    """Evaluate a run and write metrics.json, per_sample.csv, ssim_cdf.png and examples.png to its ``evaluation``.
+    """Evaluate a run and write to its ``evaluation``: report.html, metrics.json, per_sample.csv, figures.
 
     Args:
         folder: the run.
@@ -97,6 +98,8 @@ def evaluate(folder: Path, dataset_folder: Path | None = None, index: Path | Non
     write_atomically(out / "per_sample.csv", _table(result).encode())
     draw_ssim_distribution({name: each.ssim for name, each in scores.items()}, out / "ssim_cdf.png")
     draw_examples(prediction, truth, scores["model"].ssim, out / "examples.png")
+    draw_examples_polar(prediction, truth, scores["model"].ssim, out / "examples_polar.png")
+    write_evaluation(result, folder.name, out)
     return result
 
 

@@ -9,6 +9,8 @@ from jaxtyping import Float
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 
+from learn.colours import DIFFERENCE, MAGNITUDE
+
 EXTENT = (-0.5, 359.5, 0.5, 90.5)
 """Of a spectrum's picture in degrees; row 0 (1° elevation) is drawn at the bottom."""
 
@@ -21,6 +23,16 @@ LABELS = {
 }
 
 
+RANKS = {"worst": 0.0, "lower quartile": 0.25, "median": 0.5, "upper quartile": 0.75, "best": 1.0}
+"""Spectra that are shown, by their SSIM."""
+
+
+def save(figure: Figure, path: Path) -> None:
+    """Write a figure as PNG, and for papers as PDF beside it."""
+    figure.savefig(path, dpi=110)
+    figure.savefig(path.with_suffix(".pdf"), dpi=200)
+
+
 def draw_examples(
     prediction: Float[np.ndarray, "K 90 360"],
     truth: Float[np.ndarray, "K 90 360"],
@@ -29,10 +41,9 @@ def draw_examples(
 ) -> None:
     """Predicted | true | difference for five spectra: worst, lower quartile, median, upper quartile, best SSIM."""
     order = np.argsort(ssim)
-    ranks = {"worst": 0.0, "lower quartile": 0.25, "median": 0.5, "upper quartile": 0.75, "best": 1.0}
     figure = Figure(figsize=(11, 7.4), layout="constrained")
-    axes = figure.subplots(len(ranks), 3, sharex=True, sharey=True)
-    for row, (name, share) in zip(axes, ranks.items(), strict=True):
+    axes = figure.subplots(len(RANKS), 3, sharex=True, sharey=True)
+    for row, (name, share) in zip(axes, RANKS.items(), strict=True):
         index = order[round(share * (len(order) - 1))]
         pictures = (prediction[index], truth[index], prediction[index] - truth[index])
         for axis, picture, diverging in zip(row, pictures, (False, False, True), strict=True):
@@ -41,7 +52,7 @@ def draw_examples(
                 origin="lower",
                 extent=EXTENT,
                 aspect="auto",
-                cmap="RdBu_r" if diverging else "viridis",
+                cmap=DIFFERENCE if diverging else MAGNITUDE,
                 vmin=-1 if diverging else 0,
                 vmax=1,
             )
@@ -54,7 +65,38 @@ def draw_examples(
     for axis in axes[-1]:
         axis.set_xlabel("azimuth (°)")
         axis.set_xticks(range(0, 361, 90))
-    figure.savefig(path, dpi=110)
+    save(figure, path)
+
+
+def draw_examples_polar(
+    prediction: Float[np.ndarray, "K 90 360"],
+    truth: Float[np.ndarray, "K 90 360"],
+    ssim: Float[np.ndarray, " K"],
+    path: Path,
+) -> None:
+    """The spectra of ``draw_examples`` as the gateway sees the hemisphere: boresight in the middle, azimuth around."""
+    order = np.argsort(ssim)
+    figure = Figure(figsize=(11, 7), layout="constrained")
+    axes = figure.subplots(3, len(RANKS), subplot_kw={"projection": "polar"})
+    azimuth = np.radians(np.arange(361) - 0.5)
+    radius = 90.5 - np.arange(91)  # edges of the rows, degrees from boresight
+    for column, (name, share) in zip(axes.T, RANKS.items(), strict=True):
+        index = order[round(share * (len(order) - 1))]
+        pictures = (prediction[index], truth[index], prediction[index] - truth[index])
+        for axis, picture, diverging in zip(column, pictures, (False, False, True), strict=True):
+            cmap, least = (DIFFERENCE, -1) if diverging else (MAGNITUDE, 0)
+            shown = {"cmap": cmap, "vmin": least, "vmax": 1, "rasterized": True}
+            axis.pcolormesh(azimuth, radius.clip(0), picture, **shown)
+            axis.set_xticks(np.radians([0, 90, 180, 270]))
+            axis.set_yticks([30, 60, 90], ["", "", ""])
+            axis.tick_params(labelsize="x-small", pad=-2)
+            axis.grid(alpha=0.3)
+        column[0].set_title(f"{name}\nSSIM {ssim[index]:.3f}", fontsize="medium")
+    for row, label in zip(axes, ("predicted", "truth", "predicted − truth"), strict=True):
+        row[0].set_ylabel(label, labelpad=24)
+        figure.colorbar(row[-1].collections[0], ax=row, shrink=0.8)
+    figure.supxlabel("azimuth (°) around, elevation 90° in the middle, rings at 60°, 30° and 0°", fontsize="medium")
+    save(figure, path)
 
 
 def draw_ssim_distribution(ssim: dict[str, Float[np.ndarray, " K"]], path: Path) -> None:
@@ -74,7 +116,7 @@ def draw_ssim_distribution(ssim: dict[str, Float[np.ndarray, " K"]], path: Path)
     )
     axis.grid(alpha=0.3)
     figure.legend(loc="outside right upper")
-    figure.savefig(path, dpi=110)
+    save(figure, path)
 
 
 AOA_MOST = 30.0
@@ -92,7 +134,7 @@ def draw_error_map(
     figure = Figure(figsize=(11, 8.4), layout="constrained")
     axes = figure.subplots(2, 2, squeeze=False)
     for row, (values, most, label, colours) in zip(
-        axes, ((ssim, 1, "SSIM", "viridis"), (aoa_error, AOA_MOST, "AoA error (°)", "viridis_r")), strict=True
+        axes, ((ssim, 1, "SSIM", MAGNITUDE), (aoa_error, AOA_MOST, "AoA error (°)", f"{MAGNITUDE}_r")), strict=True
     ):
         for axis, (first, second) in zip(row, ((0, 1), (0, 2)), strict=True):
             axis.scatter(known[:, first], known[:, second], s=2, color="0.75", label="training positions")
@@ -111,7 +153,7 @@ def draw_error_map(
     axes[0, 0].set_title("from above")
     axes[0, 1].set_title("from the side")
     axes[0, 0].legend(loc="upper right", fontsize="small")
-    figure.savefig(path, dpi=110)
+    save(figure, path)
 
 
 def draw_error_over_distance(
@@ -134,4 +176,4 @@ def draw_error_over_distance(
     axes[0].set_ylim(top=1)
     axes[1].set_yscale("symlog", linthresh=1)
     axes[0].legend()
-    figure.savefig(path, dpi=110)
+    save(figure, path)

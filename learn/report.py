@@ -1,18 +1,20 @@
-"""Self-contained HTML pages, of a demo and of a comparison: pictures inside, readable on a phone and in print."""
+"""Self-contained HTML pages in one look: pictures inside, light and dark, readable on a phone and in print."""
 
 from __future__ import annotations
 
 import base64
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from jinja2 import Environment, PackageLoader, select_autoescape
+from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 
-from learn.crossvalidate import CrossValidation
-from learn.evaluate import Evaluation
-from learn.experiment import Experiment
 from learn.figures import LABELS
 from scenes.atomic import write_atomically
+
+if TYPE_CHECKING:  # they write their pages here
+    from learn.crossvalidate import CrossValidation
+    from learn.evaluate import Evaluation
+    from learn.experiment import Experiment
 
 COLUMNS = {
     "ssim_median": "SSIM median",
@@ -29,11 +31,44 @@ COSTS = {
     "milliseconds_per_spectrum": "ms per spectrum",
 }
 
-ENVIRONMENT = Environment(loader=PackageLoader("learn", "."), autoescape=select_autoescape(["j2"]))
+EVALUATION_FIGURES = ("ssim_cdf", "examples", "examples_polar")
+CROSSVALIDATION_FIGURES = (
+    "crossvalidation_map",
+    "crossvalidation_distance",
+    "crossvalidation_examples",
+    "crossvalidation_polar",
+)
+
+ENVIRONMENT = Environment(
+    loader=PackageLoader("learn", "."), autoescape=select_autoescape(["j2"]), undefined=StrictUndefined
+)
+
+
+def write_evaluation(evaluation: Evaluation, run: str, folder: Path) -> None:
+    """Write report.html of ``bisplat evaluate``.
+
+    Args:
+        evaluation: scores on held-out spectra.
+        run: its name.
+        folder: where the figures are and the page will be.
+    """
+    _write(folder / "report.html", "evaluation.html.j2", run=run, **_evaluated(evaluation, folder))
+
+
+def write_crossvalidation(fresh: CrossValidation, scene: str, folder: Path) -> None:
+    """Write crossvalidation.html of ``bisplat crossvalidate``.
+
+    Args:
+        fresh: scores against fresh ray tracing.
+        scene: its name.
+        folder: the run's, where the figures are and the page will be.
+    """
+    values = _crossvalidated(fresh, folder)
+    _write(folder / "crossvalidation.html", "crossvalidation.html.j2", run=folder.name, scene=scene, **values)
 
 
 def write_report(folder: Path, evaluation: Evaluation, fresh: CrossValidation, metrics: dict[str, Any]) -> None:
-    """Write report.html from what ``evaluate`` and ``crossvalidate`` left in ``folder/run``.
+    """Write report.html of ``bisplat demo`` from what ``evaluate`` and ``crossvalidate`` left in ``folder/run``.
 
     Args:
         folder: the demo's folder, with scene.png in it.
@@ -42,24 +77,13 @@ def write_report(folder: Path, evaluation: Evaluation, fresh: CrossValidation, m
         metrics: the demo's metrics.json.
     """
     run = folder / "run"
-    figures = {
-        "scene": folder / "scene.png",
-        "examples": run / "evaluation" / "examples.png",
-        "distribution": run / "evaluation" / "ssim_cdf.png",
-        "map": run / "crossvalidation_map.png",
-        "fresh_examples": run / "crossvalidation_examples.png",
+    values = {**_evaluated(evaluation, run / "evaluation"), **_crossvalidated(fresh, run)}
+    values["figures"] = {
+        **_figures(folder, ("scene",)),
+        **_figures(run / "evaluation", EVALUATION_FIGURES),
+        **_figures(run, CROSSVALIDATION_FIGURES),
     }
-    rows = {LABELS[name]: scores.summary() for name, scores in evaluation.scores.items()}
-    rows["model, against fresh ray tracing"] = fresh.scores.summary()
-    page = ENVIRONMENT.get_template("report.html.j2").render(
-        figures={name: base64.b64encode(path.read_bytes()).decode() for name, path in figures.items()},
-        columns=COLUMNS,
-        rows=rows,
-        metrics=metrics,
-        fresh_positions=len(fresh.positions),
-        dataset=evaluation.dataset,
-    )
-    write_atomically(folder / "report.html", page.encode())
+    _write(folder / "report.html", "report.html.j2", metrics=metrics, **values)
 
 
 def write_comparison(experiment: Experiment, table: dict[str, dict[str, float]], path: Path) -> None:
@@ -70,13 +94,39 @@ def write_comparison(experiment: Experiment, table: dict[str, dict[str, float]],
         table: figures by method, best first.
         path: the page.
     """
-    columns = {**COLUMNS, **COSTS}
-    page = ENVIRONMENT.get_template("compare.html.j2").render(
+    _write(
+        path,
+        "compare.html.j2",
         protocol=experiment.protocol,
         test=max(row["test"] for row in experiment.rows),
-        table=table,
-        columns=columns,
-        columns_format={name: "%.0f" if name in ("parameters", "training_seconds") else "%.3f" for name in columns},
-        distribution=base64.b64encode((experiment.folder / "ssim_cdf.png").read_bytes()).decode(),
+        rows=table,
+        columns={**COLUMNS, **COSTS},
+        figures=_figures(experiment.folder, ("ssim_cdf",)),
     )
-    write_atomically(path, page.encode())
+
+
+def _evaluated(evaluation: Evaluation, folder: Path) -> dict[str, Any]:
+    return {
+        "rows": {LABELS[name]: scores.summary() for name, scores in evaluation.scores.items()},
+        "columns": COLUMNS,
+        "dataset": evaluation.dataset,
+        "test": len(evaluation.test),
+        "figures": _figures(folder, EVALUATION_FIGURES),
+    }
+
+
+def _crossvalidated(fresh: CrossValidation, folder: Path) -> dict[str, Any]:
+    return {
+        "fresh_rows": {"model, against fresh ray tracing": fresh.scores.summary()},
+        "columns": COLUMNS,
+        "fresh": fresh.metrics(),
+        "figures": _figures(folder, CROSSVALIDATION_FIGURES),
+    }
+
+
+def _figures(folder: Path, names: tuple[str, ...]) -> dict[str, str]:
+    return {name: base64.b64encode((folder / f"{name}.png").read_bytes()).decode() for name in names}
+
+
+def _write(path: Path, template: str, **values: Any) -> None:
+    write_atomically(path, ENVIRONMENT.get_template(template).render(**values).encode())

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from learn.compare import begin
 from learn.experiment import summary
+from learn.figures import save
 from learn.methods import Trained, method_named
 from learn.run import load_run
 from learn.splits import SplitKind
@@ -66,4 +67,4 @@ def draw(table: dict[tuple[str, int], dict[str, float]], path: Path) -> None:
     axis.set(xscale="log", xlabel="training spectra", ylabel="median SSIM on the same test part")
     axis.grid(which="both", alpha=0.3)
     axis.legend()
-    figure.savefig(path, dpi=120)
+    save(figure, path)
