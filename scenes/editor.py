@@ -17,7 +17,7 @@ from scenes.description import Scene, facing
 from scenes.errors import InputError
 from scenes.materials import material_names, p2040_material
 from scenes.scene_yaml import write_scene
-from scenes.stage import add_gateway, add_objects, add_region, edges, from_outside, wxyz, xyzw
+from scenes.stage import add_gateway, add_objects, add_region, edges, set_up, wxyz, xyzw
 
 Triple = tuple[float, float, float]
 CHOSEN = (255, 140, 0)
@@ -40,10 +40,7 @@ class Editor:
         self.scene = scene
         self._client = client
         api, gui = client.scene, client.gui
-        api.set_up_direction("+z")
-        api.configure_default_lights(cast_shadow=False)
-        gui.configure_theme(control_layout="fixed", control_width="large", show_logo=False, show_share_button=False)
-        client.camera.position, client.camera.look_at = from_outside(scene.bounds)
+        set_up(client, scene.bounds)
         self._size = float(np.linalg.norm(scene.bounds[1] - scene.bounds[0]))
         self._objects = add_objects(api, scene)
         gui.add_markdown(
@@ -85,29 +82,25 @@ class Editor:
                 "boresight", _boresight(self.scene), step=0.01, hint="its y axis is put upwards"
             )
 
-        def show() -> None:
-            gateway = self.scene.gateway
-            frame.position, frame.wxyz = gateway.position, wxyz(gateway.orientation)
-            handle.position, handle.wxyz = gateway.position, wxyz(gateway.orientation)
-            position.value, boresight.value = gateway.position, _boresight(self.scene)  # type: ignore[misc]
-
         @handle.on_update
         async def _(event) -> None:
             place = tuple(round(float(c), 4) for c in event.target.position)
             self._replace_gateway(position=place, orientation=xyzw(event.target.wxyz))
-            show()
+            frame.position, frame.wxyz = place, event.target.wxyz
+            position.value, boresight.value = place, _boresight(self.scene)  # type: ignore[misc, assignment]
 
+        # What is typed moves the handle, but no other field: the user may be in the middle of one.
         @position.on_update
         async def _(event) -> None:
             if event.client is not None:  # typed, not set by us
                 self._replace_gateway(position=position.value)
-                show()
+                handle.position = frame.position = position.value
 
         @boresight.on_update
         async def _(event) -> None:
             if event.client is not None and any(boresight.value):
                 self._replace_gateway(orientation=facing(boresight.value))
-                show()
+                handle.wxyz = frame.wxyz = wxyz(self.scene.gateway.orientation)
 
     def _replace_gateway(self, **changes) -> None:
         self.scene = replace(self.scene, gateway=replace(self.scene.gateway, **changes))

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
-from viser import FrameHandle, LineSegmentsHandle, SceneApi, SceneNodeHandle
+from viser import ClientHandle, FrameHandle, LineSegmentsHandle, SceneApi, SceneNodeHandle
 
 from scenes.description import Gateway, Quaternion, Scene
 from scenes.drawing import enclosing
@@ -13,6 +15,10 @@ from scenes.drawing import enclosing
 GATEWAY, REGION = (220, 20, 60), (40, 160, 80)
 WALL_OPACITY = 0.18
 """Of floor, walls and ceiling: one looks in from outside."""
+
+
+FIELD_OF_VIEW = 45.0
+"""Vertical, degrees."""
 
 
 def wxyz(orientation: Quaternion) -> tuple[float, float, float, float]:
@@ -95,8 +101,18 @@ def edges(region: Float[np.ndarray, "2 3"]) -> Float[np.ndarray, "12 2 3"]:
 
 
 def from_outside(bounds: Float[np.ndarray, "2 3"]) -> tuple[np.ndarray, np.ndarray]:
-    """Where a camera sees all of a box: its position and what it looks at, metres."""
+    """Where a camera of ``FIELD_OF_VIEW`` sees all of a box: its position and what it looks at, metres."""
     low, high = bounds
     size = float(np.linalg.norm(high - low))
     direction = Rotation.from_euler("ZY", [-125.0, -45.0], degrees=True).apply([1, 0, 0])  # from low x and low y
-    return (low + high) / 2 + 0.85 * size * direction, (low + high) / 2
+    return (low + high) / 2 + 1.1 * size * direction, (low + high) / 2
+
+
+def set_up(client: ClientHandle, bounds: Float[np.ndarray, "2 3"]) -> None:
+    """Light, panel and camera of a tab, the whole box in view."""
+    client.scene.set_up_direction("+z")
+    client.scene.configure_default_lights(cast_shadow=False)
+    style: dict[str, Any] = {"control_layout": "fixed", "control_width": "large"}
+    client.gui.configure_theme(show_logo=False, show_share_button=False, **style)
+    client.camera.fov = np.radians(FIELD_OF_VIEW)
+    client.camera.position, client.camera.look_at = from_outside(bounds)

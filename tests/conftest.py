@@ -80,7 +80,7 @@ def open_tab() -> Iterator[Callable[..., Any]]:
         browser = playwright.chromium.launch(executable_path=chromium, args=QUIET)
 
         def open_page(url: str, text: str):
-            page = browser.new_context(viewport={"width": 1100, "height": 720}).new_page()
+            page = browser.new_context(viewport={"width": 1200, "height": 760}).new_page()
             page.set_default_timeout(PATIENCE)
             page.on("console", lambda message: message.type == "error" and errors.append(message.text))
             page.on("pageerror", lambda error: errors.append(str(error)))
@@ -96,8 +96,8 @@ def open_tab() -> Iterator[Callable[..., Any]]:
 
 @pytest.fixture
 def on_screen() -> Callable[..., tuple[float, float]]:
-    """Function: page, point in the world, bounds of what is seen -> pixel, by a camera of 75° where ours is put."""
-    from scenes.stage import from_outside
+    """Function: page, point in the world, bounds of what is seen -> pixel, by the camera our pages begin with."""
+    from scenes.stage import FIELD_OF_VIEW, from_outside
 
     def project(page, point: np.ndarray, bounds: np.ndarray) -> tuple[float, float]:
         camera, look_at = from_outside(bounds)
@@ -106,7 +106,7 @@ def on_screen() -> Callable[..., tuple[float, float]]:
         right /= np.linalg.norm(right)
         up = np.cross(right, ahead)
         canvas = page.locator("canvas").first.bounding_box()
-        pixels = canvas["height"] / 2 / np.tan(np.radians(75) / 2) / ((point - camera) @ ahead)
+        pixels = canvas["height"] / 2 / np.tan(np.radians(FIELD_OF_VIEW) / 2) / ((point - camera) @ ahead)
         x = canvas["x"] + canvas["width"] / 2 + pixels * ((point - camera) @ right)
         y = canvas["y"] + canvas["height"] / 2 - pixels * ((point - camera) @ up)
         return float(x), float(y)

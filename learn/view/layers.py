@@ -13,7 +13,7 @@ from learn.view.chart import LINEAR, Colours, colour_of
 from learn.view.comparison import PREDICTED, TRUE
 from learn.view.hemisphere import colours_of_dots, dots, ellipses
 from learn.view.subject import Picture, Position, Subject
-from scenes.stage import add_gateway, add_objects, add_region, from_outside
+from scenes.stage import add_gateway, add_objects, add_region, set_up
 from simulate.spectrum import dominant_direction
 
 if TYPE_CHECKING:
@@ -40,14 +40,12 @@ class Layers:
     def __init__(self, client: ClientHandle, subject: Subject, position: Position, changed: Callable[[], None]):
         self._subject, self._changed = subject, changed
         self._api = api = client.scene
-        api.set_up_direction("+z")
-        api.configure_default_lights(cast_shadow=False)
         gateway = np.asarray(subject.gateway.position)
         seen = np.vstack([subject.region, gateway] + ([] if subject.scene is None else [subject.scene.bounds]))
         bounds = np.stack([seen.min(axis=0), seen.max(axis=0)])
         self._size = float(np.linalg.norm(bounds[1] - bounds[0]))
         self._radius = 0.09 * self._size
-        client.camera.position, client.camera.look_at = from_outside(bounds)
+        set_up(client, bounds)
         rooms: list[SceneNodeHandle] = []
         furniture: list[SceneNodeHandle] = []
         if subject.scene is not None:

@@ -56,7 +56,6 @@ class Session:
     def _build(self, client: ClientHandle) -> None:
         gui, subject = client.gui, self._subject
         self._gui = gui
-        gui.configure_theme(control_layout="fixed", control_width="large", show_logo=False, show_share_button=False)
         for sentence in subject.missing:
             gui.add_markdown(f"**Note.** {sentence}")
         self._image: GuiImageHandle | None = None  # comes with its first picture

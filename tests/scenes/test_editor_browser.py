@@ -21,7 +21,7 @@ def test_what_is_edited_is_what_is_saved(scene, tmp_path, serve, open_tab, on_sc
     page.get_by_role("combobox", name="material").click()
     page.get_by_role("option", name="brick").click()
     shot = keep_screenshot(page, "editor")
-    assert len(np.unique(shot[:, :680].reshape(-1, 3), axis=0)) > 50
+    assert len(np.unique(shot[:, :780].reshape(-1, 3), axis=0)) > 50
     page.get_by_role("button", name="Save scene.yaml").click()
     expect(page.get_by_text("Saved")).to_be_visible()
 
@@ -33,5 +33,6 @@ def test_what_is_edited_is_what_is_saved(scene, tmp_path, serve, open_tab, on_sc
 
     page.get_by_role("button", name="Save scene.yaml").click()
     expect(page.get_by_text("exists already and is never overwritten")).to_be_visible()
+    page.context.close()
     status, errors = served.end()
     assert status == 0 and "Traceback" not in errors
