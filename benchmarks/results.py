@@ -282,6 +282,14 @@ def main() -> None:
             "that the first ends with. `networks` is what renderer, loss and optimiser leave of the step. The demo's "
             "dataset, 1500 steps.",
         ),
+        *benchmark_section(
+            "view",
+            "The viewer: from a drag to the picture",
+            "python benchmarks/view.py runs/demo/run --json",
+            "`sent` is from the arrival of a drag in the server to the new picture on its way: prediction, panels, "
+            "encoding. `seen` is from the mouse's move to the loaded picture in headless Chromium, which draws the 3D "
+            "scene on the same two cores, without a GPU, and that is most of it.",
+        ),
     ]
     for name, told in tomllib.loads(Path("benchmarks/experiments.toml").read_text()).items():
         lines += experiment_section(name, told)

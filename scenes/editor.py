@@ -84,10 +84,10 @@ class Editor:
 
         @handle.on_update
         async def _(event) -> None:
-            place = tuple(round(float(c), 4) for c in event.target.position)
-            self._replace_gateway(position=place, orientation=xyzw(event.target.wxyz))
-            frame.position, frame.wxyz = place, event.target.wxyz
-            position.value, boresight.value = place, _boresight(self.scene)  # type: ignore[misc, assignment]
+            x, y, z = (round(float(c), 4) for c in event.target.position)
+            self._replace_gateway(position=(x, y, z), orientation=xyzw(event.target.wxyz))
+            frame.position, frame.wxyz = (x, y, z), event.target.wxyz
+            position.value, boresight.value = (x, y, z), _boresight(self.scene)  # type: ignore[misc]
 
         # What is typed moves the handle, but no other field: the user may be in the middle of one.
         @position.on_update

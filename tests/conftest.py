@@ -97,19 +97,12 @@ def open_tab() -> Iterator[Callable[..., Any]]:
 @pytest.fixture
 def on_screen() -> Callable[..., tuple[float, float]]:
     """Function: page, point in the world, bounds of what is seen -> pixel, by the camera our pages begin with."""
-    from scenes.stage import FIELD_OF_VIEW, from_outside
+    from scenes import stage
 
     def project(page, point: np.ndarray, bounds: np.ndarray) -> tuple[float, float]:
-        camera, look_at = from_outside(bounds)
-        ahead = (look_at - camera) / np.linalg.norm(look_at - camera)
-        right = np.cross(ahead, [0, 0, 1])
-        right /= np.linalg.norm(right)
-        up = np.cross(right, ahead)
         canvas = page.locator("canvas").first.bounding_box()
-        pixels = canvas["height"] / 2 / np.tan(np.radians(FIELD_OF_VIEW) / 2) / ((point - camera) @ ahead)
-        x = canvas["x"] + canvas["width"] / 2 + pixels * ((point - camera) @ right)
-        y = canvas["y"] + canvas["height"] / 2 - pixels * ((point - camera) @ up)
-        return float(x), float(y)
+        x, y = stage.on_screen(point, bounds, canvas["width"], canvas["height"])
+        return canvas["x"] + x, canvas["y"] + y
 
     return project
 

@@ -50,6 +50,8 @@ class Session:
         """End the tab's thread."""
         self._open = False
         self._changed.set()
+        if self._tracing is not None:
+            self._tracing.forget(self)
 
     # --- the panel -----------------------------------------------------------------------------------------
 
@@ -85,6 +87,7 @@ class Session:
 
     async def _dragged(self, event: TransformControlsEvent) -> None:
         self._position = np.array(event.target.position, dtype=float)
+        self._write_place()
         if event.phase == "end" or self._live.value:
             self._trace()
         self._changed.set()
@@ -103,6 +106,7 @@ class Session:
     def _go_to(self, index: int) -> None:
         assert self._subject.dataset is not None
         self._move_to(self._subject.dataset.positions[index].astype(float))
+        self._write_place()
 
     def _advance(self) -> None:
         following = int(self._number.value) % int(self._number.max)
@@ -114,6 +118,10 @@ class Session:
         self._layers.transmitter.position = position
         self._trace()
         self._changed.set()
+
+    def _write_place(self) -> None:
+        """Not while the user types: one may be in the middle of another coordinate."""
+        self._place.value = tuple(self._position.round(4))  # type: ignore[misc, assignment]
 
     # --- what is shown -------------------------------------------------------------------------------------
 
@@ -168,8 +176,6 @@ class Session:
         if self._image is None:
             self._image = self._gui.add_image(image, format="png", order=-3)
         self._image.image = image
-        if not np.allclose(self._place.value, position, atol=5e-4):
-            self._place.value = tuple(position.round(4))  # type: ignore[misc, assignment]
         self._figures.content = figures(predicted, name, truth, milliseconds, self._outside(position))
         self._layers.show(position, picture, truth.picture if truth else None, traced.paths if traced else None)
 

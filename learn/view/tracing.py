@@ -57,6 +57,11 @@ class Tracing:
             self._latest[tab] = ticket
         self._thread.submit(self._trace, tab, ticket, position, done)
 
+    def forget(self, tab: object) -> None:
+        """A tab is closed: what it waits for is not traced."""
+        with self._lock:
+            self._latest.pop(tab, None)
+
     def stop(self) -> None:
         """Forget what waits; what runs is not waited for."""
         self._thread.shutdown(wait=False, cancel_futures=True)
