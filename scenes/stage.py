@@ -105,7 +105,7 @@ def from_outside(bounds: Float[np.ndarray, "2 3"]) -> tuple[np.ndarray, np.ndarr
     low, high = bounds
     size = float(np.linalg.norm(high - low))
     direction = Rotation.from_euler("ZY", [-125.0, -45.0], degrees=True).apply([1, 0, 0])  # from low x and low y
-    return (low + high) / 2 + 1.1 * size * direction, (low + high) / 2
+    return (low + high) / 2 + 1.3 * size * direction, (low + high) / 2
 
 
 def on_screen(

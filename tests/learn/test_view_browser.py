@@ -16,6 +16,7 @@ from learn.train import train
 from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
 from scenes.lab import lab
 from scenes.materials import p2040_material
+from scenes.scene_yaml import write_scene
 from scenes.shapes import sheet
 from simulate.dataset import read_dataset
 from simulate.generate import generate
@@ -144,6 +145,18 @@ def test_tabs_have_states_of_their_own(tab, viewer, run, room, open_tab, on_scre
     expect(second.get_by_text("ray-traced:")).to_be_visible()
     assert tab.locator(NUMBERS).inner_text() == numbers
     second.context.close()
+
+
+@pytest.mark.parametrize("what", ["scene", "dataset"])
+def test_scene_or_dataset_alone(what, room, run, tiny, tmp_path, serve, open_tab):
+    if what == "scene":
+        page = open_tab(serve("view", str(write_scene(room, tmp_path / "place"))).url, "ray-traced: dominant direction")
+        expect(page.get_by_text("predicted:")).to_have_count(0)
+    else:
+        page = open_tab(serve("view", str(tiny)).url, "recorded: dominant direction")
+        expect(page.get_by_text("does not say which scene")).to_be_visible()
+        expect(page.get_by_role("combobox", name="predicted by")).to_have_value("inverse distance (4)")
+    page.context.close()
 
 
 def test_run_without_its_scene_says_so_on_another_port_until_interrupted(run, viewer, tmp_path, serve, open_tab):
