@@ -79,14 +79,14 @@ def draw_examples_polar(
     figure = Figure(figsize=(11, 7), layout="constrained")
     axes = figure.subplots(3, len(RANKS), subplot_kw={"projection": "polar"})
     azimuth = np.radians(np.arange(361) - 0.5)
-    radius = 90.5 - np.arange(91)  # edges of the rows, degrees from boresight
+    radius = (89.5 - np.arange(91)).clip(0)  # edges of the rows, degrees from boresight
     for column, (name, share) in zip(axes.T, RANKS.items(), strict=True):
         index = order[round(share * (len(order) - 1))]
         pictures = (prediction[index], truth[index], prediction[index] - truth[index])
         for axis, picture, diverging in zip(column, pictures, (False, False, True), strict=True):
             cmap, least = (DIFFERENCE, -1) if diverging else (MAGNITUDE, 0)
             shown = {"cmap": cmap, "vmin": least, "vmax": 1, "rasterized": True}
-            axis.pcolormesh(azimuth, radius.clip(0), picture, **shown)
+            axis.pcolormesh(azimuth, radius, picture, **shown)
             axis.set_xticks(np.radians([0, 90, 180, 270]))
             axis.set_yticks([30, 60, 90], ["", "", ""])
             axis.tick_params(labelsize="x-small", pad=-2)

@@ -77,12 +77,9 @@ def write_report(folder: Path, evaluation: Evaluation, fresh: CrossValidation, m
         metrics: the demo's metrics.json.
     """
     run = folder / "run"
-    values = {**_evaluated(evaluation, run / "evaluation"), **_crossvalidated(fresh, run)}
-    values["figures"] = {
-        **_figures(folder, ("scene",)),
-        **_figures(run / "evaluation", EVALUATION_FIGURES),
-        **_figures(run, CROSSVALIDATION_FIGURES),
-    }
+    evaluated, crossvalidated = _evaluated(evaluation, run / "evaluation"), _crossvalidated(fresh, run)
+    figures = {**_figures(folder, ("scene",)), **evaluated["figures"], **crossvalidated["figures"]}
+    values = {**evaluated, **crossvalidated, "figures": figures}
     _write(folder / "report.html", "report.html.j2", metrics=metrics, **values)
 
 

@@ -21,6 +21,8 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
+from simulate.threads import ONE_KERNEL
+
 CUTOFF = 1e-8
 """A primitive is left out where its Gaussian is below: the field errs by less than CUTOFF · Σ|o_i c_i|."""
 
@@ -130,7 +132,8 @@ class _Splat(torch.autograd.Function):
     def forward(ctx, azimuth, elevation, a, b, c, opacity, real, imaginary, rows, columns, step):
         attributes = [x.detach().double().contiguous() for x in (azimuth, elevation, a, b, c, opacity, real, imaginary)]
         arrays = [x.numpy() for x in attributes]
-        field = _forward(*arrays, rows, columns, step)  # type: ignore[call-arg]
+        with ONE_KERNEL:
+            field = _forward(*arrays, rows, columns, step)  # type: ignore[call-arg]
         ctx.save_for_backward(*attributes)
         ctx.field, ctx.grid = field, (rows, columns, step)
         return torch.from_numpy(field).to(real.dtype)
@@ -143,7 +146,8 @@ class _Splat(torch.autograd.Function):
         arrays = [x.numpy() for x in attributes]
         upstream = gradient.double().contiguous().numpy()
         arrays = [x.numpy() for x in attributes]
-        sums = _backward(*arrays, *ctx.grid, ctx.field, upstream, groups)  # type: ignore[call-arg]
+        with ONE_KERNEL:
+            sums = _backward(*arrays, *ctx.grid, ctx.field, upstream, groups)  # type: ignore[call-arg]
         parts = torch.from_numpy(sums.reshape(batch, groups, 8, count).sum(axis=1)).to(gradient.dtype)
         d_azimuth, d_elevation, *others = parts.unbind(1)
         return d_azimuth.sum(0), d_elevation.sum(0), *others, None, None, None

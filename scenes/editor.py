@@ -43,6 +43,8 @@ class Editor:
         set_up(client, scene.bounds)
         self._size = float(np.linalg.norm(scene.bounds[1] - scene.bounds[0]))
         self._objects = add_objects(api, scene)
+        for name, gateway in scene.further_gateways.items():
+            add_gateway(api, gateway, scene.wavelength, 0.06 * self._size, f"/further/{name}")
         gui.add_markdown(
             "Drag the arrows and rings of the gateway, and the arrows at the region's two corners. Click a thing in "
             "the room to give it a material; walls, floor and ceiling let clicks through, choose them by name."
@@ -129,18 +131,18 @@ class Editor:
             transmitter = replace(self.scene.transmitter, **changed)
             self.scene = replace(self.scene, transmitter=transmitter)
             box.points = edges(np.array([transmitter.region_min, transmitter.region_max]))
-            handle.position = corner
-            typed.value = corner
 
         @handle.on_update
         async def _(event) -> None:
             x, y, z = (round(float(c), 4) for c in event.target.position)
             move((x, y, z))
+            typed.value = (x, y, z)
 
         @typed.on_update
         async def _(event) -> None:
             if event.client is not None:
                 move(typed.value)
+                handle.position = typed.value
 
     # --- materials -----------------------------------------------------------------------------------------
 
@@ -177,6 +179,8 @@ class Editor:
                 self.assign(which.value, material.value)
             except InputError as error:
                 self._client.add_notification("Not that one", str(error), color="red")
+                choose(which.value)
+                return
             self._colour(which.value)
 
     def assign(self, name: str, material: str) -> None:

@@ -40,6 +40,8 @@ def serve(title: str, port: int, open_tab: Callable[[ClientHandle], Callable[[],
         close = open_tab(client)
         if close is not None:
             closing[client.client_id] = close
+        if client.client_id not in server.get_clients():  # gone before it was built
+            closing.pop(client.client_id, lambda: None)()
 
     @server.on_client_disconnect
     def _(client: ClientHandle) -> None:
@@ -55,7 +57,8 @@ def serve(title: str, port: int, open_tab: Callable[[ClientHandle], Callable[[],
     finally:
         for close in list(closing.values()):
             close()
-        server.stop()
+        with contextlib.redirect_stdout(io.StringIO()):
+            server.stop()
 
 
 def _allowed(port: int) -> bool:

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from simulate.planes import Planes
+from simulate.threads import ONE_KERNEL
 
 MARGIN = 0.01
 """Metres by which triangles are enlarged: rounding must not drop a path."""
@@ -44,9 +45,9 @@ def possible_paths(
     for start in range(0, len(targets), batch):
         some = targets[start : start + batch]
         possible = np.zeros((len(some), len(chains), len(sources)), dtype=np.bool_)
-        _backtrack(
-            planes.normals, planes.offsets, planes.first, planes.sides, reflecting, count, images, some, possible
-        )
+        surfaces = planes.normals, planes.offsets, planes.first, planes.sides
+        with ONE_KERNEL:
+            _backtrack(*surfaces, reflecting, count, images, some, possible)
         target, chain, source = np.nonzero(possible)
         found.append(np.stack([target + start, chain, source]))
     return np.concatenate(found, axis=1)

@@ -42,10 +42,9 @@ class Colours(NamedTuple):
 
 LINEAR = Colours(MAGNITUDE, 0.0, 1.0, "")
 DECIBELS = Colours(MAGNITUDE, LEAST_DB, 0.0, " dB")
-RADIANS = Colours(PHASE, -180.0, 180.0, "°")
+DEGREES = Colours(PHASE, -180.0, 180.0, "°")
 LINEAR_DIFFERENCE = Colours(DIFFERENCE, -1.0, 1.0, "")
 DECIBELS_DIFFERENCE = Colours(DIFFERENCE, LEAST_DB, -LEAST_DB, " dB")
-RADIANS_DIFFERENCE = Colours(PHASE, -180.0, 180.0, "°")
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from typing import Annotated
 
 from tyro.conf import Positional, arg
@@ -21,8 +22,6 @@ def view(what: Annotated[Positional[str], arg(metavar="RUN|DATASET|SCENE")], por
 
     seen = subject(what)
     tracing = None if seen.scene is None else Tracing(seen.scene, seen.propagation, seen.region)
-    try:
-        serve(f"bisplat: {seen.name}", port, lambda client: Session(client, seen, tracing).close)
-    finally:
-        if tracing is not None:
-            tracing.stop()
+    serve(f"bisplat: {seen.name}", port, lambda client: Session(client, seen, tracing).close)
+    if tracing is not None:  # the tracer may be at work in its thread, and Dr.Jit aborts a process that leaves then
+        os._exit(0)

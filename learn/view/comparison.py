@@ -11,10 +11,9 @@ from learn.metrics import score
 from learn.view.chart import (
     DECIBELS,
     DECIBELS_DIFFERENCE,
+    DEGREES,
     LINEAR,
     LINEAR_DIFFERENCE,
-    RADIANS,
-    RADIANS_DIFFERENCE,
     Panel,
     in_decibels,
 )
@@ -45,7 +44,7 @@ def panels(
 ) -> list[Panel]:
     """Predicted, true and their difference, on one scale."""
     colours, between = (
-        (RADIANS, RADIANS_DIFFERENCE) if in_phase
+        (DEGREES, DEGREES) if in_phase
         else (DECIBELS, DECIBELS_DIFFERENCE) if in_db
         else (LINEAR, LINEAR_DIFFERENCE)
     )  # fmt: skip
@@ -62,7 +61,13 @@ def panels(
             return Panel(title, values, colours, marks=marks)
         if field is None:
             return Panel(f"{title}: pictures have no phase", None, colours)
-        return Panel(f"{title}, phase", np.degrees(np.angle(field)), colours, 0.15 + 0.85 * spectrum.picture, marks)
+        return Panel(
+            f"{title}, phase",
+            np.degrees(np.angle(field)),
+            colours,
+            0.15 + 0.85 * np.clip(spectrum.picture, 0, 1),
+            marks,
+        )
 
     drawn = []
     if predicted is not None:
@@ -85,7 +90,7 @@ def in_phase_with(field: Field | None, other: Field | None) -> Field | None:
     return field * np.exp(1j * np.angle((field.conj() * other).sum()))
 
 
-def figures(predicted: Spectrum | None, name: str, truth: Spectrum | None, milliseconds: float, outside: bool) -> str:
+def figures(predicted: Spectrum | None, name: str, truth: Spectrum | None, milliseconds: float) -> str:
     """The numbers below the picture."""
     lines = []
     for label, spectrum in (("predicted", predicted), (name.split(",")[0], truth)):
@@ -97,6 +102,4 @@ def figures(predicted: Spectrum | None, name: str, truth: Spectrum | None, milli
         lines.append(f"**SSIM {scores.ssim[0]:.3f}**, directions {scores.aoa_error[0]:.1f}° apart")
     if predicted is not None:
         lines.append(f"predicted in {milliseconds:.0f} ms")
-    if outside and predicted is not None:
-        lines.append("**outside the box of positions the prediction knows**")
     return "  \n".join(lines)

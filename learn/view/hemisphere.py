@@ -60,7 +60,7 @@ def ellipses(splats: Splats, radius: float) -> Ellipses:
     first = narrow[:, None] * cosine[:, None] * east + sine[:, None] * north
     second = -narrow[:, None] * sine[:, None] * east + cosine[:, None] * north
     axes = radius * np.radians(scale)[:, :, None] * np.stack([first, second], axis=1)
-    covariances = np.einsum("nki,nkj->nij", axes, axes) + 1e-10 * np.eye(3)
+    covariances = np.einsum("nki,nkj->nij", axes, axes)
     coefficient = pair[:, 0] + 1j * pair[:, 1]
     magnitude = np.abs(coefficient) / max(np.abs(coefficient).max(), 1e-12)
     rgbs = (colour_of(np.angle(coefficient), TURN) * (0.2 + 0.8 * magnitude[:, None])).astype(np.uint8)

@@ -11,7 +11,7 @@ from viser import ClientHandle, GaussianSplatHandle, PointCloudHandle, SceneNode
 
 from learn.view.chart import LINEAR, Colours, colour_of
 from learn.view.comparison import PREDICTED, TRUE
-from learn.view.hemisphere import colours_of_dots, dots, ellipses
+from learn.view.hemisphere import EVERY_DEG, colours_of_dots, dots, ellipses
 from learn.view.subject import Picture, Position, Subject
 from scenes.stage import add_gateway, add_objects, add_region, set_up
 from simulate.spectrum import dominant_direction
@@ -31,15 +31,15 @@ class Layers:
         client: the tab.
         subject: what is looked at.
         position: of the transmitter at the beginning, metres.
-        changed: called where a switch asks for what is not drawn yet.
+        changed: called where primitives are asked for, which are not drawn yet.
 
     Attributes:
         transmitter: its handle.
     """
 
     def __init__(self, client: ClientHandle, subject: Subject, position: Position, changed: Callable[[], None]):
-        self._subject, self._changed = subject, changed
-        self._api = api = client.scene
+        self._subject, self._client = subject, client
+        api = client.scene
         gateway = np.asarray(subject.gateway.position)
         seen = np.vstack([subject.region, gateway] + ([] if subject.scene is None else [subject.scene.bounds]))
         bounds = np.stack([seen.min(axis=0), seen.max(axis=0)])
@@ -52,17 +52,14 @@ class Layers:
             for nodes in add_objects(api, subject.scene).values():
                 for node in nodes:
                     (rooms if node.name.startswith("/walls") else furniture).append(node)
-        wavelength = (
-            subject.dataset.wavelength if subject.dataset else subject.scene.wavelength if subject.scene else 0.33
-        )
-        add_gateway(api, subject.gateway, wavelength, 0.8 * self._radius)
-        elements = (subject.array.positions * wavelength).astype(np.float32)
+        add_gateway(api, subject.gateway, subject.wavelength, 0.8 * self._radius)
+        elements = (subject.array.positions * subject.wavelength).astype(np.float32)
         api.add_point_cloud("/gateway/elements", elements, (60, 0, 20), point_size=0.012 * self._size / 4)
         region = add_region(api, subject.region)
 
         self._dots, self._pixel = dots(self._radius)
         nothing = np.zeros((len(self._dots), 3), np.uint8)
-        size = 0.5 * self._radius * np.radians(3.0)
+        size = 0.5 * self._radius * np.radians(EVERY_DEG)
         style = {"point_size": float(size), "point_shape": "circle", "point_shading": "flat"}
         self._sphere = api.add_point_cloud("/gateway/spectrum", self._dots, nothing, **style)  # type: ignore[arg-type]
         point = np.zeros((1, 2, 3), np.float32)
@@ -90,8 +87,8 @@ class Layers:
             self._switch(client, "spectrum on the hemisphere", [self._sphere])
             self._switch(client, "dominant directions", [self._predicted, self._true])
             self._switch(client, "traced paths", [self._paths] if subject.scene else [])
-            splats = subject.splats(position) is not None
-            self._primitives = client.gui.add_checkbox("primitives (colour: phase)", False, visible=splats)
+            drawn = subject.has_primitives
+            self._primitives = client.gui.add_checkbox("primitives (colour: phase)", False, visible=drawn)
         self._primitives.on_update(lambda event: changed())
         self._on_sphere.on_update(lambda event: self._colour_sphere())
         self._pictures: tuple[Picture | None, Picture | None] = None, None
@@ -104,18 +101,19 @@ class Layers:
         self._colour_sphere()
         for node, picture in ((self._predicted, predicted), (self._true, true)):
             node.points = self._ray(picture)
-        self._paths.points, self._paths.colors = self._lines(paths or [])
+        with self._client.atomic():  # points and colours are of one length
+            self._paths.points, self._paths.colors = self._lines(paths or [])
         self._show_primitives(position)
 
     def _show_primitives(self, position: Position) -> None:
-        splats = self._subject.splats(position) if self._primitives.value else None
-        if splats is not None:
-            drawn = ellipses(splats, 1.02 * self._radius)
+        if self._primitives.value:
+            drawn = ellipses(self._subject.splats(position), 1.02 * self._radius)
             if self._splats is None:
-                self._splats = self._api.add_gaussian_splats("/gateway/primitives", *drawn)
-            self._splats.set_gaussians(*drawn)
+                self._splats = self._client.scene.add_gaussian_splats("/gateway/primitives", *drawn)
+            else:
+                self._splats.set_gaussians(*drawn)
         if self._splats is not None:
-            self._splats.visible = splats is not None
+            self._splats.visible = self._primitives.value
 
     def _colour_sphere(self) -> None:
         predicted, true = self._pictures
@@ -158,9 +156,11 @@ class Layers:
     def colour_test_positions(self) -> None:
         """Colour the test positions by their SSIM, which takes seconds to find the first time."""
         for node in self._tested:
-            node.colors = colour_of(self._subject.scores, LINEAR)
+            if len(self._subject.scores):
+                node.colors = colour_of(self._subject.scores, LINEAR)
 
-    def _switch(self, client: ClientHandle, label: str, nodes: Sequence[SceneNodeHandle]) -> None:
+    @staticmethod
+    def _switch(client: ClientHandle, label: str, nodes: Sequence[SceneNodeHandle]) -> None:
         if nodes:
             box = client.gui.add_checkbox(label, nodes[0].visible)
 
@@ -168,4 +168,3 @@ class Layers:
             def _(event) -> None:
                 for node in nodes:
                     node.visible = box.value
-                self._changed()

@@ -7,6 +7,7 @@ import time
 from typing import cast, get_args
 
 import numpy as np
+from jaxtyping import Float
 from viser import ClientHandle, GuiImageHandle, TransformControlsEvent
 
 from learn.view.chart import Kind, draw
@@ -36,7 +37,7 @@ class Session:
         self._position: Position = subject.region.mean(axis=0)
         if subject.dataset is not None:
             self._position = subject.dataset.positions[0].astype(float)
-        self._traced: tuple[Position, Traced] | None = None
+        self._traced: Traced | None = None
         self._changed, self._open = threading.Event(), True
         self._build(client)
         self._layers = Layers(client, subject, self._position, self._changed.set)
@@ -69,7 +70,7 @@ class Session:
             self._live = gui.add_checkbox("trace while dragging", True, visible=self._tracing is not None)
             recorded = 0 if subject.dataset is None else len(subject.dataset.names)
             self._number = gui.add_slider(
-                "recorded spectrum", 1, max(recorded, 2), 1, 1, visible=recorded > 1, hint="numbered as in tx_pos.csv"
+                "recorded spectrum", 1, max(recorded, 2), 1, 1, visible=recorded > 1, hint="in the order of tx_pos.csv"
             )
             self._number.on_update(self._chosen)
             self._play = gui.add_checkbox("play along the recorded path", False, visible=recorded > 1)
@@ -126,15 +127,12 @@ class Session:
     # --- what is shown -------------------------------------------------------------------------------------
 
     def _trace(self) -> None:
-        if self._tracing is not None:
-            self._tracing.request(self, self._position, self._keep_traced(self._position))
+        if self._tracing is not None and self._open:
+            self._tracing.request(self, self._position, self._keep)
 
-    def _keep_traced(self, position: Position):
-        def keep(traced: Traced) -> None:
-            self._traced = position, traced
-            self._changed.set()
-
-        return keep
+    def _keep(self, traced: Traced) -> None:
+        self._traced = traced
+        self._changed.set()
 
     def _keep_up_to_date(self) -> None:
         while True:
@@ -146,13 +144,16 @@ class Session:
             self._state.content = self._tracing.state if self._tracing else ""
             if self._changed.is_set():
                 self._changed.clear()
-                self._show(self._position)
+                try:
+                    self._show(self._position)
+                except Exception as error:  # the tab goes on, and says what it cannot show
+                    self._figures.content = f"**Cannot be shown:** {error}"
 
     def _true_at(self, position: Position) -> tuple[str, Spectrum | None, Traced | None]:
         """The recorded spectrum where the transmitter is at a recorded position, else the traced one."""
-        traced = None
-        if self._traced is not None and np.array_equal(self._traced[0], position):
-            traced = self._traced[1]
+        traced = self._traced
+        if traced is not None and not np.array_equal(traced.position, position):
+            traced = None
         dataset = self._subject.dataset
         if dataset is not None:
             distance = np.linalg.norm(dataset.positions - position, axis=1)
@@ -176,9 +177,19 @@ class Session:
         if self._image is None:
             self._image = self._gui.add_image(image, format="png", order=-3)
         self._image.image = image
-        self._figures.content = figures(predicted, name, truth, milliseconds, self._outside(position))
+        self._figures.content = figures(predicted, name, truth, milliseconds) + self._warning(position)
         self._layers.show(position, picture, truth.picture if truth else None, traced.paths if traced else None)
 
-    def _outside(self, position: Position) -> bool:
-        low, high = self._subject.region
-        return bool((position < low - 1e-9).any() or (position > high + 1e-9).any())
+    def _warning(self, position: Position) -> str:
+        """Where predictions extrapolate, and where the tracer looked for no paths."""
+        subject, warnings = self._subject, ""
+        if subject.known_region is not None and outside(position, subject.known_region):
+            warnings += "  \n**outside the box of positions the prediction is made from**"
+        if self._tracing is not None and outside(position, subject.region):
+            warnings += "  \n**outside the transmitter region: ray tracing may lack paths**"
+        return warnings
+
+
+def outside(position: Position, box: Float[np.ndarray, "2 3"]) -> bool:
+    """Whether a position is not in a box, metres."""
+    return bool((position < box[0] - 1e-9).any() or (position > box[1] + 1e-9).any())

@@ -20,10 +20,10 @@ from learn.metrics import ssim
 from learn.model import BiSplatWRF, Splats
 from learn.run import Run, in_batches, load_run
 from learn.splits import Split, evenly
-from scenes.description import Gateway, Scene
+from scenes.description import SPEED_OF_LIGHT, Gateway, Scene
 from scenes.errors import InputError
 from scenes.scene_yaml import load_scene
-from simulate.dataset import Dataset, read_dataset
+from simulate.dataset import NERF2_FREQUENCY, Dataset, read_dataset
 from simulate.propagation import Propagation
 from simulate.spectrum import PlanarArray, picture
 
@@ -55,7 +55,7 @@ class Subject:
     Attributes:
         name: of the run, dataset or scene.
         gateway: at the origin, looking up, where only a run is known.
-        region: corners of the box transmitters are in, metres.
+        region: corners of the box transmitters are in, metres: the scene's, widened to hold the dataset's positions.
         scene: the place.
         dataset: recorded or traced spectra.
         parts: of the dataset: as the run has them, else the folder's own.
@@ -73,9 +73,24 @@ class Subject:
     missing: list[str]
 
     def __post_init__(self) -> None:
-        self._one_at_a_time = Lock()  # tabs share the model, and numba's threads must not be entered twice
+        self._one_at_a_time = Lock()  # tabs share the model
 
     @property
+    def known_region(self) -> Float[np.ndarray, "2 3"] | None:
+        """Corners of the box of positions that predictions are made from, metres; None where nothing predicts."""
+        if self.dataset is not None and self.parts is not None and len(self.parts.known):
+            known = self.dataset.positions[self.parts.known]
+            return np.stack([known.min(axis=0), known.max(axis=0)])
+        return None if self.run is None else self.run.model.region.double().cpu().numpy()
+
+    @property
+    def wavelength(self) -> float:
+        """Metres; at NeRF²'s frequency where only a run is known."""
+        if self.dataset is not None:
+            return self.dataset.wavelength
+        return self.scene.wavelength if self.scene is not None else SPEED_OF_LIGHT / NERF2_FREQUENCY
+
+    @cached_property
     def array(self) -> PlanarArray:
         """The gateway's array."""
         return PlanarArray.of(self.gateway)
@@ -91,7 +106,7 @@ class Subject:
         found: dict[str, Callable[[Position], Picture]] = {}
         if self.run is not None:
             found[self.run.config.model] = self._by_model
-        if self.dataset is not None:
+        if self.dataset is not None and self.parts is not None and len(self.parts.known):
             found |= {"inverse distance (4)": self._by_distance, "nearest neighbour": self._by_copying}
         return found
 
@@ -102,12 +117,18 @@ class Subject:
         field = None if channels is None else self.array.steering @ channels[index]
         return Spectrum(self.dataset.pictures[index] / np.float32(255), field)
 
-    def splats(self, position: Position) -> Splats | None:
-        """The model's primitives for a transmitter, where it has any."""
-        if self.run is None or not isinstance(self.run.model, BiSplatWRF):
-            return None
+    @property
+    def has_primitives(self) -> bool:
+        """Whether ``splats`` has something to show."""
+        return self.run is not None and isinstance(self.run.model, BiSplatWRF)
+
+    def splats(self, position: Position) -> Splats:
+        """The model's primitives for a transmitter."""
+        assert self.run is not None and isinstance(self.run.model, BiSplatWRF)
+        model = self.run.model
         with self._one_at_a_time, torch.inference_mode():
-            return self.run.model.splats(torch.from_numpy(position[None]).float())
+            splats = model.splats(torch.from_numpy(position[None]).float().to(model.region.device))
+            return Splats(*(each.cpu() for each in splats))
 
     @property
     def tested(self) -> Int[np.ndarray, " K"]:
@@ -117,7 +138,7 @@ class Subject:
     @cached_property
     def scores(self) -> Float[np.ndarray, " K"]:
         """SSIM of the first of the predictors at the ``tested``."""
-        if self.dataset is None:
+        if self.dataset is None or not self.predictors or not len(self.tested):
             return np.zeros(0)
         predict = next(iter(self.predictors.values()))
         prediction = np.stack([predict(position) for position in self.dataset.positions[self.tested]])
@@ -173,7 +194,7 @@ def subject(what: str) -> Subject:
     if not folder.is_dir():
         scene = load_scene(what)
         region = np.array([scene.transmitter.region_min, scene.transmitter.region_max])
-        return Subject(scene.name, scene.gateway, region, scene, None, None, None, [])
+        return Subject(scene.name, scene.gateway, region, scene, None, None, None, _other_gateways(scene))
     if not (folder / "config.json").exists():
         dataset = read_dataset(folder)
         nothing = np.zeros(0, dtype=int)
@@ -199,14 +220,24 @@ def _with_scene(name: str, dataset: Dataset, parts: Split, run: Run | None) -> S
     position, orientation = tuple(dataset.gateway_position), tuple(dataset.gateway_orientation)
     gateway = Gateway(position, orientation, array.rows, array.columns, array.spacing)  # type: ignore[arg-type]
     region = np.stack([dataset.positions.min(axis=0), dataset.positions.max(axis=0)])
-    scene, missing = None, []
+    scene = None
     if "scene_file" not in dataset.metadata:
         missing = [
             "The dataset does not say which scene it was made in (a measured one has none): no room, no tracing."
         ]
     else:
         try:
-            scene = seen_by(dataset, load_scene(dataset.folder / dataset.metadata["scene_file"]))
+            whole = load_scene(dataset.folder / dataset.metadata["scene_file"])
+            scene, missing = seen_by(dataset, whole), _other_gateways(whole)
+            corners = np.vstack([region, scene.transmitter.region_min, scene.transmitter.region_max])
+            region = np.stack([corners.min(axis=0), corners.max(axis=0)])
         except (InputError, OSError) as error:
             missing = [f"The scene of this dataset is not there ({error}): no room, no tracing."]
     return Subject(name, scene.gateway if scene else gateway, region, scene, dataset, parts, run, missing)
+
+
+def _other_gateways(scene: Scene) -> list[str]:
+    """What is not shown of a scene of several gateways."""
+    if not scene.further_gateways:
+        return []
+    return [f"The scene has {len(scene.by_gateway())} gateways; spectra here are those of the one that is drawn."]

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from threading import Lock
+from threading import Condition, Thread
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from learn.view.subject import Position, Spectrum
 from scenes.description import Scene
-from scenes.errors import InputError
 from simulate.propagation import Propagation
 from simulate.spectrum import PlanarArray
 
@@ -24,6 +22,7 @@ if TYPE_CHECKING:  # imported where it is used: a viewer without a scene does no
 class Traced:
     """What the ray tracer says of one transmitter."""
 
+    position: Position
     spectrum: Spectrum
     paths: list[TracedPath]
 
@@ -44,45 +43,40 @@ class Tracing:
         self.state = "ray tracing: finding paths"
         self._arguments = scene, propagation, region
         self._array = PlanarArray.of(scene.gateway)
-        self._thread = ThreadPoolExecutor(max_workers=1, thread_name_prefix="tracing")
-        self._latest: dict[object, object] = {}
-        self._lock = Lock()
-        self._tracer: Tracer | None = None
-        self._thread.submit(self._prepare)
+        self._wanted: dict[object, tuple[Position, Callable[[Traced], None]]] = {}
+        self._asked = Condition()
+        Thread(target=self._trace_what_is_wanted, daemon=True, name="tracing").start()  # Ctrl-C does not wait for it
 
     def request(self, tab: object, position: Position, done: Callable[[Traced], None]) -> None:
-        """Trace a position for a tab, unless the tab has asked for another one by the time it is its turn."""
-        ticket = object()
-        with self._lock:
-            self._latest[tab] = ticket
-        self._thread.submit(self._trace, tab, ticket, position, done)
+        """Trace a position for a tab, instead of what the tab asked for before and has not got yet."""
+        with self._asked:
+            self._wanted[tab] = position, done
+            self._asked.notify()
 
     def forget(self, tab: object) -> None:
         """A tab is closed: what it waits for is not traced."""
-        with self._lock:
-            self._latest.pop(tab, None)
+        with self._asked:
+            self._wanted.pop(tab, None)
 
-    def stop(self) -> None:
-        """Forget what waits; what runs is not waited for."""
-        self._thread.shutdown(wait=False, cancel_futures=True)
-
-    def _prepare(self) -> None:
+    def _trace_what_is_wanted(self) -> None:
         try:
-            from simulate.trace import Tracer
-
-            scene, propagation, region = self._arguments
-            self._tracer = Tracer(scene, propagation, region, self._report)
+            tracer = self._prepared()
             self.state = ""
-        except (InputError, ImportError) as error:
+            while True:
+                with self._asked:
+                    while not self._wanted:
+                        self._asked.wait()
+                    tab = next(iter(self._wanted))  # the one that waits longest
+                    position, done = self._wanted.pop(tab)
+                spectrum = Spectrum.of(self._array, tracer.responses(position[None])[0])
+                done(Traced(position, spectrum, tracer.paths(position)))
+        except Exception as error:  # whatever it is, the page says so and shows the rest
             self.state = f"no ray tracing: {error}"
 
-    def _report(self, sentence: str) -> None:
-        self.state = f"ray tracing: finding paths, {sentence}"
+    def _prepared(self) -> Tracer:
+        from simulate.trace import Tracer
 
-    def _trace(self, tab: object, ticket: object, position: Position, done: Callable[[Traced], None]) -> None:
-        with self._lock:
-            if self._latest.get(tab) is not ticket:
-                return
-        if self._tracer is not None:
-            channels = self._tracer.responses(position[None])[0]
-            done(Traced(Spectrum.of(self._array, channels), self._tracer.paths(position)))
+        def report(sentence: str) -> None:
+            self.state = f"ray tracing: finding paths, {sentence}"
+
+        return Tracer(*self._arguments, report)

@@ -37,7 +37,7 @@ def seen(responses) -> Spectrum:
 # Panels
 
 
-def test_pixel_of_a_direction_has_its_colour_in_both_views(wave):
+def test_pixel_of_a_direction_has_its_colour_in_both_views():
     peak = np.zeros((90, 360))
     peak[58:61, 88:93] = 1  # around elevation 60°, azimuth 90°
     yellow = (255 * np.array(colormaps["viridis"](1.0)[:3])).round()
@@ -49,7 +49,7 @@ def test_pixel_of_a_direction_has_its_colour_in_both_views(wave):
     assert abs(rows.mean() - (TOP + 135 - 45)) < 1 and abs(columns.mean() - (LEFT + 135)) < 1
 
 
-def test_decibels_end_at_the_lowest(wave):
+def test_decibels_end_at_the_lowest():
     values = in_decibels(np.array([[1.0, 0.1, 0.0]]) * 0.5)
     np.testing.assert_allclose(values, [[0, -20, -30]])
     np.testing.assert_array_equal(colour_of(np.array(-30.0), DECIBELS), colour_of(np.array(-90.0), DECIBELS))
@@ -75,11 +75,11 @@ def test_common_phase_is_no_difference(wave):
 def test_figures_name_the_maxima_and_what_is_between(wave, plane_waves):
     moved = seen(plane_waves((1, 210, 40)))
     assert dominant(wave.picture) == (200, 40)
-    text = figures(moved, "ray-traced", wave, 12.0, outside=True)
+    text = figures(moved, "ray-traced", wave, 12.0)
     assert "predicted: dominant direction azimuth 210°, elevation 40°" in text
     assert "ray-traced: dominant direction azimuth 200°, elevation 40°" in text
-    assert "7.7° apart" in text and "12 ms" in text and "outside" in text  # 10° of azimuth, cos 40° shorter
-    assert "SSIM" not in figures(None, "ray-traced", wave, 0.0, outside=False)
+    assert "7.7° apart" in text and "12 ms" in text  # 10° of azimuth, cos 40° shorter
+    assert "SSIM" not in figures(None, "ray-traced", wave, 0.0)
 
 
 # Hemisphere
@@ -189,33 +189,47 @@ class SlowTracer:
         return []
 
 
-def test_only_the_latest_request_of_each_tab_is_traced(monkeypatch):
+@pytest.fixture
+def gateway_alone():
+    """As much of a scene as ``Tracing`` looks at itself."""
+    return SimpleNamespace(gateway=SimpleNamespace(rows=4, columns=4, spacing=0.5))
+
+
+def test_only_the_latest_request_of_each_tab_is_traced(monkeypatch, gateway_alone):
     monkeypatch.setattr("simulate.trace.Tracer", SlowTracer)
-    scene = SimpleNamespace(gateway=SimpleNamespace(rows=4, columns=4, spacing=0.5))
-    tracing = Tracing(scene, Propagation(), np.zeros((2, 3)))
-    done, first, last, other = [], threading.Event(), threading.Event(), threading.Event()
-    tracing.request("tab", np.array([0.0, 0, 0]), lambda traced: (done.append(0), first.set()))
+    tracing = Tracing(gateway_alone, Propagation(), np.zeros((2, 3)))
+    done, last, other = [], threading.Event(), threading.Event()
+    tracing.request("tab", np.array([0.0, 0, 0]), done.append)
     while not hasattr(SlowTracer, "made"):
         pass
     for x in (1.0, 2.0, 3.0):
-        tracing.request("tab", np.array([x, 0, 0]), lambda traced, x=x: (done.append(x), last.set()))
+        tracing.request("tab", np.array([x, 0, 0]), lambda traced: (done.append(traced), last.set()))
+    tracing.request("closed tab", np.array([5.0, 0, 0]), done.append)
+    tracing.forget("closed tab")
     tracing.request("other tab", np.array([9.0, 0, 0]), lambda traced: other.set())
     SlowTracer.made.go.set()
     assert last.wait(10) and other.wait(10)
-    assert set(SlowTracer.made.traced) <= {0.0, 3.0, 9.0} and done[-1] == 3.0
-    tracing.stop()
+    assert set(SlowTracer.made.traced) <= {0.0, 3.0, 9.0} and done[-1].position[0] == 3.0
 
 
-def test_without_a_ray_tracer_the_state_says_so(monkeypatch):
+@pytest.mark.parametrize("where", ["__init__", "responses"])
+def test_tracing_that_fails_says_so(monkeypatch, gateway_alone, where):
     def refuse(*arguments):
         raise InputError("libLLVM: expected version 16, found 14")
 
-    monkeypatch.setattr("simulate.trace.Tracer", refuse)
-    scene = SimpleNamespace(gateway=SimpleNamespace(rows=4, columns=4, spacing=0.5))
-    tracing = Tracing(scene, Propagation(), np.zeros((2, 3)))
-    tracing.stop()
-    for _ in range(100):
+    methods = {"__init__": lambda *arguments: None, where: refuse}
+    monkeypatch.setattr("simulate.trace.Tracer", type("Refusing", (), methods))
+    tracing = Tracing(gateway_alone, Propagation(), np.zeros((2, 3)))
+    tracing.request("tab", np.zeros(3), lambda traced: None)
+    for _ in range(200):
         if tracing.state.startswith("no ray tracing"):
             break
         threading.Event().wait(0.05)
     assert tracing.state == "no ray tracing: libLLVM: expected version 16, found 14"
+
+
+def test_dataset_without_a_training_part_predicts_nothing(tiny, tmp_path):
+    folder = shutil.copytree(tiny, tmp_path / "data")
+    (folder / "train_index.txt").write_text("")
+    found = subject(str(folder))
+    assert found.predictors == {} and len(found.scores) == 0 and found.known_region is None

@@ -150,13 +150,16 @@ def test_tabs_have_states_of_their_own(tab, viewer, run, room, open_tab, on_scre
 @pytest.mark.parametrize("what", ["scene", "dataset"])
 def test_scene_or_dataset_alone(what, room, run, tiny, tmp_path, serve, open_tab):
     if what == "scene":
-        page = open_tab(serve("view", str(write_scene(room, tmp_path / "place"))).url, "ray-traced: dominant direction")
+        served = serve("view", str(write_scene(room, tmp_path / "place")))
+        page = open_tab(served.url, "ray-traced: dominant direction")
         expect(page.get_by_text("predicted:")).to_have_count(0)
     else:
-        page = open_tab(serve("view", str(tiny)).url, "recorded: dominant direction")
+        served = serve("view", str(tiny))
+        page = open_tab(served.url, "recorded: dominant direction")
         expect(page.get_by_text("does not say which scene")).to_be_visible()
         expect(page.get_by_role("combobox", name="predicted by")).to_have_value("inverse distance (4)")
     page.context.close()
+    assert served.end() == (0, "")
 
 
 def test_run_without_its_scene_says_so_on_another_port_until_interrupted(run, viewer, tmp_path, serve, open_tab):
