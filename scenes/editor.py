@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
-from viser import ClientHandle, SceneNodeHandle, TransformControlsHandle
+from viser import ClientHandle, SceneNodeHandle, TransformControlsEvent, TransformControlsHandle
 
 from scenes.description import Scene, facing
 from scenes.errors import InputError
@@ -38,7 +38,7 @@ class Editor:
 
     def __init__(self, client: ClientHandle, scene: Scene, folder: Path):
         self.scene = scene
-        self._client = client
+        self._client, self._holding = client, False
         api, gui = client.scene, client.gui
         set_up(client, scene.bounds)
         self._size = float(np.linalg.norm(scene.bounds[1] - scene.bounds[0]))
@@ -86,6 +86,8 @@ class Editor:
 
         @handle.on_update
         async def _(event) -> None:
+            if not self._held(event):
+                return
             x, y, z = (round(float(c), 4) for c in event.target.position)
             self._replace_gateway(position=(x, y, z), orientation=xyzw(event.target.wxyz))
             frame.position, frame.wxyz = (x, y, z), event.target.wxyz
@@ -103,6 +105,15 @@ class Editor:
             if event.client is not None and any(boresight.value):
                 self._replace_gateway(orientation=facing(boresight.value))
                 handle.wxyz = frame.wxyz = wxyz(self.scene.gateway.orientation)
+
+    def _held(self, event: TransformControlsEvent) -> bool:
+        """Whether the user's hand is on the handle: a handle that is moved by what was typed reports a pose as well."""
+        if event.phase == "start":
+            self._holding = True
+        held = self._holding
+        if event.phase == "end":
+            self._holding = False
+        return held
 
     def _replace_gateway(self, **changes) -> None:
         self.scene = replace(self.scene, gateway=replace(self.scene.gateway, **changes))
@@ -134,9 +145,10 @@ class Editor:
 
         @handle.on_update
         async def _(event) -> None:
-            x, y, z = (round(float(c), 4) for c in event.target.position)
-            move((x, y, z))
-            typed.value = (x, y, z)
+            if self._held(event):
+                x, y, z = (round(float(c), 4) for c in event.target.position)
+                move((x, y, z))
+                typed.value = (x, y, z)
 
         @typed.on_update
         async def _(event) -> None:

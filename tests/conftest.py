@@ -90,8 +90,9 @@ def open_tab() -> Iterator[Callable[..., Any]]:
 
         yield open_page
         browser.close()
-    # viser drops a picture that a newer one overtakes
-    assert not [each for each in errors if "ERR_FILE_NOT_FOUND" not in each]
+    # viser drops a picture that a newer one overtakes, and its Gaussians have no extent
+    known = ("ERR_FILE_NOT_FOUND", "computeBoundingSphere")
+    assert not [error for error in errors if not any(name in error for name in known)]
 
 
 @pytest.fixture

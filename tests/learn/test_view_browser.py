@@ -94,6 +94,7 @@ def type_position(page: Page, *position: float) -> None:
     for index, value in enumerate(position):
         fields.nth(index).fill(f"{value}")
         fields.nth(index).press("Enter")
+        page.wait_for_timeout(300)  # nobody types faster
 
 
 def drag(page: Page, x: float, y: float) -> None:

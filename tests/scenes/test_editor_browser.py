@@ -16,6 +16,7 @@ def test_what_is_edited_is_what_is_saved(scene, tmp_path, serve, open_tab, on_sc
     for index, value in {1: 0.5, 2: 1.25, 3: 0, 4: -1, 5: 0, 9: 1.5}.items():  # gateway y and z, boresight, max x
         fields.nth(index).fill(f"{value}")
         fields.nth(index).press("Enter")
+        page.wait_for_timeout(300)  # nobody types faster
     page.mouse.click(*on_screen(page, np.array([0.6, 0.7, 1 / 3]), scene.bounds))  # the crate's lid
     expect(page.get_by_role("combobox", name="object")).to_have_value("crate")
     page.get_by_role("combobox", name="material").click()
