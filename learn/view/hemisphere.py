@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float, UInt8
+from jaxtyping import Float, UInt8, UInt32
+from scipy.spatial.transform import Rotation
 
 from learn.colours import PHASE
 from learn.model import Splats
@@ -31,19 +32,20 @@ def dots(radius: float) -> tuple[Float[np.ndarray, "dots 3"], tuple[np.ndarray, 
 
 
 class Ellipses(NamedTuple):
-    """Gaussians as viser draws them."""
+    """Discs of radius 1 in the x–y plane, stretched, turned and put on the hemisphere: one standard deviation each."""
 
-    centers: Float[np.ndarray, "N_p 3"]
-    covariances: Float[np.ndarray, "N_p 3 3"]
-    rgbs: UInt8[np.ndarray, "N_p 3"]
-    opacities: Float[np.ndarray, "N_p 1"]
+    centres: Float[np.ndarray, "N_p 3"]
+    turns: Float[np.ndarray, "N_p 4"]
+    stretches: Float[np.ndarray, "N_p 3"]
+    colours: UInt8[np.ndarray, "N_p 3"]
+    opacities: Float[np.ndarray, " N_p"]
 
 
 def ellipses(splats: Splats, radius: float) -> Ellipses:
     """A model's primitives on the hemisphere: size and turn, opacity, and the coefficient as a colour.
 
     The colour's hue is the coefficient's phase (the colour map of phases), its brightness the magnitude over the
-    largest one.
+    largest one. Opacity is over the largest one too: where pictures are normalised, its scale is arbitrary. Turns are quaternions (w, x, y, z), viser's order.
 
     Args:
         splats: of one transmitter.
@@ -55,18 +57,32 @@ def ellipses(splats: Splats, radius: float) -> Ellipses:
     east = np.stack([-np.sin(azimuth), np.cos(azimuth), np.zeros_like(azimuth)], axis=-1)
     north = np.cross(towards, east)
     # On the chart a degree of azimuth is a degree; on the sphere it is shorter by cosθ.
-    cosine, sine = np.cos(rotation), np.sin(rotation)
-    narrow = np.cos(elevation)
-    first = narrow[:, None] * cosine[:, None] * east + sine[:, None] * north
-    second = -narrow[:, None] * sine[:, None] * east + cosine[:, None] * north
-    axes = radius * np.radians(scale)[:, :, None] * np.stack([first, second], axis=1)
-    covariances = np.einsum("nki,nkj->nij", axes, axes)
+    cosine, sine, narrow = np.cos(rotation), np.sin(rotation), np.cos(elevation)
+    on_chart = np.array([[narrow * cosine, -narrow * sine], [sine, cosine]])  # east and north of either axis
+    axes = radius * np.radians(scale)[:, None] * on_chart.transpose(2, 0, 1)
+    inclined, lengths, _ = np.linalg.svd(axes)  # of the ellipse that they span
+    first = inclined[:, 0, 0, None] * east + inclined[:, 1, 0, None] * north
+    turns = Rotation.from_matrix(np.stack([first, np.cross(towards, first), towards], axis=-1)).as_quat()
     coefficient = pair[:, 0] + 1j * pair[:, 1]
     magnitude = np.abs(coefficient) / max(np.abs(coefficient).max(), 1e-12)
-    rgbs = (colour_of(np.angle(coefficient), TURN) * (0.2 + 0.8 * magnitude[:, None])).astype(np.uint8)
+    colours = (colour_of(np.angle(coefficient), TURN) * (0.2 + 0.8 * magnitude[:, None])).astype(np.uint8)
+    stretches = np.concatenate([lengths, np.ones((len(lengths), 1))], axis=1)
     return Ellipses(
-        (radius * towards).astype(np.float32), covariances.astype(np.float32), rgbs, opacity[:, None].astype(np.float32)
+        (radius * towards).astype(np.float32),
+        np.roll(turns, 1, axis=1).astype(np.float32),
+        stretches.astype(np.float32),
+        colours,
+        (opacity / opacity.max()).astype(np.float32),
     )
+
+
+def disc(corners: int = 24) -> tuple[Float[np.ndarray, "vertices 3"], UInt32[np.ndarray, "faces 3"]]:
+    """Vertices and triangles of a disc of radius 1 in the x–y plane."""
+    angle = 2 * np.pi * np.arange(corners) / corners
+    rim = np.stack([np.cos(angle), np.sin(angle), np.zeros(corners)], axis=-1)
+    index = np.arange(corners)
+    faces = np.stack([np.full(corners, corners), index, (index + 1) % corners], axis=-1)
+    return np.concatenate([rim, np.zeros((1, 3))]).astype(np.float32), faces.astype(np.uint32)
 
 
 def colours_of_dots(picture: Float[np.ndarray, "90 360"], pixel: tuple[np.ndarray, np.ndarray]) -> np.ndarray:

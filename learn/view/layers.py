@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
-from viser import ClientHandle, GaussianSplatHandle, PointCloudHandle, SceneNodeHandle
+from viser import BatchedMeshHandle, ClientHandle, PointCloudHandle, SceneNodeHandle
 
 from learn.view.chart import LINEAR, Colours, colour_of
 from learn.view.comparison import PREDICTED, TRUE
-from learn.view.hemisphere import EVERY_DEG, colours_of_dots, dots, ellipses
+from learn.view.hemisphere import EVERY_DEG, colours_of_dots, disc, dots, ellipses
 from learn.view.subject import Picture, Position, Subject
 from scenes.stage import add_gateway, add_objects, add_region, set_up
 from simulate.spectrum import dominant_direction
@@ -70,7 +70,7 @@ class Layers:
         self._paths = api.add_line_segments(
             "/paths", point, np.zeros((1, 2, 3), np.uint8), thickness=2, thickness_units="screen"
         )
-        self._splats: GaussianSplatHandle | None = None
+        self._splats: BatchedMeshHandle | None = None
 
         known, self._tested = self._positions(client)
         self.transmitter = api.add_transform_controls(
@@ -108,12 +108,22 @@ class Layers:
     def _show_primitives(self, position: Position) -> None:
         if self._primitives.value:
             drawn = ellipses(self._subject.splats(position), 1.02 * self._radius)
-            if self._splats is None:
-                self._splats = self._client.scene.add_gaussian_splats("/gateway/primitives", *drawn)
-            else:
-                self._splats.set_gaussians(*drawn)
-        if self._splats is not None:
-            self._splats.visible = self._primitives.value
+            with self._client.atomic():
+                self._splats = self._client.scene.add_batched_meshes_simple(
+                    "/gateway/primitives",
+                    *disc(),
+                    batched_wxyzs=drawn.turns,
+                    batched_positions=drawn.centres,
+                    batched_scales=drawn.stretches,
+                    batched_colors=drawn.colours,
+                    batched_opacities=drawn.opacities,
+                    side="double",
+                    lod="off",
+                    cast_shadow=False,
+                    receive_shadow=False,
+                )
+        elif self._splats is not None:
+            self._splats.visible = False
 
     def _colour_sphere(self) -> None:
         predicted, true = self._pictures

@@ -126,7 +126,7 @@ def test_switches_change_the_picture(tab, keep_screenshot):
         tab.get_by_role("combobox", name=name, exact=True).click()
         change(tab, tab.get_by_role("option", name=choice, exact=True).click)
     tab.get_by_text("primitives").scroll_into_view_if_needed()
-    before = keep_screenshot(tab, "view_layers")
+    before = keep_screenshot(tab, "view_primitives")
     tab.get_by_role("checkbox", name="primitives").check()
     tab.get_by_role("checkbox", name="spectrum on the hemisphere").uncheck()
     tab.wait_for_timeout(3000)
