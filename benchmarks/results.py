@@ -286,9 +286,10 @@ def main() -> None:
             "view",
             "The viewer: from a drag to the picture",
             "python benchmarks/view.py runs/demo/run --json",
-            "`sent` is from the arrival of a drag in the server to the new picture on its way: prediction, panels, "
-            "encoding. `seen` is from the mouse's move to the loaded picture in headless Chromium, which draws the 3D "
-            "scene on the same two cores, without a GPU, and that is most of it.",
+            "`sent` is from the arrival of a drag in the server to the new picture and 3D layers on their way: "
+            "prediction, panels, encoding; the browser is suspended meanwhile. `seen` is from the mouse's move to the "
+            "loaded picture in headless Chromium, which draws the 3D scene on the same two cores, without a GPU, and "
+            "that is most of it.",
         ),
     ]
     for name, told in tomllib.loads(Path("benchmarks/experiments.toml").read_text()).items():

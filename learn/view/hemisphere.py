@@ -45,7 +45,8 @@ def ellipses(splats: Splats, radius: float) -> Ellipses:
     """A model's primitives on the hemisphere: size and turn, opacity, and the coefficient as a colour.
 
     The colour's hue is the coefficient's phase (the colour map of phases), its brightness the magnitude over the
-    largest one. Opacity is over the largest one too: where pictures are normalised, its scale is arbitrary. Turns are quaternions (w, x, y, z), viser's order.
+    largest one. Opacity is over the largest one too: where pictures are normalised, its scale is arbitrary. Turns
+    are quaternions (w, x, y, z), viser's order.
 
     Args:
         splats: of one transmitter.
