@@ -92,6 +92,6 @@ def draw(table: dict[str, dict[str, float]], path: Path) -> None:
     values, spreads = ([table[name][key] for name in names] for key in ("ssim_median", "ssim_spread"))
     axis.errorbar(values, range(len(names)), xerr=spreads, fmt="o", capsize=3)
     axis.set_yticks(range(len(names)), names)
-    axis.set_xlabel("median SSIM on the test part (mean and standard deviation over seeds)")
+    figure.supxlabel("median SSIM, mean and standard deviation over seeds", fontsize="medium")
     axis.grid(axis="x", alpha=0.3)
     save(figure, path)

@@ -57,8 +57,8 @@ def draw_examples(
                 vmax=1,
             )
             if diverging:
-                figure.colorbar(image, ax=axis)
-        figure.colorbar(row[1].images[0], ax=row[1])
+                figure.colorbar(image, ax=axis, label="difference")
+        figure.colorbar(row[1].images[0], ax=row[1], label="magnitude")
         row[0].set_ylabel(f"{name}\nSSIM {ssim[index]:.3f}\nelevation (°)")
     for axis, title in zip(axes[0], ("predicted", "truth", "predicted − truth"), strict=True):
         axis.set_title(title)
@@ -94,7 +94,8 @@ def draw_examples_polar(
         column[0].set_title(f"{name}\nSSIM {ssim[index]:.3f}", fontsize="medium")
     for row, label in zip(axes, ("predicted", "truth", "predicted − truth"), strict=True):
         row[0].set_ylabel(label, labelpad=24)
-        figure.colorbar(row[-1].collections[0], ax=row, shrink=0.8)
+        unit = "difference" if "−" in label else "normalised magnitude"
+        figure.colorbar(row[-1].collections[0], ax=row, shrink=0.8, label=unit)
     figure.supxlabel("azimuth (°) around, elevation 90° in the middle, rings at 60°, 30° and 0°", fontsize="medium")
     save(figure, path)
 
