@@ -131,7 +131,7 @@ def test_open_share_is_the_mean_squared_error():
 def test_trains_predicts_and_loads_again(tiny, tmp_path):
     dataset = read_dataset(tiny)
     method = Trained("helmholtz")
-    method.fit(Task(dataset, "files", 0, None, 0, 0.01, tmp_path / "run"))
+    method.fit(Task(dataset, "files", 0, None, 0, 0.01, None, tmp_path / "run"))
     assert method.predict(dataset.positions[:3]).shape == (3, 90, 360)
     run = load_run(tmp_path / "run")
     np.testing.assert_array_equal(run.predict(dataset.positions[:3]), method.predict(dataset.positions[:3]))
