@@ -27,6 +27,16 @@ RANKS = {"worst": 0.0, "lower quartile": 0.25, "median": 0.5, "upper quartile": 
 """Spectra that are shown, by their SSIM."""
 
 
+def ranked(ssim: Float[np.ndarray, " K"]) -> list[tuple[str, int]]:
+    """Names and indices of the spectra that are shown.
+
+    >>> ranked(np.array([0.9, 0.1, 0.5]))[0]
+    ('worst', 1)
+    """
+    order = np.argsort(ssim)
+    return [(name, int(order[round(share * (len(order) - 1))])) for name, share in RANKS.items()]
+
+
 def save(figure: Figure, path: Path) -> None:
     """Write a figure as PNG, and for papers as PDF beside it."""
     figure.savefig(path, dpi=110)
@@ -40,11 +50,9 @@ def draw_examples(
     path: Path,
 ) -> None:
     """Predicted | true | difference for five spectra: worst, lower quartile, median, upper quartile, best SSIM."""
-    order = np.argsort(ssim)
     figure = Figure(figsize=(11, 7.4), layout="constrained")
     axes = figure.subplots(len(RANKS), 3, sharex=True, sharey=True)
-    for row, (name, share) in zip(axes, RANKS.items(), strict=True):
-        index = order[round(share * (len(order) - 1))]
+    for row, (name, index) in zip(axes, ranked(ssim), strict=True):
         pictures = (prediction[index], truth[index], prediction[index] - truth[index])
         for axis, picture, diverging in zip(row, pictures, (False, False, True), strict=True):
             image = axis.imshow(
@@ -75,13 +83,11 @@ def draw_examples_polar(
     path: Path,
 ) -> None:
     """The spectra of ``draw_examples`` as the gateway sees the hemisphere: boresight in the middle, azimuth around."""
-    order = np.argsort(ssim)
     figure = Figure(figsize=(11, 7), layout="constrained")
     axes = figure.subplots(3, len(RANKS), subplot_kw={"projection": "polar"})
     azimuth = np.radians(np.arange(361) - 0.5)
     radius = (89.5 - np.arange(91)).clip(0)  # edges of the rows, degrees from boresight
-    for column, (name, share) in zip(axes.T, RANKS.items(), strict=True):
-        index = order[round(share * (len(order) - 1))]
+    for column, (name, index) in zip(axes.T, ranked(ssim), strict=True):
         pictures = (prediction[index], truth[index], prediction[index] - truth[index])
         for axis, picture, diverging in zip(column, pictures, (False, False, True), strict=True):
             cmap, least = (DIFFERENCE, -1) if diverging else (MAGNITUDE, 0)

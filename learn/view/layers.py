@@ -54,7 +54,7 @@ class Layers:
                     (rooms if node.name.startswith("/walls") else furniture).append(node)
         add_gateway(api, subject.gateway, subject.wavelength, 0.8 * self._radius)
         elements = (subject.array.positions * subject.wavelength).astype(np.float32)
-        api.add_point_cloud("/gateway/elements", elements, (60, 0, 20), point_size=0.012 * self._size / 4)
+        api.add_point_cloud("/gateway/elements", elements, (60, 0, 20), point_size=0.003 * self._size)
         region = add_region(api, subject.region)
 
         self._dots, self._pixel = dots(self._radius)

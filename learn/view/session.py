@@ -176,7 +176,8 @@ class Session:
         image = draw(drawn, cast(Kind, self._kind.value))
         if self._image is None:
             self._image = self._gui.add_image(image, format="jpeg", jpeg_quality=92, order=-3)
-        self._image.image = image
+        else:
+            self._image.image = image
         self._figures.content = figures(predicted, name, truth, milliseconds) + self._warning(position)
         self._layers.show(position, picture, truth.picture if truth else None, traced.paths if traced else None)
 

@@ -75,7 +75,7 @@ class Subject:
     def __post_init__(self) -> None:
         self._one_at_a_time = Lock()  # tabs share the model
 
-    @property
+    @cached_property
     def known_region(self) -> Float[np.ndarray, "2 3"] | None:
         """Corners of the box of positions that predictions are made from, metres; None where nothing predicts."""
         if self.dataset is not None and self.parts is not None and len(self.parts.known):
