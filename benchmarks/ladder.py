@@ -2,7 +2,7 @@
 
 python benchmarks/ladder.py MEASURED SIMULATED --json
 
-Nothing is drawn at random and nothing is chosen by looking at the test part: lengths and nuggets are the likeliest
+Nothing is drawn at random and nothing is chosen by looking at the test part: the parameters of a law are the likeliest
 ones given the known part.
 """
 
@@ -32,32 +32,69 @@ MOST_TESTED = 300
 """Test spectra of a simulated dataset that are looked at, evenly spread."""
 
 
-class SquaredExponential(HelmholtzField):
-    """The covariance everyone begins with."""
+FEWER = 1000, 200, 50
+"""Known spectra of the simulated dataset in further tables."""
 
-    def _covariance(self, distance, length):
+
+class SquaredExponential(HelmholtzField):
+    """The covariance everyone begins with; the base of laws that know only the distance."""
+
+    def _covariance(self, a, b, lasting, shares, length):
+        distance = torch.linalg.vector_norm(a[..., :, None, :] - b[..., None, :, :], dim=-1)
+        law = self._law(distance, lasting, length)
+        if not self.has_responses:
+            return law
+        zero = torch.zeros_like(law)
+        return torch.cat([torch.cat([law, zero], dim=-1), torch.cat([zero, law], dim=-1)], dim=-2)
+
+    def _law(self, distance, lasting, length):
         return torch.exp(-((distance / length) ** 2) / 2)
 
 
-class Exponential(HelmholtzField):
+class Exponential(SquaredExponential):
     """Edges alone: no wave."""
 
-    def _covariance(self, distance, length):
+    def _law(self, distance, lasting, length):
         return torch.exp(-distance / length)
 
 
-class Waves(HelmholtzField):
+class Waves(SquaredExponential):
     """Waves alone, of a learned bandwidth: no edges."""
 
-    def _covariance(self, distance, length):
+    def _law(self, distance, lasting, length):
         return torch.sinc(2 * distance / length)
+
+
+class WavesAndEdges(SquaredExponential):
+    """Waves from all sides alike, and edges."""
+
+    def _law(self, distance, lasting, length):
+        covariance = torch.sinc(2 * distance / self.wavelength) * torch.exp(-distance / length)
+        return covariance if self.has_responses else covariance**2
+
+
+class WavesEdgesAndDrift(WavesAndEdges):
+    """The same in a place that changes."""
+
+    def _law(self, distance, lasting, length):
+        return super()._law(distance, lasting, length) * (lasting if self.has_responses else lasting**2)
+
+
+class Sides(HelmholtzField):
+    """``helmholtz`` in a place that does not change."""
+
+    def _covariance(self, a, b, lasting, shares, length):
+        return super()._covariance(a, b, torch.ones_like(lasting), shares, length)
 
 
 LADDER: dict[str, type[HelmholtzField]] = {
     "squared exponential": SquaredExponential,
     "waves alone": Waves,
     "edges alone": Exponential,
-    "waves and edges": HelmholtzField,
+    "waves and edges": WavesAndEdges,
+    "waves, edges, drift": WavesEdgesAndDrift,
+    "waves from their sides, edges": Sides,
+    "waves from their sides, edges, drift": HelmholtzField,
 }
 
 
@@ -113,7 +150,8 @@ def main() -> None:
             np.flatnonzero(block == offset),
         )
     tables["simulated, blocked"] = (simulated, blocked.known, some)
-    tables["simulated, blocked, a quarter"] = (simulated, evenly(blocked.known, len(blocked.known) // 4), some)
+    for count in FEWER:
+        tables[f"simulated, blocked, {count}"] = (simulated, evenly(blocked.known, count), some)
     figures = {
         name: rungs(*table)
         for name, table in track(tables.items(), disable=not sys.stderr.isatty(), description="ladder")

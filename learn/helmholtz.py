@@ -10,13 +10,14 @@ import torch
 from jaxtyping import Float, Int
 from scipy.optimize import minimize
 from torch import Tensor
+from torch._higher_order_ops.scan import scan
 
 from learn.spectrum_model import Beamformer, SpectrumModel
 from learn.splits import evenly
 from simulate.dataset import Dataset
 from simulate.spectrum import AZIMUTHS_DEG, ELEVATIONS_DEG, PlanarArray
 
-NEIGHBOURS = 64
+NEIGHBOURS = 32
 """Known positions a prediction is made from, the nearest."""
 
 FITTED_ON = 200
@@ -24,6 +25,25 @@ FITTED_ON = 200
 
 FAR = 1e6
 """Metres; where a neighbour is put that is none."""
+
+DIRECTIONS = 100
+"""Waves a field is made of, evenly over the sphere."""
+
+EVENNESS = 0.03
+"""Pull towards waves from all sides alike, per term of the likelihood: a few spectra do not tell all directions."""
+
+ITERATIONS = 60
+"""At most, of the search for the likeliest law."""
+
+STRAY, STRAY_LEAST = 0.2, 1e-3
+"""How far the way from one known position to the next strays from the straight line: a share of its length, and metres.
+"""
+
+LEGS = 16
+"""Likeliest parts of the way that an asked position is put on."""
+
+DRIFT_MOST = 1e9
+"""Spectra; a place that drifts no faster does not drift."""
 
 NUGGET_LEAST = 1e-6
 """Share of the variance; keeps two spectra of one position apart."""
@@ -33,15 +53,21 @@ class HelmholtzField(SpectrumModel):
     """Every element's response as a random field over the transmitter's position, interpolated (simple kriging).
 
     By reciprocity y_m(r) is the field at r of a source at element m: around the transmitter, where nothing is but
-    air, it solves ∇²y + k²y = 0. Of waves from all sides alike, such fields have the covariance sin(kd) / kd over a
-    distance d (Cook et al. 1955). Edges of shadows end a wave's validity; that is put into a length ℓ:
+    air, it solves ∇²y + k²y = 0 and is a sum of plane waves. If the waves from direction u_j bring the share s_j of
+    the power and have random phases, if a wave is valid over a length ℓ (edges of shadows, curvature), and the place
+    changes over T spectra while it is measured (people, doors, the tag's attitude), two responses have the covariance
 
-        κ(d) = sin(kd) / kd · e^(−d/ℓ),   y(r) = Σ_i w_i y_i,   w = (K + ν I)⁻¹ κ(r)
+        κ(Δ, τ) = Σ_j s_j e^{jk u_j·Δ} · e^(−|Δ|/ℓ − τ/T),   y(r) = κ(r)ᴴ (K + ν I)⁻¹ y_known
 
-    over the nearest known positions i. The length ℓ and the nugget ν (the share of the variance that is noise) are
-    those of highest likelihood (Vecchia 1988). Nothing else is learned.
+    over the nearest known positions. Δ is the difference of two positions, τ how many spectra were recorded between
+    them, in the dataset's order. When an asked position would have been recorded is not known; it is taken to lie on
+    the way from one known position to the next, on the likelier the nearer that passes (``lasting``).
 
-    Pictures without responses are interpolated themselves, about their mean, under κ², the covariance of the power
+    The shares s_j, the length ℓ, the drift T and the nugget ν (the share of the variance that is noise) are those of
+    highest likelihood (Vecchia 1988), the shares pulled a little towards waves from all sides alike, for which the sum
+    is sin(k|Δ|) / k|Δ| (Cook et al. 1955). In a simulated place T is found so large that it means nothing.
+
+    Pictures without responses are interpolated themselves, about their mean, under |κ|², the covariance of the power
     |y|² of a Gaussian field (Reed 1962).
 
     Args:
@@ -50,10 +76,14 @@ class HelmholtzField(SpectrumModel):
     """
 
     places: Tensor
+    times: Tensor
     values: Tensor
     mean: Tensor
     wavelength: Tensor
+    directions: Tensor
+    shares: Tensor
     length: Tensor
+    drift: Tensor
     nugget: Tensor
 
     def __init__(self, region: Float[np.ndarray, "2 3"], array: PlanarArray):
@@ -61,9 +91,12 @@ class HelmholtzField(SpectrumModel):
         self.beamformer = Beamformer(array)
         self._responses = 2 * array.elements
         self.register_buffer("places", torch.zeros(0, 3))
+        self.register_buffer("times", torch.zeros(0))
         self.register_buffer("values", torch.zeros(0, self._responses))
         self.register_buffer("mean", torch.zeros(self._responses))
-        for name in ("wavelength", "length", "nugget"):
+        self.register_buffer("directions", _all_sides(DIRECTIONS), persistent=False)
+        self.register_buffer("shares", torch.full((DIRECTIONS,), 1 / DIRECTIONS))
+        for name in ("wavelength", "length", "drift", "nugget"):
             self.register_buffer(name, torch.ones(()))
 
     @property
@@ -78,7 +111,9 @@ class HelmholtzField(SpectrumModel):
             dataset: its responses where it has them, else its pictures.
             known: indices of the spectra to interpolate.
         """
+        known = np.sort(known)
         self.places = torch.from_numpy(dataset.positions[known]).float()
+        self.times = torch.from_numpy(known).float()
         self.wavelength = torch.tensor(dataset.wavelength).float()
         if dataset.channels is not None:
             channels = torch.from_numpy(dataset.channels[known])
@@ -89,61 +124,119 @@ class HelmholtzField(SpectrumModel):
             self.mean = self.values.float().mean(dim=0)
 
     def fit(self) -> None:
-        """Find the likeliest ℓ and ν.
+        """Find the likeliest s, ℓ, T and ν.
 
         Vecchia's likelihood: the known positions in a random order, each given the nearest of those before it, so
         that the first ones tell of large distances and the last ones of small. The variance is profiled out.
         """
         if len(self.places) < 2:
-            return  # one spectrum tells neither
+            return  # one spectrum tells nothing
         order = torch.randperm(len(self.places), generator=torch.Generator().manual_seed(0))
         rank = torch.from_numpy(evenly(np.arange(1, len(order)), FITTED_ON))
-        distance = _distance(self.places[order[rank]], self.places[order])
+        one = order[rank]
+        distance = _distance(self.places[one], self.places[order])
         distance[torch.arange(len(order)) >= rank[:, None]] = torch.inf
         distance, near = distance.topk(min(NEIGHBOURS, len(order) - 1), largest=False)
-        group = torch.cat([order[rank, None], order[near]], dim=1)
-        products = torch.stack([self._products(members) for members in group])
-        places = self.places[group].double()
+        near = order[near]
+        centre, others = self.places[one][:, None].double(), self.places[near].double()
         nowhere = FAR * torch.arange(1, near.shape[1] + 1).double()[None, :, None]
-        places[:, 1:] = torch.where(distance.isinf()[..., None], nowhere, places[:, 1:])
-        among = _distance(places, places)
+        others = torch.where(distance.isinf()[..., None], nowhere, others)
+        among, since = (
+            _distance(self.times[near][..., None], at[..., None]) for at in (self.times[near], self.times[one][:, None])
+        )
+        products = torch.stack([self._products(*members) for members in zip(one, near, strict=True)])
 
-        def cost(parameters: np.ndarray) -> float:
-            length, nugget = np.exp(parameters)
-            covariance = self._covariance(among, length)
-            covariance.diagonal(dim1=-2, dim2=-1).add_(nugget)
-            root = torch.linalg.cholesky(covariance[:, 1:, 1:])
-            weights = torch.cholesky_solve(covariance[:, 1:, :1], root)
+        def cost(parameters: np.ndarray) -> tuple[float, np.ndarray]:
+            leaf = torch.from_numpy(parameters).requires_grad_()
+            shares, (length, drift, nugget) = leaf[:-3].softmax(dim=0), leaf[-3:].exp()
+            covariance = self._covariance(others, others, torch.exp(-among / drift), shares, length)
+            covariance = covariance + nugget * torch.eye(covariance.shape[-1])
+            towards = self._covariance(others, centre, torch.exp(-since / drift), shares, length)[..., :1]
+            weights = torch.cholesky_solve(towards, torch.linalg.cholesky(covariance))
             residual = torch.cat([torch.ones_like(weights[:, :1]), -weights], dim=1)
             error = (residual.mT @ products @ residual).squeeze()
-            variance = (covariance[:, :1] @ residual).squeeze()
-            return float((error / variance).mean().log() + variance.log().mean())
+            variance = 1 + nugget - (weights * towards).sum(dim=(1, 2))
+            unlikeliness = (error / variance).mean().log() + variance.log().mean()
+            value = unlikeliness - EVENNESS * shares.log().mean()
+            (gradient,) = torch.autograd.grad(value, leaf)
+            return float(value.detach()), gradient.numpy()
 
-        start = np.log([float(self.wavelength), 1e-2])
-        bounds = [tuple(start[0] + np.log([0.01, 100.0])), (np.log(NUGGET_LEAST), 0.0)]
-        found = minimize(cost, start, method="Nelder-Mead", bounds=bounds, options={"xatol": 0.02, "fatol": 1e-4})
-        length, nugget = np.exp(found.x)
-        self.length, self.nugget = torch.tensor(length).float(), torch.tensor(nugget).float()
+        start = np.append(np.zeros(DIRECTIONS), np.log([10 * float(self.wavelength), 100 * len(order), 0.1]))
+        bounds = [(-10.0, 10.0)] * DIRECTIONS
+        bounds += [tuple(start[-3] + np.log([0.001, 10.0])), (0.0, np.log(DRIFT_MOST)), (np.log(NUGGET_LEAST), 0.0)]
+        found = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": ITERATIONS})
+        self.shares = torch.from_numpy(found.x[:-3]).softmax(dim=0).float()
+        self.length, self.drift, self.nugget = torch.from_numpy(np.exp(found.x[-3:])).float()
 
-    def _products(self, members: Tensor) -> Float[Tensor, "N N"]:
-        """Mean products of the members' values, as the likelihood needs them."""
+    def _rows(self, members: Int[Tensor, "*b n"]) -> Float[Tensor, "*b N C"]:
+        """What is weighted: the members' values about their mean; of responses y then also those of −jy.
+
+        A complex weight w of y, conjugated, is so a pair of real weights, Re w of y and Im w of −jy.
+        """
         values = self.values[members].float() - self.mean
-        return (values @ values.T).double() / values.shape[1]
+        if not self.has_responses:
+            return values
+        real, imaginary = values.unflatten(-1, (-1, 2)).unbind(-1)
+        return torch.cat([values, torch.stack([imaginary, -real], dim=-1).flatten(-2)], dim=-2)
 
-    def _covariance(self, distance: Tensor, length: Tensor | float) -> Tensor:
-        covariance = torch.sinc(2 * distance / self.wavelength) * torch.exp(-distance / length)
-        return covariance if self.has_responses else covariance**2
+    def _products(self, one: Int[Tensor, ""], near: Int[Tensor, " n"]) -> Float[Tensor, "N N"]:
+        """Mean products of one member's values with itself and its neighbours' rows, as the likelihood needs them."""
+        rows = torch.cat([self._rows(one[None])[:1], self._rows(near)])
+        return (rows @ rows.T).double() / rows.shape[1]
+
+    def _covariance(
+        self,
+        a: Float[Tensor, "*b n 3"],
+        b: Float[Tensor, "*b m 3"],
+        lasting: Float[Tensor, "*b n m"],
+        shares: Float[Tensor, " J"],
+        length: Float[Tensor, ""],
+    ) -> Float[Tensor, "*b N M"]:
+        """κ between the rows of places a and b, for pictures |κ|²; ``lasting`` is e^(−τ/T)."""
+        wavenumbers = 2 * torch.pi / self.wavelength * self.directions.to(a.dtype).T
+        phase_a, phase_b = a @ wavenumbers, b @ wavenumbers
+        cosine, sine = phase_b.cos().mT, phase_b.sin().mT
+        real = (shares * phase_a.cos()) @ cosine + (shares * phase_a.sin()) @ sine
+        imaginary = (shares * phase_a.sin()) @ cosine - (shares * phase_a.cos()) @ sine
+        lasting = lasting * torch.exp(-_distance(a, b) / length)
+        if not self.has_responses:
+            return (real.square() + imaginary.square()) * lasting.square()
+        real, imaginary = real * lasting, imaginary * lasting
+        return torch.cat([torch.cat([real, -imaginary], dim=-1), torch.cat([imaginary, real], dim=-1)], dim=-2)
+
+    def lasting(self, positions: Float[Tensor, "B 3"], near: Int[Tensor, "B n"]) -> Float[Tensor, "B n"]:
+        """Expected e^(−τ/T) between positions, whose times are not known, and known ones.
+
+        A position is on one of the legs from one known place to the next: the likelier the nearer it is to the leg's
+        straight line, about which the way strays as a normal distribution in three dimensions, and the longer the leg
+        took.
+        """
+        if len(self.places) < 2:
+            return torch.ones_like(near, dtype=positions.dtype)
+        legs, took = self.places.diff(dim=0), self.times.diff()
+        ahead = positions[:, None] - self.places[:-1]
+        share = ((ahead * legs).sum(dim=-1) / legs.square().sum(dim=-1).clamp_min(1e-12)).clamp(0, 1)
+        stray = STRAY * torch.linalg.vector_norm(legs, dim=-1) + STRAY_LEAST
+        off = torch.linalg.vector_norm(ahead - share[..., None] * legs, dim=-1) / stray
+        likely, leg = (took.log() - off.square() / 2 - 3 * stray.log()).topk(min(LEGS, len(legs)), dim=1)
+        times = self.times[leg] + share.gather(1, leg) * took[leg]
+        apart = (times[:, None, :] - self.times[near][:, :, None]).abs()
+        return (torch.exp(-apart / self.drift) * likely.softmax(dim=1)[:, None]).sum(dim=-1)
 
     def interpolated(self, positions: Float[Tensor, "B 3"]) -> tuple[Float[Tensor, "B C"], Float[Tensor, " B"]]:
         """Interpolated values, and the share of their variance that the known ones leave open, 0…1."""
-        distance, near = _distance(positions, self.places).topk(min(NEIGHBOURS, len(self.places)), largest=False)
-        around = self.places[near]
-        covariance = self._covariance(_distance(around, around), self.length)
-        covariance = covariance + self.nugget * torch.eye(near.shape[1], device=covariance.device)
-        towards = self._covariance(distance, self.length)
+        near = _distance(positions, self.places).topk(min(NEIGHBOURS, len(self.places)), largest=False).indices
+        around, times = (
+            self.places[near] - positions[:, None],
+            self.times[near][..., None],
+        )  # large coordinates cost digits
+        among, since = torch.exp(-_distance(times, times) / self.drift), self.lasting(positions, near)[..., None]
+        covariance = self._covariance(around, around, among, self.shares, self.length)
+        covariance = covariance + self.nugget * torch.eye(covariance.shape[-1], device=covariance.device)
+        asked = torch.zeros_like(around[:, :1])
+        towards = self._covariance(around, asked, since, self.shares, self.length)[..., 0]
         weights = _solve(covariance, towards)
-        known = self.values[near].float() - self.mean
-        values = (weights[:, None] @ known).squeeze(1) + self.mean
+        values = (weights[:, None] @ self._rows(near)).squeeze(1) + self.mean
         return values, (1 - (weights * towards).sum(dim=-1)).clamp(0, 1)
 
     def channels(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
@@ -159,24 +252,35 @@ class HelmholtzField(SpectrumModel):
 
     def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
         """As of every module; what is kept has the shape it has in the file."""
-        for name in ("places", "values", "mean"):
+        for name in ("places", "times", "values", "mean"):
             if name in state_dict:
                 setattr(self, name, torch.empty_like(state_dict[name]))
         return super().load_state_dict(state_dict, strict, assign)
 
 
-def _distance(a: Float[Tensor, "*b n 3"], b: Float[Tensor, "*b m 3"]) -> Float[Tensor, "*b n m"]:
+def _distance(a: Float[Tensor, "*b n d"], b: Float[Tensor, "*b m d"]) -> Float[Tensor, "*b n m"]:
     # By differences: torch.cdist's faster way is exact to millimetres only.
     return torch.linalg.vector_norm(a[..., :, None, :] - b[..., None, :, :], dim=-1)
+
+
+def _all_sides(count: int) -> Float[Tensor, "count 3"]:
+    # A spiral of Fibonacci's: every direction stands for the same solid angle.
+    index = torch.arange(count) + 0.5
+    z, azimuth = 1 - 2 * index / count, torch.pi * (1 + 5**0.5) * index
+    across = (1 - z.square()).sqrt()
+    return torch.stack([across * azimuth.cos(), across * azimuth.sin(), z], dim=-1)
 
 
 def _solve(matrix: Float[Tensor, "B N N"], right: Float[Tensor, "B N"]) -> Float[Tensor, "B N"]:
     if not torch.compiler.is_exporting():
         return torch.linalg.solve(matrix, right)
+
     # ONNX has no solver: Gauss-Jordan elimination, which needs no pivots where the matrix is positive definite.
+    def eliminate(rows: Tensor, unit: Tensor) -> tuple[Tensor, Tensor]:
+        pivot = (rows * unit[:, None]).sum(dim=1, keepdim=True)
+        column = (rows[..., :-1] * unit).sum(dim=-1, keepdim=True)
+        pivot = pivot / (pivot[..., :-1] * unit).sum(dim=-1, keepdim=True)
+        return torch.where(unit[:, None] > 0, pivot, rows - column * pivot), unit.sum()
+
     rows = torch.cat([matrix, right[..., None]], dim=-1)
-    for k in range(matrix.shape[-1]):
-        pivot = rows[:, k : k + 1] / rows[:, k : k + 1, k : k + 1]
-        others = rows - rows[:, :, k : k + 1] * pivot
-        rows = torch.cat([others[:, :k], pivot, others[:, k + 1 :]], dim=1)
-    return rows[..., -1]
+    return scan(eliminate, rows, torch.eye(matrix.shape[-1]))[0][..., -1]

@@ -45,7 +45,8 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
     most folders' own files) put a test position's neighbours in time into the training part, ``blocked`` does not.
 
     The validation part is 10 % of the training part, whole runs of ten where the split is ``blocked``. Of a training
-    part cut to ``train_size``, a smaller one is part of every larger one, and the test part stays.
+    part cut to ``train_size``, a smaller one is part of every larger one; the validation part is cut in proportion,
+    since baselines copy from it too; the test part stays.
 
     Raises:
         InputError: too few spectra for three parts, or fewer to train on than ``train_size``.
@@ -67,12 +68,14 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
     units = np.unique(unit)
     chosen = generator.permutation(units)[: max(1, round(VALIDATION_FRACTION * len(units)))]
     in_validation = np.isin(unit, chosen)
-    train = known[~in_validation]
+    train, validation = known[~in_validation], known[in_validation]
     if train_size is not None:
         if train_size > len(train):
             raise InputError(f"{dataset.folder}: expected {train_size} spectra to train on, found {len(train)}")
+        share = train_size / len(train)
         train = np.sort(generator.permutation(train)[:train_size])
-    result = Split(train=train, validation=known[in_validation], test=test)
+        validation = np.sort(generator.permutation(validation)[: max(1, round(share * len(validation)))])
+    result = Split(train=train, validation=validation, test=test)
     if not (len(result.train) and len(result.test)):
         raise InputError(
             f"{dataset.folder}: expected enough spectra for a {kind} split into training, validation and test, "

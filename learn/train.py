@@ -176,7 +176,7 @@ def fit_in_closed_form(model: HelmholtzField, dataset: Dataset, parts: Split, fo
     """Fit and validate on the training part; what is kept has the validation part too, as every interpolation."""
     began = time.perf_counter()
     model.keep(dataset, parts.train)
-    with Console(stderr=True).status("fitting length and nugget"):
+    with Console(stderr=True).status("fitting the law of the field"):
         model.fit()
     some = evenly(parts.validation, Spectra.VALIDATED)
     validation_ssim = 0.0

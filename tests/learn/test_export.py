@@ -8,7 +8,7 @@ import pytest
 import torch
 
 from learn.export import INPUT, OUTPUT, export
-from learn.helmholtz import HelmholtzField
+from learn.helmholtz import DIRECTIONS, HelmholtzField
 from learn.model import BiSplatWRF
 from learn.run import load_run
 from scenes.errors import InputError
@@ -27,6 +27,9 @@ def runs(finished_run, small, region, small_models):
     field = HelmholtzField(region, PlanarArray())
     generator = np.random.default_rng(0)
     field.places = torch.from_numpy(generator.uniform(0, 3, (80, 3))).float()
+    field.times = torch.arange(80).float()
+    field.drift = torch.tensor(40.0)
+    field.shares = torch.rand(DIRECTIONS).softmax(dim=0)
     field.values = torch.from_numpy(generator.standard_normal((80, 32))).float()
     field.nugget = torch.tensor(0.01)
     return {

@@ -81,3 +81,13 @@ def test_too_few_spectra_are_refused_with_their_number(kind, count):
     dataset = make(5, [0], [1, 2, 3, 4]) if (kind, count) == ("files", 5) else make(count)
     with pytest.raises(InputError, match=f"folder: expected enough spectra for a {kind} split .* found {count}"):
         split(dataset, kind, seed=0)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_cut_training_part_leaves_baselines_no_more_to_copy_from(kind):
+    whole, less, least = (split(make(1600), kind, seed=1, train_size=size) for size in (None, 400, 100))
+    assert len(less.train) == 400 and len(least.train) == 100
+    assert set(least.train) <= set(less.train) <= set(whole.train)
+    assert len(least.known) == pytest.approx(100 / 0.9, abs=2)
+    assert set(least.validation) <= set(less.validation) <= set(whole.validation)
+    np.testing.assert_array_equal(least.test, whole.test)
