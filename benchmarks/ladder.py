@@ -3,7 +3,7 @@
 python benchmarks/ladder.py MEASURED SIMULATED --json
 
 Nothing is drawn at random and nothing is chosen by looking at the test part: the parameters of a law are the likeliest
-ones given the known part.
+ones given the known part. Of pictures the first three laws are taken as they are, the others squared, as of a power.
 """
 
 from __future__ import annotations
@@ -39,52 +39,52 @@ FEWER = 1000, 200, 50
 class SquaredExponential(HelmholtzField):
     """The covariance everyone begins with; the base of laws that know only the distance."""
 
-    def _covariance(self, a, b, lasting, shares, length):
+    def _covariance(self, a, b, faded, shares, length):
         distance = torch.linalg.vector_norm(a[..., :, None, :] - b[..., None, :, :], dim=-1)
-        law = self._law(distance, lasting, length)
+        law = self._law(distance, faded, length)
         if not self.has_responses:
             return law
         zero = torch.zeros_like(law)
         return torch.cat([torch.cat([law, zero], dim=-1), torch.cat([zero, law], dim=-1)], dim=-2)
 
-    def _law(self, distance, lasting, length):
+    def _law(self, distance, faded, length):
         return torch.exp(-((distance / length) ** 2) / 2)
 
 
 class Exponential(SquaredExponential):
     """Edges alone: no wave."""
 
-    def _law(self, distance, lasting, length):
+    def _law(self, distance, faded, length):
         return torch.exp(-distance / length)
 
 
 class Waves(SquaredExponential):
     """Waves alone, of a learned bandwidth: no edges."""
 
-    def _law(self, distance, lasting, length):
+    def _law(self, distance, faded, length):
         return torch.sinc(2 * distance / length)
 
 
 class WavesAndEdges(SquaredExponential):
     """Waves from all sides alike, and edges."""
 
-    def _law(self, distance, lasting, length):
-        covariance = torch.sinc(2 * distance / self.wavelength) * torch.exp(-distance / length)
-        return covariance if self.has_responses else covariance**2
+    def _law(self, distance, faded, length):
+        waves = torch.sinc(2 * distance / self.wavelength)
+        return (waves if self.has_responses else waves**2) * self._faded(distance, length)
 
 
 class WavesEdgesAndDrift(WavesAndEdges):
     """The same in a place that changes."""
 
-    def _law(self, distance, lasting, length):
-        return super()._law(distance, lasting, length) * (lasting if self.has_responses else lasting**2)
+    def _law(self, distance, faded, length):
+        return super()._law(distance, faded, length) * faded
 
 
 class Sides(HelmholtzField):
     """``helmholtz`` in a place that does not change."""
 
-    def _covariance(self, a, b, lasting, shares, length):
-        return super()._covariance(a, b, torch.ones_like(lasting), shares, length)
+    def _covariance(self, a, b, faded, shares, length):
+        return super()._covariance(a, b, torch.ones_like(faded), shares, length)
 
 
 LADDER: dict[str, type[HelmholtzField]] = {

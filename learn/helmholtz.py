@@ -10,7 +10,6 @@ import torch
 from jaxtyping import Float, Int
 from scipy.optimize import minimize
 from torch import Tensor
-from torch._higher_order_ops.scan import scan
 
 from learn.spectrum_model import Beamformer, SpectrumModel
 from learn.splits import evenly
@@ -30,7 +29,7 @@ DIRECTIONS = 100
 """Waves a field is made of, evenly over the sphere."""
 
 EVENNESS = 0.03
-"""Pull towards waves from all sides alike, per term of the likelihood: a few spectra do not tell all directions."""
+"""Pull towards waves from all sides alike, beside the likelihood's mean: what spectra do not tell of stays even."""
 
 ITERATIONS = 60
 """At most, of the search for the likeliest law."""
@@ -39,7 +38,7 @@ STRAY, STRAY_LEAST = 0.2, 1e-3
 """How far the way from one known position to the next strays from the straight line: a share of its length, and metres.
 """
 
-LEGS = 16
+LEGS = 64
 """Likeliest parts of the way that an asked position is put on."""
 
 DRIFT_MOST = 1e9
@@ -61,7 +60,7 @@ class HelmholtzField(SpectrumModel):
 
     over the nearest known positions. Δ is the difference of two positions, τ how many spectra were recorded between
     them, in the dataset's order. When an asked position would have been recorded is not known; it is taken to lie on
-    the way from one known position to the next, on the likelier the nearer that passes (``lasting``).
+    the way from one known position to the next, on the likelier the nearer that passes (``expected_fading``).
 
     The shares s_j, the length ℓ, the drift T and the nugget ν (the share of the variance that is noise) are those of
     highest likelihood (Vecchia 1988), the shares pulled a little towards waves from all sides alike, for which the sum
@@ -111,7 +110,7 @@ class HelmholtzField(SpectrumModel):
             dataset: its responses where it has them, else its pictures.
             known: indices of the spectra to interpolate.
         """
-        known = np.sort(known)
+        known = np.unique(known)
         self.places = torch.from_numpy(dataset.positions[known]).float()
         self.times = torch.from_numpy(known).float()
         self.wavelength = torch.tensor(dataset.wavelength).float()
@@ -121,7 +120,7 @@ class HelmholtzField(SpectrumModel):
             self.mean = torch.zeros(self._responses)
         else:
             self.values = torch.from_numpy(dataset.pictures[known]).flatten(1)
-            self.mean = self.values.float().mean(dim=0)
+            self.mean = torch.from_numpy(dataset.pictures[known].mean(axis=0, dtype=np.float64).ravel()).float()
 
     def fit(self) -> None:
         """Find the likeliest s, ℓ, T and ν.
@@ -141,17 +140,19 @@ class HelmholtzField(SpectrumModel):
         centre, others = self.places[one][:, None].double(), self.places[near].double()
         nowhere = FAR * torch.arange(1, near.shape[1] + 1).double()[None, :, None]
         others = torch.where(distance.isinf()[..., None], nowhere, others)
-        among, since = (
-            _distance(self.times[near][..., None], at[..., None]) for at in (self.times[near], self.times[one][:, None])
-        )
+        times = self.times[near][..., None].double()
+        among, since = _distance(times, times), _distance(times, self.times[one][:, None, None].double())
         products = torch.stack([self._products(*members) for members in zip(one, near, strict=True)])
+
+        if not products.any():
+            return  # all spectra are the same
 
         def cost(parameters: np.ndarray) -> tuple[float, np.ndarray]:
             leaf = torch.from_numpy(parameters).requires_grad_()
             shares, (length, drift, nugget) = leaf[:-3].softmax(dim=0), leaf[-3:].exp()
-            covariance = self._covariance(others, others, torch.exp(-among / drift), shares, length)
+            covariance = self._covariance(others, others, self._faded(among, drift), shares, length)
             covariance = covariance + nugget * torch.eye(covariance.shape[-1])
-            towards = self._covariance(others, centre, torch.exp(-since / drift), shares, length)[..., :1]
+            towards = self._covariance(others, centre, self._faded(since, drift), shares, length)[..., :1]
             weights = torch.cholesky_solve(towards, torch.linalg.cholesky(covariance))
             residual = torch.cat([torch.ones_like(weights[:, :1]), -weights], dim=1)
             error = (residual.mT @ products @ residual).squeeze()
@@ -188,24 +189,28 @@ class HelmholtzField(SpectrumModel):
         self,
         a: Float[Tensor, "*b n 3"],
         b: Float[Tensor, "*b m 3"],
-        lasting: Float[Tensor, "*b n m"],
+        faded: Float[Tensor, "*b n m"],
         shares: Float[Tensor, " J"],
         length: Float[Tensor, ""],
     ) -> Float[Tensor, "*b N M"]:
-        """κ between the rows of places a and b, for pictures |κ|²; ``lasting`` is e^(−τ/T)."""
+        """κ between the rows of places a and b, for pictures |κ|²; ``faded`` is as ``_faded`` gives it."""
         wavenumbers = 2 * torch.pi / self.wavelength * self.directions.to(a.dtype).T
         phase_a, phase_b = a @ wavenumbers, b @ wavenumbers
         cosine, sine = phase_b.cos().mT, phase_b.sin().mT
         real = (shares * phase_a.cos()) @ cosine + (shares * phase_a.sin()) @ sine
         imaginary = (shares * phase_a.sin()) @ cosine - (shares * phase_a.cos()) @ sine
-        lasting = lasting * torch.exp(-_distance(a, b) / length)
+        faded = faded * self._faded(_distance(a, b), length)
         if not self.has_responses:
-            return (real.square() + imaginary.square()) * lasting.square()
-        real, imaginary = real * lasting, imaginary * lasting
+            return (real.square() + imaginary.square()) * faded
+        real, imaginary = real * faded, imaginary * faded
         return torch.cat([torch.cat([real, -imaginary], dim=-1), torch.cat([imaginary, real], dim=-1)], dim=-2)
 
-    def lasting(self, positions: Float[Tensor, "B 3"], near: Int[Tensor, "B n"]) -> Float[Tensor, "B n"]:
-        """Expected e^(−τ/T) between positions, whose times are not known, and known ones.
+    def _faded(self, apart: Tensor, scale: Tensor) -> Tensor:
+        """What a separation in space or time leaves of κ, for pictures of |κ|²."""
+        return torch.exp(-apart / scale * (1 if self.has_responses else 2))
+
+    def expected_fading(self, positions: Float[Tensor, "B 3"], near: Int[Tensor, "B n"]) -> Float[Tensor, "B n"]:
+        """What drift leaves of κ (for pictures of |κ|²) between positions, whose times are not known, and known ones.
 
         A position is on one of the legs from one known place to the next: the likelier the nearer it is to the leg's
         straight line, about which the way strays as a normal distribution in three dimensions, and the longer the leg
@@ -216,21 +221,25 @@ class HelmholtzField(SpectrumModel):
         legs, took = self.places.diff(dim=0), self.times.diff()
         ahead = positions[:, None] - self.places[:-1]
         share = ((ahead * legs).sum(dim=-1) / legs.square().sum(dim=-1).clamp_min(1e-12)).clamp(0, 1)
-        stray = STRAY * torch.linalg.vector_norm(legs, dim=-1) + STRAY_LEAST
+        long = torch.linalg.vector_norm(legs, dim=-1)
+        stray = STRAY * long + STRAY_LEAST
+        # Of a cylinder around the leg and the halves of a ball at its ends.
+        room = 2 * torch.pi * long * stray**2 + (2 * torch.pi) ** 1.5 * stray**3
         off = torch.linalg.vector_norm(ahead - share[..., None] * legs, dim=-1) / stray
-        likely, leg = (took.log() - off.square() / 2 - 3 * stray.log()).topk(min(LEGS, len(legs)), dim=1)
+        likely, leg = (took.log() - off.square() / 2 - room.log()).topk(min(LEGS, len(legs)), dim=1)
         times = self.times[leg] + share.gather(1, leg) * took[leg]
         apart = (times[:, None, :] - self.times[near][:, :, None]).abs()
-        return (torch.exp(-apart / self.drift) * likely.softmax(dim=1)[:, None]).sum(dim=-1)
+        return (self._faded(apart, self.drift) * likely.softmax(dim=1)[:, None]).sum(dim=-1)
 
     def interpolated(self, positions: Float[Tensor, "B 3"]) -> tuple[Float[Tensor, "B C"], Float[Tensor, " B"]]:
         """Interpolated values, and the share of their variance that the known ones leave open, 0…1."""
         near = _distance(positions, self.places).topk(min(NEIGHBOURS, len(self.places)), largest=False).indices
-        around, times = (
-            self.places[near] - positions[:, None],
-            self.times[near][..., None],
-        )  # large coordinates cost digits
-        among, since = torch.exp(-_distance(times, times) / self.drift), self.lasting(positions, near)[..., None]
+        around = self.places[near] - positions[:, None]  # as seen from there: large coordinates cost digits
+        times = self.times[near][..., None]
+        among, since = (
+            self._faded(_distance(times, times), self.drift),
+            self.expected_fading(positions, near)[..., None],
+        )
         covariance = self._covariance(around, around, among, self.shares, self.length)
         covariance = covariance + self.nugget * torch.eye(covariance.shape[-1], device=covariance.device)
         asked = torch.zeros_like(around[:, :1])
@@ -275,6 +284,8 @@ def _solve(matrix: Float[Tensor, "B N N"], right: Float[Tensor, "B N"]) -> Float
     if not torch.compiler.is_exporting():
         return torch.linalg.solve(matrix, right)
 
+    from torch._higher_order_ops.scan import scan
+
     # ONNX has no solver: Gauss-Jordan elimination, which needs no pivots where the matrix is positive definite.
     def eliminate(rows: Tensor, unit: Tensor) -> tuple[Tensor, Tensor]:
         pivot = (rows * unit[:, None]).sum(dim=1, keepdim=True)
@@ -283,4 +294,4 @@ def _solve(matrix: Float[Tensor, "B N N"], right: Float[Tensor, "B N"]) -> Float
         return torch.where(unit[:, None] > 0, pivot, rows - column * pivot), unit.sum()
 
     rows = torch.cat([matrix, right[..., None]], dim=-1)
-    return scan(eliminate, rows, torch.eye(matrix.shape[-1]))[0][..., -1]
+    return scan(eliminate, rows, torch.eye(matrix.shape[-1], device=matrix.device))[0][..., -1]
