@@ -6,8 +6,10 @@ import numpy as np
 import pytest
 
 from learn.baselines import inverse_distance, mean_picture, nearest
+from learn.helmholtz import HelmholtzField
 from learn.leakage import leakage
 from learn.metrics import ssim
+from learn.run import in_batches
 from learn.splits import split
 from simulate.dataset import read_dataset
 
@@ -49,3 +51,16 @@ def test_whole_folder_is_read(rfid):
     assert rfid.pictures.shape == (160, 90, 360)
     assert len(rfid.train) == 128 and len(rfid.test) == 32
     assert rfid.channels is None and rfid.metadata == {}
+
+
+@pytest.mark.parametrize(
+    ("kind", "baseline", "ahead"), [("files", nearest, 0.002), ("blocked", inverse_distance, 0.025)]
+)
+def test_helmholtz_is_ahead_of_copying_and_sees_the_place_change(rfid, kind, baseline, ahead):
+    parts = split(rfid, kind, seed=0)
+    field = HelmholtzField(np.zeros((2, 3)), rfid.array)
+    field.keep(rfid, parts.known)
+    field.fit()
+    found = np.median(ssim(in_batches(field, rfid.positions[parts.test]), rfid.pictures[parts.test] / np.float32(255)))
+    assert found > median_ssim(rfid, kind, baseline) + ahead
+    assert float(field.drift) < len(rfid.names)
