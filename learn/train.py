@@ -173,10 +173,11 @@ def train(config: Config, folder: Path, devices: int = 1, nodes: int = 1) -> Non
 
 
 def fit_in_closed_form(model: HelmholtzField, dataset: Dataset, parts: Split, folder: Path) -> None:
-    """Fit and validate on the training part; what is kept has the validation part too, as every interpolation."""
+    """Fit and validate on the training part, then fit on the validation part too, as every interpolation does."""
     began = time.perf_counter()
     model.keep(dataset, parts.train)
-    with Console(stderr=True).status("fitting the law of the field"):
+    status = Console(stderr=True).status("fitting the law of the field")
+    with status:
         model.fit()
     some = evenly(parts.validation, Spectra.VALIDATED)
     validation_ssim = 0.0
@@ -184,6 +185,8 @@ def fit_in_closed_form(model: HelmholtzField, dataset: Dataset, parts: Split, fo
         prediction = in_batches(model, dataset.positions[some])
         validation_ssim = float(np.median(ssim(prediction, dataset.pictures[some] / np.float32(255))))
     model.keep(dataset, parts.known)
+    with status:
+        model.fit()
     write_training(folder, 0, time.perf_counter() - began, validation_ssim)
     save_weights(folder, model)
 
