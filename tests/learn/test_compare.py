@@ -196,14 +196,3 @@ def test_sweep_also_goes_on_from_a_finished_run(finished_run, tiny, tmp_path, ro
     sweep(tiny, tmp_path / "out", ("nearest",), (10,), "files", INSTANT, 1, finished_run)
     label = f"bisplat-aperture from {finished_run.name}"
     assert [row["label"] for row in rows(tmp_path / "out")] == ["nearest", label]
-
-
-@pytest.mark.parametrize("kind", ["files", "random", "blocked"])
-def test_smaller_training_part_is_part_of_the_larger(write_folder, tmp_path, kind):
-    dataset = read_dataset(write_folder(tmp_path / "data", count=80))
-    whole, *parts = (split(dataset, kind, 2, size) for size in (None, 30, 12))
-    assert [len(part.train) for part in parts] == [30, 12]
-    assert set(parts[1].train) < set(parts[0].train) < set(whole.train)
-    for part in parts:
-        np.testing.assert_array_equal(part.test, whole.test)
-        np.testing.assert_array_equal(part.validation, whole.validation)
