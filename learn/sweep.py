@@ -66,5 +66,5 @@ def draw(table: dict[tuple[str, int], dict[str, float]], path: Path) -> None:
         axis.errorbar(sizes, values, yerr=spreads, fmt="o-", capsize=3, label=label)
     axis.set(xscale="log", xlabel="training spectra", ylabel="median SSIM on the same test part")
     axis.grid(which="both", alpha=0.3)
-    axis.legend()
+    figure.legend(loc="outside upper center", ncols=2)
     save(figure, path)
