@@ -31,7 +31,6 @@ from simulate.dataset import Dataset, read_dataset
 MOST_TESTED = 300
 """Test spectra of a simulated dataset that are looked at, evenly spread."""
 
-
 FEWER = 1000, 200, 50
 """Known spectra of the simulated dataset in further tables."""
 
@@ -125,8 +124,7 @@ def predicted(
 ) -> np.ndarray:
     """Pictures [K, 90, 360] at positions [K, 3]."""
     field = law(np.zeros((2, 3)), dataset.array)
-    field.keep(dataset, known)
-    field.fit()
+    field.fit(dataset, known)
     return in_batches(field, positions)
 
 

@@ -65,8 +65,7 @@ def changes(dataset: Dataset) -> dict[str, str]:
 def law(dataset: Dataset, kind: SplitKind) -> str:
     """What ``helmholtz`` finds most likely of the known spectra."""
     field = HelmholtzField(np.zeros((2, 3)), dataset.array)
-    field.keep(dataset, split(dataset, kind, 0).known)
-    field.fit()
+    field.fit(dataset, split(dataset, kind, 0).known)
     drift = "no drift" if field.drift > 10 * len(dataset.names) else f"drift within {float(field.drift):.0f} spectra"
     return f"length {float(field.length):.2f} m, {drift}, nugget {float(field.nugget):.1e}"
 

@@ -103,14 +103,18 @@ class HelmholtzField(SpectrumModel):
         """Whether it interpolates element responses; else pictures."""
         return self.values.shape[1] == self._responses
 
-    def keep(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
-        """What to interpolate.
+    def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
+        """Keep the known spectra, to interpolate them, and find the likeliest s, ℓ, T and ν.
 
         Args:
             dataset: its responses where it has them, else its pictures.
             known: indices of the spectra to interpolate.
         """
-        known = np.unique(known)
+        self._keep(dataset, np.unique(known))
+        if len(self.places) > 1:  # one spectrum tells nothing
+            self._find_law()
+
+    def _keep(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
         self.places = torch.from_numpy(dataset.positions[known]).float()
         self.times = torch.from_numpy(known).float()
         self.wavelength = torch.tensor(dataset.wavelength).float()
@@ -122,14 +126,9 @@ class HelmholtzField(SpectrumModel):
             self.values = torch.from_numpy(dataset.pictures[known]).flatten(1)
             self.mean = torch.from_numpy(dataset.pictures[known].mean(axis=0, dtype=np.float64).ravel()).float()
 
-    def fit(self) -> None:
-        """Find the likeliest s, ℓ, T and ν.
-
-        Vecchia's likelihood: the known positions in a random order, each given the nearest of those before it, so
-        that the first ones tell of large distances and the last ones of small. The variance is profiled out.
-        """
-        if len(self.places) < 2:
-            return  # one spectrum tells nothing
+    def _find_law(self) -> None:
+        # Vecchia's likelihood: the known positions in a random order, each given the nearest of those before it, so
+        # that the first ones tell of large distances and the last ones of small. The variance is profiled out.
         order = torch.randperm(len(self.places), generator=torch.Generator().manual_seed(0))
         rank = torch.from_numpy(evenly(np.arange(1, len(order)), FITTED_ON))
         one = order[rank]
@@ -236,10 +235,8 @@ class HelmholtzField(SpectrumModel):
         near = _distance(positions, self.places).topk(min(NEIGHBOURS, len(self.places)), largest=False).indices
         around = self.places[near] - positions[:, None]  # as seen from there: large coordinates cost digits
         times = self.times[near][..., None]
-        among, since = (
-            self._faded(_distance(times, times), self.drift),
-            self.expected_fading(positions, near)[..., None],
-        )
+        among = self._faded(_distance(times, times), self.drift)
+        since = self.expected_fading(positions, near)[..., None]
         covariance = self._covariance(around, around, among, self.shares, self.length)
         covariance = covariance + self.nugget * torch.eye(covariance.shape[-1], device=covariance.device)
         asked = torch.zeros_like(around[:, :1])

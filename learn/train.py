@@ -175,18 +175,16 @@ def train(config: Config, folder: Path, devices: int = 1, nodes: int = 1) -> Non
 def fit_in_closed_form(model: HelmholtzField, dataset: Dataset, parts: Split, folder: Path) -> None:
     """Fit and validate on the training part, then fit on the validation part too, as every interpolation does."""
     began = time.perf_counter()
-    model.keep(dataset, parts.train)
     status = Console(stderr=True).status("fitting the law of the field")
     with status:
-        model.fit()
+        model.fit(dataset, parts.train)
     some = evenly(parts.validation, Spectra.VALIDATED)
     validation_ssim = 0.0
     if len(some):
         prediction = in_batches(model, dataset.positions[some])
         validation_ssim = float(np.median(ssim(prediction, dataset.pictures[some] / np.float32(255))))
-    model.keep(dataset, parts.known)
     with status:
-        model.fit()
+        model.fit(dataset, parts.known)
     write_training(folder, 0, time.perf_counter() - began, validation_ssim)
     save_weights(folder, model)
 

@@ -48,8 +48,7 @@ def dataset_of(positions: np.ndarray, channels: np.ndarray, keep_channels: bool 
 
 def fitted(dataset: Dataset, known: np.ndarray) -> HelmholtzField:
     field = HelmholtzField(np.zeros((2, 3)), ARRAY)
-    field.keep(dataset, known)
-    field.fit()
+    field.fit(dataset, known)
     return field
 
 

@@ -59,8 +59,7 @@ def test_whole_folder_is_read(rfid):
 def test_helmholtz_is_ahead_of_copying_and_sees_the_place_change(rfid, kind, baseline, ahead):
     parts = split(rfid, kind, seed=0)
     field = HelmholtzField(np.zeros((2, 3)), rfid.array)
-    field.keep(rfid, parts.known)
-    field.fit()
+    field.fit(rfid, parts.known)
     found = np.median(ssim(in_batches(field, rfid.positions[parts.test]), rfid.pictures[parts.test] / np.float32(255)))
     assert found > median_ssim(rfid, kind, baseline) + ahead
     assert float(field.drift) < len(rfid.names)
