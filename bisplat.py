@@ -6,8 +6,8 @@ import sys
 
 import tyro
 
-from learn.command import check, crossvalidate, demo, evaluate, export, predict, train
-from learn.compare_command import ablate, compare, sweep
+from learn.commands import check, crossvalidate, demo, evaluate, export, predict, train
+from learn.comparison.commands import ablate, compare, sweep
 from learn.view.command import view
 from scenes.command import scene
 from scenes.errors import InputError

@@ -9,10 +9,6 @@ the planes it is reflected at.
 
 from __future__ import annotations
 
-import sys
-
-sys.path.pop(0)  # this folder, in which `simulate` is a benchmark and not the package
-
 import json
 from collections import defaultdict
 from typing import Annotated

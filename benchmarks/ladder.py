@@ -15,17 +15,15 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-sys.path.pop(0)  # this folder, whose simulate.py is not the package of that name
-
 import numpy as np
 import torch
 from rich.progress import track
 
-from learn.baselines import inverse_distance, nearest
-from learn.helmholtz import HelmholtzField
+from learn.baselines.neighbours import inverse_distance, nearest
 from learn.metrics import ssim
-from learn.run import in_batches
+from learn.models.helmholtz import HelmholtzField
 from learn.splits import BLOCK, EVERY, evenly, split
+from learn.training.run_folder import in_batches
 from simulate.dataset import Dataset, read_dataset
 
 MOST_TESTED = 300

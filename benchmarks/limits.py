@@ -10,16 +10,13 @@ from __future__ import annotations
 
 import argparse
 import json
-import sys
 from itertools import pairwise
 from pathlib import Path
 
-sys.path.pop(0)  # this folder, whose simulate.py is not the package of that name
-
 import numpy as np
 
-from learn.helmholtz import HelmholtzField
 from learn.metrics import ssim
+from learn.models.helmholtz import HelmholtzField
 from learn.splits import SplitKind, split
 from simulate.dataset import Dataset, read_dataset
 

@@ -8,10 +8,6 @@ simulated path is sampled at steps of the same median length, and both are binne
 
 from __future__ import annotations
 
-import sys
-
-sys.path.pop(0)  # this folder, in which `simulate` is a benchmark and not the package
-
 import json
 from itertools import pairwise
 from pathlib import Path

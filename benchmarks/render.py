@@ -20,8 +20,8 @@ from typing import Annotated, Any
 import torch
 import tyro
 
-from learn.splat import _conic, splat_reference
-from learn.splat_cpu import splat_cpu
+from learn.models.splat import _conic, splat_reference
+from learn.models.splat_cpu import splat_cpu
 
 RENDERERS: dict[str, Callable[..., torch.Tensor]] = {
     "reference": splat_reference,
@@ -96,7 +96,7 @@ def draw(path: Path) -> None:
         ("compiled for the CPU", splat_cpu, "cpu", (100, 300, 1000, 3000, 10000), (1, 2, 4, 8, 16, 32)),
     ]
     if torch.cuda.is_available():
-        from learn.splat_triton import splat_triton
+        from learn.models.splat_triton import splat_triton
 
         several.append(("Triton", splat_triton, "cuda", (100, 300, 1000, 3000, 10000), (1, 4, 16, 64, 256)))
     for name, renderer, device, counts, batches in several:
@@ -150,7 +150,7 @@ def main(
         "cores": os.cpu_count(),
     }
     if torch.cuda.is_available():
-        from learn.splat_triton import splat_triton
+        from learn.models.splat_triton import splat_triton
 
         many = attributes(512, primitives, "cuda")
         result["device"] = torch.cuda.get_device_name()

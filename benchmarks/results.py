@@ -9,16 +9,13 @@ import json
 import os
 import platform
 import shutil
-import sys
 import tomllib
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-sys.path.pop(0)  # this folder, whose simulate.py is not the package of that name
-
-from learn.experiment import summary
+from learn.comparison.experiment import summary
 from scenes.scene_yaml import BUILT_IN
 
 RUNS = Path("runs")

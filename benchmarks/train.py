@@ -2,7 +2,7 @@
 
 python benchmarks/train.py runs/demo/dataset --json
 
-As first written: the renderer eager (learn.splat.splat_reference), the loss's SSIM one spectrum at a time, AdamW
+As first written: the renderer eager (learn.models.splat.splat_reference), the loss's SSIM one spectrum at a time, AdamW
 parameter by parameter, no averaged weights, six octaves of the position instead of three. Data, seed, steps, batch and
 learning rate are the same.
 """
@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import json
 import os
-import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
@@ -28,15 +27,13 @@ from lightning.pytorch.callbacks import Callback
 from pytorch_msssim import ssim
 from tyro.conf import Positional
 
-sys.path.pop(0)  # this folder, whose simulate.py is not the package of that name
-
-import learn.spectrum_model
-import learn.splat
-import learn.train
-import learn.training
-from learn.encoding import TX_ORDER
-from learn.model import APERTURE, BiSplatAperture, BiSplatWRF
-from learn.run import LEARNING_RATE, Config
+import learn.models.base
+import learn.models.splat
+import learn.training.lightning_module
+import learn.training.train
+from learn.models.bisplat import APERTURE, BiSplatAperture, BiSplatWRF
+from learn.models.encoding import TX_ORDER
+from learn.training.run_folder import LEARNING_RATE, Config
 from simulate.spectrum import PlanarArray
 
 REGION = np.array([[0.0, 0.0, 0.0], [1.6, 1.3, 0.9]])
@@ -52,10 +49,10 @@ def as_first_written() -> Iterator[None]:
     """The loop before it was made fast."""
     adamw = torch.optim.AdamW
     with (
-        patch.object(learn.splat, "splat_cpu", learn.splat.splat_reference),
-        patch.object(learn.spectrum_model, "gaussian_ssim", ssim_one_by_one),
+        patch.object(learn.models.splat, "splat_cpu", learn.models.splat.splat_reference),
+        patch.object(learn.models.base, "gaussian_ssim", ssim_one_by_one),
         patch.object(torch.optim, "AdamW", lambda parameters, fused, **settings: adamw(parameters, **settings)),
-        patch.object(learn.train, "EMAWeightAveraging", lambda decay: Callback()),
+        patch.object(learn.training.train, "EMAWeightAveraging", lambda decay: Callback()),
     ):
         yield
 
@@ -75,7 +72,7 @@ def step_milliseconds(batch: int = 8, networks: Callable[[BiSplatWRF], None] = l
     torch.manual_seed(0)
     model = BiSplatAperture(APERTURE, REGION, PlanarArray())
     networks(model)
-    module = learn.training.Training(model, 1e-4, 1000)
+    module = learn.training.lightning_module.Training(model, 1e-4, 1000)
     optimiser = module.configure_optimizers()["optimizer"]
     positions = torch.from_numpy(REGION[0] + np.random.default_rng(0).random((batch, 3)) * np.ptp(REGION, axis=0))
     positions, truth = positions.float(), torch.randint(0, 256, (batch, 90, 360), dtype=torch.uint8)
@@ -87,15 +84,15 @@ def step_milliseconds(batch: int = 8, networks: Callable[[BiSplatWRF], None] = l
         optimiser.step()
 
     inputs: list[Any] = []
-    with patch("learn.model.splat", lambda *given: inputs.extend(given) or learn.splat.splat(*given)):
+    with patch("learn.models.bisplat.splat", lambda *given: inputs.extend(given) or learn.models.splat.splat(*given)):
         prediction = model(positions).detach()
     inputs = [value.detach().requires_grad_(index < 7) for index, value in enumerate(inputs)]
 
     times = {
         "step": milliseconds(step),
-        "renderer": milliseconds(lambda: learn.splat.splat(*inputs).square().sum().backward()),
+        "renderer": milliseconds(lambda: learn.models.splat.splat(*inputs).square().sum().backward()),
         "loss": milliseconds(
-            lambda: learn.spectrum_model.loss(prediction.clone().requires_grad_(), truth.float() / 255).backward()
+            lambda: learn.models.base.loss(prediction.clone().requires_grad_(), truth.float() / 255).backward()
         ),
         "optimiser": milliseconds(optimiser.step),
     }
@@ -108,7 +105,7 @@ def training(dataset: Path, steps: int, size: dict[str, int]) -> tuple[float, pd
         run = Path(folder) / "run"
         model = "bisplat-aperture"
         rate = LEARNING_RATE[model]
-        learn.train.train(Config(str(dataset.resolve()), model, "files", 0, 0, steps, 8, rate, size=size), run)
+        learn.training.train.train(Config(str(dataset.resolve()), model, "files", 0, 0, steps, 8, rate, size=size), run)
         (log,) = (run / "logs").rglob("metrics.csv")
         validated = pd.read_csv(log).dropna(subset=["validation_ssim"]).set_index("step")["validation_ssim"]
         return json.loads((run / "training.json").read_text())["seconds"], validated

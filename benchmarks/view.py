@@ -5,10 +5,6 @@ python benchmarks/view.py runs/demo/run --json
 
 from __future__ import annotations
 
-import sys
-
-sys.path.pop(0)  # this folder, in which `simulate` is a benchmark and not the package
-
 import contextlib
 import io
 import json

@@ -8,11 +8,11 @@ import time
 from pathlib import Path
 from typing import Any
 
-from learn.crossvalidate import crossvalidate
-from learn.evaluate import evaluate
-from learn.report import write_report
-from learn.run import LEARNING_RATE, Config, ModelName
-from learn.train import train
+from learn.evaluation.crossvalidate import crossvalidate
+from learn.evaluation.evaluate import evaluate
+from learn.reports.pages import write_report
+from learn.training.run_folder import LEARNING_RATE, Config, ModelName
+from learn.training.train import train
 from scenes.atomic import write_atomically
 from scenes.drawing import draw_scene
 from scenes.lab import lab

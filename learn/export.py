@@ -11,7 +11,7 @@ from typing import Any
 import torch
 from torch.export import ExportedProgram, save
 
-from learn.run import Run
+from learn.training.run_folder import Run
 from scenes.atomic import write_atomically
 from scenes.errors import InputError
 
@@ -22,8 +22,9 @@ INPUT, OUTPUT = "positions", "spectra"
 def export(run: Run, path: Path) -> None:
     """Write a run's model as ONNX (``.onnx``) or as a ``torch.export`` program (``.pt2``).
 
-    The batch size stays free. The renderer is the readable one, ``learn.splat.splat_reference``, whose memory grows
-    with primitives × pixels: predict a few spectra of ``bisplat`` at a time; ``bisplat-aperture`` renders few pixels.
+    The batch size stays free. The renderer is the readable one, ``learn.models.splat.splat_reference``, whose memory
+    grows with primitives × pixels: predict a few spectra of ``bisplat`` at a time; ``bisplat-aperture`` renders few
+    pixels.
 
     Raises:
         InputError: another suffix, or ONNX is wanted and not installed.

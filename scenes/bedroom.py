@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
 from scenes.furniture import furnished, panel, shelf, table
+from scenes.room_shell import GAP, Finish, Opening, shell
 from scenes.shapes import box
-from scenes.shell import GAP, Finish, Opening, shell
 
 SIZE = (4.4, 3.6, 2.5)  # m
 

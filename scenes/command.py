@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 from tyro.conf import Positional, arg
 
 from scenes.errors import InputError
-from scenes.tables import print_rows, print_table
+from scenes.text_tables import print_rows, print_table
 
 Triple = tuple[float, float, float]
 

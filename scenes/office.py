@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
 from scenes.furniture import furnished, panel, table
+from scenes.room_shell import GAP, Finish, Opening, shell
 from scenes.shapes import box
-from scenes.shell import GAP, Finish, Opening, shell
 
 SIZE = (16.0, 10.0, 2.8)  # m
 DESK_ROWS = (2.6, 6.0, 9.4)  # x of the partitions between two rows of desks

@@ -32,6 +32,7 @@ from rich.text import Text
 from scenes.atomic import write_atomically
 from scenes.errors import InputError
 from scenes.scene_yaml import write_scene
+from simulate.dataset_part import Part, make_part
 from simulate.dataset_writer import (
     write_channels,
     write_gateway,
@@ -39,7 +40,6 @@ from simulate.dataset_writer import (
     write_metadata,
     write_positions,
 )
-from simulate.part import Part, make_part
 from simulate.request import Request
 from simulate.workers import parts_of_workers, require_ray
 

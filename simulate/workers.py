@@ -14,7 +14,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from scenes.errors import InputError
-from simulate.part import Part, make_part
+from simulate.dataset_part import Part, make_part
 from simulate.request import Request
 
 if TYPE_CHECKING:  # need the ray tracer

@@ -9,7 +9,7 @@ from jaxtyping import Float, UInt8, UInt32
 from scipy.spatial.transform import Rotation
 
 from learn.colours import PHASE
-from learn.model import Splats
+from learn.models.bisplat import Splats
 from learn.view.chart import LINEAR, Colours, colour_of
 from simulate.spectrum import AZIMUTHS_DEG, ELEVATIONS_DEG, direction
 

@@ -14,12 +14,12 @@ import torch
 from jaxtyping import Complex, Float, Int
 from scipy.spatial import cKDTree
 
-from learn.baselines import NEIGHBOURS, inverse_distance, nearest
-from learn.crossvalidate import seen_by
+from learn.baselines.neighbours import NEIGHBOURS, inverse_distance, nearest
+from learn.evaluation.crossvalidate import seen_by
 from learn.metrics import ssim
-from learn.model import BiSplatWRF, Splats
-from learn.run import Run, in_batches, load_run
+from learn.models.bisplat import BiSplatWRF, Splats
 from learn.splits import Split, evenly
+from learn.training.run_folder import Run, in_batches, load_run
 from scenes.description import SPEED_OF_LIGHT, Gateway, Scene
 from scenes.errors import InputError
 from scenes.scene_yaml import load_scene

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import torch
 
-from learn.model import ModelSize
-from learn.run import Config
-from learn.train import train
+from learn.models.bisplat import ModelSize
+from learn.training.run_folder import Config
+from learn.training.train import train
 from simulate.dataset_writer import encode_picture, write_channels, write_gateway, write_index, write_positions
 from simulate.spectrum import PlanarArray, picture
 
@@ -99,20 +99,20 @@ def tiny(tmp_path_factory, write_folder) -> Path:
 
 def _use_small_models(patch: pytest.MonkeyPatch, small: ModelSize) -> None:
     sizes = {"bisplat": small, "bisplat-plus": replace(small, primitives=60), "bisplat-aperture": small}
-    patch.setattr("learn.run.SIZES", sizes)
-    patch.setattr("learn.train.STEPS_PER_VALIDATION", 6)
+    patch.setattr("learn.training.run_folder.SIZES", sizes)
+    patch.setattr("learn.training.train.STEPS_PER_VALIDATION", 6)
 
 
 @pytest.fixture
 def small_models(monkeypatch, small) -> None:
-    """``learn.train`` and ``learn.run`` build small models, validated every 6 steps."""
+    """``learn.training.train`` and ``learn.training.run_folder`` build small models, validated every 6 steps."""
     _use_small_models(monkeypatch, small)
 
 
 @pytest.fixture
 def no_ceiling(monkeypatch) -> None:
     """The array's ceiling takes longest of all that ``evaluate`` does: here the truth itself in its place."""
-    monkeypatch.setattr("learn.evaluate.array_ceiling", lambda truth, array: truth)
+    monkeypatch.setattr("learn.evaluation.evaluate.array_ceiling", lambda truth, array: truth)
 
 
 @pytest.fixture(scope="session")

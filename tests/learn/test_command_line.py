@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import bisplat
-from learn.run import load_run
-from learn.training import Training
+from learn.training.lightning_module import Training
+from learn.training.run_folder import load_run
 from simulate.dataset import read_dataset
 from simulate.dataset_writer import write_positions
 
@@ -132,7 +132,7 @@ def test_evaluate_prints_a_table_of_model_and_baselines(command, finished_run):
 
 
 def test_model_without_an_aperture_predicts_spectra_alone(command, tiny, tmp_path, monkeypatch):
-    monkeypatch.setattr("learn.train.STEPS_PER_VALIDATION", 1)
+    monkeypatch.setattr("learn.training.train.STEPS_PER_VALIDATION", 1)
     run = tmp_path / "run"
     assert command("train", tiny, "-o", run, "--model", "bisplat", "--steps", 1, "--batch-size", 17)[0] == 0
     assert command("predict", run, "--positions", tiny / "tx_pos.csv", "-o", tmp_path / "out.npz")[0] == 0

@@ -8,9 +8,9 @@ import pytest
 import torch
 
 from learn.export import INPUT, OUTPUT, export
-from learn.helmholtz import DIRECTIONS, HelmholtzField
-from learn.model import BiSplatWRF
-from learn.run import load_run
+from learn.models.bisplat import BiSplatWRF
+from learn.models.helmholtz import DIRECTIONS, HelmholtzField
+from learn.training.run_folder import load_run
 from scenes.errors import InputError
 from simulate.spectrum import PlanarArray
 

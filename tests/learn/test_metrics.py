@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from skimage.metrics import structural_similarity
 
-from learn.baselines import inverse_distance, mean_picture, nearest
-from learn.ceiling import array_ceiling
-from learn.leakage import leakage
+from learn.baselines.array_ceiling import array_ceiling
+from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
+from learn.evaluation.leakage import leakage
 from learn.metrics import aoa_error, score, ssim
 from simulate.dataset import read_dataset
 from simulate.dataset_writer import write_index

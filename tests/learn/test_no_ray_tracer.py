@@ -23,12 +23,12 @@ for name in ("drjit", "mitsuba", "sionna.rt"):
     raise SystemExit(f"{name} was not forbidden")
 
 import bisplat
-import learn.crossvalidate, learn.run, learn.train
+import learn.evaluation.crossvalidate, learn.training.run_folder, learn.training.train
 
 folder = sys.argv[1]
-small = learn.run.ModelSize(40, 16, 16, 1, 1, 2, 16)
-learn.run.ModelSize = lambda: small
-learn.train.STEPS_PER_VALIDATION = 1
+small = learn.training.run_folder.ModelSize(40, 16, 16, 1, 1, 2, 16)
+learn.training.run_folder.ModelSize = lambda: small
+learn.training.train.STEPS_PER_VALIDATION = 1
 run = f"{folder}/run"
 for command in (
     ["check", f"{folder}/data"],

@@ -5,12 +5,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from learn.baselines import inverse_distance, mean_picture, nearest
-from learn.helmholtz import HelmholtzField
-from learn.leakage import leakage
+from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
+from learn.evaluation.leakage import leakage
 from learn.metrics import ssim
-from learn.run import in_batches
+from learn.models.helmholtz import HelmholtzField
 from learn.splits import split
+from learn.training.run_folder import in_batches
 from simulate.dataset import read_dataset
 
 FOLDER = Path(__file__).parents[3] / "shared" / "data" / "rfid-s23-160"

@@ -1,0 +1,166 @@
+"""Our simulation against the loop that every published script uses: time, agreement, completeness, memory.
+
+python benchmarks/simulate.py --json
+
+The loop is one ``PathSolver`` call per transmitter with the array's real element positions and a million rays. A
+reference of ten million rays, with as much room for candidates, says which of the two is the more complete. Takes
+about twenty minutes on two cores, most of it for the reference and for the largest dataset; run it on a quiet machine.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import tyro
+
+from learn.metrics import ssim
+from scenes.lab import lab
+from simulate.placement import place
+from simulate.propagation import Propagation
+from simulate.spectrum import PlanarArray, picture
+from simulate.trace import Tracer
+
+ARRAY = PlanarArray()
+LOOP_RAYS, DENSE_RAYS = 1_000_000, 10_000_000
+
+
+def pictures(channels: np.ndarray) -> np.ndarray:
+    """Pictures 0…1 as a dataset would hold them."""
+    return picture(ARRAY.spectrum(channels)) / 255.0
+
+
+class Loop:
+    """The published way: the transmitter as source, the elements as receivers, one solver call each."""
+
+    def __init__(self) -> None:
+        from simulate.ray_tracer import mi, rt
+        from simulate.sionna_scene import build_scene, gateway_antennas, transmitter_antennas
+
+        self.scene = lab()
+        self.sionna = build_scene(self.scene)
+        gateway = gateway_antennas(self.scene)
+        self.angles = mi.Point3f(*map(float, transmitter_antennas(self.scene, np.zeros((1, 3))).angles))
+        self.sionna.tx_array, self.sionna.rx_array = (
+            rt.PlanarArray(num_rows=1, num_cols=1, pattern=pattern, polarization="V")
+            for pattern in (self.scene.transmitter.pattern, self.scene.gateway.pattern)
+        )
+        for index, position in enumerate(gateway.positions):
+            place = mi.Point3f(*map(float, position)), mi.Point3f(*map(float, gateway.angles))
+            self.sionna.add(rt.Receiver(f"element-{index}", *place))
+        self.solver = rt.PathSolver()
+
+    def responses(self, positions: np.ndarray, rays: int) -> tuple[np.ndarray, float]:
+        """Element responses, and seconds per transmitter after the first, in which kernels are compiled."""
+        from simulate.ray_tracer import mi, rt
+
+        responses, began = [], time.perf_counter()
+        for number, position in enumerate(positions):
+            if number == 1:
+                began = time.perf_counter()
+            self.sionna.add(rt.Transmitter("tx", mi.Point3f(*map(float, position)), self.angles))
+            paths = self.solver(
+                self.sionna, max_depth=5, samples_per_src=rays, max_num_paths_per_src=rays, synthetic_array=False
+            )
+            real, imaginary = (part.numpy().astype(np.float64) for part in paths.a)
+            delay = paths.tau.numpy().astype(np.float64)
+            turned = (real + 1j * imaginary) * np.exp(-2j * np.pi * self.scene.frequency * np.maximum(delay, 0))
+            responses.append(turned.sum(axis=-1).reshape(ARRAY.elements))
+            self.sionna.remove("tx")
+        return np.array(responses), (time.perf_counter() - began) / max(1, len(positions) - 1)
+
+
+def dataset_seconds(spectra: int) -> tuple[float, float]:
+    """Wall-clock seconds and peak memory in GB of ``bisplat simulate``, everything included, files on disk."""
+    with tempfile.TemporaryDirectory() as folder:
+        command = [sys.executable, "-m", "bisplat", "simulate", "lab", "-o", f"{folder}/lab", "-n", str(spectra)]
+        began = time.perf_counter()
+        subprocess.run(command, check=True, capture_output=True)
+        seconds = time.perf_counter() - began
+    return seconds, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss * 1024 / 1e9
+
+
+def draw(sizes: list[int], ours: list[float], loop: float, path: Path) -> None:
+    """Cost against the number of transmitters."""
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(figsize=(5.5, 4), layout="constrained")
+    axes.loglog(sizes, [loop * n for n in sizes], "s--", label="one PathSolver call each, 10⁶ rays (extrapolated)")
+    axes.loglog(sizes, ours, "o-", label="bisplat simulate, written to disk")
+    axes.set(xlabel="transmitter positions", ylabel="seconds", title="lab, depth 5, 4 × 4 elements")
+    axes.grid(which="both", alpha=0.3)
+    axes.legend()
+    figure.savefig(path, dpi=120)
+
+
+def main(
+    positions: int = 50,
+    dense: int = 5,
+    sizes: tuple[int, ...] = (1000, 6000, 50000),
+    figure: Path = Path("docs/simulate.png"),
+    json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
+) -> None:
+    """Compare.
+
+    Args:
+        positions: transmitters at which spectra are compared with the loop's.
+        dense: how many of them are traced with ten million rays too.
+        sizes: datasets to time; the second is the one the bars are about.
+        figure: where the cost is drawn.
+        json_output: print one JSON object.
+    """
+    timed = [dataset_seconds(size) for size in sizes]
+    marginal = [
+        (timed[i + 1][0] - timed[i][0]) / (sizes[i + 1] - sizes[i]) for i in range(len(sizes) - 1)
+    ]  # the search for chains cancels
+
+    places = place(lab(), "uniform", positions, 7)
+    began = time.perf_counter()
+    tracer = Tracer(lab(), Propagation())
+    finding = time.perf_counter() - began
+    ours = tracer.responses(places)
+    other = Tracer(lab(), Propagation(seed=1000)).responses(places)
+    loop = Loop()
+    theirs, looping = loop.responses(places, LOOP_RAYS)
+    densest, _ = loop.responses(places[:dense], DENSE_RAYS)
+    draw(list(sizes), [seconds for seconds, _ in timed], looping, figure)
+
+    def agreement(name: str, first: np.ndarray, second: np.ndarray) -> dict[str, float]:
+        values = ssim(pictures(first), pictures(second))
+        return {
+            f"ssim_median{name}": round(float(np.median(values)), 4),
+            f"ssim_p05{name}": round(float(np.percentile(values, 5)), 4),
+        }
+
+    result: dict[str, Any] = {
+        "ratio": round(looping / (timed[1][0] / sizes[1]), 1),
+        **agreement("", ours, theirs),
+        **agreement("_between_our_seeds", ours, other),
+        **agreement("_ours_with_dense", ours[:dense], densest),
+        **agreement("_loop_with_dense", theirs[:dense], densest),
+        "positions": positions,
+        "dense_positions": dense,
+        "loop_seconds_per_spectrum": round(looping, 3),
+        "finding_chains_seconds": round(finding, 1),
+        "chains": len(tracer.chains or ()),
+        **{f"seconds_{size}": round(seconds, 1) for size, (seconds, _) in zip(sizes, timed, strict=True)},
+        **{
+            f"milliseconds_per_further_spectrum_to_{n}": round(1e3 * m, 2)
+            for n, m in zip(sizes[1:], marginal, strict=True)
+        },
+        "peak_memory_gb": round(max(memory for _, memory in timed), 2),
+        "cores": os.cpu_count(),
+    }
+    print(json.dumps(result) if json_output else json.dumps(result, indent=2))
+
+
+if __name__ == "__main__":
+    tyro.cli(main)

@@ -1,0 +1,217 @@
+"""The commands of a dataset and a run: demo, check, train, evaluate, crossvalidate, predict, export."""
+
+from __future__ import annotations
+
+import json as json_format
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from tyro.conf import Positional, arg
+
+from scenes.errors import InputError
+from scenes.text_tables import print_table
+from simulate.command import Output
+
+
+def demo(
+    output: Output = Path("runs/demo"), spectra: Annotated[int, arg(aliases=["-n"])] = 1000, steps: int = 1500
+) -> None:
+    """The main job, end to end, on the built-in lab: simulate, train, evaluate, cross-validate, report.
+
+    Args:
+        output: folder for dataset/, run/, report.html and metrics.json.
+        spectra: spectra to simulate.
+        steps: optimiser steps.
+    """
+    from learn.demo import demo as run_demo
+
+    figures = run_demo(output, spectra, steps)
+    print_table("demo", {"": figures})
+    print(f"report: {output / 'report.html'}")
+
+
+def check(dataset: Positional[Path], json: bool = False) -> None:
+    """Validate a NeRF² dataset folder, describe it, warn of a leaking split. Exit status 1 if it is invalid.
+
+    Args:
+        dataset: the folder.
+        json: print {"valid", "spectra", "problems", "warnings"} as JSON.
+    """
+    from learn.evaluation.leakage import leakage
+    from simulate.dataset import inspect
+
+    inspection = inspect(dataset)
+    warnings, data = list(inspection.warnings), inspection.dataset
+    leak = leakage(data) if data is not None else None
+    if leak is not None and leak.leaks:
+        warnings.append(leak.sentence())
+    if json:
+        result = {
+            "valid": not inspection.problems,
+            "spectra": len(data.names) if data is not None else 0,
+            "problems": inspection.problems,
+            "warnings": warnings,
+        }
+        print(json_format.dumps(result, indent=2, ensure_ascii=False))
+    else:
+        if data is not None:
+            span = " to ".join(
+                str(corner.round(3).tolist()) for corner in (data.positions.min(0), data.positions.max(0))
+            )
+            description = {
+                "spectra": len(data.names),
+                "training / test": f"{len(data.train)} / {len(data.test)}",
+                "positions (m)": span,
+                "gateway at (m)": data.gateway_position.round(3).tolist(),
+                "gateway looks along": _boresight(data.gateway_orientation),
+                "array": f"{data.array.rows} × {data.array.columns}, {data.array.spacing} wavelengths apart",
+                "complex channels": "yes" if data.channels is not None else "no",
+                "split": leak.sentence() if leak is not None else "none",
+            }
+            print_table(str(dataset), {"": description})
+        for kind, lines in (("problem", inspection.problems), ("warning", warnings)):
+            for line in lines:
+                print(f"{kind}: {line}")
+    if inspection.problems:
+        raise SystemExit(1)
+
+
+def train(
+    dataset: Positional[Path],
+    output: Output,
+    model: Literal[
+        "helmholtz", "bisplat", "bisplat-plus", "bisplat-aperture", "mlp", "mlp-responses", "nerf2", "swiftwrf"
+    ] = "helmholtz",
+    split: Literal["files", "random", "blocked"] = "files",
+    seed: int = 0,
+    steps: int = 1500,
+    batch_size: int = 8,
+    learning_rate: float | None = None,
+    bypass: tuple[Literal["dynamic", "delta", "bst", "order"], ...] = (),
+    init: Path | None = None,
+    devices: int = 1,
+    nodes: int = 1,
+) -> None:
+    """Train a model on a dataset folder. The same command again resumes an interrupted run.
+
+    Args:
+        dataset: NeRF² dataset folder, simulated or measured.
+        output: the run folder.
+        model: helmholtz is fitted in closed form, so that the options of training by steps mean nothing to it.
+        split: the folder's own files, a random fifth for testing, or every fourth run of ten positions.
+        seed: of split, initial weights and order.
+        steps: optimiser steps.
+        batch_size: spectra per step.
+        learning_rate: of AdamW (default: 2e-3; 3e-4 for bisplat-plus).
+        bypass: branches to switch off, as the paper's ablation does; order: blend in stored order, not by depth.
+        init: a finished run of the same model to begin with, instead of random weights.
+        devices: GPUs per machine (processes, where there is no GPU).
+        nodes: machines; start this command on each, as Lightning's launchers do.
+    """
+    from learn.training.run_folder import LEARNING_RATE, Config
+    from learn.training.train import train as fit
+
+    if learning_rate is None:
+        learning_rate = LEARNING_RATE[model]
+    positive(steps=steps, batch_size=batch_size, learning_rate=learning_rate, devices=devices, nodes=nodes)
+    config = Config(str(dataset.resolve()), model, split, seed, seed, steps, batch_size, learning_rate, bypass)
+    if init is not None:
+        config = replace(config, init=str(init.resolve()))
+    fit(config, output, devices, nodes)
+    print(f"run: {output}")
+
+
+def evaluate(run: Positional[Path], dataset: Path | None = None, index: Path | None = None, json: bool = False) -> None:
+    """Score a run on held-out spectra, beside baselines and the array's ceiling. Writes RUN/evaluation.
+
+    Args:
+        run: the run folder.
+        dataset: another dataset folder to test on.
+        index: file with the names of the spectra to test on.
+        json: print the figures as JSON.
+    """
+    from learn.evaluation.evaluate import evaluate as score_run
+
+    metrics = score_run(run, dataset, index).metrics()
+    if json:
+        print(json_format.dumps(metrics, indent=2))
+        return
+    baselines = metrics.pop("baselines")
+    tested = metrics.pop("test_spectra")
+    print_table(f"{tested} test spectra", {"model": metrics, **baselines})
+
+
+def crossvalidate(
+    run: Positional[Path],
+    scene: str,
+    positions: Annotated[int, arg(aliases=["-n"])] = 100,
+    seed: int = 1,
+    json: bool = False,
+) -> None:
+    """Compare a run with fresh ray tracing at new positions. Writes RUN/crossvalidation.json and figures.
+
+    Args:
+        run: the run folder.
+        scene: the place its dataset was simulated in.
+        positions: number of fresh positions.
+        seed: draws them.
+        json: print the figures as JSON.
+    """
+    from learn.evaluation.crossvalidate import crossvalidate as compare_with_tracing
+    from scenes import load_scene
+
+    metrics = compare_with_tracing(run, load_scene(scene), positions, seed).metrics()
+    if json:
+        print(json_format.dumps(metrics, indent=2))
+    else:
+        print_table("against fresh ray tracing", {"model": metrics})
+
+
+def predict(run: Positional[Path], positions: Path, output: Output) -> None:
+    """Predict spectra (and the aperture model's element responses) at given positions.
+
+    Args:
+        run: the run folder.
+        positions: CSV with the header x,y,z; metres, in the dataset's frame.
+        output: the .npz to write: spectra [K, 90, 360] float32, channels [K, 16] complex64.
+    """
+    from learn.training.run_folder import load_run
+    from simulate.dataset import read_points
+    from simulate.dataset_writer import write_arrays
+
+    loaded = load_run(run)
+    points = read_points(positions)
+    arrays = {"spectra": loaded.predict(points)}
+    channels = loaded.predict_channels(points)
+    if channels is not None:
+        arrays["channels"] = channels
+    write_arrays(output, arrays)
+    print(f"{len(points)} spectra: {output}")
+
+
+def export(run: Positional[Path], output: Output) -> None:
+    """Write a trained model as one file for other programs: positions [batch, 3] in, spectra [batch, 90, 360] out.
+
+    Args:
+        run: the run folder.
+        output: NAME.onnx (needs bisplat-wrf[onnx]) or NAME.pt2, a torch.export program.
+    """
+    from learn.export import export as export_model
+    from learn.training.run_folder import load_run
+
+    export_model(load_run(run), output)
+    print(f"model: {output}")
+
+
+def positive(**values: float) -> None:
+    for name, value in values.items():
+        if value <= 0:
+            raise InputError(f"--{name.replace('_', '-')}: expected a positive number, found {value}")
+
+
+def _boresight(orientation: np.ndarray) -> list[float]:
+    from scipy.spatial.transform import Rotation
+
+    return Rotation.from_quat(orientation).apply([0, 0, 1]).round(3).tolist()

@@ -1,0 +1,60 @@
+"""Plain networks without rendering: position -> picture, and position -> element responses -> picture."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+from torch import Tensor
+
+from learn.models.base import Beamformer, SpectrumModel
+from learn.models.encoding import TX_ORDER, positional_encoding
+from learn.models.networks import ResidualFFN
+from simulate.spectrum import AZIMUTHS_DEG, ELEVATIONS_DEG, PlanarArray
+
+WIDTH, LAYERS = 256, 4
+
+
+class PictureMLP(SpectrumModel):
+    """The picture's pixels straight from the transmitter's position (TX-PE), each between 0 and 1.
+
+    Args:
+        region: as ``SpectrumModel``.
+        array: not looked at.
+        order: octaves of TX-PE.
+    """
+
+    def __init__(self, region: Float[np.ndarray, "2 3"], array: PlanarArray, order: int = TX_ORDER):
+        super().__init__(region)
+        self.order = order
+        self.network = ResidualFFN(3 * (2 * order + 1), len(ELEVATIONS_DEG) * len(AZIMUTHS_DEG), WIDTH, LAYERS)
+
+    def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
+        pixels = self.network(positional_encoding(self.scaled(positions), self.order)).sigmoid()
+        return pixels.unflatten(-1, (len(ELEVATIONS_DEG), len(AZIMUTHS_DEG)))
+
+
+class ResponseMLP(SpectrumModel):
+    """The array's complex element responses from the transmitter's position (TX-PE); the array makes the picture.
+
+    Args:
+        region: as ``SpectrumModel``.
+        array: the gateway's array.
+        order: octaves of TX-PE.
+    """
+
+    def __init__(self, region: Float[np.ndarray, "2 3"], array: PlanarArray, order: int = TX_ORDER):
+        super().__init__(region)
+        self.order = order
+        self.network = ResidualFFN(3 * (2 * order + 1), 2 * array.elements, WIDTH, LAYERS)
+        self.beamformer = Beamformer(array)
+
+    @property
+    def has_responses(self) -> bool:
+        return True
+
+    def channels(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
+        """Element responses (real, imaginary), up to their scale and common phase."""
+        return self.network(positional_encoding(self.scaled(positions), self.order)).unflatten(-1, (-1, 2))
+
+    def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
+        return self.beamformer(self.channels(positions))

@@ -1,0 +1,119 @@
+"""Training: Lightning does the loop; here are the step, the optimiser and the batches."""
+
+from __future__ import annotations
+
+import lightning as L
+import numpy as np
+import torch
+from jaxtyping import Int
+from torch import Tensor
+from torch.utils.data import BatchSampler, DataLoader, SequentialSampler, Subset, TensorDataset
+from torch.utils.data.distributed import DistributedSampler
+
+from learn.metrics import ssim
+from learn.models.base import SpectrumModel
+from learn.splits import Split, evenly
+from simulate.dataset import Dataset
+
+WARM_UP = 0.05
+"""Share of the steps in which the learning rate rises to its full value."""
+
+
+class Training(L.LightningModule):
+    """One model being fitted to pictures.
+
+    Args:
+        model: what is trained.
+        learning_rate: of AdamW after warm-up; falls to zero along a half cosine.
+        steps: optimiser steps in all.
+    """
+
+    def __init__(self, model: SpectrumModel, learning_rate: float, steps: int):
+        super().__init__()
+        self.model = model
+        self.learning_rate, self.steps = learning_rate, steps
+        self._validation: list[np.ndarray] = []
+
+    def training_step(self, batch: list[Tensor], _: int) -> Tensor:
+        positions, pictures = batch
+        value = self.model.loss(positions, pictures.float() / 255)
+        self.log("loss", value, on_step=False, on_epoch=True, prog_bar=True, sync_dist=True)
+        return value
+
+    def validation_step(self, batch: list[Tensor], _: int) -> None:
+        positions, pictures = batch
+        prediction = self.model(positions).float().cpu().numpy()
+        self._validation.append(ssim(prediction, pictures.cpu().numpy() / np.float32(255)))
+
+    def on_validation_epoch_end(self) -> None:
+        value = float(np.median(np.concatenate(self._validation)))
+        self._validation.clear()
+        self.log("validation_ssim", value, prog_bar=True)
+
+    def configure_optimizers(self):
+        optimiser = torch.optim.AdamW(self.parameters(), lr=self.learning_rate, weight_decay=0.0, fused=True)
+        warm_up = max(1, round(WARM_UP * self.steps))
+
+        def factor(step: int) -> float:
+            if step < warm_up:
+                return (step + 1) / warm_up
+            through = (step - warm_up) / max(1, self.steps - warm_up)
+            return 0.5 * (1 + np.cos(np.pi * min(1.0, through)))
+
+        schedule = torch.optim.lr_scheduler.LambdaLR(optimiser, factor)
+        return {"optimizer": optimiser, "lr_scheduler": {"scheduler": schedule, "interval": "step"}}
+
+
+class Batches(BatchSampler):
+    """Batches of indices, each fetched at once; Lightning tells them the epoch, and they their sampler."""
+
+    sampler: DistributedSampler
+
+    def set_epoch(self, epoch: int) -> None:
+        self.sampler.set_epoch(epoch)
+
+
+class Spectra(L.LightningDataModule):
+    """Batches of (position, 8-bit picture).
+
+    Shuffled anew each epoch, by seed and epoch alone, so that a resumed run sees what an uninterrupted one would have
+    seen, and so that the processes of a distributed one share the very batches that a single process has.
+
+    Args:
+        dataset: what the parts index.
+        parts: its training and validation part are used.
+        batch_size: spectra per step, of all processes together.
+        seed: of the order.
+    """
+
+    VALIDATED, VALIDATED_AT_ONCE = 128, 16
+    """So many spectra of the validation part, evenly spread, at most: it chooses a checkpoint, no more."""
+
+    def __init__(self, dataset: Dataset, parts: Split, batch_size: int, seed: int):
+        super().__init__()
+        self._dataset, self._parts, self._batch_size, self._seed = dataset, parts, batch_size, seed
+
+    @property
+    def batches(self) -> int:
+        """Steps per epoch; the spectra left over sit out one epoch."""
+        return max(1, len(self._parts.train) // self._batch_size)
+
+    def train_dataloader(self) -> DataLoader:
+        data, processes, rank = self._data(self._parts.train), 1, 0
+        if self.trainer is not None:
+            processes, rank = self.trainer.world_size, self.trainer.global_rank
+        sampler: DistributedSampler = DistributedSampler(data, processes, rank, seed=self._seed, drop_last=True)
+        drop_last = len(data) > self._batch_size
+        batches = Batches(sampler, self._batch_size // processes, drop_last)
+        return DataLoader(data, batch_size=None, sampler=batches)
+
+    def val_dataloader(self) -> DataLoader:
+        data = self._data(evenly(self._parts.validation, self.VALIDATED))
+        # Every process validates all of it: a few spectra, and one figure for all.
+        batches = BatchSampler(SequentialSampler(data), self.VALIDATED_AT_ONCE, drop_last=False)
+        return DataLoader(data, batch_size=None, sampler=batches)
+
+    def _data(self, part: Int[np.ndarray, " n"]) -> Subset:
+        """Views of the dataset's arrays, which need not fit in memory; a batch is fetched at once."""
+        positions = torch.from_numpy(self._dataset.positions.astype(np.float32))
+        return Subset(TensorDataset(positions, torch.from_numpy(self._dataset.pictures)), part.tolist())

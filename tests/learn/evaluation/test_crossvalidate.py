@@ -1,0 +1,58 @@
+"""Cross-validation compares a run with what its own gateway would see at new places."""
+
+import json
+import shutil
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from learn.evaluation.crossvalidate import crossvalidate
+from scenes.description import Scene, Transmitter
+from scenes.errors import InputError
+from scenes.lab import lab
+
+pytestmark = pytest.mark.usefixtures("small_models")
+
+
+class Known:
+    """A tracer whose answer is known: every place is seen as one plane wave from boresight."""
+
+    def responses(self, positions):
+        self.positions = positions
+        return np.ones((len(positions), 16), np.complex64)
+
+
+@pytest.fixture
+def run(finished_run, tmp_path):
+    return shutil.copytree(finished_run, tmp_path / "run")
+
+
+@pytest.fixture
+def hall() -> Scene:
+    """The lab with its gateway where the tiny dataset has it: at (0, 0, 1), looking up."""
+    gateway = replace(lab().gateway, position=(0.0, 0.0, 1.0), orientation=(0.0, 0.0, 0.0, 1.0))
+    return replace(lab(), gateway=gateway, transmitter=Transmitter((0, 0, 0.5), (4, 1, 1.5)))
+
+
+def test_new_places_are_in_the_box_of_the_training_positions(run, hall):
+    tracer = Known()
+    result = crossvalidate(run, hall, 12, 5, tracer)
+    assert result.prediction.shape == result.truth.shape == (12, 90, 360)
+    assert (tracer.positions == result.positions).all()
+    assert (result.positions[:, :2] >= 0).all() and (result.positions <= [4, 1, 1.01]).all()
+    assert result.truth[:, -1].min() > 0.99  # boresight is the maximum
+    assert json.loads((run / "crossvalidation.json").read_text()) == result.metrics()
+    assert {"crossvalidation_map.png", "crossvalidation_examples.png"} <= {path.name for path in run.iterdir()}
+
+
+def test_of_several_gateways_the_datasets_is_taken(run, hall):
+    elsewhere = replace(hall.gateway, position=(1.0, 2.0, 1.0), rows=2)
+    both = replace(hall, gateway=elsewhere, further_gateways={"the-one": hall.gateway})
+    expected = crossvalidate(run, hall, 4, 5, Known()).metrics()
+    assert crossvalidate(run, both, 4, 5, Known()).metrics() == expected
+
+
+def test_scene_without_the_datasets_gateway_is_refused(run):
+    with pytest.raises(InputError, match=r"lab: expected a gateway at \[0.0, 0.0, 1.0\].*found \[7.2, 3.0, 1.4\]"):
+        crossvalidate(run, lab(), 4, 5, Known())

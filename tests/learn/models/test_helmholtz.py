@@ -1,0 +1,258 @@
+"""Helmholtz kriging against fields whose law is known."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+import torch
+
+from learn.comparison.methods import Task, Trained
+from learn.metrics import ssim
+from learn.models.helmholtz import DIRECTIONS, HelmholtzField
+from learn.training.run_folder import load_run
+from learn.training.train import train
+from scenes.errors import InputError
+from simulate.dataset import Dataset, read_dataset
+from simulate.spectrum import PlanarArray, picture
+
+ARRAY = PlanarArray()
+WAVELENGTH = 0.3276
+SIDE = 0.5
+"""Metres; of the cube of positions."""
+
+
+def plane_waves(positions: np.ndarray, count: int, seed: int) -> np.ndarray:
+    """Responses [K, 16] of a field of random plane waves: exact solutions of the Helmholtz equation."""
+    generator = np.random.default_rng(seed)
+    directions = generator.standard_normal((count, 3))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    amplitudes = generator.standard_normal((count, ARRAY.elements, 2)) @ [1, 1j]
+    return np.exp(2j * np.pi / WAVELENGTH * positions @ directions.T) @ amplitudes
+
+
+def dataset_of(positions: np.ndarray, channels: np.ndarray, keep_channels: bool = True) -> Dataset:
+    count = len(positions)
+    return Dataset(
+        folder=None,  # type: ignore[arg-type]
+        names=[f"{i + 1:05d}" for i in range(count)],
+        pictures=picture(ARRAY.spectrum(channels)),
+        positions=positions,
+        gateway_position=np.zeros(3),
+        gateway_orientation=np.array([0, 0, 0, 1.0]),
+        train=np.arange(count),
+        test=np.arange(0),
+        channels=channels.astype(np.complex64) if keep_channels else None,
+        metadata={"frequency_hz": 299_792_458 / WAVELENGTH},
+    )
+
+
+def fitted(dataset: Dataset, known: np.ndarray) -> HelmholtzField:
+    field = HelmholtzField(np.zeros((2, 3)), ARRAY)
+    field.fit(dataset, known)
+    return field
+
+
+@pytest.fixture(scope="module")
+def waves() -> Dataset:
+    positions = np.random.default_rng(0).uniform(0, SIDE, (500, 3))
+    return dataset_of(positions, plane_waves(positions, 400, 1))
+
+
+def law(shares: torch.Tensor, length: float = 1e9, drift: float = 1e9, responses: bool = True):
+    """Its covariance as complex numbers, between points (x, y, z, time)."""
+    field = HelmholtzField(np.zeros((2, 3)), ARRAY)
+    field.wavelength = torch.tensor(WAVELENGTH)
+    if not responses:
+        field.values = torch.zeros(0, 90 * 360)
+
+    def covariance(a, b):
+        a, b = (torch.tensor(point, dtype=torch.float64)[None] for point in (a, b))
+        faded = torch.exp(-(a[:, 3:] - b[:, 3:].T).abs() / drift)
+        found = field._covariance(a[:, :3], b[:, :3], faded, shares.double(), torch.tensor(length))
+        return complex(found[0, 0], found[1, 0]) if responses else float(found)
+
+    return covariance
+
+
+EVEN = torch.full((DIRECTIONS,), 1 / DIRECTIONS)
+
+
+def test_covariance_of_waves_from_all_sides_is_cooks():
+    covariance = law(EVEN)
+    for distance in (0.02, 0.1, 0.25, 0.4):
+        expected = np.sinc(2 * distance / WAVELENGTH)
+        assert covariance([distance, 0, 0, 0], [0, 0, 0, 0]) == pytest.approx(expected, abs=0.01)
+
+
+def test_covariance_is_that_of_waves_drawn_from_unequal_sides():
+    shares = torch.rand(DIRECTIONS, generator=torch.Generator().manual_seed(5)) ** 8
+    shares /= shares.sum()
+    directions = HelmholtzField(np.zeros((2, 3)), ARRAY).directions.numpy()
+    generator = np.random.default_rng(6)
+    amplitudes = generator.standard_normal((200_000, DIRECTIONS, 2)) @ [1, 1j] * np.sqrt(shares.numpy() / 2)
+    a, b = np.array([0.1, 0.3, -0.2]), np.array([0.25, 0.2, -0.25])
+    at = [amplitudes @ np.exp(2j * np.pi / WAVELENGTH * directions @ place) for place in (a, b)]
+    drawn_ones = (at[0] * at[1].conj()).mean()
+    assert abs(drawn_ones) > 0.1  # the case says something
+    assert abs(law(shares)([*a, 0], [*b, 0]) - drawn_ones) < 0.01
+    power = np.abs(at[0]) ** 2, np.abs(at[1]) ** 2
+    assert law(shares, responses=False)([*a, 0], [*b, 0]) == pytest.approx(np.cov(power)[0, 1], abs=0.02)
+
+
+def test_covariance_fades_with_distance_and_with_time():
+    along = torch.zeros(DIRECTIONS)
+    along[7] = 1  # a single wave is alike everywhere
+    assert abs(law(along, length=0.5)([0.5, 0, 0, 0], [0, 0, 0, 0])) == pytest.approx(np.exp(-1))
+    assert abs(law(along, drift=20)([0.5, 0, 0, 30], [0, 0, 0, 70])) == pytest.approx(np.exp(-2))
+
+
+def test_interpolates_a_solution_of_the_helmholtz_equation(waves):
+    inner = np.flatnonzero((np.abs(waves.positions - SIDE / 2) < 0.15).all(axis=1))
+    known = np.setdiff1d(np.arange(500), inner)
+    field = fitted(waves, np.concatenate([known, inner[::2]]))
+    asked = inner[1::2]
+    with torch.no_grad():
+        found = torch.view_as_complex(field.channels(torch.from_numpy(waves.positions[asked]).float())).numpy()
+    truth = waves.channels[asked]
+    alike = np.abs((found.conj() * truth).sum(1)) / np.linalg.norm(found, axis=1) / np.linalg.norm(truth, axis=1)
+    assert np.median(alike) > 0.995
+    assert float(field.nugget) < 0.01  # no noise
+    assert float(field.length) > SIDE  # no shadows here
+    assert float(field.drift) > 10 * len(waves.names)  # nor does anything change
+
+
+def drawn(length: float, nugget: float, drift: float = np.inf, walk: bool = False) -> Dataset:
+    """A field drawn from the very law that is fitted."""
+    generator = np.random.default_rng(4)
+    positions = generator.uniform(0, SIDE, (500, 3))
+    if walk:  # a smooth way that comes back to places it has been at
+        turns = np.linspace(0, 6 * np.pi, 500)[:, None] * np.array([1.0, 2.13, 3.37])
+        positions = SIDE / 2 * (1 + np.sin(turns))
+    distance = np.linalg.norm(positions[:, None] - positions, axis=-1)
+    apart = np.abs(np.arange(500)[:, None] - np.arange(500))
+    covariance = np.sinc(2 * distance / WAVELENGTH) * np.exp(-distance / length - apart / drift)
+    white = generator.standard_normal((500, 16, 2)) @ [1, 1j]
+    return dataset_of(positions, np.linalg.cholesky(covariance + nugget * np.eye(500)) @ white)
+
+
+@pytest.mark.parametrize(("length", "nugget"), [(0.1, 0.05), (0.6, 0.01)])
+def test_finds_the_law_a_field_was_drawn_from(length, nugget):
+    field = fitted(drawn(length, nugget), np.arange(500))
+    assert float(field.length) == pytest.approx(length, rel=0.3)
+    assert float(field.nugget) == pytest.approx(nugget, rel=0.5)
+    assert float(field.shares.max()) < 5 / DIRECTIONS
+
+
+def test_finds_how_fast_a_place_changes_and_predicts_the_better_for_it():
+    dataset = drawn(0.6, 0.01, drift=100, walk=True)
+    known = np.flatnonzero(np.arange(500) % 5 != 2)
+    field = fitted(dataset, known)
+    assert float(field.drift) == pytest.approx(100, rel=0.3)
+    asked = np.setdiff1d(np.arange(500), known)
+    positions = torch.from_numpy(dataset.positions[asked]).float()
+    truth = torch.view_as_real(torch.from_numpy(dataset.channels[asked])).flatten(1)
+
+    def error() -> float:
+        with torch.no_grad():
+            found = field.interpolated(positions)[0]
+        return float((found * np.sqrt(np.mean(np.abs(dataset.channels[known]) ** 2)) - truth).square().mean())
+
+    drifting = error()
+    field.drift = torch.tensor(1e9)
+    assert drifting < 0.9 * error()
+
+
+def test_a_position_is_taken_to_lie_on_the_leg_that_passes_nearest():
+    field = HelmholtzField(np.zeros((2, 3)), ARRAY)
+    field.places = torch.tensor([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [5, 5, 0]])
+    field.times = torch.tensor([3.0, 4, 8, 9])
+    field.drift = torch.tensor(10.0)
+    near = torch.arange(4).expand(3, 4)
+    found = field.expected_fading(torch.tensor([[0.25, -0.01, 0], [1.01, 0.5, 0], [0.5, 0.5, 0]]), near)
+    on_one = [torch.exp(-(field.times - time).abs() / 10) for time in (3.25, 6.0)]
+    np.testing.assert_allclose(found[:2], torch.stack(on_one), atol=0.01)
+    # As far from the second leg, which took four times as long.
+    assert float(found[2, 0]) == pytest.approx((np.exp(-0.05) + 4 * np.exp(-0.3)) / 5, abs=0.01)
+
+
+def test_a_tag_that_rests_and_spectra_named_twice_are_no_trouble(waves):
+    positions = waves.positions.copy()
+    positions[10:40] = positions[10]
+    dataset = dataset_of(positions, waves.channels, keep_channels=False)
+    field = fitted(dataset, np.array([*range(60), 59, 0]))
+    assert len(field.places) == 60
+    with torch.no_grad():
+        assert torch.isfinite(field(torch.from_numpy(positions[5:15]).float())).all()
+
+
+def test_pictures_that_are_all_the_same_are_predicted_everywhere(waves):
+    dataset = dataset_of(waves.positions[:20], np.ones((20, 16)), keep_channels=False)
+    field = fitted(dataset, np.arange(20))
+    with torch.no_grad():
+        found = field(torch.from_numpy(waves.positions[30:33]).float()).numpy()
+    np.testing.assert_allclose(found, dataset.pictures[:3] / 255, atol=1e-3)
+
+
+def test_finds_where_the_waves_come_from():
+    directions = HelmholtzField(np.zeros((2, 3)), ARRAY).directions.numpy()
+    generator = np.random.default_rng(8)
+    positions = generator.uniform(0, SIDE, (150, 3))
+    amplitudes = generator.standard_normal((2, ARRAY.elements, 2)) @ [1, 1j]
+    waves = np.exp(2j * np.pi / WAVELENGTH * positions @ directions[[20, 70]].T)
+    dataset = dataset_of(positions, waves * [1.0, 0.5] @ amplitudes)
+    field = fitted(dataset, np.arange(150))
+    assert set(field.shares.topk(2).indices.tolist()) == {20, 70}
+    assert float(field.shares[[20, 70]].sum()) > 0.8
+
+
+def test_known_pictures_are_kept_and_far_away_the_mean_is_shown(waves):
+    dataset = dataset_of(waves.positions, waves.channels, keep_channels=False)
+    field = fitted(dataset, np.arange(100))
+    assert not field.has_responses
+    field.nugget = torch.tensor(1e-6)
+    with torch.no_grad():
+        known = field(torch.from_numpy(dataset.positions[:5]).float()).numpy()
+        far, open_share = field.interpolated(torch.tensor([[100.0, 0, 0]]))
+    assert ssim(known, dataset.pictures[:5] / np.float32(255)).min() > 0.99
+    np.testing.assert_allclose(far[0], dataset.pictures[:100].reshape(100, -1).mean(0), atol=1e-3)
+    assert float(open_share[0]) == pytest.approx(1.0)
+
+
+def test_open_share_is_the_mean_squared_error():
+    dataset = drawn(0.3, 0.01)
+    field = fitted(dataset, np.arange(0, 500, 2))
+    asked = np.arange(1, 500, 2)
+    with torch.no_grad():
+        found, open_share = field.interpolated(torch.from_numpy(dataset.positions[asked]).float())
+    truth = torch.view_as_real(torch.from_numpy(dataset.channels[asked])).flatten(1)
+    power = np.mean(np.abs(dataset.channels[::2]) ** 2)
+    error = (found - truth / np.sqrt(power)).square().mean(dim=1) * 2  # of numbers of mean square 1
+    order = open_share.argsort()
+    for part in (order[:125], order[125:]):  # where it is sure, and where it is not
+        assert float(error[part].mean() / open_share[part].mean()) == pytest.approx(1.0, abs=0.15)
+
+
+def test_trains_predicts_and_loads_again(tiny, tmp_path):
+    dataset = read_dataset(tiny)
+    method = Trained("helmholtz")
+    method.fit(Task(dataset, "files", 0, None, 0, 0.01, None, tmp_path / "run"))
+    assert method.predict(dataset.positions[:3]).shape == (3, 90, 360)
+    run = load_run(tmp_path / "run")
+    np.testing.assert_array_equal(run.predict(dataset.positions[:3]), method.predict(dataset.positions[:3]))
+    channels = run.predict_channels(dataset.positions[:3])
+    assert (channels is None) == (dataset.channels is None)
+    assert dataclasses.asdict(run.config)["model"] == "helmholtz"
+
+
+@pytest.mark.parametrize("count", [1, 2, 3])
+def test_few_spectra_are_enough(waves, count):
+    field = fitted(waves, np.arange(count))
+    with torch.no_grad():
+        assert torch.isfinite(field(torch.from_numpy(waves.positions[:5]).float())).all()
+
+
+def test_options_of_training_by_steps_are_refused(tiny_config, tmp_path):
+    config = dataclasses.replace(tiny_config, model="helmholtz", bypass=("bst",))
+    with pytest.raises(InputError, match="expected a model trained by steps, found helmholtz"):
+        train(config, tmp_path / "run")
+    assert not (tmp_path / "run").exists()

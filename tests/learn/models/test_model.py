@@ -1,0 +1,340 @@
+"""The models against the paper's text, and the aperture layer against the array's equations."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+from scipy.stats import kstest
+
+from learn.metrics import ssim
+from learn.models.base import loss
+from learn.models.bisplat import APERTURE, PLUS, BiSplatAperture, BiSplatWRF, ModelSize
+from learn.models.primitives import SCALE_MAX, SCALE_MIN, Primitives
+from simulate.spectrum import PlanarArray, normalise
+
+POSITIONS = torch.tensor([[0.5, 0.0, 1.0], [3.0, -0.7, 2.2]])
+
+
+@pytest.fixture(params=[BiSplatWRF, BiSplatAperture])
+def make(request, small, region):
+    """Function: BiSplatWRF, then BiSplatAperture; small, with the same weights at every call."""
+
+    def build(bypass=(), size=small):
+        torch.manual_seed(0)
+        array = [PlanarArray()] if request.param is BiSplatAperture else []
+        return request.param(size, region, *array, frozenset(bypass))
+
+    return build
+
+
+def make_aperture(size, region, array=None):
+    torch.manual_seed(0)
+    return BiSplatAperture(size, region, array or PlanarArray())
+
+
+# Sizes
+
+
+def ffn(inputs, outputs, width, layers):
+    """Into the width, then per layer a norm (gain, bias) and a square matrix with bias, then out."""
+    return (inputs + 1) * width + layers * (2 * width + (width + 1) * width) + (width + 1) * outputs
+
+
+def papers_count(size, width, layers, count, encoder_layers, encoder_width, encoder_ffn):
+    primitives = count * (3 + 2 + 1 + 1)  # (φ, θ, d), (s_x, s_y), ρ, o
+    static = ffn(51, 2, width, layers)  # GS-PE -> amplitude, phase
+    dynamic = ffn(encoder_width, 2, width, layers)  # global features -> amplitude, phase
+    delta = ffn(51 + 39 + encoder_width, 4, width, layers)  # both encodings, global features -> ρ, s_x, s_y, o
+    project = (51 + 39 + 1) * encoder_width
+    attention = 4 * (encoder_width + 1) * encoder_width  # queries, keys, values, output
+    own_ffn = (encoder_width + 1) * encoder_ffn + (encoder_ffn + 1) * encoder_width
+    transformer = encoder_layers * (attention + own_ffn + 2 * 2 * encoder_width)  # two norms
+    return {
+        "primitives": primitives,
+        "static": static,
+        "dynamic": dynamic,
+        "delta": delta,
+        "bst": project + transformer,
+    }
+
+
+def counts(model):
+    parts = {name: sum(p.numel() for p in part.parameters()) for name, part in model.named_children()}
+    return {name: count for name, count in parts.items() if count}
+
+
+def test_bisplat_has_the_parameters_of_the_papers_widths(region):
+    size = ModelSize()
+    # 500 primitives, FFNs of 4 layers and width 128, transformer of 3 layers; its own FFNs' width is left open
+    expected = papers_count(size, 128, 4, 500, 3, 128, size.transformer_ffn_width)
+    assert counts(BiSplatWRF(size, region)) == expected
+    assert expected["static"] == 51 * 128 + 128 + 4 * (128 + 128 + 128 * 128 + 128) + 128 * 2 + 2 == 73986
+
+
+def test_bisplat_plus_has_the_parameters_of_the_papers_widths(region):
+    # 2000 primitives, FFNs of 12 layers and width 256, transformer of 6 layers with internal FFNs of width 512
+    expected = papers_count(PLUS, 256, 12, 2000, 6, 256, 512)
+    assert counts(BiSplatWRF(PLUS, region)) == expected
+    assert expected["bst"] == 91 * 256 + 6 * (4 * 257 * 256 + 257 * 512 + 513 * 256 + 4 * 256) == 3185920
+
+
+def test_bisplat_aperture_has_the_parameters_of_bisplat_but_for_fewer_octaves_of_the_position(region):
+    expected = counts(BiSplatWRF(ModelSize(), region))
+    for part in ("bst", "delta"):
+        expected[part] -= 3 * 2 * 3 * APERTURE.ffn_width  # three coordinates, sine and cosine, three octaves
+    assert counts(make_aperture(APERTURE, region)) == expected
+
+
+@pytest.mark.parametrize("size", [ModelSize(), PLUS])
+def test_bst_has_64_clusters_and_4_heads(region, size):
+    bst = BiSplatWRF(size, region).bst
+    assert bst.clusters == 64
+    assert {layer.self_attn.num_heads for layer in bst.transformer.layers} == {4}
+
+
+# Initialisation
+
+
+@pytest.fixture(scope="module")
+def fresh():
+    torch.manual_seed(0)
+    with torch.no_grad():
+        primitives = Primitives(2000)
+        return {
+            "coarse": primitives.coarse.numpy(),
+            "azimuth": primitives.azimuth.double().numpy(),
+            "elevation": primitives.elevation.double().numpy(),
+            "depth": primitives.depth.double().numpy(),
+            "scale": primitives.scale_raw.exp().double().numpy(),
+            "rotation": primitives.rotation.double().numpy(),
+            "opacity": primitives.opacity_raw.sigmoid().double().numpy(),
+        }
+
+
+def assert_uniform(values, low, high):
+    assert values.min() >= low - 1e-5 * (high - low) and values.max() <= high + 1e-5 * (high - low)
+    assert kstest(values, "uniform", (low, high - low)).pvalue > 0.01
+
+
+def test_thirty_per_cent_are_coarse(fresh):
+    assert fresh["coarse"].sum() == 600
+    assert Primitives(40).coarse.sum() == 12
+
+
+def test_coarse_depths_are_uniform_from_20_to_50_and_fine_ones_from_1_to_20(fresh):
+    assert_uniform(fresh["depth"][fresh["coarse"]], 20, 50)
+    assert_uniform(fresh["depth"][~fresh["coarse"]], 1, 20)
+
+
+def test_angles_are_uniform(fresh):
+    assert_uniform(fresh["azimuth"], 0, 360)
+    assert_uniform(fresh["elevation"], 0, 90)
+    assert_uniform(fresh["rotation"], 0, np.pi)
+
+
+def test_scales_follow_the_depth(fresh):
+    """s = (1 … 1.5) · (s_min + (s_max − s_min) exp(−(d − 0.1) / 99.9)), each axis by itself."""
+    base = SCALE_MIN + (SCALE_MAX - SCALE_MIN) * np.exp(-(fresh["depth"] - 0.1) / 99.9)
+    ratio = fresh["scale"] / base[:, None]
+    for axis in ratio.T:
+        assert_uniform(axis, 1, 1.5)
+    assert abs(np.corrcoef(ratio.T)[0, 1]) < 0.1
+
+
+def test_opacity_is_three_tenths(fresh):
+    np.testing.assert_allclose(fresh["opacity"], 0.3, rtol=1e-6)
+
+
+def test_every_attribute_is_learned(make):
+    model = make()
+    loss(model(POSITIONS), torch.rand(2, 90, 360, generator=torch.Generator().manual_seed(0))).backward()
+    for name, parameter in model.named_parameters():
+        assert parameter.grad is not None and parameter.grad.isfinite().all(), name
+    for name, parameter in model.primitives.named_parameters():  # the depth, which only orders, through its encoding
+        assert parameter.grad.abs().max() > 0, name
+
+
+# Outputs
+
+
+def test_outputs_are_pictures(make):
+    with torch.no_grad():
+        pictures = make()(POSITIONS)
+    assert pictures.shape == (2, 90, 360) and pictures.isfinite().all() and pictures.min() >= 0
+
+
+def test_transmitters_of_a_batch_do_not_mix(make):
+    model = make()
+    with torch.no_grad():
+        torch.testing.assert_close(model(POSITIONS), torch.cat([model(p[None]) for p in POSITIONS]))
+
+
+def test_transmitter_outside_the_training_region_gets_a_picture_too(make):
+    with torch.no_grad():
+        assert make()(torch.tensor([[-20.0, 5.0, 9.0]])).isfinite().all()
+
+
+def test_bisplats_spectrum_is_the_fields_power(small, region):
+    torch.manual_seed(0)
+    model = BiSplatWRF(small, region)
+    with torch.no_grad():
+        torch.testing.assert_close(model(POSITIONS), torch.view_as_complex(model.field(POSITIONS)).abs() ** 2)
+
+
+def test_coefficients_are_mixed_by_the_papers_formula(monkeypatch, small, region):
+    """c = (amp_static + w amp_mod) e^{j(phase_static + phase_mod)}, w smaller for coarse primitives than for fine."""
+    from learn.models import bisplat as module
+
+    seen = {}
+
+    def catch(*arguments):
+        seen["coefficient"] = arguments[6]
+        return torch.zeros(2, 90, 360, 2)
+
+    monkeypatch.setattr(module, "splat", catch)
+    assert 0 <= module.W_SCALE_COARSE < module.W_SCALE_FINE
+    torch.manual_seed(0)
+    model = BiSplatWRF(small, region)
+    for part in (model.static, model.dynamic):  # as if trained: no part is zero
+        torch.nn.init.normal_(part.outward.weight)
+    outputs = {}
+    for part in ("static", "dynamic"):
+        hook = lambda _, __, output, part=part: outputs.update({part: output.double().numpy()})  # noqa: E731
+        getattr(model, part).register_forward_hook(hook)
+    with torch.no_grad():
+        model.field(POSITIONS)
+    static, dynamic = np.broadcast_to(outputs["static"], (2, 40, 2)), outputs["dynamic"]
+    weight = np.where(np.arange(40) < 12, module.W_SCALE_COARSE, module.W_SCALE_FINE)
+    amplitude = static[..., 0] + weight * dynamic[..., 0]
+    expected = amplitude * np.exp(1j * (static[..., 1] + dynamic[..., 1]))
+    found = torch.view_as_complex(seen["coefficient"]).numpy()
+    np.testing.assert_allclose(found, expected, atol=1e-5 * np.abs(expected).max())
+
+
+# Bypasses
+
+
+@pytest.mark.parametrize("branch", ["dynamic", "delta"])
+def test_bypassed_branch_acts_as_one_whose_output_is_zero(make, branch):
+    silenced, bypassed = make(), make([branch])
+    for model in (silenced, bypassed):
+        for part in (model.dynamic, model.delta):
+            torch.nn.init.normal_(part.outward.weight, generator=torch.Generator().manual_seed(1))
+    with torch.no_grad():
+        whole = silenced(POSITIONS)
+        getattr(silenced, branch).outward.weight.zero_()
+        getattr(silenced, branch).outward.bias.zero_()
+        torch.testing.assert_close(bypassed(POSITIONS), silenced(POSITIONS))
+        assert (bypassed(POSITIONS) - whole).abs().max() > 1e-3
+
+
+def test_without_dynamic_network_and_delta_decoder_the_transmitter_plays_no_role(make):
+    for bypass, depends in (([], True), (["dynamic"], True), (["delta"], True), (["dynamic", "delta"], False)):
+        model = make(bypass)
+        for part in (model.dynamic, model.delta):
+            torch.nn.init.normal_(part.outward.weight, generator=torch.Generator().manual_seed(1))
+        with torch.no_grad():
+            here, there = model(POSITIONS)
+        assert ((here - there).abs().max() > 1e-4) == depends, bypass
+
+
+def test_bypassed_bst_is_its_linear_projection_alone(make):
+    model, whole = make(["bst"]), make()
+    assert [name for name, _ in model.bst.named_parameters()] == ["project.weight", "project.bias"]
+    assert any("transformer" in name for name, _ in whole.bst.named_parameters())
+    with torch.no_grad():
+        assert model(POSITIONS).isfinite().all()
+
+
+# The aperture
+
+
+def test_aperture_prediction_runs_from_0_to_1(small, region):
+    with torch.no_grad():
+        pictures = make_aperture(small, region)(POSITIONS)
+    np.testing.assert_allclose(pictures.amin((1, 2)), 0, atol=1e-7)
+    np.testing.assert_allclose(pictures.amax((1, 2)), 1, atol=1e-6)
+
+
+@pytest.mark.parametrize("array", [PlanarArray(), PlanarArray(rows=2, columns=3, spacing=0.4)])
+def test_aperture_prediction_is_the_spectrum_of_its_channels(small, region, array):
+    model = make_aperture(small, region, array)
+    with torch.no_grad():
+        channels, pictures = torch.view_as_complex(model.channels(POSITIONS)), model(POSITIONS)
+    assert channels.shape == (2, array.rows * array.columns)
+    np.testing.assert_allclose(pictures, normalise(array.spectrum(channels.numpy())), atol=1e-5)
+
+
+def test_channels_are_the_sum_over_all_directions(small, region):
+    """y_m = Σ a_m F cosθ ΔφΔθ, a_m = e^{j2π(x cosθ cosφ + y cosθ sinφ)}, looped over directions and elements."""
+    model = make_aperture(small, region)
+    with torch.no_grad():
+        pairs = model.field(POSITIONS), model.channels(POSITIONS)
+    field, found = (torch.view_as_complex(pair.contiguous()).numpy() for pair in pairs)
+    azimuths, elevations = np.radians(model.azimuths.numpy()), np.radians(model.elevations.numpy())
+    step = np.radians(model.STEP_DEG)
+    np.testing.assert_allclose(np.diff(azimuths), step, rtol=1e-4)
+    np.testing.assert_allclose(np.diff(elevations), step, rtol=1e-4)
+    expected = np.zeros((2, 16), complex)
+    for m in range(16):
+        x, y = (m % 4 - 1.5) / 2, (m // 4 - 1.5) / 2  # wavelengths, x running fastest
+        for row, theta in enumerate(elevations):
+            for column, phi in enumerate(azimuths):
+                across = np.cos(theta) * (x * np.cos(phi) + y * np.sin(phi))
+                weight = np.exp(2j * np.pi * across) * np.cos(theta) * step**2
+                expected[:, m] += weight * field[:, row, column]
+    np.testing.assert_allclose(found, expected, atol=1e-4 * np.abs(expected).max())
+
+
+def test_constant_field_gives_the_integral_over_the_half_sphere(small, region):
+    """∫ e^{jk u·d} dΩ over the half-sphere above the plane of d is 2π sin(k|d|) / (k|d|)."""
+    model = make_aperture(small, region)
+    index = np.arange(16)
+    across = 2 * np.pi * np.hypot(index % 4 - 1.5, index // 4 - 1.5) / 2
+    ones = torch.tensor([1.0, 0.0]).expand(model.aperture.shape[0] // 2, 2).flatten()  # F = 1 in all directions
+    real, imaginary = (ones @ model.aperture).unflatten(-1, (-1, 2)).numpy().T
+    np.testing.assert_allclose(real, 2 * np.pi * np.sin(across) / across, atol=0.005 * 2 * np.pi)
+    np.testing.assert_allclose(imaginary, 0, atol=0.005 * 2 * np.pi)
+
+
+# Capacity
+
+
+@pytest.fixture
+def two_plane_waves(plane_waves):
+    return normalise(PlanarArray().spectrum(plane_waves((1, 200, 40), (0.6j, 60, 25))))[None]
+
+
+def learn(model, pictures, learning_rate, steps):
+    optimiser = torch.optim.Adam(model.parameters(), learning_rate)
+    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, learning_rate, total_steps=steps, pct_start=0.1)
+    for _ in range(steps):
+        value = loss(model(POSITIONS[:1]), pictures)
+        optimiser.zero_grad()
+        value.backward()
+        optimiser.step()
+        schedule.step()
+
+
+def similarity(model, pictures):
+    with torch.no_grad():
+        return ssim(model(POSITIONS[:1]).double().numpy(), pictures)[0]
+
+
+def test_aperture_learns_a_spectrum_of_two_plane_waves(two_plane_waves, small, region):
+    model = make_aperture(replace(small, primitives=100), region)
+    assert similarity(model, two_plane_waves) < 0.9
+    learn(model, torch.from_numpy(two_plane_waves).float(), 1e-2, 80)
+    assert similarity(model, two_plane_waves) > 0.99
+
+
+def test_bisplat_learns_a_spectrum_of_two_plane_waves(two_plane_waves, small, region):
+    torch.manual_seed(0)
+    model = BiSplatWRF(replace(small, primitives=400), region)
+    assert similarity(model, two_plane_waves) < 0.9
+    whole = model.azimuths, model.elevations
+    model.azimuths, model.elevations = (axis[::2] for axis in whole)  # every other pixel, for the time it takes
+    learn(model, torch.from_numpy(two_plane_waves[:, ::2, ::2]).float(), 2e-2, 300)
+    model.azimuths, model.elevations = whole
+    assert similarity(model, two_plane_waves) > 0.99

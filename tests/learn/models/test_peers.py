@@ -1,0 +1,135 @@
+"""The models ours are compared with: against their equations, written once more without vectors."""
+
+import cmath
+import math
+
+import numpy as np
+import pytest
+import torch
+
+from learn.models.base import loss
+from learn.models.encoding import positional_encoding
+from learn.models.mlp import PictureMLP, ResponseMLP
+from learn.models.nerf2 import FAR, ORDER, PATH_LOSS, NeRF2
+from learn.models.swiftwrf import SwiftWRF
+from simulate.spectrum import PlanarArray, normalise
+
+POSITIONS = torch.tensor([[0.5, 0.0, 1.0], [3.0, -0.7, 2.2]])
+
+
+@pytest.fixture
+def make(region):
+    def build(model, **settings):
+        torch.manual_seed(0)
+        return model(region, PlanarArray(), **settings)
+
+    return build
+
+
+SMALL = ((PictureMLP, {}), (ResponseMLP, {}), (SwiftWRF, {"primitives": 20}), (NeRF2, {"samples": 3, "width": 8}))
+
+
+@pytest.mark.parametrize(("model", "settings"), SMALL)
+def test_pictures_are_finite_and_differ_by_position_and_the_loss_falls(make, model, settings):
+    model = make(model, **settings)
+    truth = (0.5 + 0.4 * torch.cos(torch.deg2rad(torch.arange(360.0)))).expand(2, 90, 360)
+    optimiser = torch.optim.Adam(model.parameters(), lr=1e-2)
+    losses = []
+    for _ in range(12):
+        value = model.loss(POSITIONS, truth)
+        optimiser.zero_grad()
+        value.backward()
+        optimiser.step()
+        losses.append(value.item())
+    assert min(losses[-3:]) < losses[0]
+    with torch.no_grad():
+        pictures = model(POSITIONS)
+    assert pictures.shape == (2, 90, 360) and pictures.isfinite().all()
+    assert (pictures[0] - pictures[1]).abs().max() > 1e-6
+
+
+def test_response_mlp_shows_what_the_array_makes_of_its_responses(make):
+    model = make(ResponseMLP)
+    with torch.no_grad():
+        channels = torch.view_as_complex(model.channels(POSITIONS).contiguous()).numpy()
+        pictures = model(POSITIONS).numpy()
+    np.testing.assert_allclose(pictures, normalise(PlanarArray().spectrum(channels)), atol=1e-5)
+
+
+def test_swiftwrf_adds_its_deformed_gaussians_in_any_order(make):
+    """S = Σ c_i G_i: no depth, so a Gaussian behind others is seen like one before them."""
+    model = make(SwiftWRF, primitives=12)
+    shuffled = make(SwiftWRF, primitives=12)
+    order = torch.randperm(12)
+    with torch.no_grad():
+        for name in ("centre", "scale_raw", "rotation", "colour"):
+            getattr(shuffled, name).copy_(getattr(model, name)[order])
+        found, expected = shuffled(POSITIONS), model(POSITIONS)
+        torch.testing.assert_close(found, expected, atol=1e-5, rtol=1e-4)
+        model.deformation.outward.weight.zero_()
+        model.deformation.outward.bias.zero_()
+        pictures = model(POSITIONS).numpy()
+    total = 0.0
+    azimuth, elevation = 100, 40
+    for (phi, theta), scale, rho, colour in zip(
+        model.centre.tolist(),
+        model.scale_raw.exp().tolist(),
+        model.rotation.tolist(),
+        model.colour.tolist(),
+        strict=True,
+    ):
+        across, up = (azimuth - phi + 180) % 360 - 180, elevation - theta
+        x, y = math.cos(rho) * across + math.sin(rho) * up, -math.sin(rho) * across + math.cos(rho) * up
+        total += colour * math.exp(-0.5 * ((x / scale[0]) ** 2 + (y / scale[1]) ** 2))
+    np.testing.assert_allclose(pictures[:, elevation - 1, azimuth], total, rtol=1e-3, atol=1e-6)
+
+
+def test_nerf2_marches_rays_by_its_equations(make):
+    """One pixel, voxel by voxel, in complex numbers."""
+    model = make(NeRF2, samples=5, width=8)
+    row, column = 29, 77
+    with torch.no_grad():
+        direction = model.directions[row * 360 + column]
+        attenuation, feature = model.voxels(direction[None])
+        scaled = model.scaled(POSITIONS)
+        encoded = [positional_encoding(part, ORDER).expand(5, -1) for part in (direction, scaled[0])]
+        raw = model.signal(torch.nn.functional.linear(torch.cat([feature[0], *encoded], -1), *_weights(model.radiance)))
+        found = model(POSITIONS)[0, row, column].item()
+    elevation, azimuth = math.radians(row + 1), math.radians(column)
+    expected_direction = [
+        math.cos(elevation) * math.cos(azimuth),
+        math.cos(elevation) * math.sin(azimuth),
+        math.sin(elevation),
+    ]
+    np.testing.assert_allclose(direction.numpy(), expected_direction, atol=1e-6)
+    step, received, passed = FAR / 4, 0, 1
+    for n in range(5):
+        signal = abs(raw[n, 0].item()) * cmath.exp(1j * 2 * math.pi * _sigmoid(raw[n, 1].item()))
+        received += PATH_LOSS / (step * (n + 1)) * passed * signal
+        delta, psi = abs(attenuation[0, n, 0].item()), 2 * math.pi * _sigmoid(attenuation[0, n, 1].item())
+        passed *= cmath.exp((-delta + 1j * psi) * step)
+    assert found == pytest.approx(abs(received), rel=1e-4)
+
+
+def test_nerf2_loss_is_that_of_its_rays(make):
+    """With a prediction that is right everywhere it is zero, with one that is off by a tenth it is a hundredth."""
+    model = make(NeRF2, samples=3, width=8, rays=500)
+    with torch.no_grad():
+        pictures = model(POSITIONS)
+        assert model.loss(POSITIONS, pictures).item() == pytest.approx(0, abs=1e-10)
+        assert model.loss(POSITIONS, pictures + 0.1).item() == pytest.approx(0.01, rel=1e-3)
+
+
+def test_others_lower_the_papers_loss(make):
+    model = make(PictureMLP)
+    truth = torch.rand(2, 90, 360)
+    with torch.no_grad():
+        torch.testing.assert_close(model.loss(POSITIONS, truth), loss(model(POSITIONS), truth))
+
+
+def _weights(layer):
+    return layer.weight, layer.bias
+
+
+def _sigmoid(x):
+    return 1 / (1 + math.exp(-x))

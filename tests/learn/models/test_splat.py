@@ -1,0 +1,243 @@
+"""Splatting against the equations, looped pixel by pixel: the compiled renderer and the readable one alike."""
+
+import math
+
+import numba
+import numpy as np
+import pytest
+import torch
+
+from learn.models import splat as splat_module
+from learn.models.splat_cpu import CUTOFF
+
+NAMES = ("azimuth", "elevation", "depth", "scale", "rotation", "opacity", "coefficient")
+
+
+@pytest.fixture(params=["compiled", "reference"])
+def renderer(request, monkeypatch):
+    """``splat`` as it is on a CPU, and with the reference renderer."""
+    if request.param == "reference":
+        monkeypatch.setattr(splat_module, "splat_cpu", splat_module.splat_reference)
+    return request.param
+
+
+def splat(coefficient, **others):
+    """``learn.models.splat.splat`` of complex numbers."""
+    return torch.view_as_complex(splat_module.splat(coefficient=torch.view_as_real(coefficient), **others).contiguous())
+
+
+def primitives(count, batch=2, seed=0, scales=(5, 40)):
+    """Random attributes in float64."""
+    generator = np.random.default_rng(seed)
+    shape = (batch, count)
+    attributes = {
+        "azimuth": generator.uniform(0, 360, count),
+        "elevation": generator.uniform(0, 90, count),
+        "depth": generator.uniform(1, 50, count),
+        "scale": generator.uniform(*scales, (*shape, 2)),
+        "rotation": generator.uniform(0, math.pi, shape),
+        "opacity": generator.uniform(0.05, 0.95, shape),
+        "coefficient": generator.normal(size=shape) + 1j * generator.normal(size=shape),
+    }
+    return {name: torch.from_numpy(values) for name, values in attributes.items()}
+
+
+def axis(start, stop, step):
+    return torch.arange(start, stop, step, dtype=torch.float64)
+
+
+def equations(azimuth, elevation, depth, scale, rotation, opacity, coefficient, azimuths, elevations):
+    """The paper's equations, one pixel and one primitive at a time; azimuth the nearer way round."""
+    field = np.zeros((len(opacity), len(elevations), len(azimuths)), complex)
+    order = sorted(range(len(depth)), key=lambda i: depth[i])
+    for sample in range(len(opacity)):
+        precisions = []
+        for i in order:
+            cos, sin = math.cos(rotation[sample, i]), math.sin(rotation[sample, i])
+            turn = np.array([[cos, -sin], [sin, cos]])
+            precisions.append(np.linalg.inv(turn @ np.diag(scale[sample, i] ** 2) @ turn.T))
+        for row, theta in enumerate(elevations):
+            for column, phi in enumerate(azimuths):
+                transmittance = 1.0
+                for i, precision in zip(order, precisions, strict=True):
+                    offset = np.array([(phi - azimuth[i] + 180) % 360 - 180, theta - elevation[i]])
+                    alpha = opacity[sample, i] * math.exp(-0.5 * offset @ precision @ offset)
+                    field[sample, row, column] += coefficient[sample, i] * alpha * transmittance
+                    transmittance *= 1 - alpha
+    return field
+
+
+def assert_renders_the_equations(attributes, azimuths, elevations):
+    found = splat(**attributes, azimuths=azimuths, elevations=elevations)
+    expected = equations(*(attributes[name].numpy() for name in NAMES), azimuths.numpy(), elevations.numpy())
+    most = attributes["coefficient"].abs().sum().item()
+    assert np.abs(expected).max() > 0.01 * most  # there is something to see
+    np.testing.assert_allclose(found.numpy(), expected, atol=(2 * CUTOFF + 1e-10) * most, rtol=0)
+
+
+GRID = axis(0, 360, 10), axis(5, 90, 10)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_random_primitives_render_as_the_equations_say(renderer, seed):
+    assert_renders_the_equations(primitives(15, seed=seed), *GRID)
+
+
+def test_spectrum_grid_renders_as_the_equations_say(renderer):
+    assert_renders_the_equations(primitives(6, batch=1, scales=(2, 10)), axis(0, 360, 1), axis(1, 91, 20))
+
+
+def test_primitives_on_the_seam_render_on_both_sides(renderer):
+    attributes = primitives(8, scales=(10, 20))
+    attributes["azimuth"] = torch.tensor([0.0, 359.999, 0.001, 358.0, 2.0, 180.0, 0.5, 359.5], dtype=torch.float64)
+    assert_renders_the_equations(attributes, *GRID)
+    field = splat(**attributes, azimuths=GRID[0], elevations=GRID[1]).abs().amax((0, 1))
+    assert field[1] > 1e-3 and field[-1] > 1e-3
+
+
+def test_primitives_at_both_ends_of_the_elevation_render_as_the_equations_say(renderer):
+    attributes = primitives(8)
+    attributes["elevation"] = torch.tensor([0.0, 90.0] * 4, dtype=torch.float64)
+    assert_renders_the_equations(attributes, *GRID)
+
+
+def test_tiny_primitives_render_as_the_equations_say(renderer):
+    """Far narrower than a pixel: seen where they sit on one, else not at all."""
+    attributes = primitives(6, scales=(0.01, 0.1))
+    attributes["azimuth"][:3] = torch.tensor([0.0, 120.0, 350.0], dtype=torch.float64)
+    attributes["elevation"][:3] = torch.tensor([5.0, 45.0, 85.0], dtype=torch.float64)
+    assert_renders_the_equations(attributes, *GRID)
+
+
+def test_huge_primitives_render_as_the_equations_say(renderer):
+    """Wider than the chart: the half turn away, where the two ways round meet, is seen too."""
+    attributes = primitives(6, scales=(100, 1000))
+    attributes["azimuth"][:2] = torch.tensor([0.0, 90.0], dtype=torch.float64)  # pixels exactly 180° away
+    assert_renders_the_equations(attributes, *GRID)
+
+
+def test_long_thin_turned_primitives_render_as_the_equations_say(renderer):
+    attributes = primitives(6)
+    attributes["scale"] = torch.tensor([80.0, 2.0], dtype=torch.float64).expand(2, 6, 2)
+    assert_renders_the_equations(attributes, *GRID)
+
+
+def test_almost_invisible_and_almost_opaque_primitives_render_as_the_equations_say(renderer):
+    attributes = primitives(8)
+    attributes["opacity"] = torch.tensor([1e-9, 1 - 1e-9, 1e-4, 1.0] * 2, dtype=torch.float64).expand(2, 8)
+    assert_renders_the_equations(attributes, *GRID)
+
+
+def test_equal_depths_keep_the_order_given(renderer):
+    attributes = primitives(8)
+    attributes["depth"] = torch.tensor([7.0, 3.0, 7.0, 3.0, 7.0, 3.0, 7.0, 3.0], dtype=torch.float64)
+    assert_renders_the_equations(attributes, *GRID)
+
+
+def test_order_of_distinct_depths_is_all_that_matters(renderer):
+    attributes = primitives(12)
+    order = torch.randperm(12, generator=torch.Generator().manual_seed(0))
+    shuffled = {name: x[order] if x.ndim == 1 else x[:, order] for name, x in attributes.items()}
+    deeper = attributes | {"depth": attributes["depth"] ** 2}
+    expected = splat(**attributes, azimuths=GRID[0], elevations=GRID[1])
+    for same in (shuffled, deeper):
+        torch.testing.assert_close(splat(**same, azimuths=GRID[0], elevations=GRID[1]), expected)
+
+
+def test_nearer_opaque_primitive_hides_a_farther_one(renderer):
+    attributes = primitives(2, batch=1)
+    attributes["azimuth"] = torch.full((2,), 120.0, dtype=torch.float64)
+    attributes["elevation"] = torch.full((2,), 45.0, dtype=torch.float64)
+    attributes["opacity"] = torch.ones(1, 2, dtype=torch.float64)
+    for depths, in_front in (([1.0, 2.0], 0), ([2.0, 1.0], 1)):
+        attributes["depth"] = torch.tensor(depths, dtype=torch.float64)
+        field = splat(**attributes, azimuths=GRID[0], elevations=GRID[1])
+        torch.testing.assert_close(field[0, 4, 12], attributes["coefficient"][0, in_front])
+
+
+def test_shift_by_whole_pixels_rolls_the_picture(renderer):
+    attributes = primitives(12)
+    expected = splat(**attributes, azimuths=GRID[0], elevations=GRID[1])
+    for pixels in (0, 7, 35):
+        for turn in (0, 360):
+            shifted = attributes | {"azimuth": (attributes["azimuth"] + 10 * pixels) % 360 + turn}
+            found = splat(**shifted, azimuths=GRID[0], elevations=GRID[1])
+            torch.testing.assert_close(found, expected.roll(pixels, dims=-1), atol=1e-7, rtol=0)
+
+
+def test_single_precision_is_nearly_as_good(renderer):
+    """A model's own numbers, all of them and the result in float32."""
+    attributes = primitives(50, scales=(2, 30))
+    single = {name: x.to(torch.complex64 if x.is_complex() else torch.float32) for name, x in attributes.items()}
+    found = splat(**single, azimuths=GRID[0].float(), elevations=GRID[1].float())
+    expected = splat(**attributes, azimuths=GRID[0], elevations=GRID[1])
+    assert found.dtype == torch.complex64
+    assert (found - expected).abs().max() < 1e-4 * expected.abs().max()
+
+
+LEARNED = tuple(name for name in NAMES if name != "depth")  # depth only orders
+
+
+def test_gradients_are_those_of_finite_differences(renderer):
+    attributes = primitives(4, scales=(20, 60), seed=5)
+    attributes["azimuth"][0] = 359.5
+
+    def field(*learned):
+        named = dict(zip(LEARNED, learned, strict=True))
+        return splat(**named, depth=attributes["depth"], azimuths=axis(0, 360, 30), elevations=axis(3, 90, 30))
+
+    inputs = [attributes[name].requires_grad_() for name in LEARNED]
+    assert torch.autograd.gradcheck(field, inputs, eps=1e-6, atol=1e-5)
+
+
+def gradients(attributes, seed=0):
+    """Of a random weighting of the field's real and imaginary parts, on a 10° grid."""
+    inputs = {name: x.clone().requires_grad_(name != "depth") for name, x in attributes.items()}
+    field = splat(**inputs, azimuths=GRID[0], elevations=GRID[1])
+    weights = torch.randn(field.shape, dtype=field.dtype, generator=torch.Generator().manual_seed(seed))
+    return torch.autograd.grad((field * weights).real.sum(), [inputs[name] for name in LEARNED])
+
+
+@pytest.mark.parametrize("scales", [(0.05, 2), (5, 40), (100, 1000)])
+def test_compiled_gradients_are_the_references(monkeypatch, scales):
+    """Many primitives, and every extreme that finite differences cannot take: seam, ends, almost opaque."""
+    attributes = primitives(60, scales=scales)
+    attributes["azimuth"][:4] = torch.tensor([0.0, 359.999, 0.001, 180.0], dtype=torch.float64)
+    attributes["elevation"][:2] = torch.tensor([0.0, 90.0], dtype=torch.float64)
+    attributes["opacity"][:, :4] = torch.tensor([1e-6, 1 - 1e-6, 0.999, 0.5], dtype=torch.float64)
+    compiled = gradients(attributes)
+    monkeypatch.setattr(splat_module, "splat_cpu", splat_module.splat_reference)
+    for name, found, expected in zip(LEARNED, compiled, gradients(attributes), strict=True):
+        most = expected.abs().max().item()
+        torch.testing.assert_close(
+            found, expected, atol=1e-6 * most, rtol=1e-6, msg=lambda text, n=name: f"{n}: {text}"
+        )
+
+
+def test_number_of_threads_changes_nothing():
+    """Tasks add to sums of their own: no race, and a resumed run has the weights of an uninterrupted one."""
+    attributes = primitives(30, batch=3)
+    results = []
+    for threads in (1, numba.config.NUMBA_NUM_THREADS):
+        torch.set_num_threads(threads)
+        numba.set_num_threads(threads)
+        try:
+            results.append([splat(**attributes, azimuths=GRID[0], elevations=GRID[1]), *gradients(attributes)])
+        finally:
+            torch.set_num_threads(1)
+            numba.set_num_threads(1)
+    for found, expected in zip(results[1], results[0], strict=True):
+        torch.testing.assert_close(found, expected, atol=1e-12, rtol=1e-10)
+
+
+def test_coefficients_gradient_is_the_weight_of_the_primitive(renderer):
+    """∂F/∂c_i = α_i Π_{j<i} (1 − α_j): the picture with c_i = 1 and all others 0."""
+    attributes = primitives(5, batch=1)
+    pixel = (0, 3, 20)
+    inputs = attributes | {"coefficient": attributes["coefficient"].clone().requires_grad_()}
+    field = splat(**inputs, azimuths=GRID[0], elevations=GRID[1])
+    found = torch.autograd.grad(field[pixel].real, inputs["coefficient"])[0]
+    for i in range(5):
+        alone = attributes | {"coefficient": torch.eye(5, dtype=torch.complex128)[[i]]}
+        weight = splat(**alone, azimuths=GRID[0], elevations=GRID[1])[pixel]
+        torch.testing.assert_close(found[0, i], weight, atol=1e-7, rtol=0)

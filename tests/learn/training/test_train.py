@@ -1,0 +1,415 @@
+"""Training: resumes exactly, refuses what is not its own, and leaves a run folder that can be used again."""
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+import torch
+from lightning.fabric.utilities.data import _set_sampler_epoch
+from PIL import Image
+from safetensors.torch import load_file
+
+from learn.evaluation.evaluate import evaluate
+from learn.metrics import ssim
+from learn.models.base import L1_WEIGHT, SSIM_WEIGHT, loss
+from learn.splits import split
+from learn.training.lightning_module import Spectra, Training
+from learn.training.run_folder import load_run, read_config
+from learn.training.train import train
+from scenes.errors import InputError
+from simulate.dataset import read_dataset
+from simulate.dataset_writer import write_index
+from simulate.spectrum import PlanarArray, normalise
+
+pytestmark = pytest.mark.usefixtures("small_models")
+
+
+def weights(folder):
+    return load_file(folder / "weights.safetensors")
+
+
+def assert_same_weights(found, expected):
+    found, expected = weights(found), weights(expected)
+    assert found.keys() == expected.keys()
+    for name, tensor in expected.items():
+        assert torch.equal(found[name], tensor), name
+
+
+@pytest.fixture
+def stop_at(monkeypatch):
+    """Function: makes training raise an exception at an optimiser step, counted from the run's start."""
+    whole = Training.training_step
+
+    def arm(step, exception):
+        def training_step(self, batch, index):
+            if self.trainer.global_step == step:
+                raise exception
+            return whole(self, batch, index)
+
+        monkeypatch.setattr(Training, "training_step", training_step)
+
+    yield arm
+    monkeypatch.setattr(Training, "training_step", whole)
+
+
+# Loss
+
+
+def test_loss_is_seven_tenths_l1_and_three_tenths_dissimilarity(plane_waves):
+    assert (L1_WEIGHT, SSIM_WEIGHT) == (0.7, 0.3)
+    waves = np.array([plane_waves((1, azimuth, 30), (0.5, 200, 60)) for azimuth in (100, 130)])
+    here, there = (torch.from_numpy(x)[None].float() for x in normalise(PlanarArray().spectrum(waves)))
+    assert loss(here, here).item() == pytest.approx(0, abs=1e-6)
+    assert loss(here, (here + 0.1)).item() > 0.7 * 0.1
+    # The loss's SSIM has another window than scikit-image's: near, not equal.
+    similarity = ssim(here.double().numpy(), there.double().numpy())[0]
+    expected = 0.7 * (here - there).abs().mean().item() + 0.3 * (1 - similarity)
+    assert loss(here, there).item() == pytest.approx(expected, abs=0.3 * 0.1)
+
+
+# Interruption
+
+
+@pytest.mark.parametrize(
+    ("steps", "exception"),
+    [((4,), KeyboardInterrupt), ((8,), KeyboardInterrupt), ((3, 7, 11), RuntimeError)],
+    ids=["Ctrl-C before the first validation", "Ctrl-C after it", "three crashes"],
+)
+def test_resumed_training_gives_the_weights_of_an_uninterrupted_one(
+    tmp_path, tiny_config, finished_run, stop_at, steps, exception
+):
+    folder = tmp_path / "run"
+    for step in steps:
+        stop_at(step, exception("stopped by the test"))
+        with pytest.raises(exception):
+            train(tiny_config, folder)
+        assert not (folder / "weights.safetensors").exists()
+    with pytest.raises(InputError, match="expected a finished run"):
+        evaluate(folder)
+
+    stop_at(None, None)
+    train(tiny_config, folder)
+    assert_same_weights(folder, finished_run)
+    # Lightning replaces a log by a new one of the same name: the part before the interruption must still be there.
+    logs = [pd.read_csv(path) for path in (folder / "logs").rglob("metrics.csv")]
+    logged = pd.concat(logs)["step"]
+    assert logged.max() == 11
+    if steps != (4,):
+        assert logged.min() <= 5, "the log of the steps before the interruption is gone"
+
+
+def test_interrupted_training_leaves_the_programs_own_answer_to_ctrl_c(tmp_path, tiny_config, stop_at):
+    before = signal.getsignal(signal.SIGINT)
+    stop_at(1, KeyboardInterrupt())
+    with pytest.raises(KeyboardInterrupt):
+        train(tiny_config, tmp_path / "run")
+    assert signal.getsignal(signal.SIGINT) is before
+
+
+def test_a_long_epoch_ends_at_the_validation_and_is_resumed_there(tmp_path, tiny_config, stop_at, monkeypatch):
+    monkeypatch.setattr("learn.training.train.STEPS_PER_VALIDATION", 3)
+    config = replace(tiny_config, steps=7, batch_size=2)  # a pass has more than six batches
+    train(config, tmp_path / "whole")
+    assert json.loads((tmp_path / "whole" / "training.json").read_text())["steps"] == 6
+    validated = pd.read_csv(tmp_path / "whole" / "logs" / "version_0" / "metrics.csv").dropna(subset="validation_ssim")
+    assert validated["step"].tolist() == [2, 5]
+
+    stop_at(4, RuntimeError())
+    with pytest.raises(RuntimeError):
+        train(config, tmp_path / "stopped")
+    stop_at(-1, None)
+    train(config, tmp_path / "stopped")
+    assert_same_weights(tmp_path / "stopped", tmp_path / "whole")
+
+
+def test_run_killed_between_the_last_checkpoint_and_the_weights_needs_no_more_steps(
+    tmp_path, tiny_config, finished_run, stop_at, monkeypatch
+):
+    def no_disk(*_):
+        raise OSError("no space left")
+
+    folder = tmp_path / "run"
+    with monkeypatch.context() as patch:
+        patch.setattr("learn.training.train.save_weights", no_disk)
+        with pytest.raises(OSError, match="no space left"):
+            train(tiny_config, folder)
+    stop_at(12, AssertionError("a step too many"))
+    train(tiny_config, folder)
+    assert_same_weights(folder, finished_run)
+
+
+# The folder
+
+
+def test_finished_run_returns_at_once(tiny_config, finished_run, stop_at):
+    stop_at(0, AssertionError("trained again"))
+    files = sorted((path, path.stat().st_mtime_ns) for path in finished_run.rglob("*") if path.is_file())
+    train(tiny_config, finished_run)
+    assert files == sorted((path, path.stat().st_mtime_ns) for path in finished_run.rglob("*") if path.is_file())
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("dataset", "elsewhere"),
+        ("model", "bisplat"),
+        ("split", "blocked"),
+        ("seed", 4),
+        ("steps", 24),
+        ("batch_size", 4),
+        ("learning_rate", 1e-3),
+        ("bypass", ("delta",)),
+    ],
+)
+def test_run_folder_of_another_run_is_refused(tiny_config, finished_run, write_folder, tmp_path, name, value):
+    if name == "dataset":
+        value = str(write_folder(tmp_path / value))
+    with pytest.raises(InputError, match=f"{finished_run}: expected .* whose {name} is"):
+        train(replace(tiny_config, **{name: value}), finished_run)
+
+
+def test_folder_of_something_else_is_refused_and_left_alone(tiny_config, tmp_path):
+    (tmp_path / "thesis.tex").write_text("precious")
+    with pytest.raises(InputError, match="expected a new folder"):
+        train(tiny_config, tmp_path)
+    with pytest.raises(InputError, match="expected a new folder"):
+        train(tiny_config, tmp_path / "thesis.tex")
+    assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
+
+
+def test_run_folder_says_what_was_trained(tiny, tiny_config, finished_run):
+    config, array = read_config(finished_run)
+    assert config == tiny_config and array == PlanarArray()
+    parts = json.loads((finished_run / "split.json").read_text())
+    assert parts.keys() == {"train", "validation", "test"}
+    names = [name for part in parts.values() for name in part]
+    assert len(names) == len(set(names)) == 24
+    assert sorted(parts["test"]) == (tiny / "test_index.txt").read_text().split()
+    assert len(parts["validation"]) == 2
+
+
+def test_log_holds_the_loss_and_the_validation_ssim(finished_run):
+    (path,) = (finished_run / "logs").rglob("metrics.csv")
+    log = pd.read_csv(path)
+    assert log["loss"].dropna().between(0, 2).all() and len(log["loss"].dropna()) == 4  # one per epoch
+    assert log["validation_ssim"].dropna().between(-1, 1).all() and len(log["validation_ssim"].dropna()) == 2
+
+
+def test_saved_weights_are_those_with_the_best_validation(tiny, tiny_config, finished_run):
+    run, dataset = load_run(finished_run), read_dataset(tiny)
+    validation = run.split(dataset).validation
+    found = np.median(
+        ssim(run.predict(dataset.positions[validation]).astype(float), dataset.pictures[validation] / 255)
+    )
+    (path,) = (finished_run / "logs").rglob("metrics.csv")
+    assert found == pytest.approx(pd.read_csv(path)["validation_ssim"].max(), abs=1e-4)
+
+
+def test_training_improves_on_the_untrained_model(tmp_path, tiny, tiny_config, finished_run):
+    first, last = (
+        torch.load(finished_run / "checkpoints" / name, weights_only=False)["global_step"]
+        for name in ("best.ckpt", "last.ckpt")
+    )
+    assert first <= last == 12
+    (path,) = (finished_run / "logs").rglob("metrics.csv")
+    losses = pd.read_csv(path)["loss"].dropna().to_list()
+    assert losses[-1] < losses[0]
+
+
+@pytest.mark.parametrize("model", ["bisplat", "bisplat-plus"])
+def test_other_models_train_predict_and_load_too(tmp_path, monkeypatch, tiny_config, model):
+    folder = tmp_path / "run"
+    monkeypatch.setattr("learn.training.train.STEPS_PER_VALIDATION", 1)
+    train(replace(tiny_config, model=model, steps=1, batch_size=17, bypass=("bst",)), folder)
+    run = load_run(folder)
+    assert run.config.bypass == ("bst",) and run.model.bypass == {"bst"}
+    positions = np.array([[1.0, 0.5, 1.0]] * 18)  # more than one batch
+    assert run.predict(positions).shape == (18, 90, 360)
+    assert run.predict_channels(positions) is None
+
+
+def test_loaded_run_predicts_what_its_weights_say(finished_run, tiny):
+    run, dataset = load_run(finished_run), read_dataset(tiny)
+    known = dataset.positions[run.split(dataset).known]
+    np.testing.assert_allclose(run.model.region, [known.min(0), np.maximum(known.max(0), known.min(0) + 1e-3)])
+    positions = dataset.positions[:20]
+    pictures, channels = run.predict(positions), run.predict_channels(positions)
+    assert (pictures.shape, pictures.dtype) == ((20, 90, 360), np.float32)
+    assert (channels.shape, channels.dtype) == ((20, 16), np.complex64)
+    np.testing.assert_allclose(pictures, normalise(PlanarArray().spectrum(channels)), atol=1e-5)
+
+
+def test_coordinate_that_never_changes_is_no_division_by_zero(finished_run, tiny):
+    assert np.ptp(read_dataset(tiny).positions[:, 2]) == 0
+    assert np.isfinite(load_run(finished_run).predict(np.array([[1.0, 0.5, 1.0], [1.0, 0.5, 1.2]]))).all()
+
+
+def test_training_begins_with_the_weights_of_another_run(finished_run, tmp_path, tiny_config, monkeypatch):
+    """At a rate of nothing they stay what they were, but for the box that positions are scaled by."""
+    config = replace(tiny_config, init=str(finished_run), split="random", split_seed=1, learning_rate=1e-30)
+    train(config, tmp_path / "run")
+    found, expected = weights(tmp_path / "run"), weights(finished_run)
+    assert not torch.equal(found.pop("region"), expected.pop("region"))
+    torch.testing.assert_close(found, expected)
+    with pytest.raises(InputError, match="expected a run of the same model and size"):
+        train(replace(config, model="mlp"), tmp_path / "other")
+
+
+def test_damaged_weights_are_refused(finished_run, tmp_path):
+    for name in ("config.json", "split.json"):
+        (tmp_path / name).write_bytes((finished_run / name).read_bytes())
+    (tmp_path / "weights.safetensors").write_bytes((finished_run / "weights.safetensors").read_bytes()[:1000])
+    with pytest.raises(InputError, match="expected the weights of bisplat-aperture"):
+        load_run(tmp_path)
+
+
+def test_folder_that_is_no_run_is_refused(tmp_path):
+    with pytest.raises(InputError, match="expected a run folder"):
+        load_run(tmp_path)
+    (tmp_path / "config.json").write_text('{"dataset": 1}')
+    with pytest.raises(InputError, match="expected the settings"):
+        load_run(tmp_path)
+
+
+# Evaluation
+
+
+def test_evaluation_scores_the_test_part_beside_the_baselines(tiny, finished_run):
+    found = evaluate(finished_run)
+    dataset = read_dataset(tiny)
+    assert sorted(found.test) == sorted(dataset.test)
+
+    metrics = json.loads((finished_run / "evaluation" / "metrics.json").read_text())
+    assert metrics == found.metrics()
+    assert metrics["test_spectra"] == 5
+    assert metrics["baselines"].keys() == {"mean_picture", "nearest", "inverse_distance", "array_ceiling"}
+    truth, known = dataset.spectra[found.test].astype(float), np.setdiff1d(np.arange(24), found.test)
+    prediction = load_run(finished_run).predict(dataset.positions[found.test]).astype(float)
+    assert metrics["ssim_median"] == pytest.approx(np.median(ssim(prediction, truth)), abs=1e-6)
+    distance = np.linalg.norm(dataset.positions[found.test][:, None] - dataset.positions[known], axis=-1)
+    copies = dataset.spectra[known[distance.argmin(axis=1)]].astype(float)
+    assert metrics["baselines"]["nearest"]["ssim_median"] == pytest.approx(np.median(ssim(copies, truth)), abs=1e-6)
+    mean = np.stack([dataset.spectra[known].astype(float).mean(axis=0)] * 5)
+    found_mean = metrics["baselines"]["mean_picture"]
+    assert found_mean["mae_mean"] == pytest.approx(np.abs(mean - truth).mean(), abs=1e-6)
+
+    rows = pd.read_csv(finished_run / "evaluation" / "per_sample.csv", dtype={"name": str}).set_index("name")
+    assert sorted(rows.index) == (tiny / "test_index.txt").read_text().split()
+    assert rows["ssim"].median() == pytest.approx(metrics["ssim_median"], abs=1e-5)
+    assert rows["ssim_nearest"].median() == pytest.approx(metrics["baselines"]["nearest"]["ssim_median"], abs=1e-5)
+    np.testing.assert_allclose(rows.loc["00003", ["x", "y", "z"]].to_numpy(float), dataset.positions[2])
+    for name in ("ssim_cdf.png", "examples.png"):
+        with Image.open(finished_run / "evaluation" / name) as image:
+            image.load()
+
+
+@pytest.mark.usefixtures("no_ceiling")
+def test_evaluation_on_an_index_tests_on_exactly_that(tmp_path, finished_run):
+    write_index(tmp_path / "index.txt", ["00023", "00003"])
+    assert sorted(evaluate(finished_run, index=tmp_path / "index.txt").test) == [2, 22]
+
+
+@pytest.mark.parametrize("part", ["train", "validation"])
+def test_index_that_names_a_spectrum_the_run_has_seen_is_refused(tmp_path, tiny, finished_run, part):
+    seen = json.loads((finished_run / "split.json").read_text())[part][0]
+    write_index(tmp_path / "index.txt", ["00003", seen])
+    for dataset in (None, tiny):
+        with pytest.raises(InputError, match=f"not trained on, found {seen}"):
+            evaluate(finished_run, dataset, tmp_path / "index.txt")
+
+
+@pytest.mark.usefixtures("no_ceiling")
+def test_evaluation_on_another_dataset_tests_on_all_of_it_against_baselines_from_the_training_one(
+    tmp_path, tiny, finished_run, write_folder
+):
+    other = write_folder(tmp_path / "other", count=3)
+    found = evaluate(finished_run, other)
+    assert found.test.tolist() == [0, 1, 2] and found.metrics()["test_spectra"] == 3
+    ours, theirs = read_dataset(tiny), read_dataset(other)
+    known = load_run(finished_run).split(ours).known
+    near = known[np.linalg.norm(theirs.positions[:, None] - ours.positions[known], axis=-1).argmin(axis=1)]
+    expected = ssim(ours.spectra[near].astype(float), theirs.spectra.astype(float))
+    np.testing.assert_allclose(found.scores["nearest"].ssim, expected, atol=1e-6)
+
+
+def test_dataset_that_lost_spectra_the_run_was_trained_on_is_refused(tmp_path, tiny_config, finished_run, write_folder):
+    run = tmp_path / "run"
+    shorter = write_folder(tmp_path / "shorter", count=12)
+    for name in ("split.json", "weights.safetensors"):
+        (run / name).parent.mkdir(exist_ok=True)
+        (run / name).write_bytes((finished_run / name).read_bytes())
+    config = json.loads((finished_run / "config.json").read_text()) | {"dataset": str(shorter)}
+    (run / "config.json").write_text(json.dumps(config))
+    with pytest.raises(InputError, match=f"{shorter}: expected the dataset {run} was trained on"):
+        evaluate(run)
+
+
+def test_every_epoch_has_an_order_of_its_own(tiny, tiny_config):
+    """Told of the epoch as Lightning tells it; a resumed run sees what an uninterrupted one would have seen."""
+    dataset = read_dataset(tiny)
+    loader = Spectra(dataset, split(dataset, "files", 0), 5, seed=0).train_dataloader()
+
+    def order(epoch):
+        _set_sampler_epoch(loader, epoch)
+        return torch.cat([positions for positions, _ in loader]).tolist()
+
+    first = order(0)
+    assert len(first) == 15 and order(1) != first and order(0) == first
+
+
+# Several processes
+
+
+def losses(run: Path) -> list[tuple[int, float]]:
+    rows = csv.DictReader((run / "logs" / "version_0" / "metrics.csv").open())
+    return [(int(row["step"]), float(row["loss"])) for row in rows if row.get("loss")]
+
+
+TWO_PROCESSES = """
+import sys
+from pathlib import Path
+import torch
+import learn.training.run_folder, learn.training.train
+from learn.models.bisplat import ModelSize
+from learn.training.run_folder import Config
+
+learn.training.run_folder.SIZES = dict.fromkeys(learn.training.run_folder.SIZES, ModelSize({size}))
+learn.training.train.STEPS_PER_VALIDATION = 6
+torch.optim.AdamW = lambda parameters, lr, **_: torch.optim.SGD(parameters, lr)
+learn.training.train.train({config!r}, Path(sys.argv[1]), devices=2)
+"""
+
+
+def test_two_processes_have_the_loss_curve_of_one(tiny_config, small, tmp_path, monkeypatch):
+    """The same global batches, gradients averaged: equal but for rounding. By plain descent, since Adam divides by the
+    gradient's size and so makes whole steps of rounding errors."""
+    config = replace(tiny_config, model="bisplat", batch_size=4, learning_rate=0.03)
+    monkeypatch.setattr("torch.optim.AdamW", lambda parameters, lr, **_: torch.optim.SGD(parameters, lr))
+    train(config, tmp_path / "one")
+    size = ", ".join(f"{name}={value}" for name, value in asdict(small).items())
+    script = tmp_path / "two_processes.py"
+    script.write_text(TWO_PROCESSES.format(size=size, config=config))
+    environment = os.environ | {"OMP_NUM_THREADS": "1", "PYTHONPATH": os.pathsep.join(sys.path)}
+    command = [sys.executable, script, tmp_path / "two"]
+    subprocess.run(command, check=True, capture_output=True, timeout=300, env=environment)
+    one, two = losses(tmp_path / "one"), losses(tmp_path / "two")
+    assert len(one) >= 2
+    assert [step for step, _ in one] == [step for step, _ in two]
+    np.testing.assert_allclose(two, one, rtol=1e-4)
+    assert one[-1][1] < 0.95 * one[0][1]
+
+
+def test_batch_that_the_devices_cannot_share_is_refused(tiny_config, tmp_path):
+    with pytest.raises(
+        InputError, match=f"--batch-size: expected a multiple of 3 devices, found {tiny_config.batch_size}"
+    ):
+        train(tiny_config, tmp_path / "run", devices=3)
+    assert not (tmp_path / "run").exists()

@@ -1,0 +1,176 @@
+"""``bisplat view`` in a real headless Chromium: what a user sees, drags and reads."""
+
+import json
+import os
+import shutil
+from collections.abc import Callable
+from dataclasses import asdict, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from playwright.sync_api import Page, expect
+
+from learn.training.run_folder import load_run
+from learn.training.train import train
+from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.lab import lab
+from scenes.materials import p2040_material
+from scenes.scene_yaml import write_scene
+from scenes.shapes import sheet
+from simulate.dataset import read_dataset
+from simulate.generate import generate
+from simulate.propagation import Propagation
+from simulate.request import Request
+
+FOR_THE_DOCS = "BISPLAT_SCREENSHOTS" in os.environ
+"""Screenshots are kept: then of the lab and of a model that knows it, for which there is no time otherwise."""
+
+
+@pytest.fixture(scope="module")
+def room() -> Scene:
+    """Floor, two walls and a table; for the docs the lab."""
+    if FOR_THE_DOCS:
+        return lab()
+    concrete, wood = (p2040_material(name, 915e6) for name in ("concrete", "wood"))
+    return Scene(
+        name="nook",
+        frequency=915e6,
+        gateway=Gateway((0.05, 1.5, 1.4), facing((1, 0, 0))),
+        transmitter=Transmitter((1.2, 0.8, 0.9), (2.6, 2.2, 1.6)),
+        objects=(
+            SceneObject("floor", sheet((0, 0, 0), (3, 0, 0), (0, 3, 0)), "concrete"),
+            SceneObject("wall", sheet((0, 3, 0), (3, 0, 0), (0, 0, 2.4)), "concrete"),
+            SceneObject("back", sheet((0, 0, 0), (0, 3, 0), (0, 0, 2.4)), "concrete"),
+            SceneObject("table", sheet((1.2, 0.8, 0.7), (1.0, 0, 0), (0, 1.2, 0)), "wood"),
+        ),
+        materials={"concrete": concrete, "wood": wood},
+    )
+
+
+@pytest.fixture(scope="module")
+def run(room, small, tiny_config, tmp_path_factory) -> Path:
+    """A small model, trained a little on spectra traced in the room."""
+    folder = tmp_path_factory.mktemp("view")
+    low, high = room.transmitter.region_min, room.transmitter.region_max
+    positions = np.random.default_rng(0).uniform(low, high, (600 if FOR_THE_DOCS else 40, 3))
+    propagation = Propagation(max_depth=3 if FOR_THE_DOCS else 1, rays=20_000)
+    generate(Request(room, positions, "uniform", propagation, 0), folder / "data")
+    config = replace(tiny_config, dataset=str(folder / "data"), size=asdict(small), steps=30)
+    if FOR_THE_DOCS:
+        config = replace(config, size={"primitives": 250}, steps=800, batch_size=8)
+    train(config, folder / "run")
+    return folder / "run"
+
+
+@pytest.fixture(scope="module")
+def viewer(serve, run):
+    """``bisplat view`` of the run."""
+    return serve("view", str(run), "--port", "8650")
+
+
+SHOWN = "dominant direction azimuth"
+
+
+@pytest.fixture(scope="module")
+def tab(viewer, open_tab) -> Page:
+    """A tab of the viewer."""
+    return open_tab(viewer.url, SHOWN)
+
+
+PICTURE = "img[src^='blob:']"
+NUMBERS = "p:has-text('dominant direction azimuth')"
+
+
+def change(page: Page, act: Callable[[], None]) -> None:
+    """Do something that must change the picture in the panel."""
+    before = page.locator(PICTURE).get_attribute("src") or ""
+    act()
+    expect(page.locator(PICTURE)).not_to_have_attribute("src", before)
+
+
+def type_position(page: Page, *position: float) -> None:
+    fields = page.locator("input[inputmode=decimal], input[type=number]")
+    for index, value in enumerate(position):
+        fields.nth(index).fill(f"{value}")
+        fields.nth(index).press("Enter")
+        page.wait_for_timeout(300)  # nobody types faster
+
+
+def drag(page: Page, x: float, y: float) -> None:
+    page.mouse.move(x, y)
+    page.mouse.down()
+    for step in range(1, 6):
+        page.mouse.move(x + 10 * step, y - 5 * step)
+    page.mouse.up()
+
+
+def test_page_shows_room_and_spectra(tab, keep_screenshot):
+    expect(tab.get_by_text("SSIM").first).to_be_visible()
+    shot = keep_screenshot(tab, "view")
+    room, panel = shot[:, :780], shot[:, 820:]
+    assert len(np.unique(room.reshape(-1, 3), axis=0)) > 100 and room.std() > 5
+    assert len(np.unique(panel.reshape(-1, 3), axis=0)) > 300
+
+
+def test_numbers_shown_are_those_of_bisplat_predict(tab, run):
+    change(tab, lambda: type_position(tab, 1.75, 1.25, 1.3))
+    predicted = load_run(run).predict(np.array([[1.75, 1.25, 1.3]]))[0]
+    elevation, azimuth = np.unravel_index(predicted.argmax(), predicted.shape)
+    expected = f"predicted: dominant direction azimuth {azimuth}°, elevation {elevation + 1}°"
+    expect(tab.get_by_text(expected)).to_be_visible()
+
+
+def test_switches_change_the_picture(tab, keep_screenshot):
+    for name, choice in (("view", "polar"), ("quantity", "phase"), ("quantity", "magnitude"), ("scale", "dB")):
+        tab.get_by_role("combobox", name=name, exact=True).click()
+        change(tab, tab.get_by_role("option", name=choice, exact=True).click)
+    tab.get_by_text("primitives").scroll_into_view_if_needed()
+    before = keep_screenshot(tab, "view_primitives")
+    tab.get_by_role("checkbox", name="primitives").check()
+    tab.get_by_role("checkbox", name="spectrum on the hemisphere").uncheck()
+    tab.wait_for_timeout(3000)
+    assert (keep_screenshot(tab, "view_primitives")[:, :780] != before[:, :780]).any()
+
+
+def test_tabs_have_states_of_their_own(tab, viewer, run, room, open_tab, on_screen):
+    numbers = tab.locator(NUMBERS).inner_text()
+    second = open_tab(viewer.url, SHOWN)
+    others = second.locator(NUMBERS).inner_text()
+    dataset = read_dataset(json.loads((run / "config.json").read_text())["dataset"])
+    seen = np.vstack([dataset.positions, room.gateway.position, room.bounds])
+    bounds = np.stack([seen.min(axis=0), seen.max(axis=0)])
+    arrow = dataset.positions[0] + [0.06 * np.linalg.norm(bounds[1] - bounds[0]), 0, 0]  # of the handle, along x
+    change(second, lambda: drag(second, *on_screen(second, arrow, bounds)))
+    expect(second.locator(NUMBERS)).not_to_have_text(others)
+    expect(second.get_by_text("ray-traced:")).to_be_visible()
+    assert tab.locator(NUMBERS).inner_text() == numbers
+    second.context.close()
+
+
+@pytest.mark.parametrize("what", ["scene", "dataset"])
+def test_scene_or_dataset_alone(what, room, run, tiny, tmp_path, serve, open_tab):
+    if what == "scene":
+        served = serve("view", str(write_scene(room, tmp_path / "place")))
+        page = open_tab(served.url, "ray-traced: dominant direction")
+        expect(page.get_by_text("predicted:")).to_have_count(0)
+    else:
+        served = serve("view", str(tiny))
+        page = open_tab(served.url, "recorded: dominant direction")
+        expect(page.get_by_text("does not say which scene")).to_be_visible()
+        expect(page.get_by_role("combobox", name="predicted by")).to_have_value("inverse distance (4)")
+    page.context.close()
+    assert served.end() == (0, "")
+
+
+def test_run_without_its_scene_says_so_on_another_port_until_interrupted(run, viewer, tmp_path, serve, open_tab):
+    copy = shutil.copytree(run, tmp_path / "run")
+    config = json.loads((copy / "config.json").read_text())
+    data = shutil.copytree(config["dataset"], tmp_path / "data")
+    shutil.rmtree(data / "scene")
+    (copy / "config.json").write_text(json.dumps({**config, "dataset": str(data)}))
+    other = serve("view", str(copy), "--port", str(viewer.port))
+    assert other.port != viewer.port
+    open_tab(other.url, "The scene of this dataset is not there").context.close()
+    status, errors = other.end()
+    assert status == 0 and f"port {viewer.port} is taken" in errors and "Traceback" not in errors
