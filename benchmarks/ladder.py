@@ -23,7 +23,7 @@ from learn.baselines.neighbours import inverse_distance, nearest
 from learn.metrics import ssim
 from learn.models.helmholtz import HelmholtzField
 from learn.splits import BLOCK, EVERY, evenly, split
-from learn.training.run_folder import in_batches
+from learn.training.run_folder import predict
 from simulate.dataset import Dataset, read_dataset
 
 MOST_TESTED = 300
@@ -108,8 +108,8 @@ def rungs(dataset: Dataset, known: np.ndarray, test: np.ndarray) -> dict[str, fl
         "nearest": median(nearest(places, pictures, positions)),
         "inverse distance": median(inverse_distance(places, pictures, positions)),
     }
-    of: dict[str, Dataset] = {"pictures": replace(dataset, channels=None)}
-    if dataset.channels is not None:
+    of: dict[str, Dataset] = {"pictures": replace(dataset, responses=None)}
+    if dataset.responses is not None:
         of["responses"] = dataset
     for kind, data in of.items():
         for name, law in LADDER.items():
@@ -123,7 +123,7 @@ def predicted(
     """Pictures [K, 90, 360] at positions [K, 3]."""
     field = law(np.zeros((2, 3)), dataset.array)
     field.fit(dataset, known)
-    return in_batches(field, positions)
+    return predict(field, positions).spectra
 
 
 def main() -> None:

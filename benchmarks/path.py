@@ -19,10 +19,11 @@ from scipy.spatial import cKDTree
 
 from learn.metrics import ssim
 from scenes.lab import lab
+from simulate.array import PlanarArray
 from simulate.dataset import read_dataset
 from simulate.placement import place
 from simulate.propagation import Propagation
-from simulate.spectrum import PlanarArray, picture
+from simulate.spectrum import picture
 from simulate.trace import Tracer
 
 EDGES = (0.0, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32)
@@ -55,8 +56,8 @@ def main(
     """
     dataset = read_dataset(measured)
     positions = place(lab(), "path", spectra, 0)
-    channels = Tracer(lab(), Propagation()).responses(positions)
-    simulated = picture(PlanarArray().spectrum(channels)) / 255.0
+    responses = Tracer(lab(), Propagation()).responses(positions)
+    simulated = picture(PlanarArray().spectrum(responses)) / 255.0
     found, expected = neighbours(positions, simulated), neighbours(dataset.positions, dataset.spectra.astype(float))
     result = {f"ssim_at_{name}": f"measured {expected[name]}, simulated {found[name]}" for name in found}
     print(json.dumps(result) if json_output else json.dumps(result, indent=2))

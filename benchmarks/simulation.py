@@ -24,18 +24,19 @@ import tyro
 
 from learn.metrics import ssim
 from scenes.lab import lab
+from simulate.array import PlanarArray
 from simulate.placement import place
 from simulate.propagation import Propagation
-from simulate.spectrum import PlanarArray, picture
+from simulate.spectrum import picture
 from simulate.trace import Tracer
 
 ARRAY = PlanarArray()
 LOOP_RAYS, DENSE_RAYS = 1_000_000, 10_000_000
 
 
-def pictures(channels: np.ndarray) -> np.ndarray:
+def pictures(responses: np.ndarray) -> np.ndarray:
     """Pictures 0…1 as a dataset would hold them."""
-    return picture(ARRAY.spectrum(channels)) / 255.0
+    return picture(ARRAY.spectrum(responses)) / 255.0
 
 
 class Loop:

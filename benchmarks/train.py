@@ -34,7 +34,7 @@ import learn.training.train
 from learn.models.bisplat import APERTURE, BiSplatAperture, BiSplatWRF
 from learn.models.encoding import TX_ORDER
 from learn.training.run_folder import LEARNING_RATE, Config
-from simulate.spectrum import PlanarArray
+from simulate.array import PlanarArray
 
 REGION = np.array([[0.0, 0.0, 0.0], [1.6, 1.3, 0.9]])
 

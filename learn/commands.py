@@ -67,7 +67,7 @@ def check(dataset: Positional[Path], json: bool = False) -> None:
                 "gateway at (m)": data.gateway_position.round(3).tolist(),
                 "gateway looks along": _boresight(data.gateway_orientation),
                 "array": f"{data.array.rows} × {data.array.columns}, {data.array.spacing} wavelengths apart",
-                "complex channels": "yes" if data.channels is not None else "no",
+                "complex responses": "yes" if data.responses is not None else "no",
                 "split": leak.sentence() if leak is not None else "none",
             }
             print_table(str(dataset), {"": description})
@@ -175,7 +175,7 @@ def predict(run: Positional[Path], positions: Path, output: Output) -> None:
     Args:
         run: the run folder.
         positions: CSV with the header x,y,z; metres, in the dataset's frame.
-        output: the .npz to write: spectra [K, 90, 360] float32, channels [K, 16] complex64.
+        output: the .npz to write: spectra [K, 90, 360] float32, channels (the responses) [K, 16] complex64.
     """
     from learn.training.run_folder import load_run
     from simulate.dataset import read_points
@@ -183,10 +183,10 @@ def predict(run: Positional[Path], positions: Path, output: Output) -> None:
 
     loaded = load_run(run)
     points = read_points(positions)
-    arrays = {"spectra": loaded.predict(points)}
-    channels = loaded.predict_channels(points)
-    if channels is not None:
-        arrays["channels"] = channels
+    prediction = loaded.predict(points)
+    arrays = {"spectra": prediction.spectra}
+    if prediction.responses is not None:
+        arrays["channels"] = prediction.responses
     write_arrays(output, arrays)
     print(f"{len(points)} spectra: {output}")
 

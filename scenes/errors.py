@@ -14,6 +14,33 @@ class InputError(ValueError):
     """
 
 
+class ParameterError(InputError):
+    """A parameter of a function has a value it cannot have; the command line names its option instead.
+
+    Args:
+        parameter: its name in Python, e.g. ``batch_size``.
+        message: what was expected and what was found.
+
+    >>> str(ParameterError("batch_size", "expected a positive number, found 0"))
+    'batch_size: expected a positive number, found 0'
+    """
+
+    def __init__(self, parameter: str, message: str):
+        super().__init__(parameter, message)
+        self.parameter, self.message = parameter, message
+
+    def __str__(self) -> str:
+        return f"{self.parameter}: {self.message}"
+
+    def as_option(self) -> str:
+        """The same sentence for a reader of the command line.
+
+        >>> ParameterError("batch_size", "expected a positive number, found 0").as_option()
+        '--batch-size: expected a positive number, found 0'
+        """
+        return f"--{self.parameter.replace('_', '-')}: {self.message}"
+
+
 def did_you_mean(word: object, known: Iterable[str]) -> str:
     """The end of an error message about an unknown `word`: the nearest known one, or all of them."""
     known = sorted(known)

@@ -20,7 +20,7 @@ from PIL import Image
 
 from scenes.description import SPEED_OF_LIGHT
 from scenes.errors import InputError
-from simulate.spectrum import PlanarArray
+from simulate.array import PlanarArray
 
 ROWS, COLUMNS = 90, 360
 IN_MEMORY = 2 * 10**9
@@ -46,7 +46,7 @@ class Dataset:
         gateway_orientation: unit quaternion (x, y, z, w), gateway frame to world.
         train: indices of the folder's own training spectra.
         test: indices of the folder's own test spectra.
-        channels: complex element responses, where the folder has them (ours do).
+        responses: complex element responses, where the folder has them (ours do).
         metadata: metadata.json, where the folder has one (ours do), else empty.
     """
 
@@ -58,7 +58,7 @@ class Dataset:
     gateway_orientation: Float[np.ndarray, 4]
     train: Int[np.ndarray, " K_train"]
     test: Int[np.ndarray, " K_test"]
-    channels: Complex[np.ndarray, "K elements"] | None = None
+    responses: Complex[np.ndarray, "K elements"] | None = None
     metadata: dict[str, Any] = field(default_factory=dict)
 
     @property
@@ -139,7 +139,7 @@ def inspect(folder: Path) -> Inspection:
         warnings.append(f"{unused} spectra are in neither train_index.txt nor test_index.txt")
 
     elements = PlanarArray(**metadata.get("array", {})).elements
-    channels = _read_channels(folder / "channels.npz", rows_known, elements, problems)
+    responses = _read_responses(folder / "channels.npz", rows_known, elements, problems)
     if problems or positions is None:
         return Inspection(problems, warnings, None)
     rows = numbers - 1
@@ -152,7 +152,7 @@ def inspect(folder: Path) -> Inspection:
         gateway_orientation=gateway_orientation,
         train=np.array(train, dtype=int),
         test=np.array(test, dtype=int),
-        channels=None if channels is None else channels[rows],
+        responses=None if responses is None else responses[rows],
         metadata=metadata,
     )
     return Inspection(problems, warnings, dataset)
@@ -325,21 +325,21 @@ def _read_metadata(path: Path, problems: list[str]) -> dict[str, Any]:
     return metadata
 
 
-def _read_channels(
+def _read_responses(
     path: Path, rows: int | None, elements: int, problems: list[str]
 ) -> Complex[np.ndarray, "K elements"] | None:
     if not path.is_file():
         return None
     try:
         with np.load(path) as archive:
-            channels = archive["channels"]
+            responses = archive["channels"]
     except (OSError, ValueError, KeyError, EOFError, TypeError, AttributeError, zipfile.BadZipFile) as error:
         problems.append(f"{path}: expected an npz archive with the array channels, found {error}")
         return None
-    if channels.ndim != 2 or channels.shape[1] != elements or rows not in (None, len(channels)):
+    if responses.ndim != 2 or responses.shape[1] != elements or rows not in (None, len(responses)):
         positions = "the" if rows is None else rows
         problems.append(
-            f"{path}: expected channels of {positions} positions × {elements} elements, found shape {channels.shape}"
+            f"{path}: expected responses of {positions} positions × {elements} elements, found shape {responses.shape}"
         )
         return None
-    return channels
+    return responses

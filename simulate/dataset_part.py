@@ -22,12 +22,12 @@ class Part:
     """What is written of some consecutive positions.
 
     Attributes:
-        channels: complex element responses, as measured.
+        responses: complex element responses, as measured.
         pictures: a PNG file each.
         power: a TIFF file each, in dB; empty where none are wanted.
     """
 
-    channels: Complex[np.ndarray, "n elements"]
+    responses: Complex[np.ndarray, "n elements"]
     pictures: list[bytes]
     power: list[bytes]
 
@@ -36,8 +36,8 @@ def make_part(request: Request, tracer: Tracer, start: int, size: int) -> Part:
     """Trace positions ``start`` … ``start + size − 1`` of a request (fewer at its end)."""
     positions = request.positions[start : start + size]
     numbers = np.arange(start, start + len(positions))
-    channels = request.measurement.apply(tracer.responses(positions), numbers)
+    responses = request.measurement.apply(tracer.responses(positions), numbers)
     with ThreadPoolExecutor() as pool:
-        pictures = list(pool.map(encode_picture, picture(request.array.spectrum(channels))))
-        power = list(pool.map(encode_power, request.array.power_db(channels))) if request.power else []
-    return Part(channels, pictures, power)
+        pictures = list(pool.map(encode_picture, picture(request.array.spectrum(responses))))
+        power = list(pool.map(encode_power, request.array.power_db(responses))) if request.power else []
+    return Part(responses, pictures, power)

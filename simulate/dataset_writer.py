@@ -55,9 +55,9 @@ def write_gateway(path: Path, dataset_name: str, position: Sequence[float], orie
     write_atomically(path, text.encode())
 
 
-def write_channels(path: Path, channels: Complex[np.ndarray, "K elements"]) -> None:
+def write_responses(path: Path, responses: Complex[np.ndarray, "K elements"]) -> None:
     """Write channels.npz: complex64 element responses, un-normalised."""
-    write_arrays(path, {"channels": channels.astype(np.complex64)})
+    write_arrays(path, {"channels": responses.astype(np.complex64)})
 
 
 def write_arrays(path: Path, arrays: dict[str, np.ndarray]) -> None:

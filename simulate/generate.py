@@ -34,11 +34,11 @@ from scenes.errors import InputError
 from scenes.scene_yaml import write_scene
 from simulate.dataset_part import Part, make_part
 from simulate.dataset_writer import (
-    write_channels,
     write_gateway,
     write_index,
     write_metadata,
     write_positions,
+    write_responses,
 )
 from simulate.request import Request
 from simulate.workers import parts_of_workers, require_ray
@@ -81,9 +81,9 @@ def generate(request: Request, folder: Path, workers: int | None = None, ray: st
     names = picture_names(len(request.positions))
     _trace_parts(request, names, folder, workers, ray)
 
-    channels = np.concatenate([np.load(_part_file(folder, start)) for start in range(0, len(names), PART)])
+    responses = np.concatenate([np.load(_part_file(folder, start)) for start in range(0, len(names), PART)])
     scene = request.scene
-    write_channels(folder / "channels.npz", channels)
+    write_responses(folder / "channels.npz", responses)
     write_positions(folder / "tx_pos.csv", request.positions)
     write_gateway(folder / "gateway_info.yml", scene.name, scene.gateway.position, scene.gateway.orientation)
     order = np.random.default_rng(request.seed).permutation(len(names))
@@ -157,9 +157,9 @@ def _trace_parts(request: Request, names: list[str], folder: Path, workers: int 
                     write_atomically(folder / "power_db" / f"{name}.tif", power)
             # Last of all: it says that the part is finished.
             buffer = BytesIO()
-            np.save(buffer, part.channels)
+            np.save(buffer, part.responses)
             write_atomically(_part_file(folder, start), buffer.getvalue())
-            progress.advance(bar, len(part.channels))
+            progress.advance(bar, len(part.responses))
 
 
 class RateColumn(ProgressColumn):

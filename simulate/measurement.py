@@ -60,7 +60,7 @@ class Measurement:
         return self.snr_db is None and not (self.gain_error_db or self.phase_error_deg or self.phase_noise_deg)
 
     def apply(
-        self, channels: Complex[np.ndarray, "K elements"], numbers: Int[np.ndarray, " K"]
+        self, responses: Complex[np.ndarray, "K elements"], numbers: Int[np.ndarray, " K"]
     ) -> Complex[np.ndarray, "K elements"]:
         """Responses as the receiver measures them: y'_m = g_m e^{jψ_m} e^{jε_m} y_m + n_m.
 
@@ -68,7 +68,7 @@ class Measurement:
         to element. A spectrum that receives nothing stays zero.
 
         Args:
-            channels: ideal responses y.
+            responses: ideal responses y.
             numbers: each spectrum's number in its dataset. With the seed it alone decides what is drawn for the
                 spectrum: a dataset made in parts, in any order, is the same dataset.
 
@@ -77,11 +77,11 @@ class Measurement:
         True
         """
         if self.off:
-            return channels
-        elements = channels.shape[1]
+            return responses
+        elements = responses.shape[1]
         gain = 10 ** (self.gain_error_db * self._normal(GAIN_ERROR, 0, elements) / 20)
         errors = gain * _turn(self.phase_error_deg * self._normal(PHASE_ERROR, 0, elements))
-        measured = channels.astype(complex)
+        measured = responses.astype(complex)
         # One by one: sums of a whole batch may be rounded otherwise than those of a single spectrum.
         for y, number in zip(measured, numbers.tolist(), strict=True):
             power = np.mean(np.abs(y) ** 2)
@@ -89,7 +89,7 @@ class Measurement:
             if self.snr_db is not None:
                 real, imaginary = self._normal(THERMAL_NOISE, number, 2 * elements).reshape(2, elements)
                 y += np.sqrt(power / 10 ** (self.snr_db / 10) / 2) * (real + 1j * imaginary)
-        return measured.astype(channels.dtype)
+        return measured.astype(responses.dtype)
 
     def _normal(self, stream: int, number: int, count: int) -> Float[np.ndarray, " count"]:
         """Standard normal numbers of one effect for one spectrum (0 for what belongs to the array)."""

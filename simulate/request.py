@@ -15,10 +15,10 @@ from jaxtyping import Float
 from scenes.description import Scene
 from scenes.errors import InputError
 from scenes.scene_yaml import read_scene
+from simulate.array import PlanarArray
 from simulate.dataset import read_points
 from simulate.measurement import Measurement
 from simulate.propagation import Propagation
-from simulate.spectrum import PlanarArray
 
 
 @dataclass(frozen=True)

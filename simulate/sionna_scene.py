@@ -18,8 +18,8 @@ from scipy.spatial.transform import Rotation
 
 from scenes.description import Scene
 from scenes.materials import RadioMaterial
+from simulate.array import PlanarArray
 from simulate.ray_tracer import mi, rt
-from simulate.spectrum import PlanarArray
 
 GATEWAY_FROM_SIONNA = Rotation.from_matrix([[0, 1, 0], [0, 0, 1], [1, 0, 0]])
 """Rotation taking a vector's Sionna-device coordinates to gateway coordinates."""

@@ -9,7 +9,8 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Complex, Float
 
-from simulate.spectrum import PlanarArray, normalise
+from simulate.array import PlanarArray
+from simulate.spectrum import normalise
 
 SAMPLES = 50
 """Test pictures the ceiling is fitted to: a fit takes a fraction of a second each."""

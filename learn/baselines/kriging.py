@@ -12,7 +12,8 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 from sklearn.utils._testing import ignore_warnings
 
-from simulate.spectrum import PlanarArray, normalise
+from simulate.array import PlanarArray
+from simulate.spectrum import normalise
 
 COMPONENTS = 48
 """Principal components of the pictures that are interpolated."""

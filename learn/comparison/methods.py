@@ -29,8 +29,8 @@ from learn.training.lightning_module import Spectra, Training
 from learn.training.run_folder import LEARNING_RATE, Config, ModelName, Run, build_model, load_run, read_config
 from learn.training.train import STEPS_PER_VALIDATION, box_of, train
 from scenes.errors import InputError
+from simulate.array import PlanarArray
 from simulate.dataset import Dataset
-from simulate.spectrum import PlanarArray
 
 BATCH_SIZE = 8
 
@@ -75,9 +75,9 @@ class Task:
         return self.dataset.pictures[self.parts.known] / np.float32(255)
 
     @property
-    def channels(self) -> Complex[np.ndarray, "n elements"] | None:
+    def responses(self) -> Complex[np.ndarray, "n elements"] | None:
         """Known element responses, where the dataset has them."""
-        return None if self.dataset.channels is None else self.dataset.channels[self.parts.known]
+        return None if self.dataset.responses is None else self.dataset.responses[self.parts.known]
 
     @property
     def array(self) -> PlanarArray:
@@ -135,7 +135,7 @@ class KrigingResponses(MeanPicture):
     """
 
     def fit(self, task: Task) -> None:
-        responses = task.channels
+        responses = task.responses
         if responses is None:
             responses = responses_of(task.pictures, task.array)
             strongest = responses[:, np.abs(responses).mean(axis=0).argmax()]
@@ -187,7 +187,7 @@ class Trained:
         )
 
     def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
-        return self._run.predict(positions)
+        return self._run.predict(positions).spectra
 
     @property
     def parameters(self) -> int:

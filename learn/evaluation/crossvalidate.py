@@ -14,13 +14,14 @@ from scipy.spatial import cKDTree
 from learn.metrics import Scores, score
 from learn.reports.figures import draw_error_map, draw_error_over_distance, draw_examples, draw_examples_polar
 from learn.reports.pages import write_crossvalidation
-from learn.training.run_folder import Run, load_run
+from learn.training.run_folder import load_run
 from scenes.atomic import write_atomically
 from scenes.description import Scene
 from scenes.errors import InputError
+from simulate.array import PlanarArray
 from simulate.dataset import Dataset, read_dataset
 from simulate.placement import free_positions
-from simulate.spectrum import PlanarArray, picture
+from simulate.spectrum import picture
 
 if TYPE_CHECKING:  # the tracer is imported where it is used
     from simulate.trace import Tracer
@@ -75,11 +76,15 @@ def crossvalidate(folder: Path, scene: Scene, count: int, seed: int, tracer: Tra
 
         propagation = Propagation(**dataset.metadata.get("propagation", {}))
         tracer = Tracer(scene, propagation, region)
-    channels = tracer.responses(positions)
-    truth = picture(run.array.spectrum(channels)) / np.float32(255)
+    responses = tracer.responses(positions)
+    truth = picture(run.array.spectrum(responses)) / np.float32(255)
     prediction = run.predict(positions)
     result = CrossValidation(
-        positions, prediction, truth, score(prediction, truth), _correlation(run, positions, channels)
+        positions,
+        prediction.spectra,
+        truth,
+        score(prediction.spectra, truth),
+        _correlation(prediction.responses, responses),
     )
 
     write_atomically(folder / "crossvalidation.json", (json.dumps(result.metrics(), indent=2) + "\n").encode())
@@ -87,8 +92,8 @@ def crossvalidate(folder: Path, scene: Scene, count: int, seed: int, tracer: Tra
     draw_error_map(positions, scores.ssim, scores.aoa_error, known, folder / "crossvalidation_map.png")
     distance = cKDTree(known).query(positions)[0]
     draw_error_over_distance(distance, scores.ssim, scores.aoa_error, folder / "crossvalidation_distance.png")
-    draw_examples(prediction, truth, result.scores.ssim, folder / "crossvalidation_examples.png")
-    draw_examples_polar(prediction, truth, result.scores.ssim, folder / "crossvalidation_polar.png")
+    draw_examples(prediction.spectra, truth, result.scores.ssim, folder / "crossvalidation_examples.png")
+    draw_examples_polar(prediction.spectra, truth, result.scores.ssim, folder / "crossvalidation_polar.png")
     write_crossvalidation(result, scene.name, folder)
     return result
 
@@ -108,11 +113,10 @@ def seen_by(dataset: Dataset, scene: Scene) -> Scene:
 
 
 def _correlation(
-    run: Run, positions: Float[np.ndarray, "K 3"], channels: Complex[np.ndarray, "K elements"]
+    predicted: Complex[np.ndarray, "K elements"] | None, responses: Complex[np.ndarray, "K elements"]
 ) -> Float[np.ndarray, " K"] | None:
     """|⟨ŷ, y⟩| / (‖ŷ‖ ‖y‖) over the elements: blind to the common factor that pictures do not determine."""
-    predicted = run.predict_channels(positions)
     if predicted is None:
         return None
-    norms = np.linalg.norm(predicted, axis=1) * np.linalg.norm(channels, axis=1)
-    return np.abs((predicted.conj() * channels).sum(axis=1)) / np.maximum(norms, 1e-30)
+    norms = np.linalg.norm(predicted, axis=1) * np.linalg.norm(responses, axis=1)
+    return np.abs((predicted.conj() * responses).sum(axis=1)) / np.maximum(norms, 1e-30)

@@ -81,7 +81,7 @@ def evaluate(folder: Path, dataset_folder: Path | None = None, index: Path | Non
     truth = dataset.pictures[test] / np.float32(255)
     positions = dataset.positions[test]
     pictures, places = known_data.pictures[known] / np.float32(255), known_data.positions[known]
-    prediction = run.predict(positions)
+    prediction = run.predict(positions).spectra
     some = evenly(np.arange(len(test)), SAMPLES)
     scores = {
         "model": score(prediction, truth),

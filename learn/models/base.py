@@ -8,7 +8,8 @@ from jaxtyping import Float
 from pytorch_msssim import ssim as gaussian_ssim
 from torch import Tensor, nn
 
-from simulate.spectrum import AZIMUTHS_DEG, ELEVATIONS_DEG, PlanarArray
+from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG
+from simulate.array import PlanarArray
 
 L1_WEIGHT, SSIM_WEIGHT = 0.7, 0.3
 """The paper's composite loss."""
@@ -33,15 +34,30 @@ class SpectrumModel(nn.Module):
     """
 
     region: Tensor
+    beamformer: Beamformer
+    """Of models that predict responses."""
 
     def __init__(self, region: Float[np.ndarray, "2 3"]):
         super().__init__()
         self.register_buffer("region", torch.as_tensor(region, dtype=torch.float32))
 
+    def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
+        """Predicted element responses, real and imaginary part; of models with ``has_responses`` only."""
+        raise NotImplementedError(f"{type(self).__name__} predicts spectra alone")
+
     @property
     def has_responses(self) -> bool:
-        """Whether there is a method ``channels``: element responses [B, elements, 2], real and imaginary."""
+        """Whether the model predicts ``responses``, which its ``beamformer`` turns into a spectrum."""
         return False
+
+    def predict(
+        self, positions: Float[Tensor, "B 3"]
+    ) -> tuple[Float[Tensor, "B 90 360"], Float[Tensor, "B elements 2"] | None]:
+        """Predicted pictures, and the element responses they are made of where the model knows them."""
+        if not self.has_responses:
+            return self(positions), None
+        responses = self.responses(positions)
+        return self.beamformer(responses), responses
 
     def scaled(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 3"]:
         """Positions with the box of training positions at −1…1."""
@@ -67,9 +83,9 @@ class Beamformer(nn.Module):
         steering = array.steering.reshape(-1, array.elements)
         self.register_buffer("steering", on_pairs(steering.T), persistent=False)
 
-    def forward(self, channels: Float[Tensor, "B elements 2"]) -> Float[Tensor, "B 90 360"]:
+    def forward(self, responses: Float[Tensor, "B elements 2"]) -> Float[Tensor, "B 90 360"]:
         """Pictures of element responses (real, imaginary), whatever the responses' scale and common phase."""
-        spectrum = power((channels.flatten(1) @ self.steering).unflatten(-1, (-1, 2))).clamp_min(1e-12).sqrt()
+        spectrum = power((responses.flatten(1) @ self.steering).unflatten(-1, (-1, 2))).clamp_min(1e-12).sqrt()
         low = spectrum.amin(-1, keepdim=True)
         span = spectrum.amax(-1, keepdim=True) - low
         return ((spectrum - low) / span.clamp_min(1e-6)).unflatten(-1, (len(ELEVATIONS_DEG), len(AZIMUTHS_DEG)))

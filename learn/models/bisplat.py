@@ -20,7 +20,8 @@ from learn.models.encoding import PRIMITIVE_ORDER, TX_ORDER, positional_encoding
 from learn.models.networks import ResidualFFN
 from learn.models.primitives import Primitives
 from learn.models.splat import splat
-from simulate.spectrum import AZIMUTHS_DEG, ELEVATIONS_DEG, PlanarArray
+from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG
+from simulate.array import PlanarArray
 
 Bypass = Literal["dynamic", "delta", "bst", "order"]
 """The branches of the paper's ablation table; and the order of blending, by depth or as the primitives are stored."""
@@ -185,10 +186,10 @@ class BiSplatAperture(BiSplatWRF):
     def has_responses(self) -> bool:
         return True
 
-    def channels(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
+    def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
         """Element responses y, real and imaginary; trained on pictures alone, scale and common phase are arbitrary."""
         return (self.field(positions).flatten(1) @ self.aperture).unflatten(-1, (-1, 2))
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted picture: magnitude spectrum of ``channels``, min–max normalised."""
-        return self.beamformer(self.channels(positions))
+        """Predicted picture: magnitude spectrum of ``responses``, min–max normalised."""
+        return self.beamformer(self.responses(positions))

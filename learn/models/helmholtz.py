@@ -13,8 +13,9 @@ from torch import Tensor
 
 from learn.models.base import Beamformer, SpectrumModel
 from learn.splits import evenly
+from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG
+from simulate.array import PlanarArray
 from simulate.dataset import Dataset
-from simulate.spectrum import AZIMUTHS_DEG, ELEVATIONS_DEG, PlanarArray
 
 NEIGHBOURS = 32
 """Known positions a prediction is made from, the nearest."""
@@ -118,9 +119,9 @@ class HelmholtzField(SpectrumModel):
         self.places = torch.from_numpy(dataset.positions[known]).float()
         self.times = torch.from_numpy(known).float()
         self.wavelength = torch.tensor(dataset.wavelength).float()
-        if dataset.channels is not None:
-            channels = torch.from_numpy(dataset.channels[known])
-            self.values = torch.view_as_real(channels / channels.abs().square().mean().sqrt()).flatten(1)
+        if dataset.responses is not None:
+            responses = torch.from_numpy(dataset.responses[known])
+            self.values = torch.view_as_real(responses / responses.abs().square().mean().sqrt()).flatten(1)
             self.mean = torch.zeros(self._responses)
         else:
             self.values = torch.from_numpy(dataset.pictures[known]).flatten(1)
@@ -245,14 +246,14 @@ class HelmholtzField(SpectrumModel):
         values = (weights[:, None] @ self._rows(near)).squeeze(1) + self.mean
         return values, (1 - (weights * towards).sum(dim=-1)).clamp(0, 1)
 
-    def channels(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
+    def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
         """Element responses y, real and imaginary, up to one scale for all; only where responses are interpolated."""
         return self.interpolated(positions)[0].unflatten(-1, (-1, 2))
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
         """Predicted picture: of the interpolated responses, or the interpolated one."""
         if self.has_responses:
-            return self.beamformer(self.channels(positions))
+            return self.beamformer(self.responses(positions))
         picture = (self.interpolated(positions)[0] / 255).clamp(0, 1)
         return picture.unflatten(-1, (len(ELEVATIONS_DEG), len(AZIMUTHS_DEG)))
 

@@ -9,7 +9,8 @@ from torch import Tensor
 from learn.models.base import Beamformer, SpectrumModel
 from learn.models.encoding import TX_ORDER, positional_encoding
 from learn.models.networks import ResidualFFN
-from simulate.spectrum import AZIMUTHS_DEG, ELEVATIONS_DEG, PlanarArray
+from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG
+from simulate.array import PlanarArray
 
 WIDTH, LAYERS = 256, 4
 
@@ -52,9 +53,9 @@ class ResponseMLP(SpectrumModel):
     def has_responses(self) -> bool:
         return True
 
-    def channels(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
+    def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
         """Element responses (real, imaginary), up to their scale and common phase."""
         return self.network(positional_encoding(self.scaled(positions), self.order)).unflatten(-1, (-1, 2))
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        return self.beamformer(self.channels(positions))
+        return self.beamformer(self.responses(positions))

@@ -15,7 +15,8 @@ from torch import Tensor, nn
 from learn.models.base import SpectrumModel
 from learn.models.encoding import positional_encoding
 from learn.models.networks import LinearOfParts
-from simulate.spectrum import AZIMUTHS_DEG, ELEVATIONS_DEG, PlanarArray
+from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG
+from simulate.array import PlanarArray
 
 ORDER = 10
 """Octaves of all three encodings."""

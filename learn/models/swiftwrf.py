@@ -14,7 +14,8 @@ from learn.models.base import SpectrumModel
 from learn.models.encoding import PRIMITIVE_ORDER, TX_ORDER, positional_encoding
 from learn.models.networks import ResidualFFN
 from learn.models.splat import splat
-from simulate.spectrum import AZIMUTHS_DEG, ELEVATIONS_DEG, PlanarArray
+from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG
+from simulate.array import PlanarArray
 
 WIDTH, LAYERS = 128, 4
 

@@ -21,7 +21,6 @@ import numpy as np
 import torch
 from jaxtyping import Complex, Float
 from safetensors.torch import load_file, save
-from torch import Tensor
 
 from learn.models.base import SpectrumModel
 from learn.models.bisplat import APERTURE, PLUS, BiSplatAperture, BiSplatWRF, Bypass, ModelSize
@@ -32,8 +31,8 @@ from learn.models.swiftwrf import SwiftWRF
 from learn.splits import Split, SplitKind
 from scenes.atomic import write_atomically
 from scenes.errors import InputError
+from simulate.array import PlanarArray
 from simulate.dataset import Dataset
-from simulate.spectrum import PlanarArray
 
 ModelName = Literal[
     "helmholtz", "bisplat", "bisplat-plus", "bisplat-aperture", "mlp", "mlp-responses", "nerf2", "swiftwrf"
@@ -141,6 +140,20 @@ def read_config(folder: Path) -> tuple[Config, PlanarArray]:
 
 
 @dataclass(frozen=True)
+class Prediction:
+    """What a model says of K transmitter positions.
+
+    Attributes:
+        spectra: predicted spectra, min–max normalised, 0…1.
+        responses: complex element responses, each up to one unknown common factor; None where the model predicts
+            spectra alone.
+    """
+
+    spectra: Float[np.ndarray, "K 90 360"]
+    responses: Complex[np.ndarray, "K elements"] | None
+
+
+@dataclass(frozen=True)
 class Run:
     """A trained model with its settings."""
 
@@ -149,21 +162,13 @@ class Run:
     array: PlanarArray
     model: SpectrumModel
 
-    def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
-        """Predicted pictures, 0…1.
+    def predict(self, positions: Float[np.ndarray, "K 3"]) -> Prediction:
+        """Predict the spectra, and the element responses where the model knows them, in one pass of the model.
 
         Args:
             positions: metres, in the frame of the dataset trained on.
         """
-        return in_batches(self.model, positions).astype(np.float32)
-
-    def predict_channels(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements"] | None:
-        """Predicted element responses, up to one common factor each; None where the model has no aperture."""
-        if not self.model.has_responses:
-            return None
-        channels: Any = self.model.channels
-        real, imaginary = np.moveaxis(in_batches(self.model, positions, channels), -1, 0)
-        return (real + 1j * imaginary).astype(np.complex64)
+        return predict(self.model, positions)
 
     def split(self, dataset: Dataset) -> Split:
         """The spectra this run was trained, validated and tested on.
@@ -181,14 +186,17 @@ class Run:
         return Split(**{part: np.array([where[name] for name in names], dtype=int) for part, names in parts.items()})
 
 
-def in_batches(
-    model: SpectrumModel, positions: Float[np.ndarray, "K 3"], function: Callable[[Tensor], Tensor] | None = None
-) -> Float[np.ndarray, "K *shape"]:
-    """A model's pictures, or what a function of it makes of positions, a few at a time on the model's device."""
+def predict(model: SpectrumModel, positions: Float[np.ndarray, "K 3"]) -> Prediction:
+    """Predict with a model on its own device, a few positions at a time."""
+    device = model.region.device
+    spectra, responses = [], []
     with torch.inference_mode():
-        device = model.region.device
-        parts = torch.from_numpy(positions).float().split(PREDICT_AT_ONCE[device.type])
-        return np.concatenate([(function or model)(part.to(device)).cpu().numpy() for part in parts])
+        for batch in torch.from_numpy(positions).float().split(PREDICT_AT_ONCE[device.type]):
+            spectrum, response = model.predict(batch.to(device))
+            spectra.append(spectrum.float().cpu().numpy())
+            if response is not None:
+                responses.append(torch.view_as_complex(response.contiguous()).to(torch.complex64).cpu().numpy())
+    return Prediction(np.concatenate(spectra), np.concatenate(responses) if responses else None)
 
 
 def device_name() -> str:

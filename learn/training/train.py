@@ -27,8 +27,8 @@ from learn.training.lightning_module import Spectra, Training
 from learn.training.run_folder import (
     Config,
     build_model,
-    in_batches,
     load_weights,
+    predict,
     read_config,
     save_weights,
     write_config,
@@ -181,7 +181,7 @@ def fit_in_closed_form(model: HelmholtzField, dataset: Dataset, parts: Split, fo
     some = evenly(parts.validation, Spectra.VALIDATED)
     validation_ssim = 0.0
     if len(some):
-        prediction = in_batches(model, dataset.positions[some])
+        prediction = predict(model, dataset.positions[some]).spectra
         validation_ssim = float(np.median(ssim(prediction, dataset.pictures[some] / np.float32(255))))
     with status:
         model.fit(dataset, parts.known)

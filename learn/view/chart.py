@@ -18,7 +18,7 @@ from matplotlib.font_manager import findfont
 from PIL import Image, ImageDraw, ImageFont
 
 from learn.colours import DIFFERENCE, LEAST_DB, MAGNITUDE, PHASE
-from simulate.spectrum import AZIMUTHS_DEG, ELEVATIONS_DEG
+from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG
 
 Kind = Literal["rectangular", "polar"]
 

@@ -18,7 +18,7 @@ from learn.view.chart import (
     in_decibels,
 )
 from learn.view.subject import Picture, Spectrum
-from simulate.spectrum import AZIMUTHS_DEG, ELEVATIONS_DEG
+from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG
 
 PREDICTED, TRUE = (230, 120, 0), (0, 150, 220)
 """Colours of what is predicted, and of what is recorded or traced."""

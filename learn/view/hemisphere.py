@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from learn.colours import PHASE
 from learn.models.bisplat import Splats
 from learn.view.chart import LINEAR, Colours, colour_of
-from simulate.spectrum import AZIMUTHS_DEG, ELEVATIONS_DEG, direction
+from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG, direction
 
 EVERY_DEG = 3
 """Degrees between the dots a spectrum is drawn with."""

@@ -19,13 +19,14 @@ from learn.evaluation.crossvalidate import seen_by
 from learn.metrics import ssim
 from learn.models.bisplat import BiSplatWRF, Splats
 from learn.splits import Split, evenly
-from learn.training.run_folder import Run, in_batches, load_run
+from learn.training.run_folder import Run, load_run
 from scenes.description import SPEED_OF_LIGHT, Gateway, Scene
 from scenes.errors import InputError
 from scenes.scene_yaml import load_scene
+from simulate.array import PlanarArray
 from simulate.dataset import NERF2_FREQUENCY, Dataset, read_dataset
 from simulate.propagation import Propagation
-from simulate.spectrum import PlanarArray, picture
+from simulate.spectrum import picture
 
 SCORED = 400
 """Test positions whose SSIM is shown, evenly spread over the test part."""
@@ -42,9 +43,9 @@ class Spectrum(NamedTuple):
     field: Complex[np.ndarray, "90 360"] | None = None
 
     @classmethod
-    def of(cls, array: PlanarArray, channels: Complex[np.ndarray, " elements"]) -> Spectrum:
+    def of(cls, array: PlanarArray, responses: Complex[np.ndarray, " elements"]) -> Spectrum:
         """What an array makes of its element responses: the very picture a dataset would hold."""
-        field = array.steering @ channels
+        field = array.steering @ responses
         return cls(picture(np.abs(field)) / np.float32(255), field)
 
 
@@ -113,8 +114,8 @@ class Subject:
     def recorded(self, index: int) -> Spectrum:
         """A spectrum of the dataset."""
         assert self.dataset is not None
-        channels = self.dataset.channels
-        field = None if channels is None else self.array.steering @ channels[index]
+        responses = self.dataset.responses
+        field = None if responses is None else self.array.steering @ responses[index]
         return Spectrum(self.dataset.pictures[index] / np.float32(255), field)
 
     @property
@@ -150,18 +151,20 @@ class Subject:
         if run is None:
             return None
         with self._one_at_a_time:
-            channels = run.predict_channels(position[None])
-            if channels is not None:
-                return run.array.steering @ channels[0]
+            responses = run.predict(position[None]).responses
+            if responses is not None:
+                return run.array.steering @ responses[0]
             if not isinstance(run.model, BiSplatWRF):
                 return None
-            pair = in_batches(run.model, position[None], run.model.field)[0].astype(float)
+            with torch.inference_mode():
+                field = run.model.field(torch.from_numpy(position[None]).float().to(run.model.region.device))
+            pair = field[0].double().cpu().numpy()
             return pair[..., 0] + 1j * pair[..., 1]
 
     def _by_model(self, position: Position) -> Picture:
         assert self.run is not None
         with self._one_at_a_time:
-            return self.run.predict(position[None])[0]
+            return self.run.predict(position[None]).spectra[0]
 
     def _by_distance(self, position: Position) -> Picture:
         return inverse_distance(*self._near(position), position[None])[0]

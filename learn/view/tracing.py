@@ -11,8 +11,8 @@ import numpy as np
 
 from learn.view.subject import Position, Spectrum
 from scenes.description import Scene
+from simulate.array import PlanarArray
 from simulate.propagation import Propagation
-from simulate.spectrum import PlanarArray
 
 if TYPE_CHECKING:  # imported where it is used: a viewer without a scene does not need the ray tracer
     from simulate.trace import TracedPath, Tracer

@@ -12,8 +12,9 @@ import torch
 from learn.models.bisplat import ModelSize
 from learn.training.run_folder import Config
 from learn.training.train import train
-from simulate.dataset_writer import encode_picture, write_channels, write_gateway, write_index, write_positions
-from simulate.spectrum import PlanarArray, picture
+from simulate.array import PlanarArray
+from simulate.dataset_writer import encode_picture, write_gateway, write_index, write_positions, write_responses
+from simulate.spectrum import picture
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -69,10 +70,10 @@ def plane_waves() -> Callable[..., np.ndarray]:
 def write_folder(plane_waves) -> Callable[..., Path]:
     """Function: writes a NeRF² folder of a transmitter on a path, seen as two plane waves; every fifth is for testing.
 
-    Like a measured folder it has no metadata and, unless asked for, no channels.
+    Like a measured folder it has no metadata and, unless asked for, no responses.
     """
 
-    def write(folder: Path, count: int = 24, channels: bool = False) -> Path:
+    def write(folder: Path, count: int = 24, keep_responses: bool = False) -> Path:
         along = np.linspace(0, 1, count)
         positions = np.stack([4 * along, np.sin(3 * along), 1 + 0 * along], axis=-1)
         responses = np.array([plane_waves((1, 20 + 150 * t, 35 + 20 * t), (0.6j, 250, 50 - 30 * t)) for t in along])
@@ -84,8 +85,8 @@ def write_folder(plane_waves) -> Callable[..., Path]:
         write_gateway(folder / "gateway_info.yml", "tiny", (0, 0, 1), (0, 0, 0, 1))
         write_index(folder / "train_index.txt", [name for index, name in enumerate(names) if index % 5 != 2])
         write_index(folder / "test_index.txt", names[2::5])
-        if channels:
-            write_channels(folder / "channels.npz", responses)
+        if keep_responses:
+            write_responses(folder / "channels.npz", responses)
         return folder
 
     return write

@@ -117,10 +117,10 @@ def test_train_evaluate_predict(command, tiny, tmp_path):
     assert status == 0 and "3 spectra" in out
     with np.load(tmp_path / "out.npz") as archive:
         assert set(archive) == {"spectra", "channels"}
-        spectra, channels = archive["spectra"], archive["channels"]
+        spectra, responses = archive["spectra"], archive["channels"]
     assert (spectra.shape, spectra.dtype) == ((3, 90, 360), np.float32)
-    assert (channels.shape, channels.dtype) == ((3, 16), np.complex64)
-    np.testing.assert_array_equal(spectra, load_run(run).predict(points))
+    assert (responses.shape, responses.dtype) == ((3, 16), np.complex64)
+    np.testing.assert_array_equal(spectra, load_run(run).predict(points).spectra)
 
 
 @pytest.mark.usefixtures("no_ceiling")

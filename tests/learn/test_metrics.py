@@ -8,9 +8,10 @@ from learn.baselines.array_ceiling import array_ceiling
 from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.evaluation.leakage import leakage
 from learn.metrics import aoa_error, score, ssim
+from simulate.array import PlanarArray
 from simulate.dataset import read_dataset
 from simulate.dataset_writer import write_index
-from simulate.spectrum import PlanarArray, normalise
+from simulate.spectrum import normalise
 
 # Scores
 

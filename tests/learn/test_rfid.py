@@ -10,7 +10,7 @@ from learn.evaluation.leakage import leakage
 from learn.metrics import ssim
 from learn.models.helmholtz import HelmholtzField
 from learn.splits import split
-from learn.training.run_folder import in_batches
+from learn.training.run_folder import predict
 from simulate.dataset import read_dataset
 
 FOLDER = Path(__file__).parents[3] / "shared" / "data" / "rfid-s23-160"
@@ -50,7 +50,7 @@ def test_folders_own_split_leaks(rfid):
 def test_whole_folder_is_read(rfid):
     assert rfid.pictures.shape == (160, 90, 360)
     assert len(rfid.train) == 128 and len(rfid.test) == 32
-    assert rfid.channels is None and rfid.metadata == {}
+    assert rfid.responses is None and rfid.metadata == {}
 
 
 @pytest.mark.parametrize(
@@ -60,6 +60,7 @@ def test_helmholtz_is_ahead_of_copying_and_sees_the_place_change(rfid, kind, bas
     parts = split(rfid, kind, seed=0)
     field = HelmholtzField(np.zeros((2, 3)), rfid.array)
     field.fit(rfid, parts.known)
-    found = np.median(ssim(in_batches(field, rfid.positions[parts.test]), rfid.pictures[parts.test] / np.float32(255)))
+    prediction = predict(field, rfid.positions[parts.test]).spectra
+    found = np.median(ssim(prediction, rfid.pictures[parts.test] / np.float32(255)))
     assert found > median_ssim(rfid, kind, baseline) + ahead
     assert float(field.drift) < len(rfid.names)

@@ -1,18 +1,11 @@
 """A scene as viser nodes: what is transparent, and where the camera of a page stands."""
 
-import doctest
-
 import numpy as np
 from viser import ViserServer
 
 import scenes.stage
 from scenes.lab import lab
 from scenes.stage import add_objects, add_region, from_outside, on_screen, wxyz, xyzw
-
-
-def test_doctest():
-    results = doctest.testmod(scenes.stage, extraglobs={"np": np})
-    assert results.attempted >= 2 and results.failed == 0
 
 
 def test_quaternions_go_there_and_back():

@@ -11,24 +11,25 @@ import yaml
 from PIL import Image
 
 from scenes.errors import InputError
+from simulate.array import PlanarArray
 from simulate.dataset import inspect, read_dataset, read_picture
 from simulate.dataset_writer import (
     encode_picture,
-    write_channels,
     write_gateway,
     write_index,
     write_metadata,
     write_positions,
+    write_responses,
 )
-from simulate.spectrum import PlanarArray, picture
+from simulate.spectrum import picture
 
 COUNT = 5
 NAMES = [f"{number:05d}" for number in range(1, COUNT + 1)]
 TRAIN, TEST = ["00001", "00003", "00004", "00005"], ["00002"]
 GENERATOR = np.random.default_rng(6)
-CHANNELS = (GENERATOR.normal(size=(COUNT, 16, 2)) @ [1, 1j]).astype(np.complex64)
+RESPONSES = (GENERATOR.normal(size=(COUNT, 16, 2)) @ [1, 1j]).astype(np.complex64)
 POSITIONS = GENERATOR.uniform(-3, 3, (COUNT, 3)).round(6)
-PICTURES = picture(PlanarArray().spectrum(CHANNELS))
+PICTURES = picture(PlanarArray().spectrum(RESPONSES))
 ORIENTATION = [0.5, -0.5, -0.5, 0.5]
 MEASURED = Path(__file__).parents[3] / "shared" / "data" / "rfid-s23-160"
 
@@ -43,7 +44,7 @@ def folder(tmp_path) -> Path:
     write_gateway(tmp_path / "gateway_info.yml", "tiny", [1.0, 2.0, 1.5], ORIENTATION)
     write_index(tmp_path / "train_index.txt", TRAIN)
     write_index(tmp_path / "test_index.txt", TEST)
-    write_channels(tmp_path / "channels.npz", CHANNELS)
+    write_responses(tmp_path / "channels.npz", RESPONSES)
     write_metadata(tmp_path / "metadata.json", {"array": {"rows": 4, "columns": 4, "spacing": 0.5}})
     return tmp_path
 
@@ -53,8 +54,8 @@ def test_what_was_written_is_read_back(folder):
     assert dataset.names == NAMES
     assert (dataset.pictures == PICTURES).all()
     assert (dataset.positions == POSITIONS).all()
-    assert (dataset.channels == CHANNELS).all()
-    assert dataset.channels.dtype == np.complex64
+    assert (dataset.responses == RESPONSES).all()
+    assert dataset.responses.dtype == np.complex64
     assert dataset.gateway_position.tolist() == [1, 2, 1.5]
     assert dataset.gateway_orientation.tolist() == ORIENTATION
     assert dataset.train.tolist() == [0, 2, 3, 4]
@@ -87,18 +88,18 @@ def test_folder_without_what_we_add_is_a_dataset(folder):
     (folder / "channels.npz").unlink()
     (folder / "metadata.json").unlink()
     dataset = read_dataset(folder)
-    assert dataset.channels is None
+    assert dataset.responses is None
     assert dataset.array == PlanarArray(rows=4, columns=4, spacing=0.5)
 
 
 def test_pictures_take_the_row_of_their_number(folder):
-    """A picture left out shifts nothing: spectrum 4 keeps row 4 of positions and channels."""
+    """A picture left out shifts nothing: spectrum 4 keeps row 4 of positions and responses."""
     (folder / "spectrum" / "00003.png").unlink()
     write_index(folder / "train_index.txt", ["00001", "00004", "00005"])
     dataset = read_dataset(folder)
     assert dataset.names == ["00001", "00002", "00004", "00005"]
     assert (dataset.positions == POSITIONS[[0, 1, 3, 4]]).all()
-    assert (dataset.channels == CHANNELS[[0, 1, 3, 4]]).all()
+    assert (dataset.responses == RESPONSES[[0, 1, 3, 4]]).all()
     assert dataset.train.tolist() == [0, 2, 3]
 
 
@@ -146,8 +147,8 @@ def without_picture_folder(folder):
     (folder / "spectrum").rmdir()
 
 
-def with_channels(shape):
-    return lambda folder: write_channels(folder / "channels.npz", np.zeros(shape))
+def with_responses(shape):
+    return lambda folder: write_responses(folder / "channels.npz", np.zeros(shape))
 
 
 def with_orientation(*orientation):
@@ -181,9 +182,9 @@ BAD = {
     "quaternion not unit": (with_orientation(0, 0, 1, 1), ["gateway_info.yml", "gateway1", "unit", "1.414"]),
     "gateway without position": (holding("gateway_info.yml", "gateway1: {}"), ["gateway_info.yml", "position"]),
     "gateway that is no YAML": (holding("gateway_info.yml", "a: [b"), ["gateway_info.yml", "gateway1"]),
-    "too few channels": (with_channels((4, 16)), ["channels.npz", "5 positions", "(4, 16)"]),
-    "too many channels": (with_channels((6, 16)), ["channels.npz", "5 positions", "(6, 16)"]),
-    "channels of another array": (with_channels((5, 9)), ["channels.npz", "16 elements", "(5, 9)"]),
+    "too few channels": (with_responses((4, 16)), ["channels.npz", "5 positions", "(4, 16)"]),
+    "too many channels": (with_responses((6, 16)), ["channels.npz", "5 positions", "(6, 16)"]),
+    "channels of another array": (with_responses((5, 9)), ["channels.npz", "16 elements", "(5, 9)"]),
     "truncated channels": (cut("channels.npz", 0.5), ["channels.npz", "npz", "found"]),
     "metadata that is no JSON": (holding("metadata.json", "{"), ["metadata.json", "JSON", "found"]),
     "metadata that is a list": (holding("metadata.json", "[]"), ["metadata.json", "JSON", "found"]),
@@ -240,7 +241,7 @@ def test_what_is_odd_but_readable_is_a_warning(folder):
     write_index(folder / "train_index.txt", ["00001", "00001", "00003"])
     with (folder / "tx_pos.csv").open("a") as file:
         file.write("0,0,0\n")
-    write_channels(folder / "channels.npz", np.zeros((6, 16)))
+    write_responses(folder / "channels.npz", np.zeros((6, 16)))
     found = inspect(folder)
     assert found.problems == []
     assert len(found.warnings) == 3  # a row without a picture, a name twice, spectra in neither index
@@ -260,4 +261,4 @@ def test_measured_rfid_dataset_reads():
     assert found.dataset.pictures.shape == (160, 90, 360)
     assert len(found.dataset.train) == 128
     assert len(found.dataset.test) == 32
-    assert found.dataset.channels is None
+    assert found.dataset.responses is None

@@ -18,12 +18,13 @@ import simulate.trace
 from scenes import atomic
 from scenes.errors import InputError
 from simulate import generate as module
+from simulate.array import PlanarArray
 from simulate.dataset import inspect
 from simulate.generate import generate, picture_names
 from simulate.measurement import Measurement
 from simulate.propagation import Propagation
 from simulate.request import Request, read_request
-from simulate.spectrum import PlanarArray, picture
+from simulate.spectrum import picture
 
 COUNT = 7
 
@@ -90,7 +91,7 @@ def test_simulated_folder_is_a_valid_dataset(finished, request_of):
     assert found.problems == []
     assert found.warnings == []
     assert found.dataset.positions == pytest.approx(request_of.positions, abs=1e-6)
-    assert found.dataset.channels.shape == (COUNT, 16)
+    assert found.dataset.responses.shape == (COUNT, 16)
     assert found.dataset.gateway_position.tolist() == [0, 0, 1.5]
     assert found.dataset.gateway_orientation == pytest.approx([0.5, -0.5, -0.5, 0.5])
     assert sorted([*found.dataset.train, *found.dataset.test]) == list(range(COUNT))
@@ -107,9 +108,9 @@ def test_simulated_folder_is_a_valid_dataset(finished, request_of):
     ]
 
 
-def test_pictures_are_those_of_the_channels(finished):
+def test_pictures_are_those_of_the_responses(finished):
     dataset = inspect(finished).dataset
-    assert (dataset.pictures == picture(PlanarArray().spectrum(dataset.channels))).all()
+    assert (dataset.pictures == picture(PlanarArray().spectrum(dataset.responses))).all()
 
 
 def test_same_request_again_returns_at_once(finished, request_of, monkeypatch):
@@ -279,10 +280,10 @@ def test_measured_folder_has_power_and_noise_as_asked_for(request_of, tmp_path, 
     generate(request_of, tmp_path / "ideal")
     found, ideal = (inspect(tmp_path / name).dataset for name in ("measured", "ideal"))
     assert found is not None and ideal is not None
-    error = np.linalg.norm(found.channels - ideal.channels) / np.linalg.norm(ideal.channels)
+    error = np.linalg.norm(found.responses - ideal.responses) / np.linalg.norm(ideal.responses)
     assert 0.05 < error < 0.2
     power = np.asarray(Image.open(tmp_path / "measured" / "power_db" / "00003.tif"))
-    np.testing.assert_allclose(power, PlanarArray().power_db(found.channels[2]), atol=1e-3)
+    np.testing.assert_allclose(power, PlanarArray().power_db(found.responses[2]), atol=1e-3)
     assert not (tmp_path / "ideal" / "power_db").exists()
 
 

@@ -9,8 +9,9 @@ from scipy.spatial.transform import Rotation
 
 from scenes.description import Gateway, SceneObject, Transmitter
 from scenes.shapes import sheet
+from simulate.array import PlanarArray
 from simulate.propagation import Propagation
-from simulate.spectrum import PlanarArray, dominant_direction
+from simulate.spectrum import dominant_direction
 from simulate.trace import Tracer
 
 FREQUENCY = 915e6

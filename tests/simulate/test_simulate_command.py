@@ -29,9 +29,9 @@ def test_each_gateway_gets_a_folder_of_the_same_positions(two_gateways, tmp_path
     bisplat.simulate(str(two_gateways), tmp_path, spectra=5, max_depth=0)
     first, second = read_dataset(tmp_path / "gateway1"), read_dataset(tmp_path / "west")
     assert (first.positions == second.positions).all()
-    assert first.channels is not None and second.channels is not None
-    assert first.channels.shape == (5, 16)
-    assert second.channels.shape == (5, 8)
+    assert first.responses is not None and second.responses is not None
+    assert first.responses.shape == (5, 16)
+    assert second.responses.shape == (5, 8)
     np.testing.assert_allclose(second.gateway_position, [-7, 0, 1.5])
 
 
@@ -40,7 +40,7 @@ def test_receivers_errors_are_as_large_as_asked_for_and_each_arrays_own(two_gate
     bisplat.simulate(str(two_gateways), tmp_path / "real", spectra=5, max_depth=0, phase_error=10.0)
     errors = []
     for name in ("gateway1", "west"):
-        ideal, real = (read_dataset(tmp_path / kind / name).channels for kind in ("ideal", "real"))
+        ideal, real = (read_dataset(tmp_path / kind / name).responses for kind in ("ideal", "real"))
         errors.append(np.angle(real / ideal, deg=True))
         assert np.ptp(errors[-1], axis=0).max() < 1e-3  # the same in every spectrum
         assert 4 < errors[-1][0].std() < 20

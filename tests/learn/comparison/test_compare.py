@@ -19,8 +19,9 @@ from learn.comparison.sweep import sweep
 from learn.metrics import score
 from learn.splits import split
 from scenes.errors import InputError
+from simulate.array import PlanarArray
 from simulate.dataset import read_dataset
-from simulate.spectrum import PlanarArray, normalise
+from simulate.spectrum import normalise
 
 pytestmark = pytest.mark.usefixtures("small_models", "no_ceiling")
 

@@ -1,11 +1,9 @@
 """Positional encoding γ against the paper's formula."""
 
-import doctest
 import math
 
 import torch
 
-from learn.models import encoding
 from learn.models.encoding import PRIMITIVE_ORDER, TX_ORDER, positional_encoding
 
 
@@ -42,8 +40,3 @@ def test_encodings_of_a_turn_and_of_none_are_equal():
     """Azimuth is φ/180° − 1: 0° and 360° are −1 and 1, the ends of one period of the slowest wave."""
     ends = positional_encoding(torch.tensor([[-1.0] * 3, [1.0] * 3], dtype=torch.float64), PRIMITIVE_ORDER)
     torch.testing.assert_close(ends[0, 3:], ends[1, 3:], atol=1e-12, rtol=0)
-
-
-def test_doctest():
-    results = doctest.testmod(encoding)
-    assert results.attempted and not results.failed

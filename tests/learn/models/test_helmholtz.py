@@ -12,8 +12,9 @@ from learn.models.helmholtz import DIRECTIONS, HelmholtzField
 from learn.training.run_folder import load_run
 from learn.training.train import train
 from scenes.errors import InputError
+from simulate.array import PlanarArray
 from simulate.dataset import Dataset, read_dataset
-from simulate.spectrum import PlanarArray, picture
+from simulate.spectrum import picture
 
 ARRAY = PlanarArray()
 WAVELENGTH = 0.3276
@@ -30,18 +31,18 @@ def plane_waves(positions: np.ndarray, count: int, seed: int) -> np.ndarray:
     return np.exp(2j * np.pi / WAVELENGTH * positions @ directions.T) @ amplitudes
 
 
-def dataset_of(positions: np.ndarray, channels: np.ndarray, keep_channels: bool = True) -> Dataset:
+def dataset_of(positions: np.ndarray, responses: np.ndarray, keep_responses: bool = True) -> Dataset:
     count = len(positions)
     return Dataset(
         folder=None,  # type: ignore[arg-type]
         names=[f"{i + 1:05d}" for i in range(count)],
-        pictures=picture(ARRAY.spectrum(channels)),
+        pictures=picture(ARRAY.spectrum(responses)),
         positions=positions,
         gateway_position=np.zeros(3),
         gateway_orientation=np.array([0, 0, 0, 1.0]),
         train=np.arange(count),
         test=np.arange(0),
-        channels=channels.astype(np.complex64) if keep_channels else None,
+        responses=responses.astype(np.complex64) if keep_responses else None,
         metadata={"frequency_hz": 299_792_458 / WAVELENGTH},
     )
 
@@ -112,8 +113,8 @@ def test_interpolates_a_solution_of_the_helmholtz_equation(waves):
     field = fitted(waves, np.concatenate([known, inner[::2]]))
     asked = inner[1::2]
     with torch.no_grad():
-        found = torch.view_as_complex(field.channels(torch.from_numpy(waves.positions[asked]).float())).numpy()
-    truth = waves.channels[asked]
+        found = torch.view_as_complex(field.responses(torch.from_numpy(waves.positions[asked]).float())).numpy()
+    truth = waves.responses[asked]
     alike = np.abs((found.conj() * truth).sum(1)) / np.linalg.norm(found, axis=1) / np.linalg.norm(truth, axis=1)
     assert np.median(alike) > 0.995
     assert float(field.nugget) < 0.01  # no noise
@@ -150,12 +151,12 @@ def test_finds_how_fast_a_place_changes_and_predicts_the_better_for_it():
     assert float(field.drift) == pytest.approx(100, rel=0.3)
     asked = np.setdiff1d(np.arange(500), known)
     positions = torch.from_numpy(dataset.positions[asked]).float()
-    truth = torch.view_as_real(torch.from_numpy(dataset.channels[asked])).flatten(1)
+    truth = torch.view_as_real(torch.from_numpy(dataset.responses[asked])).flatten(1)
 
     def error() -> float:
         with torch.no_grad():
             found = field.interpolated(positions)[0]
-        return float((found * np.sqrt(np.mean(np.abs(dataset.channels[known]) ** 2)) - truth).square().mean())
+        return float((found * np.sqrt(np.mean(np.abs(dataset.responses[known]) ** 2)) - truth).square().mean())
 
     drifting = error()
     field.drift = torch.tensor(1e9)
@@ -178,7 +179,7 @@ def test_a_position_is_taken_to_lie_on_the_leg_that_passes_nearest():
 def test_a_tag_that_rests_and_spectra_named_twice_are_no_trouble(waves):
     positions = waves.positions.copy()
     positions[10:40] = positions[10]
-    dataset = dataset_of(positions, waves.channels, keep_channels=False)
+    dataset = dataset_of(positions, waves.responses, keep_responses=False)
     field = fitted(dataset, np.array([*range(60), 59, 0]))
     assert len(field.places) == 60
     with torch.no_grad():
@@ -186,7 +187,7 @@ def test_a_tag_that_rests_and_spectra_named_twice_are_no_trouble(waves):
 
 
 def test_pictures_that_are_all_the_same_are_predicted_everywhere(waves):
-    dataset = dataset_of(waves.positions[:20], np.ones((20, 16)), keep_channels=False)
+    dataset = dataset_of(waves.positions[:20], np.ones((20, 16)), keep_responses=False)
     field = fitted(dataset, np.arange(20))
     with torch.no_grad():
         found = field(torch.from_numpy(waves.positions[30:33]).float()).numpy()
@@ -206,7 +207,7 @@ def test_finds_where_the_waves_come_from():
 
 
 def test_known_pictures_are_kept_and_far_away_the_mean_is_shown(waves):
-    dataset = dataset_of(waves.positions, waves.channels, keep_channels=False)
+    dataset = dataset_of(waves.positions, waves.responses, keep_responses=False)
     field = fitted(dataset, np.arange(100))
     assert not field.has_responses
     field.nugget = torch.tensor(1e-6)
@@ -224,8 +225,8 @@ def test_open_share_is_the_mean_squared_error():
     asked = np.arange(1, 500, 2)
     with torch.no_grad():
         found, open_share = field.interpolated(torch.from_numpy(dataset.positions[asked]).float())
-    truth = torch.view_as_real(torch.from_numpy(dataset.channels[asked])).flatten(1)
-    power = np.mean(np.abs(dataset.channels[::2]) ** 2)
+    truth = torch.view_as_real(torch.from_numpy(dataset.responses[asked])).flatten(1)
+    power = np.mean(np.abs(dataset.responses[::2]) ** 2)
     error = (found - truth / np.sqrt(power)).square().mean(dim=1) * 2  # of numbers of mean square 1
     order = open_share.argsort()
     for part in (order[:125], order[125:]):  # where it is sure, and where it is not
@@ -238,9 +239,9 @@ def test_trains_predicts_and_loads_again(tiny, tmp_path):
     method.fit(Task(dataset, "files", 0, None, 0, 0.01, None, tmp_path / "run"))
     assert method.predict(dataset.positions[:3]).shape == (3, 90, 360)
     run = load_run(tmp_path / "run")
-    np.testing.assert_array_equal(run.predict(dataset.positions[:3]), method.predict(dataset.positions[:3]))
-    channels = run.predict_channels(dataset.positions[:3])
-    assert (channels is None) == (dataset.channels is None)
+    prediction = run.predict(dataset.positions[:3])
+    np.testing.assert_array_equal(prediction.spectra, method.predict(dataset.positions[:3]))
+    assert (prediction.responses is None) == (dataset.responses is None)
     assert dataclasses.asdict(run.config)["model"] == "helmholtz"
 
 

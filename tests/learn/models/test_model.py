@@ -11,7 +11,8 @@ from learn.metrics import ssim
 from learn.models.base import loss
 from learn.models.bisplat import APERTURE, PLUS, BiSplatAperture, BiSplatWRF, ModelSize
 from learn.models.primitives import SCALE_MAX, SCALE_MIN, Primitives
-from simulate.spectrum import PlanarArray, normalise
+from simulate.array import PlanarArray
+from simulate.spectrum import normalise
 
 POSITIONS = torch.tensor([[0.5, 0.0, 1.0], [3.0, -0.7, 2.2]])
 
@@ -258,19 +259,19 @@ def test_aperture_prediction_runs_from_0_to_1(small, region):
 
 
 @pytest.mark.parametrize("array", [PlanarArray(), PlanarArray(rows=2, columns=3, spacing=0.4)])
-def test_aperture_prediction_is_the_spectrum_of_its_channels(small, region, array):
+def test_aperture_prediction_is_the_spectrum_of_its_responses(small, region, array):
     model = make_aperture(small, region, array)
     with torch.no_grad():
-        channels, pictures = torch.view_as_complex(model.channels(POSITIONS)), model(POSITIONS)
-    assert channels.shape == (2, array.rows * array.columns)
-    np.testing.assert_allclose(pictures, normalise(array.spectrum(channels.numpy())), atol=1e-5)
+        responses, pictures = torch.view_as_complex(model.responses(POSITIONS)), model(POSITIONS)
+    assert responses.shape == (2, array.rows * array.columns)
+    np.testing.assert_allclose(pictures, normalise(array.spectrum(responses.numpy())), atol=1e-5)
 
 
-def test_channels_are_the_sum_over_all_directions(small, region):
+def test_responses_are_the_sum_over_all_directions(small, region):
     """y_m = Σ a_m F cosθ ΔφΔθ, a_m = e^{j2π(x cosθ cosφ + y cosθ sinφ)}, looped over directions and elements."""
     model = make_aperture(small, region)
     with torch.no_grad():
-        pairs = model.field(POSITIONS), model.channels(POSITIONS)
+        pairs = model.field(POSITIONS), model.responses(POSITIONS)
     field, found = (torch.view_as_complex(pair.contiguous()).numpy() for pair in pairs)
     azimuths, elevations = np.radians(model.azimuths.numpy()), np.radians(model.elevations.numpy())
     step = np.radians(model.STEP_DEG)

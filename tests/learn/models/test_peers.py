@@ -12,7 +12,8 @@ from learn.models.encoding import positional_encoding
 from learn.models.mlp import PictureMLP, ResponseMLP
 from learn.models.nerf2 import FAR, ORDER, PATH_LOSS, NeRF2
 from learn.models.swiftwrf import SwiftWRF
-from simulate.spectrum import PlanarArray, normalise
+from simulate.array import PlanarArray
+from simulate.spectrum import normalise
 
 POSITIONS = torch.tensor([[0.5, 0.0, 1.0], [3.0, -0.7, 2.2]])
 
@@ -51,9 +52,9 @@ def test_pictures_are_finite_and_differ_by_position_and_the_loss_falls(make, mod
 def test_response_mlp_shows_what_the_array_makes_of_its_responses(make):
     model = make(ResponseMLP)
     with torch.no_grad():
-        channels = torch.view_as_complex(model.channels(POSITIONS).contiguous()).numpy()
+        responses = torch.view_as_complex(model.responses(POSITIONS).contiguous()).numpy()
         pictures = model(POSITIONS).numpy()
-    np.testing.assert_allclose(pictures, normalise(PlanarArray().spectrum(channels)), atol=1e-5)
+    np.testing.assert_allclose(pictures, normalise(PlanarArray().spectrum(responses)), atol=1e-5)
 
 
 def test_swiftwrf_adds_its_deformed_gaussians_in_any_order(make):

@@ -25,9 +25,10 @@ from learn.training.lightning_module import Spectra, Training
 from learn.training.run_folder import load_run, read_config
 from learn.training.train import train
 from scenes.errors import InputError
+from simulate.array import PlanarArray
 from simulate.dataset import read_dataset
 from simulate.dataset_writer import write_index
-from simulate.spectrum import PlanarArray, normalise
+from simulate.spectrum import normalise
 
 pytestmark = pytest.mark.usefixtures("small_models")
 
@@ -207,7 +208,7 @@ def test_saved_weights_are_those_with_the_best_validation(tiny, tiny_config, fin
     run, dataset = load_run(finished_run), read_dataset(tiny)
     validation = run.split(dataset).validation
     found = np.median(
-        ssim(run.predict(dataset.positions[validation]).astype(float), dataset.pictures[validation] / 255)
+        ssim(run.predict(dataset.positions[validation]).spectra.astype(float), dataset.pictures[validation] / 255)
     )
     (path,) = (finished_run / "logs").rglob("metrics.csv")
     assert found == pytest.approx(pd.read_csv(path)["validation_ssim"].max(), abs=1e-4)
@@ -232,8 +233,8 @@ def test_other_models_train_predict_and_load_too(tmp_path, monkeypatch, tiny_con
     run = load_run(folder)
     assert run.config.bypass == ("bst",) and run.model.bypass == {"bst"}
     positions = np.array([[1.0, 0.5, 1.0]] * 18)  # more than one batch
-    assert run.predict(positions).shape == (18, 90, 360)
-    assert run.predict_channels(positions) is None
+    prediction = run.predict(positions)
+    assert prediction.spectra.shape == (18, 90, 360) and prediction.responses is None
 
 
 def test_loaded_run_predicts_what_its_weights_say(finished_run, tiny):
@@ -241,15 +242,16 @@ def test_loaded_run_predicts_what_its_weights_say(finished_run, tiny):
     known = dataset.positions[run.split(dataset).known]
     np.testing.assert_allclose(run.model.region, [known.min(0), np.maximum(known.max(0), known.min(0) + 1e-3)])
     positions = dataset.positions[:20]
-    pictures, channels = run.predict(positions), run.predict_channels(positions)
+    prediction = run.predict(positions)
+    pictures, responses = prediction.spectra, prediction.responses
     assert (pictures.shape, pictures.dtype) == ((20, 90, 360), np.float32)
-    assert (channels.shape, channels.dtype) == ((20, 16), np.complex64)
-    np.testing.assert_allclose(pictures, normalise(PlanarArray().spectrum(channels)), atol=1e-5)
+    assert (responses.shape, responses.dtype) == ((20, 16), np.complex64)
+    np.testing.assert_allclose(pictures, normalise(PlanarArray().spectrum(responses)), atol=1e-5)
 
 
 def test_coordinate_that_never_changes_is_no_division_by_zero(finished_run, tiny):
     assert np.ptp(read_dataset(tiny).positions[:, 2]) == 0
-    assert np.isfinite(load_run(finished_run).predict(np.array([[1.0, 0.5, 1.0], [1.0, 0.5, 1.2]]))).all()
+    assert np.isfinite(load_run(finished_run).predict(np.array([[1.0, 0.5, 1.0], [1.0, 0.5, 1.2]])).spectra).all()
 
 
 def test_training_begins_with_the_weights_of_another_run(finished_run, tmp_path, tiny_config, monkeypatch):
@@ -292,7 +294,7 @@ def test_evaluation_scores_the_test_part_beside_the_baselines(tiny, finished_run
     assert metrics["test_spectra"] == 5
     assert metrics["baselines"].keys() == {"mean_picture", "nearest", "inverse_distance", "array_ceiling"}
     truth, known = dataset.spectra[found.test].astype(float), np.setdiff1d(np.arange(24), found.test)
-    prediction = load_run(finished_run).predict(dataset.positions[found.test]).astype(float)
+    prediction = load_run(finished_run).predict(dataset.positions[found.test]).spectra.astype(float)
     assert metrics["ssim_median"] == pytest.approx(np.median(ssim(prediction, truth)), abs=1e-6)
     distance = np.linalg.norm(dataset.positions[found.test][:, None] - dataset.positions[known], axis=-1)
     copies = dataset.spectra[known[distance.argmin(axis=1)]].astype(float)

@@ -19,8 +19,10 @@ from learn.view.hemisphere import dots, ellipses
 from learn.view.subject import Spectrum, subject
 from learn.view.tracing import Tracing
 from scenes.errors import InputError
+from simulate.angular_grid import direction
+from simulate.array import PlanarArray
 from simulate.propagation import Propagation
-from simulate.spectrum import PlanarArray, direction, normalise
+from simulate.spectrum import normalise
 
 
 @pytest.fixture
@@ -128,7 +130,7 @@ def test_run_is_predicted_as_by_the_command(finished_run, small_models):
     found = subject(str(finished_run))
     assert next(iter(found.predictors)) == "bisplat-aperture"
     position = np.array([1.0, 0.3, 1.0])
-    expected = found.run.predict(position[None])[0]
+    expected = found.run.predict(position[None]).spectra[0]
     np.testing.assert_array_equal(found.predictors["bisplat-aperture"](position), expected)
     np.testing.assert_allclose(normalise(np.abs(found.field(position))), expected, atol=1e-4)
     assert len(found.splats(position).azimuth) == 40
@@ -141,7 +143,9 @@ def test_field_of_a_model_without_responses_is_the_one_it_renders(tiny_config, s
     found = subject(str(tmp_path / "run"))
     assert not isinstance(found.run.model, BiSplatAperture)
     position = np.array([1.0, 0.3, 1.0])
-    np.testing.assert_allclose(np.abs(found.field(position)) ** 2, found.run.predict(position[None])[0], atol=1e-5)
+    np.testing.assert_allclose(
+        np.abs(found.field(position)) ** 2, found.run.predict(position[None]).spectra[0], atol=1e-5
+    )
 
 
 def test_run_without_its_dataset_is_shown_with_a_note(finished_run, small_models, tmp_path):

@@ -1,0 +1,34 @@
+"""The directions a spectrum is sampled at, and the unit vector of a direction.
+
+Gateway frame: the array lies in the local x-y plane, boresight +z. φ is azimuth, θ elevation above the array plane
+(θ = 90° is boresight).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+
+AZIMUTHS_DEG = np.arange(360)
+"""Columns of a spectrum: φ = 0…359°."""
+
+ELEVATIONS_DEG = np.arange(1, 91)
+"""Rows of a spectrum: θ = 1…90°; row 0 is 1°, the last row is boresight."""
+
+
+def direction(
+    azimuth: Float[np.ndarray, "*shape"], elevation: Float[np.ndarray, "*shape"]
+) -> Float[np.ndarray, "*shape 3"]:
+    """Unit vector of a direction of arrival, u(φ,θ) = (cosθ cosφ, cosθ sinφ, sinθ), in the gateway frame.
+
+    Args:
+        azimuth: φ in radians.
+        elevation: θ in radians.
+
+    >>> direction(np.radians(90.0), np.radians(0.0)).round(6).tolist()
+    [0.0, 1.0, 0.0]
+    """
+    azimuth, elevation = np.broadcast_arrays(azimuth, elevation)
+    return np.stack(
+        [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)], axis=-1
+    )
