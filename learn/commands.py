@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import json as json_format
-from dataclasses import replace
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 import numpy as np
 from tyro.conf import Positional, arg
 
+from learn.models.registry import DEFAULT_MODEL, ModelName
+from learn.splits import SplitKind
 from scenes.errors import InputError
 from scenes.text_tables import print_table
 from simulate.command import Output
@@ -81,15 +82,13 @@ def check(dataset: Positional[Path], json: bool = False) -> None:
 def train(
     dataset: Positional[Path],
     output: Output,
-    model: Literal[
-        "helmholtz", "bisplat", "bisplat-plus", "bisplat-aperture", "mlp", "mlp-responses", "nerf2", "swiftwrf"
-    ] = "helmholtz",
-    split: Literal["files", "random", "blocked"] = "files",
+    model: ModelName = DEFAULT_MODEL,
+    split: SplitKind = "files",
     seed: int = 0,
     steps: int = 1500,
     batch_size: int = 8,
     learning_rate: float | None = None,
-    bypass: tuple[Literal["dynamic", "delta", "bst", "order"], ...] = (),
+    bypass: tuple[str, ...] = (),
     init: Path | None = None,
     devices: int = 1,
     nodes: int = 1,
@@ -99,27 +98,34 @@ def train(
     Args:
         dataset: NeRF² dataset folder, simulated or measured.
         output: the run folder.
-        model: helmholtz is fitted in closed form, so that the options of training by steps mean nothing to it.
-        split: the folder's own files, a random fifth for testing, or every fourth run of ten positions.
-        seed: of split, initial weights and order.
-        steps: optimiser steps.
+        model: docs/model.md and docs/peers.md describe each.
+        split: the folder's own files, a random fifth for testing, or blocked: every fourth run of ten positions.
+        seed: draws split, initial weights and order of the spectra.
+        steps: optimiser steps; a model fitted in closed form (helmholtz) takes none.
         batch_size: spectra per step.
-        learning_rate: of AdamW (default: 2e-3; 3e-4 for bisplat-plus).
-        bypass: branches to switch off, as the paper's ablation does; order: blend in stored order, not by depth.
+        learning_rate: of AdamW (default: the model's own).
+        bypass: branches of a BiSplat model to switch off, as the paper's ablation does: dynamic, delta, bst; or order,
+            to blend the primitives in stored order instead of by depth.
         init: a finished run of the same model to begin with, instead of random weights.
         devices: GPUs per machine (processes, where there is no GPU).
         nodes: machines; start this command on each, as Lightning's launchers do.
     """
-    from learn.training.run_folder import LEARNING_RATE, Config
-    from learn.training.train import train as fit
+    from learn.training.train import train as train_model
 
-    if learning_rate is None:
-        learning_rate = LEARNING_RATE[model]
-    positive(steps=steps, batch_size=batch_size, learning_rate=learning_rate, devices=devices, nodes=nodes)
-    config = Config(str(dataset.resolve()), model, split, seed, seed, steps, batch_size, learning_rate, bypass)
-    if init is not None:
-        config = replace(config, init=str(init.resolve()))
-    fit(config, output, devices, nodes)
+    train_model(
+        dataset,
+        output,
+        model=model,
+        split=split,
+        seed=seed,
+        options={"bypass": bypass} if bypass else {},
+        steps=steps,
+        batch_size=batch_size,
+        learning_rate=learning_rate,
+        init=init,
+        devices=devices,
+        nodes=nodes,
+    )
     print(f"run: {output}")
 
 
@@ -170,7 +176,7 @@ def crossvalidate(
 
 
 def predict(run: Positional[Path], positions: Path, output: Output) -> None:
-    """Predict spectra (and the aperture model's element responses) at given positions.
+    """Predict spectra, and element responses where the model knows them, at given positions.
 
     Args:
         run: the run folder.

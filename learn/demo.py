@@ -8,70 +8,74 @@ import time
 from pathlib import Path
 from typing import Any
 
-from learn.evaluation.crossvalidate import crossvalidate
-from learn.evaluation.evaluate import evaluate
-from learn.reports.pages import write_report
-from learn.training.run_folder import LEARNING_RATE, Config, ModelName
+from simulate.simulation import simulate
+
+from learn.evaluation.crossvalidate import CrossValidation, crossvalidate
+from learn.evaluation.evaluate import Evaluation, evaluate
+from learn.models.registry import DEFAULT_MODEL
+from learn.reports.demo_report import write_demo
 from learn.training.train import train
 from scenes.atomic import write_atomically
 from scenes.drawing import draw_scene
 from scenes.lab import lab
-from simulate.generate import generate
-from simulate.placement import place
-from simulate.propagation import Propagation
-from simulate.request import Request
+
+BISPLAT_MODEL = "bisplat-aperture"
+"""The BiSplat model that the demo trains beside the default model."""
 
 DATA_SEED, FRESH_SEED = 0, 1_000_000
 FRESH_POSITIONS = 100
-BATCH_SIZE = 8
 
 
-def demo(folder: Path, spectra: int, steps: int) -> dict[str, Any]:
-    """Run everything into a folder, going on where an interrupted demo stopped; returns metrics.json's content.
+def demo(folder: Path, spectra: int = 1000, steps: int = 1500) -> dict[str, Any]:
+    """Run everything into a folder, going on where an interrupted demo stopped.
 
     Args:
-        folder: gets dataset/, run/, report.html and metrics.json.
+        folder: gets dataset/, run/ (the default model), run-bisplat/, report.html and metrics.json.
         spectra: spectra to simulate; a fifth of them is for testing.
-        steps: optimiser steps.
+        steps: optimiser steps of the BiSplat model.
+
+    Returns:
+        The content of metrics.json; figures are the default model's where no model is named.
     """
     began = time.monotonic()
     folder.mkdir(parents=True, exist_ok=True)
     scene = lab()
-    _say(f"1/4 tracing {spectra} spectra of the lab")
-    positions = place(scene, "uniform", spectra, DATA_SEED)
-    propagation = Propagation(seed=DATA_SEED)
-    request = Request(scene, positions, f"uniform, seed {DATA_SEED}", propagation, DATA_SEED)
-    generate(request, folder / "dataset")
+    _say(f"1/5 tracing {spectra} spectra of the lab")
+    dataset = simulate(scene, folder / "dataset", spectra, seed=DATA_SEED)
 
-    _say("2/4 training bisplat-aperture")
-    dataset = str((folder / "dataset").resolve())
-    model: ModelName = "bisplat-aperture"
-    config = Config(dataset, model, "files", DATA_SEED, DATA_SEED, steps, BATCH_SIZE, LEARNING_RATE[model])
-    train(config, folder / "run")
+    _say(f"2/5 fitting {DEFAULT_MODEL}, the default model")
+    run = train(dataset, folder / "run", seed=DATA_SEED)
+    _say(f"3/5 training {BISPLAT_MODEL}")
+    bisplat_run = train(dataset, folder / "run-bisplat", model=BISPLAT_MODEL, seed=DATA_SEED, steps=steps)
 
-    _say("3/4 evaluating on held-out positions")
-    evaluation = evaluate(folder / "run")
-    _say(f"4/4 tracing {FRESH_POSITIONS} fresh positions to cross-validate")
-    fresh = crossvalidate(folder / "run", scene, FRESH_POSITIONS, FRESH_SEED)
+    _say("4/5 evaluating both on held-out positions")
+    evaluation, bisplat_evaluation = evaluate(run, dataset), evaluate(bisplat_run, dataset)
+    _say(f"5/5 tracing {FRESH_POSITIONS} fresh positions to cross-validate {DEFAULT_MODEL}")
+    fresh = crossvalidate(run, scene, FRESH_POSITIONS, FRESH_SEED)
 
-    scores = evaluation.scores
-    metrics = {
-        "ssim_median": scores["model"].summary()["ssim_median"],
-        "ssim_median_nearest": scores["nearest"].summary()["ssim_median"],
-        "ssim_median_inverse_distance": scores["inverse_distance"].summary()["ssim_median"],
-        "ssim_median_mean_picture": scores["mean_picture"].summary()["ssim_median"],
-        "crossvalidation_ssim_median": fresh.metrics()["ssim_median"],
-        "crossvalidation_aoa_error_median_deg": fresh.metrics()["aoa_error_median_deg"],
-        "crossvalidation_channel_correlation_median": fresh.metrics().get("channel_correlation_median"),
-        "aoa_error_median_deg": scores["model"].summary()["aoa_error_median_deg"],
-        "spectra": spectra,
-        "test_spectra": len(evaluation.test),
-        "seconds": round(time.monotonic() - began, 1),
-    }
+    metrics = _metrics(evaluation, bisplat_evaluation, fresh)
+    metrics |= {"spectra": spectra, "seconds": round(time.monotonic() - began, 1)}
     draw_scene(scene, folder / "scene.png")
     write_atomically(folder / "metrics.json", (json.dumps(metrics, indent=2) + "\n").encode())
-    write_report(folder, evaluation, fresh, metrics)
+    write_demo(folder, {DEFAULT_MODEL: evaluation, BISPLAT_MODEL: bisplat_evaluation}, fresh, metrics)
     return metrics
+
+
+def _metrics(evaluation: Evaluation, bisplat: Evaluation, fresh: CrossValidation) -> dict[str, Any]:
+    scores = {name: each.summary() for name, each in evaluation.scores.items()}
+    crossvalidated = fresh.metrics()
+    return {
+        "ssim_median": scores["model"]["ssim_median"],
+        "ssim_median_bisplat": bisplat.scores["model"].summary()["ssim_median"],
+        "ssim_median_nearest": scores["nearest"]["ssim_median"],
+        "ssim_median_inverse_distance": scores["inverse_distance"]["ssim_median"],
+        "ssim_median_mean_picture": scores["mean_picture"]["ssim_median"],
+        "crossvalidation_ssim_median": crossvalidated["ssim_median"],
+        "crossvalidation_aoa_error_median_deg": crossvalidated["aoa_error_median_deg"],
+        "crossvalidation_channel_correlation_median": crossvalidated.get("channel_correlation_median"),
+        "aoa_error_median_deg": scores["model"]["aoa_error_median_deg"],
+        "test_spectra": len(evaluation.test),
+    }
 
 
 def _say(sentence: str) -> None:

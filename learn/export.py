@@ -1,7 +1,8 @@
-"""A trained model as one file for other programs: transmitter positions in, spectra out, for any number of them."""
+"""A trained model as one file for other programs: transmitter positions in, spectra out, any number at a time."""
 
 from __future__ import annotations
 
+import copy
 import logging
 import warnings
 from collections.abc import Callable
@@ -9,6 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import torch
+from jaxtyping import Float
+from torch import Tensor
+from torch._higher_order_ops.scan import scan  # private: the only loop that torch exports to ONNX
 from torch.export import ExportedProgram, save
 
 from learn.training.run_folder import Run
@@ -19,29 +23,55 @@ INPUT, OUTPUT = "positions", "spectra"
 """Names in an ONNX file: float32 [batch, 3], metres in the dataset's frame, and float32 [batch, 90, 360]."""
 
 
-def export(run: Run, path: Path) -> None:
+def export(run: Run, path: Path | str) -> None:
     """Write a run's model as ONNX (``.onnx``) or as a ``torch.export`` program (``.pt2``).
 
     The batch size stays free. The renderer is the readable one, ``learn.models.splat.splat_reference``, whose memory
     grows with primitives × pixels: predict a few spectra of ``bisplat`` at a time; ``bisplat-aperture`` renders few
     pixels.
 
+    The run's own model stays where it is; a copy on the CPU is exported.
+
+    Args:
+        run: a finished run.
+        path: the file to write; its suffix says which format.
+
     Raises:
         InputError: another suffix, or ONNX is wanted and not installed.
+
+    >>> import bisplat
+    >>> bisplat.export(bisplat.load_run("runs/lab"), "lab.pt2")
     """
+    path = Path(path)
     writers: dict[str, Callable[[ExportedProgram, Path], None]] = {".onnx": _write_onnx, ".pt2": save}
     if path.suffix not in writers:
         raise InputError(f"{path}: expected a name that ends in .onnx or .pt2, found {path.name}")
     batch = {0: torch.export.Dim("batch")}
+    model: Any = copy.deepcopy(run.model).cpu()
+    if hasattr(model, "solve"):  # of linear equations, which ONNX has no operator for
+        model.solve = solve_by_elimination
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        program = torch.export.export(run.model.cpu(), (torch.zeros(2, 3),), dynamic_shapes=(batch,))
+        program = torch.export.export(model, (torch.zeros(2, 3),), dynamic_shapes=(batch,))
         content = path.with_name(f".{path.name}")
         try:
             writers[path.suffix](program, content)
             write_atomically(path, content.read_bytes())
         finally:
             content.unlink(missing_ok=True)
+
+
+def solve_by_elimination(matrix: Float[Tensor, "B N N"], right: Float[Tensor, "B N"]) -> Float[Tensor, "B N"]:
+    """Solve linear equations by Gauss-Jordan elimination, without pivoting: the matrices are positive definite."""
+
+    def eliminate(rows: Tensor, unit: Tensor) -> tuple[Tensor, Tensor]:
+        pivot = (rows * unit[:, None]).sum(dim=1, keepdim=True)
+        column = (rows[..., :-1] * unit).sum(dim=-1, keepdim=True)
+        pivot = pivot / (pivot[..., :-1] * unit).sum(dim=-1, keepdim=True)
+        return torch.where(unit[:, None] > 0, pivot, rows - column * pivot), unit.sum()
+
+    rows = torch.cat([matrix, right[..., None]], dim=-1)
+    return scan(eliminate, rows, torch.eye(matrix.shape[-1], device=matrix.device))[0][..., -1]
 
 
 def _write_onnx(program: ExportedProgram, path: Path) -> None:

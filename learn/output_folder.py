@@ -1,4 +1,4 @@
-"""A folder that a command goes on in: made anew, or one that the very same command began."""
+"""An output folder: a new one, or one that the same command began and now continues."""
 
 from __future__ import annotations
 
@@ -14,18 +14,20 @@ def claim(folder: Path, kind: str, settings: dict[str, Any], begun: dict[str, An
     Args:
         folder: where a run or an experiment is to be written.
         kind: "run" or "experiment".
-        settings: what it is begun with.
-        begun: what the one found in the folder was begun with; None: there is none.
+        settings: its settings, by name.
+        begun: settings of the run or experiment found in the folder; None: there is none.
 
     Raises:
         InputError: the folder holds something else, or one of other settings.
     """
-    if begun is None and folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise InputError(f"{folder}: expected a new folder or an earlier {kind}, found other files")
-    for name, value in settings.items():
-        if begun is not None and begun.get(name) != value:
+    if begun is None:
+        if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+            raise InputError(f"{folder}: expected a new folder or an earlier {kind}, found other files")
+        begun = settings
+    for name in {**settings, **begun}:
+        if begun.get(name) != settings.get(name):
             raise InputError(
                 f"{folder}: expected a new folder or this {kind} begun before, found one whose {name} is "
-                f"{begun.get(name)}, not {value}"
+                f"{begun.get(name)}, not {settings.get(name)}"
             )
     folder.mkdir(parents=True, exist_ok=True)

@@ -1,63 +1,84 @@
-"""What every learned model is: a map from transmitter positions to pictures, and the loss it is trained with."""
+"""What every model is: a map from transmitter positions to spectra, with capabilities that not every model has."""
 
 from __future__ import annotations
 
 import numpy as np
 import torch
-from jaxtyping import Float
-from pytorch_msssim import ssim as gaussian_ssim
+from jaxtyping import Float, Int
 from torch import Tensor, nn
 
+from learn.models.loss import composite_loss
+from learn.models.splat import Splats
 from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG
 from simulate.array import PlanarArray
-
-L1_WEIGHT, SSIM_WEIGHT = 0.7, 0.3
-"""The paper's composite loss."""
-
-
-def loss(prediction: Float[Tensor, "B 90 360"], truth: Float[Tensor, "B 90 360"]) -> Float[Tensor, ""]:
-    """0.7 L1 + 0.3 (1 − SSIM) of pictures on the scale 0…1.
-
-    The SSIM of the loss has a Gaussian window, separable and so ten times faster than scikit-image's uniform one;
-    reported figures are scikit-image's.
-    """
-    # Spectra as channels of one picture: the mean is the same, and the convolutions are several times faster so.
-    similarity = gaussian_ssim(prediction[None], truth[None], data_range=1.0)
-    return L1_WEIGHT * (prediction - truth).abs().mean() + SSIM_WEIGHT * (1 - similarity)
+from simulate.dataset import Dataset
 
 
 class SpectrumModel(nn.Module):
-    """Base of the models: ``forward`` takes positions [B, 3] in metres and gives pictures [B, 90, 360].
+    """Base of the models: ``forward`` takes positions [B, 3] in metres and gives spectra [B, 90, 360], 0…1.
+
+    A subclass is called with (region, array, **options); ``learn.models.registry`` names its options' defaults. It
+    overrides those of the methods below that it can do more in than predict spectra.
 
     Args:
-        region: corners (min, max) of the box of training positions, metres.
+        region: corners (min, max) of the box of training positions, metres, world frame.
     """
 
     region: Tensor
     beamformer: Beamformer
-    """Of models that predict responses."""
+    """Turns ``responses`` into spectra; only models with ``has_responses`` have one."""
 
     def __init__(self, region: Float[np.ndarray, "2 3"]):
         super().__init__()
         self.register_buffer("region", torch.as_tensor(region, dtype=torch.float32))
 
-    def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
-        """Predicted element responses, real and imaginary part; of models with ``has_responses`` only."""
-        raise NotImplementedError(f"{type(self).__name__} predicts spectra alone")
-
-    @property
-    def has_responses(self) -> bool:
-        """Whether the model predicts ``responses``, which its ``beamformer`` turns into a spectrum."""
-        return False
-
     def predict(
         self, positions: Float[Tensor, "B 3"]
     ) -> tuple[Float[Tensor, "B 90 360"], Float[Tensor, "B elements 2"] | None]:
-        """Predicted pictures, and the element responses they are made of where the model knows them."""
+        """Predicted spectra, and the element responses they are made of where the model knows them."""
         if not self.has_responses:
             return self(positions), None
         responses = self.responses(positions)
         return self.beamformer(responses), responses
+
+    # --- what a model may be able to do --------------------------------------------------------------------
+
+    @property
+    def has_responses(self) -> bool:
+        """Whether the model predicts element ``responses``, which its ``beamformer`` turns into a spectrum."""
+        return False
+
+    def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
+        """Predicted element responses, real and imaginary part, up to one common factor per spectrum."""
+        raise NotImplementedError(f"{type(self).__name__} predicts spectra alone")
+
+    @property
+    def has_primitives(self) -> bool:
+        """Whether the model is made of Gaussian primitives, which ``splats`` returns."""
+        return False
+
+    def splats(self, positions: Float[Tensor, "B 3"]) -> Splats:
+        """The primitives as they are blended for each transmitter position."""
+        raise NotImplementedError(f"{type(self).__name__} has no primitives")
+
+    def field(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B H W 2"] | None:
+        """Complex field F(φ, θ) on the model's own grid, real and imaginary part; None where the model has none."""
+        return None
+
+    def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"] | None:
+        """Share of the field's variance that the known spectra leave open, 0…1; None where the model cannot tell."""
+        return None
+
+    def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
+        """Fit a model whose registry entry says ``fit="closed form"``.
+
+        Args:
+            dataset: spectra with their positions.
+            known: indices of the spectra to fit to.
+        """
+        raise NotImplementedError(f"{type(self).__name__} is trained by steps")
+
+    # --- for subclasses ------------------------------------------------------------------------------------
 
     def scaled(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 3"]:
         """Positions with the box of training positions at −1…1."""
@@ -65,8 +86,8 @@ class SpectrumModel(nn.Module):
         return 2 * (positions - low) / (high - low) - 1
 
     def loss(self, positions: Float[Tensor, "B 3"], pictures: Float[Tensor, "B 90 360"]) -> Float[Tensor, ""]:
-        """What a training step lowers; of most models the paper's composite loss of whole pictures."""
-        return loss(self(positions), pictures)
+        """The loss of a training step: the paper's composite loss of whole spectra, unless a model overrides it."""
+        return composite_loss(self(positions), pictures)
 
 
 class Beamformer(nn.Module):

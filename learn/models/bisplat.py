@@ -6,8 +6,8 @@ coefficient. docs/model.md lists what the paper leaves open and what was chosen.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from collections.abc import Sequence
+from typing import Any, Literal, get_args
 
 import numpy as np
 import torch
@@ -19,7 +19,8 @@ from learn.models.bst import BilinearSpatialTransformer
 from learn.models.encoding import PRIMITIVE_ORDER, TX_ORDER, positional_encoding
 from learn.models.networks import ResidualFFN
 from learn.models.primitives import Primitives
-from learn.models.splat import splat
+from learn.models.splat import Splats, splat
+from scenes.errors import ParameterError
 from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG
 from simulate.array import PlanarArray
 
@@ -34,76 +35,74 @@ SCALE_LEAST, SCALE_MOST = 0.5, 60.0
 """Degrees; a primitive narrower than a pixel or wider than the chart's periodicity allows means nothing."""
 
 
-@dataclass(frozen=True)
-class ModelSize:
-    """Widths, depths and counts of the paper's implementation details; the defaults are BiSplat-WRF's."""
-
-    primitives: int = 500
-    clusters: int = 64
-    ffn_width: int = 128
-    ffn_layers: int = 4
-    transformer_layers: int = 3
-    transformer_heads: int = 4
-    transformer_ffn_width: int = 256
-    tx_order: int = TX_ORDER
-
-
-PLUS = ModelSize(primitives=2000, ffn_width=256, ffn_layers=12, transformer_layers=6, transformer_ffn_width=512)
-"""BiSplat-WRF+."""
-
-APERTURE = ModelSize(tx_order=3)
-"""Ours: a quarter of the region is the shortest wave in TX-PE; shorter ones learn the positions by heart."""
-
-
-class Splats(NamedTuple):
-    """Primitives as they are blended for transmitters: the first arguments of ``splat``. Degrees; ρ in radians."""
-
-    azimuth: Float[Tensor, " N_p"]
-    elevation: Float[Tensor, " N_p"]
-    depth: Float[Tensor, " N_p"]
-    scale: Float[Tensor, "B N_p 2"]
-    rotation: Float[Tensor, "B N_p"]
-    opacity: Float[Tensor, "B N_p"]
-    coefficient: Float[Tensor, "B N_p 2"]
-
-
 class BiSplatWRF(SpectrumModel):
-    """The paper's model.
+    """The paper's model; the defaults are BiSplat-WRF's, the registry has those of BiSplat-WRF+.
 
     Args:
-        size: widths, depths and counts.
         region: corners (min, max) of the box of training positions, metres; scales the input of TX-PE to −1…1.
+        array: the gateway's array; this model does not look at it.
+        primitives: N_p.
+        clusters: N_c, a square number.
+        ffn_width: width of the static network, the dynamic network and the delta decoder.
+        ffn_layers: residual layers of each of them.
+        transformer_layers: encoder layers of the BST.
+        transformer_heads: attention heads of the BST.
+        transformer_ffn_width: width of the feed-forward networks inside the BST's encoder layers.
+        tx_order: octaves L of TX-PE.
         bypass: branches whose output is zeroed (BST: replaced by its linear projection).
+
+    Raises:
+        ParameterError: an unknown branch in ``bypass``.
     """
 
     azimuths: Tensor
     elevations: Tensor
 
-    def __init__(self, size: ModelSize, region: Float[np.ndarray, "2 3"], bypass: frozenset[Bypass] = frozenset()):
+    def __init__(
+        self,
+        region: Float[np.ndarray, "2 3"],
+        array: PlanarArray,
+        *,
+        primitives: int = 500,
+        clusters: int = 64,
+        ffn_width: int = 128,
+        ffn_layers: int = 4,
+        transformer_layers: int = 3,
+        transformer_heads: int = 4,
+        transformer_ffn_width: int = 256,
+        tx_order: int = TX_ORDER,
+        bypass: Sequence[Bypass] = (),
+    ):
         super().__init__(region)
-        self.bypass, self.tx_order = bypass, size.tx_order
+        unknown = sorted(set(bypass) - set(get_args(Bypass)))
+        if unknown:
+            raise ParameterError("bypass", f"expected some of {', '.join(get_args(Bypass))}, found {unknown[0]}")
+        self.bypass, self.tx_order = frozenset(bypass), tx_order
         azimuths, elevations = self._grid()
         self.register_buffer("azimuths", azimuths, persistent=False)
         self.register_buffer("elevations", elevations, persistent=False)
-        gs_pe, tx_pe = 3 * (2 * PRIMITIVE_ORDER + 1), 3 * (2 * size.tx_order + 1)
-        width, layers = size.ffn_width, size.ffn_layers
-        self.primitives = Primitives(size.primitives)
-        self.static = ResidualFFN(gs_pe, 2, width, layers)
+        gs_pe, tx_pe = 3 * (2 * PRIMITIVE_ORDER + 1), 3 * (2 * tx_order + 1)
+        self.primitives = Primitives(primitives)
+        self.static = ResidualFFN(gs_pe, 2, ffn_width, ffn_layers)
         self.bst = BilinearSpatialTransformer(
             gs_pe + tx_pe,
-            width,
-            size.clusters,
-            size.transformer_layers,
-            size.transformer_heads,
-            size.transformer_ffn_width,
+            ffn_width,
+            clusters,
+            transformer_layers,
+            transformer_heads,
+            transformer_ffn_width,
             bypass="bst" in bypass,
         )
-        self.dynamic = ResidualFFN(width, 2, width, layers)
-        self.delta = ResidualFFN(gs_pe + tx_pe + width, 4, width, layers)
+        self.dynamic = ResidualFFN(ffn_width, 2, ffn_width, ffn_layers)
+        self.delta = ResidualFFN(gs_pe + tx_pe + ffn_width, 4, ffn_width, ffn_layers)
 
     def _grid(self) -> tuple[Float[Tensor, " W"], Float[Tensor, " H"]]:
         """Columns and rows the field is rendered at, degrees: here the spectrum's own."""
         return torch.tensor(AZIMUTHS_DEG).float(), torch.tensor(ELEVATIONS_DEG).float()
+
+    @property
+    def has_primitives(self) -> bool:
+        return True
 
     def splats(self, positions: Float[Tensor, "B 3"]) -> Splats:
         """What the primitives become for each transmitter.
@@ -157,21 +156,16 @@ class BiSplatAperture(BiSplatWRF):
     pictures are. The field is splatted on a 6° grid only, finer than anything a 4 × 4 array resolves.
 
     Args:
+        region: as ``BiSplatWRF``.
         array: the gateway's array.
-        (others): as ``BiSplatWRF``.
+        options: as ``BiSplatWRF``.
     """
 
     STEP_DEG = 6
     aperture: Tensor
 
-    def __init__(
-        self,
-        size: ModelSize,
-        region: Float[np.ndarray, "2 3"],
-        array: PlanarArray,
-        bypass: frozenset[Bypass] = frozenset(),
-    ):
-        super().__init__(size, region, bypass)
+    def __init__(self, region: Float[np.ndarray, "2 3"], array: PlanarArray, **options: Any):
+        super().__init__(region, array, **options)
         azimuths, elevations = (np.radians(axis.double().numpy()) for axis in self._grid())
         elevation, azimuth = np.meshgrid(elevations, azimuths, indexing="ij")
         solid_angle = np.cos(elevation) * np.radians(self.STEP_DEG) ** 2  # cosθ ΔφΔθ

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
@@ -24,26 +24,28 @@ FITTED_ON = 200
 """Terms of the likelihood, evenly spread over the order of the known positions."""
 
 FAR = 1e6
-"""Metres; where a neighbour is put that is none."""
+"""Metres. A known position with fewer than ``NEIGHBOURS`` others before it gets stand-ins this far away, whose
+covariance with everything is zero."""
 
 DIRECTIONS = 100
-"""Waves a field is made of, evenly over the sphere."""
+"""Directions of the plane waves, spread evenly over the sphere."""
 
 EVENNESS = 0.03
-"""Pull towards waves from all sides alike, beside the likelihood's mean: what spectra do not tell of stays even."""
+"""Weight of the penalty −mean(log s_j) beside the mean log-likelihood: directions on which the spectra give no evidence
+keep equal shares."""
 
 ITERATIONS = 60
-"""At most, of the search for the likeliest law."""
+"""Largest number of iterations of the likelihood's optimiser."""
 
 STRAY, STRAY_LEAST = 0.2, 1e-3
-"""How far the way from one known position to the next strays from the straight line: a share of its length, and metres.
-"""
+"""Standard deviation of the transmitter's path from the straight line between consecutive known positions: a share of
+the line's length, plus a minimum in metres."""
 
 LEGS = 64
-"""Likeliest parts of the way that an asked position is put on."""
+"""A leg is the path between two consecutive known positions; a prediction averages over so many likeliest legs."""
 
 DRIFT_MOST = 1e9
-"""Spectra; a place that drifts no faster does not drift."""
+"""Upper bound of the drift T, in spectra; a larger T would not change any prediction."""
 
 NUGGET_LEAST = 1e-6
 """Share of the variance; keeps two spectra of one position apart."""
@@ -61,17 +63,19 @@ class HelmholtzField(SpectrumModel):
 
     over the nearest known positions. Δ is the difference of two positions, τ how many spectra were recorded between
     them, in the dataset's order. When an asked position would have been recorded is not known; it is taken to lie on
-    the way from one known position to the next, on the likelier the nearer that passes (``expected_fading``).
+    the path between two consecutive known positions; legs of the path that pass nearer are likelier
+    (``expected_fading``).
 
     The shares s_j, the length ℓ, the drift T and the nugget ν (the share of the variance that is noise) are those of
     highest likelihood (Vecchia 1988), the shares pulled a little towards waves from all sides alike, for which the sum
-    is sin(k|Δ|) / k|Δ| (Cook et al. 1955). In a simulated place T is found so large that it means nothing.
+    is sin(k|Δ|) / k|Δ| (Cook et al. 1955). Simulated places do not change; for them T is found to be so large that
+    the factor e^(−τ/T) is 1.
 
     Pictures without responses are interpolated themselves, about their mean, under |κ|², the covariance of the power
     |y|² of a Gaussian field (Reed 1962).
 
     Args:
-        region: as ``SpectrumModel``; not looked at.
+        region: as ``SpectrumModel``; this model does not use it.
         array: the gateway's array.
     """
 
@@ -94,6 +98,8 @@ class HelmholtzField(SpectrumModel):
         self.register_buffer("times", torch.zeros(0))
         self.register_buffer("values", torch.zeros(0, self._responses))
         self.register_buffer("mean", torch.zeros(self._responses))
+        self.solve: Callable[[Tensor, Tensor], Tensor] = torch.linalg.solve
+        """Solver of the kriging equations, batches of (matrix, right side); export puts one that ONNX knows here."""
         self.register_buffer("directions", _all_sides(DIRECTIONS), persistent=False)
         self.register_buffer("shares", torch.full((DIRECTIONS,), 1 / DIRECTIONS))
         for name in ("wavelength", "length", "drift", "nugget"):
@@ -101,7 +107,7 @@ class HelmholtzField(SpectrumModel):
 
     @property
     def has_responses(self) -> bool:
-        """Whether it interpolates element responses; else pictures."""
+        """Whether element responses are interpolated; otherwise pictures are."""
         return self.values.shape[1] == self._responses
 
     def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
@@ -112,8 +118,12 @@ class HelmholtzField(SpectrumModel):
             known: indices of the spectra to interpolate.
         """
         self._keep(dataset, np.unique(known))
-        if len(self.places) > 1:  # one spectrum tells nothing
+        if len(self.places) > 1:  # the law cannot be fitted to a single spectrum
             self._find_law()
+
+    def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"]:
+        """Share of the field's variance that the known spectra leave open: 0 at a known position, 1 far from all."""
+        return self.interpolated(positions)[1]
 
     def _keep(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
         self.places = torch.from_numpy(dataset.positions[known]).float()
@@ -170,9 +180,9 @@ class HelmholtzField(SpectrumModel):
         self.length, self.drift, self.nugget = torch.from_numpy(np.exp(found.x[-3:])).float()
 
     def _rows(self, members: Int[Tensor, "*b n"]) -> Float[Tensor, "*b N C"]:
-        """What is weighted: the members' values about their mean; of responses y then also those of −jy.
+        """The values that kriging weights: the members' values minus the mean; for responses y, also those of −jy.
 
-        A complex weight w of y, conjugated, is so a pair of real weights, Re w of y and Im w of −jy.
+        Multiplying y by a conjugated complex weight w is then a sum with two real weights: Re w for y, Im w for −jy.
         """
         values = self.values[members].float() - self.mean
         if not self.has_responses:
@@ -193,7 +203,7 @@ class HelmholtzField(SpectrumModel):
         shares: Float[Tensor, " J"],
         length: Float[Tensor, ""],
     ) -> Float[Tensor, "*b N M"]:
-        """κ between the rows of places a and b, for pictures |κ|²; ``faded`` is as ``_faded`` gives it."""
+        """κ between the rows of the positions a and b (for pictures |κ|²), times the factor ``faded`` of the drift."""
         wavenumbers = 2 * torch.pi / self.wavelength * self.directions.to(a.dtype).T
         phase_a, phase_b = a @ wavenumbers, b @ wavenumbers
         cosine, sine = phase_b.cos().mT, phase_b.sin().mT
@@ -206,35 +216,35 @@ class HelmholtzField(SpectrumModel):
         return torch.cat([torch.cat([real, -imaginary], dim=-1), torch.cat([imaginary, real], dim=-1)], dim=-2)
 
     def _faded(self, apart: Tensor, scale: Tensor) -> Tensor:
-        """What a separation in space or time leaves of κ, for pictures of |κ|²."""
+        """The factor e^(−separation/scale) of κ (for pictures of |κ|², its square); separation in space or in time."""
         return torch.exp(-apart / scale * (1 if self.has_responses else 2))
 
     def expected_fading(self, positions: Float[Tensor, "B 3"], near: Int[Tensor, "B n"]) -> Float[Tensor, "B n"]:
-        """What drift leaves of κ (for pictures of |κ|²) between positions, whose times are not known, and known ones.
+        """Expected factor e^(−τ/T) of κ (for pictures of |κ|², its square) between asked positions and known ones.
 
-        A position is on one of the legs from one known place to the next: the likelier the nearer it is to the leg's
-        straight line, about which the way strays as a normal distribution in three dimensions, and the longer the leg
-        took.
+        The time of an asked position is unknown. The position is taken to lie on one of the legs between consecutive
+        known positions. A leg's probability is its duration times the density, at the position, of a normal
+        distribution in three dimensions around the leg's straight line.
         """
         if len(self.places) < 2:
             return torch.ones_like(near, dtype=positions.dtype)
         legs, took = self.places.diff(dim=0), self.times.diff()
         ahead = positions[:, None] - self.places[:-1]
         share = ((ahead * legs).sum(dim=-1) / legs.square().sum(dim=-1).clamp_min(1e-12)).clamp(0, 1)
-        long = torch.linalg.vector_norm(legs, dim=-1)
-        stray = STRAY * long + STRAY_LEAST
-        # Of a cylinder around the leg and the halves of a ball at its ends.
-        room = 2 * torch.pi * long * stray**2 + (2 * torch.pi) ** 1.5 * stray**3
-        off = torch.linalg.vector_norm(ahead - share[..., None] * legs, dim=-1) / stray
-        likely, leg = (took.log() - off.square() / 2 - room.log()).topk(min(LEGS, len(legs)), dim=1)
+        leg_length = torch.linalg.vector_norm(legs, dim=-1)
+        stray = STRAY * leg_length + STRAY_LEAST
+        # Integral of the unnormalised density: a tube around the leg and half a ball at each of its ends.
+        tube_volume = 2 * torch.pi * leg_length * stray**2 + (2 * torch.pi) ** 1.5 * stray**3
+        distance = torch.linalg.vector_norm(ahead - share[..., None] * legs, dim=-1) / stray
+        likely, leg = (took.log() - distance.square() / 2 - tube_volume.log()).topk(min(LEGS, len(legs)), dim=1)
         times = self.times[leg] + share.gather(1, leg) * took[leg]
         apart = (times[:, None, :] - self.times[near][:, :, None]).abs()
         return (self._faded(apart, self.drift) * likely.softmax(dim=1)[:, None]).sum(dim=-1)
 
     def interpolated(self, positions: Float[Tensor, "B 3"]) -> tuple[Float[Tensor, "B C"], Float[Tensor, " B"]]:
-        """Interpolated values, and the share of their variance that the known ones leave open, 0…1."""
+        """Interpolated values, and the share of their variance that the known spectra leave open, 0…1."""
         near = _distance(positions, self.places).topk(min(NEIGHBOURS, len(self.places)), largest=False).indices
-        around = self.places[near] - positions[:, None]  # as seen from there: large coordinates cost digits
+        around = self.places[near] - positions[:, None]  # small numbers: large coordinates would cost precision
         times = self.times[near][..., None]
         among = self._faded(_distance(times, times), self.drift)
         since = self.expected_fading(positions, near)[..., None]
@@ -242,7 +252,7 @@ class HelmholtzField(SpectrumModel):
         covariance = covariance + self.nugget * torch.eye(covariance.shape[-1], device=covariance.device)
         asked = torch.zeros_like(around[:, :1])
         towards = self._covariance(around, asked, since, self.shares, self.length)[..., 0]
-        weights = _solve(covariance, towards)
+        weights = self.solve(covariance, towards)
         values = (weights[:, None] @ self._rows(near)).squeeze(1) + self.mean
         return values, (1 - (weights * towards).sum(dim=-1)).clamp(0, 1)
 
@@ -251,14 +261,14 @@ class HelmholtzField(SpectrumModel):
         return self.interpolated(positions)[0].unflatten(-1, (-1, 2))
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted picture: of the interpolated responses, or the interpolated one."""
+        """Predicted spectrum: made of the interpolated responses where there are any, else the interpolated picture."""
         if self.has_responses:
             return self.beamformer(self.responses(positions))
         picture = (self.interpolated(positions)[0] / 255).clamp(0, 1)
         return picture.unflatten(-1, (len(ELEVATIONS_DEG), len(AZIMUTHS_DEG)))
 
     def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
-        """As of every module; what is kept has the shape it has in the file."""
+        """As ``torch.nn.Module`` does; the kept spectra take the shape they have in the file."""
         for name in ("places", "times", "values", "mean"):
             if name in state_dict:
                 setattr(self, name, torch.empty_like(state_dict[name]))
@@ -271,25 +281,8 @@ def _distance(a: Float[Tensor, "*b n d"], b: Float[Tensor, "*b m d"]) -> Float[T
 
 
 def _all_sides(count: int) -> Float[Tensor, "count 3"]:
-    # A spiral of Fibonacci's: every direction stands for the same solid angle.
+    # A Fibonacci spiral: every direction represents the same solid angle.
     index = torch.arange(count) + 0.5
     z, azimuth = 1 - 2 * index / count, torch.pi * (1 + 5**0.5) * index
     across = (1 - z.square()).sqrt()
     return torch.stack([across * azimuth.cos(), across * azimuth.sin(), z], dim=-1)
-
-
-def _solve(matrix: Float[Tensor, "B N N"], right: Float[Tensor, "B N"]) -> Float[Tensor, "B N"]:
-    if not torch.compiler.is_exporting():
-        return torch.linalg.solve(matrix, right)
-
-    from torch._higher_order_ops.scan import scan
-
-    # ONNX has no solver: Gauss-Jordan elimination, which needs no pivots where the matrix is positive definite.
-    def eliminate(rows: Tensor, unit: Tensor) -> tuple[Tensor, Tensor]:
-        pivot = (rows * unit[:, None]).sum(dim=1, keepdim=True)
-        column = (rows[..., :-1] * unit).sum(dim=-1, keepdim=True)
-        pivot = pivot / (pivot[..., :-1] * unit).sum(dim=-1, keepdim=True)
-        return torch.where(unit[:, None] > 0, pivot, rows - column * pivot), unit.sum()
-
-    rows = torch.cat([matrix, right[..., None]], dim=-1)
-    return scan(eliminate, rows, torch.eye(matrix.shape[-1], device=matrix.device))[0][..., -1]

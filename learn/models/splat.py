@@ -6,11 +6,25 @@ Complex numbers are pairs (real, imaginary) along the last axis, which every com
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import torch
 from jaxtyping import Float
 from torch import Tensor
 
 from learn.models.splat_cpu import splat_cpu
+
+
+class Splats(NamedTuple):
+    """Primitives as they are blended for transmitters: the first arguments of ``splat``. Degrees; ρ in radians."""
+
+    azimuth: Float[Tensor, " N_p"]
+    elevation: Float[Tensor, " N_p"]
+    depth: Float[Tensor, " N_p"]
+    scale: Float[Tensor, "B N_p 2"]
+    rotation: Float[Tensor, "B N_p"]
+    opacity: Float[Tensor, "B N_p"]
+    coefficient: Float[Tensor, "B N_p 2"]
 
 
 def splat(

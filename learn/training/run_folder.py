@@ -2,7 +2,8 @@
 
 config.json          what was trained, on what, with which settings and versions
 split.json           names of the training, validation and test spectra
-weights.safetensors  the best checkpoint's weights; its presence says that training is finished
+weights.safetensors  the best checkpoint's weights; once it is there, training is finished
+training.json        steps, seconds, device, date, validation SSIM
 checkpoints/         best.ckpt and last.ckpt of Lightning, to resume from
 logs/                CSV and TensorBoard
 """
@@ -11,132 +12,43 @@ from __future__ import annotations
 
 import datetime
 import json
-from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass, field, replace
-from importlib.metadata import version
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import torch
 from jaxtyping import Complex, Float
+from safetensors import SafetensorError
 from safetensors.torch import load_file, save
 
 from learn.models.base import SpectrumModel
-from learn.models.bisplat import APERTURE, PLUS, BiSplatAperture, BiSplatWRF, Bypass, ModelSize
-from learn.models.helmholtz import HelmholtzField
-from learn.models.mlp import PictureMLP, ResponseMLP
-from learn.models.nerf2 import NeRF2
-from learn.models.swiftwrf import SwiftWRF
-from learn.splits import Split, SplitKind
+from learn.models.registry import check_options, model_class, model_entry
+from learn.splits import Split
+from learn.training.config import Config, read_config
 from scenes.atomic import write_atomically
 from scenes.errors import InputError
 from simulate.array import PlanarArray
-from simulate.dataset import Dataset
-
-ModelName = Literal[
-    "helmholtz", "bisplat", "bisplat-plus", "bisplat-aperture", "mlp", "mlp-responses", "nerf2", "swiftwrf"
-]
-
-SIZES: dict[ModelName, ModelSize] = {"bisplat": ModelSize(), "bisplat-plus": PLUS, "bisplat-aperture": APERTURE}
-
-OTHERS: dict[ModelName, Callable[..., SpectrumModel]] = {
-    "helmholtz": HelmholtzField,
-    "mlp": PictureMLP,
-    "mlp-responses": ResponseMLP,
-    "nerf2": NeRF2,
-    "swiftwrf": SwiftWRF,
-}
-"""Interpolation in closed form, and peers; see docs/peers.md for what differs from the originals."""
-
-LEARNING_RATE: dict[ModelName, float] = {
-    "helmholtz": 1.0,  # takes no steps
-    "bisplat": 2e-3,
-    "bisplat-plus": 3e-4,
-    "bisplat-aperture": 2e-3,
-    "mlp": 1e-3,
-    "mlp-responses": 1e-3,
-    "nerf2": 8e-4,
-    "swiftwrf": 1e-3,
-}
-"""Of AdamW, where none is given: the deep networks of BiSplat-WRF+ do not survive the small models' rate."""
+from simulate.dataset import Dataset, read_dataset
 
 PREDICT_AT_ONCE = {"cpu": 16, "cuda": 1024}
 """Positions per batch of a prediction."""
 
 
-@dataclass(frozen=True)
-class Config:
-    """Settings of a run; the same settings on the same data give the same weights.
-
-    Attributes:
-        dataset: folder trained on, absolute.
-        model: which model.
-        split: how the test part is chosen.
-        seed: of the initial weights and the order of the spectra.
-        split_seed: of the split.
-        steps: optimiser steps, rounded to whole epochs.
-        batch_size: spectra per step.
-        learning_rate: of AdamW, after warm-up.
-        bypass: branches switched off (the paper's ablation).
-        size: arguments (entries of ``ModelSize``) that differ from the model's own.
-        train_size: train on so many of the training part, drawn at random; None: on all.
-        init: folder of a finished run of the same model whose weights to begin with; None: random ones.
-    """
-
-    dataset: str
-    model: ModelName
-    split: SplitKind
-    seed: int
-    split_seed: int
-    steps: int
-    batch_size: int
-    learning_rate: float
-    bypass: tuple[Bypass, ...] = ()
-    size: dict[str, int] = field(default_factory=dict)
-    train_size: int | None = None
-    init: str | None = None
-
-
 def build_model(config: Config, region: Float[np.ndarray, "2 3"], array: PlanarArray) -> SpectrumModel:
-    """The untrained model a configuration names."""
-    if config.model in OTHERS:
-        return OTHERS[config.model](region, array, **config.size)
-    bypass, size = frozenset(config.bypass), replace(SIZES[config.model], **config.size)
-    if config.model == "bisplat-aperture":
-        return BiSplatAperture(size, region, array, bypass)
-    return BiSplatWRF(size, region, bypass)
+    """The untrained model that a configuration names.
 
-
-def write_config(folder: Path, config: Config, array: PlanarArray, split: Split, names: Sequence[str]) -> None:
-    """Write config.json and split.json."""
-    content = {
-        **asdict(config),
-        "array": asdict(array),
-        "normalisation": "pictures are min-max normalised per spectrum; positions are scaled inside the model",
-        "versions": {name: version(name) for name in ("bisplat-wrf", "torch", "lightning", "numpy")},
-    }
-    write_atomically(folder / "config.json", (json.dumps(content, indent=2) + "\n").encode())
-    parts = {part: [names[i] for i in getattr(split, part)] for part in ("train", "validation", "test")}
-    write_atomically(folder / "split.json", (json.dumps(parts, indent=1) + "\n").encode())
-
-
-def read_config(folder: Path) -> tuple[Config, PlanarArray]:
-    """Read config.json.
+    Args:
+        config: its ``model`` and ``options`` are used.
+        region: corners (min, max) of the box of training positions, metres.
+        array: the gateway's array.
 
     Raises:
-        InputError: no such file, or not what ``write_config`` writes.
+        ParameterError: no such model, or an option that the model does not have.
     """
-    path = folder / "config.json"
-    if not path.is_file():
-        raise InputError(f"{folder}: expected a run folder made by bisplat train, found no config.json in it")
-    try:
-        content: dict[str, Any] = json.loads(path.read_text())
-        fields = {name: content[name] for name in Config.__dataclass_fields__}
-        fields["bypass"] = tuple(fields["bypass"])
-        return Config(**fields), PlanarArray(**content["array"])
-    except (ValueError, KeyError, TypeError) as error:
-        raise InputError(f"{path}: expected the settings bisplat train writes, found {error!r}") from error
+    check_options(config.model, config.options)
+    build: Any = model_class(config.model)
+    return build(region, array, **{**model_entry(config.model).options, **config.options})
 
 
 @dataclass(frozen=True)
@@ -153,14 +65,49 @@ class Prediction:
     responses: Complex[np.ndarray, "K elements"] | None
 
 
+def predict(model: SpectrumModel, positions: Float[np.ndarray, "K 3"]) -> Prediction:
+    """Predict with a model on its own device, a few positions at a time.
+
+    Args:
+        model: any model.
+        positions: metres, in the frame of the dataset the model was trained on.
+    """
+    device = model.region.device
+    spectra, responses = [], []
+    with torch.inference_mode():
+        for batch in torch.from_numpy(np.asarray(positions)).float().split(PREDICT_AT_ONCE[device.type]):
+            spectrum, response = model.predict(batch.to(device))
+            spectra.append(spectrum.float().cpu().numpy())
+            if response is not None:
+                responses.append(torch.view_as_complex(response.contiguous()).to(torch.complex64).cpu().numpy())
+    return Prediction(np.concatenate(spectra), np.concatenate(responses) if responses else None)
+
+
 @dataclass(frozen=True)
 class Run:
-    """A trained model with its settings."""
+    """A trained model with its settings.
+
+    Attributes:
+        folder: where it was read from.
+        config: what it was trained with.
+        array: the gateway's array.
+        model: the trained model, in evaluation mode, on the GPU where there is one.
+
+    >>> import bisplat
+    >>> run = bisplat.load_run("runs/lab")
+    >>> run.config.model, run.predict([[2.5, 3.0, 1.2]]).spectra.shape
+    ('helmholtz', (1, 90, 360))
+    """
 
     folder: Path
     config: Config
     array: PlanarArray
     model: SpectrumModel
+
+    @property
+    def name(self) -> str:
+        """The folder's own name, for tables and pages."""
+        return self.folder.resolve().name
 
     def predict(self, positions: Float[np.ndarray, "K 3"]) -> Prediction:
         """Predict the spectra, and the element responses where the model knows them, in one pass of the model.
@@ -170,6 +117,14 @@ class Run:
         """
         return predict(self.model, positions)
 
+    def dataset(self) -> Dataset:
+        """The dataset trained on, read from its folder.
+
+        Raises:
+            InputError: the folder is not there any more, or is not valid.
+        """
+        return read_dataset(self.config.dataset)
+
     def split(self, dataset: Dataset) -> Split:
         """The spectra this run was trained, validated and tested on.
 
@@ -177,26 +132,13 @@ class Run:
             InputError: the dataset lacks some of them.
         """
         parts = json.loads((self.folder / "split.json").read_text())
-        where = {name: index for index, name in enumerate(dataset.names)}
-        missing = [name for names in parts.values() for name in names if name not in where]
+        index_of = {name: index for index, name in enumerate(dataset.names)}
+        missing = [name for names in parts.values() for name in names if name not in index_of]
         if missing:
             raise InputError(
                 f"{dataset.folder}: expected the dataset {self.folder} was trained on, found no spectrum {missing[0]}"
             )
-        return Split(**{part: np.array([where[name] for name in names], dtype=int) for part, names in parts.items()})
-
-
-def predict(model: SpectrumModel, positions: Float[np.ndarray, "K 3"]) -> Prediction:
-    """Predict with a model on its own device, a few positions at a time."""
-    device = model.region.device
-    spectra, responses = [], []
-    with torch.inference_mode():
-        for batch in torch.from_numpy(positions).float().split(PREDICT_AT_ONCE[device.type]):
-            spectrum, response = model.predict(batch.to(device))
-            spectra.append(spectrum.float().cpu().numpy())
-            if response is not None:
-                responses.append(torch.view_as_complex(response.contiguous()).to(torch.complex64).cpu().numpy())
-    return Prediction(np.concatenate(spectra), np.concatenate(responses) if responses else None)
+        return Split(**{part: np.array([index_of[name] for name in names], dtype=int) for part, names in parts.items()})
 
 
 def device_name() -> str:
@@ -223,7 +165,7 @@ def save_weights(folder: Path, model: SpectrumModel) -> None:
 
 
 def load_weights(model: SpectrumModel, folder: Path) -> None:
-    """Load a finished run's weights into a model, but keep the model's own region: positions are scaled by it.
+    """Load a finished run's weights into a model, except the region, by which positions are scaled.
 
     Raises:
         InputError: no finished run, or one of another model.
@@ -237,12 +179,17 @@ def load_weights(model: SpectrumModel, folder: Path) -> None:
         ) from error
 
 
-def load_run(folder: Path) -> Run:
+def load_run(folder: Path | str) -> Run:
     """Load a trained run, onto the GPU where there is one.
 
     Raises:
         InputError: not a run folder, training is not finished, or the weights are not this model's.
+
+    >>> import bisplat
+    >>> bisplat.load_run("runs/lab").array
+    PlanarArray(rows=4, columns=4, spacing=0.5)
     """
+    folder = Path(folder)
     config, array = read_config(folder)
     path = folder / "weights.safetensors"
     if not path.is_file():
@@ -252,7 +199,7 @@ def load_run(folder: Path) -> Run:
     model = build_model(config, np.zeros((2, 3)), array)
     try:
         model.load_state_dict(load_file(path))
-    except Exception as error:  # safetensors and torch raise their own kinds
+    except (SafetensorError, RuntimeError) as error:
         raise InputError(
             f"{path}: expected the weights of {config.model}, found {str(error).splitlines()[0]}"
         ) from error

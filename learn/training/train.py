@@ -1,188 +1,161 @@
-"""Train a model on a dataset folder into a run folder; the same command again resumes."""
+"""Train a model on a dataset folder into a run folder; the same call again resumes."""
 
 from __future__ import annotations
 
-import logging
-import signal
 import time
-import warnings
-from dataclasses import asdict
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import lightning as L
 import numpy as np
-import torch
 from jaxtyping import Float
-from lightning.pytorch.callbacks import Callback, EMAWeightAveraging, ModelCheckpoint, Timer
-from lightning.pytorch.loggers import CSVLogger, TensorBoardLogger
 from lightning.pytorch.utilities import rank_zero_only
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from learn.metrics import ssim
-from learn.models.helmholtz import HelmholtzField
+from learn.models.base import SpectrumModel
+from learn.models.registry import DEFAULT_MODEL, check_options, model_entry
 from learn.output_folder import claim
-from learn.splits import Split, evenly, split
-from learn.training.lightning_module import Spectra, Training
-from learn.training.run_folder import (
-    Config,
-    build_model,
-    load_weights,
-    predict,
-    read_config,
-    save_weights,
-    write_config,
-    write_training,
-)
-from scenes.errors import InputError
+from learn.splits import Split, SplitKind, evenly, split
+from learn.training.by_steps import train_by_steps
+from learn.training.config import Config, Steps, read_config, write_config
+from learn.training.lightning_module import Spectra
+from learn.training.run_folder import Run, build_model, load_run, load_weights, predict, save_weights, write_training
+from scenes.errors import ParameterError
 from simulate.dataset import Dataset, read_dataset
 
-STEPS_PER_VALIDATION = 100
-"""Where an epoch is longer than this, it ends here: the next one draws anew from all of the training part."""
 
-AVERAGED = 0.99
-"""Validated and kept are weights averaged over the last steps, the latest weighing 1 − AVERAGED."""
+def train(
+    dataset: Dataset | Path | str,
+    output: Path | str,
+    *,
+    model: str = DEFAULT_MODEL,
+    split: SplitKind = "files",
+    seed: int = 0,
+    options: Mapping[str, Any] | None = None,
+    steps: int = 1500,
+    batch_size: int = 8,
+    learning_rate: float | None = None,
+    init: Path | str | None = None,
+    devices: int = 1,
+    nodes: int = 1,
+) -> Run:
+    """Train a model on a dataset. The same call again resumes an interrupted run, or loads a finished one.
 
-GRADIENT_NORM = 1.0
-"""Gradients are clipped to this norm."""
+    Args:
+        dataset: what to train on, or its folder.
+        output: the run folder.
+        model: name of a model (``learn.models.registry``).
+        split: the folder's own ``files``, a ``random`` fifth for testing, or ``blocked``: every fourth run of ten
+            consecutive positions.
+        seed: of split, initial weights and order of the spectra.
+        options: arguments of the model that differ from its usual ones, e.g. {"primitives": 250} or
+            {"bypass": ["bst"]}.
+        steps: optimiser steps; a model fitted in closed form takes none.
+        batch_size: spectra per step.
+        learning_rate: of AdamW; None: the model's own.
+        init: folder of a finished run of the same model to begin with, instead of random weights.
+        devices: GPUs per machine (processes, where there is no GPU).
+        nodes: machines; the launcher of the cluster makes this call on each.
+
+    Raises:
+        ParameterError: an unknown model, an option the model does not have, or a number out of range.
+        InputError: a bad dataset, too few spectra for the split, or an output folder of something else.
+
+    >>> import bisplat
+    >>> run = bisplat.train("data/lab", "runs/example", model="mlp-responses", steps=2)
+    >>> run.predict([[2.5, 3.0, 1.2]]).responses.shape
+    (1, 16)
+    """
+    by_steps = None
+    if model_entry(model).fit == "steps":
+        rate = model_entry(model).learning_rate if learning_rate is None else learning_rate
+        start = None if init is None else str(Path(init).resolve())
+        by_steps = Steps(steps=steps, batch_size=batch_size, learning_rate=rate, init=start)
+    elif init is not None:
+        raise ParameterError("init", f"expected a model trained by steps, found {model}")
+    folder = dataset.folder if isinstance(dataset, Dataset) else Path(dataset)
+    config = Config(
+        dataset=str(folder.resolve()),
+        model=model,
+        split=split,
+        seed=seed,
+        split_seed=seed,
+        options=dict(options or {}),
+        by_steps=by_steps,
+    )
+    train_run(config, Path(output), devices, nodes, dataset if isinstance(dataset, Dataset) else None)
+    return load_run(Path(output))
 
 
-class ProgressOnStderr(Callback):
-    """Steps, time left, loss and the current validation SSIM."""
-
-    def __init__(self, steps: int) -> None:
-        self._steps = steps
-        self._progress = Progress(
-            TextColumn("training"),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TextColumn("{task.fields[figures]}"),
-            TimeRemainingColumn(),
-            console=Console(stderr=True),
-        )
-
-    def on_train_start(self, trainer: L.Trainer, module: L.LightningModule) -> None:
-        if trainer.is_global_zero:
-            self._progress.start()
-        self._bar = self._progress.add_task("", total=self._steps, completed=trainer.global_step, figures="")
-
-    def on_train_batch_end(self, trainer: L.Trainer, module: L.LightningModule, *_) -> None:
-        figures = {name: trainer.callback_metrics.get(name) for name in ("loss", "validation_ssim")}
-        text = "  ".join(f"{name} {float(value):.4f}" for name, value in figures.items() if value is not None)
-        self._progress.update(self._bar, completed=trainer.global_step, figures=text)
-
-    def teardown(self, trainer: L.Trainer, module: L.LightningModule, stage: str) -> None:
-        self._progress.stop()
-
-
-def train(config: Config, folder: Path, devices: int = 1, nodes: int = 1) -> None:
-    """Train, or go on with a run that was interrupted, or return at once if it is finished.
+def train_run(config: Config, folder: Path, devices: int = 1, nodes: int = 1, dataset: Dataset | None = None) -> None:
+    """Train by the settings of a run, go on with one that was interrupted, or return at once if it is finished.
 
     An interrupted run goes on from its last epoch and ends with the weights it would have had.
 
     Args:
-        devices: GPUs (processes where there is none) per machine; Lightning starts one process for each.
-        nodes: machines; the launcher of the cluster starts this command on each.
+        config: the settings.
+        folder: the run's.
+        devices: GPUs per machine (processes, where there is none); Lightning starts one process for each.
+        nodes: machines; the launcher of the cluster starts this program on each.
+        dataset: the configuration's dataset where it has been read already.
 
     Raises:
-        InputError: the batch cannot be shared by so many devices, the dataset is bad, or the folder holds something
-            else than this very run, or the model has no such options.
+        ParameterError: an option the model does not have, or a number out of range.
+        InputError: the dataset is bad, or the folder holds something else than this very run.
     """
-    if config.batch_size % (devices * nodes):
-        raise InputError(f"--batch-size: expected a multiple of {devices * nodes} devices, found {config.batch_size}")
-    if config.model == "helmholtz" and (config.init is not None or config.bypass):
-        raise InputError("--init, --bypass: expected a model trained by steps, found helmholtz")
-    dataset = read_dataset(config.dataset)
-    first = getattr(rank_zero_only, "rank", 0) == 0  # of several processes, one writes
+    _check(config, devices, nodes)
+    dataset = dataset or read_dataset(config.dataset)
+    first = getattr(rank_zero_only, "rank", 0) == 0  # of several processes, only the first one writes
     if first:
-        begun = asdict(read_config(folder)[0]) if (folder / "config.json").exists() else None
-        claim(folder, "run", asdict(config), begun)
+        begun = read_config(folder)[0].settings() if (folder / "config.json").exists() else None
+        claim(folder, "run", config.settings(), begun)
     parts = split(dataset, config.split, config.split_seed, config.train_size)
     if (folder / "weights.safetensors").exists():
         return
     if first:
         write_config(folder, config, dataset.array, parts, dataset.names)
-
-    for name in ("lightning.pytorch", "lightning.fabric"):
-        logging.getLogger(name).setLevel(logging.ERROR)
-    warnings.filterwarnings("ignore", module="lightning")
     L.seed_everything(config.seed, verbose=False)
     model = build_model(config, box_of(dataset.positions[parts.known]), dataset.array)
-    if isinstance(model, HelmholtzField):
-        fit_in_closed_form(model, dataset, parts, folder)
+    if config.by_steps is None:
+        _fit_in_closed_form(model, dataset, parts, folder)
         return
-    if config.init is not None:
-        load_weights(model, Path(config.init))
+    if config.by_steps.init is not None:
+        load_weights(model, Path(config.by_steps.init))
+    spectra = Spectra(dataset, parts, config.by_steps.batch_size, config.seed)
+    train_by_steps(model, spectra, config.by_steps, folder, devices, nodes)
 
-    spectra = Spectra(dataset, parts, config.batch_size, config.seed)
-    period = min(STEPS_PER_VALIDATION, config.steps)
-    batches = min(spectra.batches, period)
-    # Whole periods between validations, so that the last weights are validated too.
-    every = max(1, round(period / batches))
-    epochs = every * max(1, round(config.steps / (every * batches)))
-    steps = epochs * batches
-    checkpoints = ModelCheckpoint(
-        folder / "checkpoints",
-        filename="best",
-        monitor="validation_ssim",
-        mode="max",
-        save_last=True,
-        enable_version_counter=False,
-    )
-    timer = Timer()  # goes on counting when a run is resumed
-    # A folder for each start: CSVLogger deletes the log it finds.
-    attempt = len(list(folder.glob("logs/version_*")))
-    trainer = L.Trainer(
-        max_epochs=epochs,
-        limit_train_batches=batches,
-        accelerator="auto",
-        devices=devices,
-        num_nodes=nodes,
-        use_distributed_sampler=False,  # ours know what they are doing
-        strategy=_strategy(config, devices * nodes),
-        check_val_every_n_epoch=every,
-        num_sanity_val_steps=0,
-        gradient_clip_val=GRADIENT_NORM,
-        callbacks=[EMAWeightAveraging(decay=AVERAGED), checkpoints, timer, ProgressOnStderr(steps)],
-        logger=[
-            CSVLogger(folder, name="logs", version=attempt),
-            TensorBoardLogger(folder, name="logs", version=attempt),
-        ],
-        enable_progress_bar=False,
-        enable_model_summary=False,
-    )
-    last = folder / "checkpoints" / "last.ckpt"
-    on_interrupt = signal.getsignal(signal.SIGINT)
-    try:
-        trainer.fit(
-            Training(model, config.learning_rate, steps),
-            datamodule=spectra,
-            ckpt_path=last if last.exists() else None,
-            weights_only=False,
+
+def _check(config: Config, devices: int, nodes: int) -> None:
+    """Refuse numbers out of range and options that the model does not have, before any folder is made."""
+    check_options(config.model, config.options)
+    numbers: dict[str, float] = {"devices": devices, "nodes": nodes}
+    if config.by_steps is not None:
+        by_steps = config.by_steps
+        numbers |= {"steps": by_steps.steps, "batch_size": by_steps.batch_size}
+        numbers |= {"learning_rate": by_steps.learning_rate}
+    for name, value in numbers.items():
+        if not (np.isfinite(value) and value > 0):
+            raise ParameterError(name, f"expected a positive number, found {value}")
+    if config.by_steps is not None and config.by_steps.batch_size % (devices * nodes):
+        raise ParameterError(
+            "batch_size",
+            f"expected a multiple of the {devices * nodes} devices, found {config.by_steps.batch_size}",
         )
-    except SystemExit:
-        # Lightning leaves the program on SIGINT and SIGTERM, with any status, and has further SIGINTs ignored.
-        signal.signal(signal.SIGINT, on_interrupt)
-        raise KeyboardInterrupt from None
-    if not first:
-        return
-    best = torch.load(folder / "checkpoints" / "best.ckpt", map_location="cpu", weights_only=False)
-    model.load_state_dict({name.removeprefix("model."): value for name, value in best["state_dict"].items()})
-    write_training(folder, steps, timer.time_elapsed("train"), float(checkpoints.best_model_score or 0))
-    save_weights(folder, model)
 
 
-def fit_in_closed_form(model: HelmholtzField, dataset: Dataset, parts: Split, folder: Path) -> None:
-    """Fit and validate on the training part, then fit on the validation part too, as every interpolation does."""
+def _fit_in_closed_form(model: SpectrumModel, dataset: Dataset, parts: Split, folder: Path) -> None:
+    """Fit to the training part and score the validation part; then fit to both, as every interpolation does."""
     began = time.perf_counter()
     status = Console(stderr=True).status("fitting the law of the field")
     with status:
         model.fit(dataset, parts.train)
-    some = evenly(parts.validation, Spectra.VALIDATED)
+    validated = evenly(parts.validation, Spectra.VALIDATED)
     validation_ssim = 0.0
-    if len(some):
-        prediction = predict(model, dataset.positions[some]).spectra
-        validation_ssim = float(np.median(ssim(prediction, dataset.pictures[some] / np.float32(255))))
+    if len(validated):
+        prediction = predict(model, dataset.positions[validated]).spectra
+        validation_ssim = float(np.median(ssim(prediction, dataset.pictures[validated] / np.float32(255))))
     with status:
         model.fit(dataset, parts.known)
     write_training(folder, 0, time.perf_counter() - began, validation_ssim)
@@ -190,13 +163,6 @@ def fit_in_closed_form(model: HelmholtzField, dataset: Dataset, parts: Split, fo
 
 
 def box_of(positions: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "2 3"]:
-    """Corners of the box around positions; a coordinate that never changes is given a width, to be divided by."""
+    """Corners of the box around positions; an extent of zero becomes a millimetre, so that it can be divided by."""
     low, high = positions.min(axis=0), positions.max(axis=0)
     return np.stack([low, np.maximum(high, low + 1e-3)])
-
-
-def _strategy(config: Config, processes: int) -> str:
-    if processes == 1:
-        return "auto"
-    # The parameters of a bypassed branch get no gradient, which DDP must be told.
-    return "ddp_find_unused_parameters_true" if config.bypass else "ddp"

@@ -17,7 +17,7 @@ from scipy.spatial import cKDTree
 from learn.baselines.neighbours import NEIGHBOURS, inverse_distance, nearest
 from learn.evaluation.crossvalidate import seen_by
 from learn.metrics import ssim
-from learn.models.bisplat import BiSplatWRF, Splats
+from learn.models.splat import Splats
 from learn.splits import Split, evenly
 from learn.training.run_folder import Run, load_run
 from scenes.description import SPEED_OF_LIGHT, Gateway, Scene
@@ -121,11 +121,11 @@ class Subject:
     @property
     def has_primitives(self) -> bool:
         """Whether ``splats`` has something to show."""
-        return self.run is not None and isinstance(self.run.model, BiSplatWRF)
+        return self.run is not None and self.run.model.has_primitives
 
     def splats(self, position: Position) -> Splats:
         """The model's primitives for a transmitter."""
-        assert self.run is not None and isinstance(self.run.model, BiSplatWRF)
+        assert self.run is not None
         model = self.run.model
         with self._one_at_a_time, torch.inference_mode():
             splats = model.splats(torch.from_numpy(position[None]).float().to(model.region.device))
@@ -150,16 +150,13 @@ class Subject:
         run = self.run
         if run is None:
             return None
-        with self._one_at_a_time:
-            responses = run.predict(position[None]).responses
-            if responses is not None:
+        with self._one_at_a_time, torch.inference_mode():
+            if run.model.has_responses:
+                responses = run.predict(position[None]).responses
+                assert responses is not None
                 return run.array.steering @ responses[0]
-            if not isinstance(run.model, BiSplatWRF):
-                return None
-            with torch.inference_mode():
-                field = run.model.field(torch.from_numpy(position[None]).float().to(run.model.region.device))
-            pair = field[0].double().cpu().numpy()
-            return pair[..., 0] + 1j * pair[..., 1]
+            field = run.model.field(torch.from_numpy(position[None]).float().to(run.model.region.device))
+            return None if field is None else torch.view_as_complex(field[0].double().contiguous()).cpu().numpy()
 
     def _by_model(self, position: Position) -> Picture:
         assert self.run is not None

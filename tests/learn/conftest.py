@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import torch
 
-from learn.models.bisplat import ModelSize
-from learn.training.run_folder import Config
-from learn.training.train import train
+from learn.models.registry import MODELS
+from learn.training.config import Config, Steps
+from learn.training.train import train_run
 from simulate.array import PlanarArray
 from simulate.dataset_writer import encode_picture, write_gateway, write_index, write_positions, write_responses
 from simulate.spectrum import picture
@@ -30,16 +30,17 @@ def one_thread():
 
 
 @pytest.fixture(scope="session")
-def small() -> ModelSize:
-    return ModelSize(
-        primitives=40,
-        clusters=16,
-        ffn_width=16,
-        ffn_layers=1,
-        transformer_layers=1,
-        transformer_heads=2,
-        transformer_ffn_width=16,
-    )
+def small() -> dict[str, int]:
+    """Options that make any BiSplat model small."""
+    return {
+        "primitives": 40,
+        "clusters": 16,
+        "ffn_width": 16,
+        "ffn_layers": 1,
+        "transformer_layers": 1,
+        "transformer_heads": 2,
+        "transformer_ffn_width": 16,
+    }
 
 
 @pytest.fixture(scope="session")
@@ -98,15 +99,16 @@ def tiny(tmp_path_factory, write_folder) -> Path:
     return write_folder(tmp_path_factory.mktemp("data") / "tiny")
 
 
-def _use_small_models(patch: pytest.MonkeyPatch, small: ModelSize) -> None:
-    sizes = {"bisplat": small, "bisplat-plus": replace(small, primitives=60), "bisplat-aperture": small}
-    patch.setattr("learn.training.run_folder.SIZES", sizes)
-    patch.setattr("learn.training.train.STEPS_PER_VALIDATION", 6)
+def _use_small_models(patch: pytest.MonkeyPatch, small: dict[str, int]) -> None:
+    for name in ("bisplat", "bisplat-plus", "bisplat-aperture"):
+        options = {**small, "primitives": 60} if name == "bisplat-plus" else small
+        patch.setitem(MODELS, name, replace(MODELS[name], options=options))
+    patch.setattr("learn.training.by_steps.STEPS_PER_VALIDATION", 6)
 
 
 @pytest.fixture
 def small_models(monkeypatch, small) -> None:
-    """``learn.training.train`` and ``learn.training.run_folder`` build small models, validated every 6 steps."""
+    """BiSplat models are small, and every model is validated every 6 steps."""
     _use_small_models(monkeypatch, small)
 
 
@@ -125,10 +127,19 @@ def tiny_config(tiny) -> Config:
         split="files",
         seed=3,
         split_seed=3,
-        steps=12,
-        batch_size=5,
-        learning_rate=2e-3,
+        by_steps=Steps(steps=12, batch_size=5, learning_rate=2e-3),
     )
+
+
+@pytest.fixture(scope="session")
+def changed() -> Callable[..., Config]:
+    """Function: a configuration with some of its settings changed, those of training by steps among them."""
+
+    def change(config: Config, **settings) -> Config:
+        of_steps = {name: settings.pop(name) for name in list(settings) if name in Steps.__dataclass_fields__}
+        return replace(config, by_steps=replace(config.by_steps, **of_steps), **settings)
+
+    return change
 
 
 @pytest.fixture(scope="session")
@@ -137,5 +148,5 @@ def finished_run(tmp_path_factory, tiny_config, small) -> Path:
     folder = tmp_path_factory.mktemp("runs") / "finished"
     with pytest.MonkeyPatch.context() as patch:
         _use_small_models(patch, small)
-        train(tiny_config, folder)
+        train_run(tiny_config, folder)
     return folder

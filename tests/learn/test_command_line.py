@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 
-import bisplat
+from bisplat.__main__ import main
 from learn.training.lightning_module import Training
 from learn.training.run_folder import load_run
 from simulate.dataset import read_dataset
@@ -28,7 +28,7 @@ def command(monkeypatch, capsys):
         capsys.readouterr()
         status = 0
         try:
-            bisplat.main()
+            main()
         except SystemExit as leaving:
             status = leaving.code
         out, err = capsys.readouterr()
@@ -132,7 +132,7 @@ def test_evaluate_prints_a_table_of_model_and_baselines(command, finished_run):
 
 
 def test_model_without_an_aperture_predicts_spectra_alone(command, tiny, tmp_path, monkeypatch):
-    monkeypatch.setattr("learn.training.train.STEPS_PER_VALIDATION", 1)
+    monkeypatch.setattr("learn.training.by_steps.STEPS_PER_VALIDATION", 1)
     run = tmp_path / "run"
     assert command("train", tiny, "-o", run, "--model", "bisplat", "--steps", 1, "--batch-size", 17)[0] == 0
     assert command("predict", run, "--positions", tiny / "tx_pos.csv", "-o", tmp_path / "out.npz")[0] == 0

@@ -20,7 +20,7 @@ def runs(finished_run, small, region, small_models):
     """A run, and another whose primitives are equally far and almost opaque, so that what is in front decides."""
     run = load_run(finished_run)
     torch.manual_seed(0)
-    model = BiSplatWRF(small, region).eval()
+    model = BiSplatWRF(region, PlanarArray(), **small).eval()
     with torch.no_grad():
         model.primitives.depth_raw.fill_(1.0)
         model.primitives.opacity_raw.fill_(6.0)

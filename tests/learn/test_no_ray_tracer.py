@@ -22,13 +22,16 @@ for name in ("drjit", "mitsuba", "sionna.rt"):
         continue
     raise SystemExit(f"{name} was not forbidden")
 
+import dataclasses
 import bisplat
-import learn.evaluation.crossvalidate, learn.training.run_folder, learn.training.train
+import learn.evaluation.crossvalidate, learn.training.by_steps
+from bisplat.__main__ import main
+from learn.models.registry import MODELS
 
 folder = sys.argv[1]
-small = learn.training.run_folder.ModelSize(40, 16, 16, 1, 1, 2, 16)
-learn.training.run_folder.ModelSize = lambda: small
-learn.training.train.STEPS_PER_VALIDATION = 1
+small = dict(primitives=40, clusters=16, ffn_width=16, ffn_layers=1, transformer_layers=1, transformer_heads=2)
+MODELS["bisplat-aperture"] = dataclasses.replace(MODELS["bisplat-aperture"], options=small)
+learn.training.by_steps.STEPS_PER_VALIDATION = 1
 run = f"{folder}/run"
 for command in (
     ["check", f"{folder}/data"],
@@ -37,7 +40,7 @@ for command in (
     ["predict", run, "--positions", f"{folder}/data/tx_pos.csv", "-o", f"{folder}/out.npz"],
 ):
     sys.argv = ["bisplat", *command]
-    bisplat.main()
+    main()
 '''
 
 

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 import torch
 
-from learn.comparison.methods import Task, Trained
+from learn.comparison.task import Task
+from learn.comparison.trained_model import TrainedModel
 from learn.metrics import ssim
 from learn.models.helmholtz import DIRECTIONS, HelmholtzField
 from learn.training.run_folder import load_run
@@ -235,7 +236,7 @@ def test_open_share_is_the_mean_squared_error():
 
 def test_trains_predicts_and_loads_again(tiny, tmp_path):
     dataset = read_dataset(tiny)
-    method = Trained("helmholtz")
+    method = TrainedModel("helmholtz")
     method.fit(Task(dataset, "files", 0, None, 0, 0.01, None, tmp_path / "run"))
     assert method.predict(dataset.positions[:3]).shape == (3, 90, 360)
     run = load_run(tmp_path / "run")
@@ -252,8 +253,9 @@ def test_few_spectra_are_enough(waves, count):
         assert torch.isfinite(field(torch.from_numpy(waves.positions[:5]).float())).all()
 
 
-def test_options_of_training_by_steps_are_refused(tiny_config, tmp_path):
-    config = dataclasses.replace(tiny_config, model="helmholtz", bypass=("bst",))
-    with pytest.raises(InputError, match="expected a model trained by steps, found helmholtz"):
-        train(config, tmp_path / "run")
+def test_options_of_other_models_are_refused(tiny, tmp_path):
+    with pytest.raises(InputError, match="init: expected a model trained by steps, found helmholtz"):
+        train(tiny, tmp_path / "run", init=tmp_path / "other")
+    with pytest.raises(InputError, match="bypass: expected an option of the model helmholtz, which has none"):
+        train(tiny, tmp_path / "run", options={"bypass": ["bst"]})
     assert not (tmp_path / "run").exists()

@@ -1,16 +1,15 @@
 """The models against the paper's text, and the aperture layer against the array's equations."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 import torch
 from scipy.stats import kstest
 
 from learn.metrics import ssim
-from learn.models.base import loss
-from learn.models.bisplat import APERTURE, PLUS, BiSplatAperture, BiSplatWRF, ModelSize
+from learn.models.bisplat import BiSplatAperture, BiSplatWRF
+from learn.models.loss import composite_loss
 from learn.models.primitives import SCALE_MAX, SCALE_MIN, Primitives
+from learn.models.registry import MODELS
 from simulate.array import PlanarArray
 from simulate.spectrum import normalise
 
@@ -23,15 +22,14 @@ def make(request, small, region):
 
     def build(bypass=(), size=small):
         torch.manual_seed(0)
-        array = [PlanarArray()] if request.param is BiSplatAperture else []
-        return request.param(size, region, *array, frozenset(bypass))
+        return request.param(region, PlanarArray(), **size, bypass=bypass)
 
     return build
 
 
 def make_aperture(size, region, array=None):
     torch.manual_seed(0)
-    return BiSplatAperture(size, region, array or PlanarArray())
+    return BiSplatAperture(region, array or PlanarArray(), **size)
 
 
 # Sizes
@@ -42,7 +40,7 @@ def ffn(inputs, outputs, width, layers):
     return (inputs + 1) * width + layers * (2 * width + (width + 1) * width) + (width + 1) * outputs
 
 
-def papers_count(size, width, layers, count, encoder_layers, encoder_width, encoder_ffn):
+def papers_count(width, layers, count, encoder_layers, encoder_width, encoder_ffn):
     primitives = count * (3 + 2 + 1 + 1)  # (φ, θ, d), (s_x, s_y), ρ, o
     static = ffn(51, 2, width, layers)  # GS-PE -> amplitude, phase
     dynamic = ffn(encoder_width, 2, width, layers)  # global features -> amplitude, phase
@@ -66,30 +64,29 @@ def counts(model):
 
 
 def test_bisplat_has_the_parameters_of_the_papers_widths(region):
-    size = ModelSize()
-    # 500 primitives, FFNs of 4 layers and width 128, transformer of 3 layers; its own FFNs' width is left open
-    expected = papers_count(size, 128, 4, 500, 3, 128, size.transformer_ffn_width)
-    assert counts(BiSplatWRF(size, region)) == expected
+    # 500 primitives, FFNs of 4 layers and width 128, transformer of 3 layers; its own FFNs' width is left open: 256
+    expected = papers_count(128, 4, 500, 3, 128, 256)
+    assert counts(BiSplatWRF(region, PlanarArray())) == expected
     assert expected["static"] == 51 * 128 + 128 + 4 * (128 + 128 + 128 * 128 + 128) + 128 * 2 + 2 == 73986
 
 
 def test_bisplat_plus_has_the_parameters_of_the_papers_widths(region):
     # 2000 primitives, FFNs of 12 layers and width 256, transformer of 6 layers with internal FFNs of width 512
-    expected = papers_count(PLUS, 256, 12, 2000, 6, 256, 512)
-    assert counts(BiSplatWRF(PLUS, region)) == expected
+    expected = papers_count(256, 12, 2000, 6, 256, 512)
+    assert counts(BiSplatWRF(region, PlanarArray(), **MODELS["bisplat-plus"].options)) == expected
     assert expected["bst"] == 91 * 256 + 6 * (4 * 257 * 256 + 257 * 512 + 513 * 256 + 4 * 256) == 3185920
 
 
 def test_bisplat_aperture_has_the_parameters_of_bisplat_but_for_fewer_octaves_of_the_position(region):
-    expected = counts(BiSplatWRF(ModelSize(), region))
+    expected = counts(BiSplatWRF(region, PlanarArray()))
     for part in ("bst", "delta"):
-        expected[part] -= 3 * 2 * 3 * APERTURE.ffn_width  # three coordinates, sine and cosine, three octaves
-    assert counts(make_aperture(APERTURE, region)) == expected
+        expected[part] -= 3 * 2 * 3 * 128  # three coordinates, sine and cosine, three octaves; width 128
+    assert counts(BiSplatAperture(region, PlanarArray(), **MODELS["bisplat-aperture"].options)) == expected
 
 
-@pytest.mark.parametrize("size", [ModelSize(), PLUS])
-def test_bst_has_64_clusters_and_4_heads(region, size):
-    bst = BiSplatWRF(size, region).bst
+@pytest.mark.parametrize("name", ["bisplat", "bisplat-plus"])
+def test_bst_has_64_clusters_and_4_heads(region, name):
+    bst = BiSplatWRF(region, PlanarArray(), **MODELS[name].options).bst
     assert bst.clusters == 64
     assert {layer.self_attn.num_heads for layer in bst.transformer.layers} == {4}
 
@@ -149,7 +146,7 @@ def test_opacity_is_three_tenths(fresh):
 
 def test_every_attribute_is_learned(make):
     model = make()
-    loss(model(POSITIONS), torch.rand(2, 90, 360, generator=torch.Generator().manual_seed(0))).backward()
+    composite_loss(model(POSITIONS), torch.rand(2, 90, 360, generator=torch.Generator().manual_seed(0))).backward()
     for name, parameter in model.named_parameters():
         assert parameter.grad is not None and parameter.grad.isfinite().all(), name
     for name, parameter in model.primitives.named_parameters():  # the depth, which only orders, through its encoding
@@ -178,7 +175,7 @@ def test_transmitter_outside_the_training_region_gets_a_picture_too(make):
 
 def test_bisplats_spectrum_is_the_fields_power(small, region):
     torch.manual_seed(0)
-    model = BiSplatWRF(small, region)
+    model = BiSplatWRF(region, PlanarArray(), **small)
     with torch.no_grad():
         torch.testing.assert_close(model(POSITIONS), torch.view_as_complex(model.field(POSITIONS)).abs() ** 2)
 
@@ -196,7 +193,7 @@ def test_coefficients_are_mixed_by_the_papers_formula(monkeypatch, small, region
     monkeypatch.setattr(module, "splat", catch)
     assert 0 <= module.W_SCALE_COARSE < module.W_SCALE_FINE
     torch.manual_seed(0)
-    model = BiSplatWRF(small, region)
+    model = BiSplatWRF(region, PlanarArray(), **small)
     for part in (model.static, model.dynamic):  # as if trained: no part is zero
         torch.nn.init.normal_(part.outward.weight)
     outputs = {}
@@ -311,7 +308,7 @@ def learn(model, pictures, learning_rate, steps):
     optimiser = torch.optim.Adam(model.parameters(), learning_rate)
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, learning_rate, total_steps=steps, pct_start=0.1)
     for _ in range(steps):
-        value = loss(model(POSITIONS[:1]), pictures)
+        value = composite_loss(model(POSITIONS[:1]), pictures)
         optimiser.zero_grad()
         value.backward()
         optimiser.step()
@@ -324,7 +321,7 @@ def similarity(model, pictures):
 
 
 def test_aperture_learns_a_spectrum_of_two_plane_waves(two_plane_waves, small, region):
-    model = make_aperture(replace(small, primitives=100), region)
+    model = make_aperture({**small, "primitives": 100}, region)
     assert similarity(model, two_plane_waves) < 0.9
     learn(model, torch.from_numpy(two_plane_waves).float(), 1e-2, 80)
     assert similarity(model, two_plane_waves) > 0.99
@@ -332,7 +329,7 @@ def test_aperture_learns_a_spectrum_of_two_plane_waves(two_plane_waves, small, r
 
 def test_bisplat_learns_a_spectrum_of_two_plane_waves(two_plane_waves, small, region):
     torch.manual_seed(0)
-    model = BiSplatWRF(replace(small, primitives=400), region)
+    model = BiSplatWRF(region, PlanarArray(), **{**small, "primitives": 400})
     assert similarity(model, two_plane_waves) < 0.9
     whole = model.azimuths, model.elevations
     model.azimuths, model.elevations = (axis[::2] for axis in whole)  # every other pixel, for the time it takes

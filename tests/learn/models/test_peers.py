@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import torch
 
-from learn.models.base import loss
 from learn.models.encoding import positional_encoding
+from learn.models.loss import composite_loss
 from learn.models.mlp import PictureMLP, ResponseMLP
 from learn.models.nerf2 import FAR, ORDER, PATH_LOSS, NeRF2
 from learn.models.swiftwrf import SwiftWRF
@@ -125,7 +125,7 @@ def test_others_lower_the_papers_loss(make):
     model = make(PictureMLP)
     truth = torch.rand(2, 90, 360)
     with torch.no_grad():
-        torch.testing.assert_close(model.loss(POSITIONS, truth), loss(model(POSITIONS), truth))
+        torch.testing.assert_close(model.loss(POSITIONS, truth), composite_loss(model(POSITIONS), truth))
 
 
 def _weights(layer):

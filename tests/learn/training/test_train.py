@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -19,11 +18,12 @@ from safetensors.torch import load_file
 
 from learn.evaluation.evaluate import evaluate
 from learn.metrics import ssim
-from learn.models.base import L1_WEIGHT, SSIM_WEIGHT, loss
+from learn.models.loss import L1_WEIGHT, SSIM_WEIGHT, composite_loss
 from learn.splits import split
+from learn.training.config import read_config
 from learn.training.lightning_module import Spectra, Training
-from learn.training.run_folder import load_run, read_config
-from learn.training.train import train
+from learn.training.run_folder import load_run
+from learn.training.train import train_run
 from scenes.errors import InputError
 from simulate.array import PlanarArray
 from simulate.dataset import read_dataset
@@ -68,12 +68,12 @@ def test_loss_is_seven_tenths_l1_and_three_tenths_dissimilarity(plane_waves):
     assert (L1_WEIGHT, SSIM_WEIGHT) == (0.7, 0.3)
     waves = np.array([plane_waves((1, azimuth, 30), (0.5, 200, 60)) for azimuth in (100, 130)])
     here, there = (torch.from_numpy(x)[None].float() for x in normalise(PlanarArray().spectrum(waves)))
-    assert loss(here, here).item() == pytest.approx(0, abs=1e-6)
-    assert loss(here, (here + 0.1)).item() > 0.7 * 0.1
+    assert composite_loss(here, here).item() == pytest.approx(0, abs=1e-6)
+    assert composite_loss(here, (here + 0.1)).item() > 0.7 * 0.1
     # The loss's SSIM has another window than scikit-image's: near, not equal.
     similarity = ssim(here.double().numpy(), there.double().numpy())[0]
     expected = 0.7 * (here - there).abs().mean().item() + 0.3 * (1 - similarity)
-    assert loss(here, there).item() == pytest.approx(expected, abs=0.3 * 0.1)
+    assert composite_loss(here, there).item() == pytest.approx(expected, abs=0.3 * 0.1)
 
 
 # Interruption
@@ -91,13 +91,13 @@ def test_resumed_training_gives_the_weights_of_an_uninterrupted_one(
     for step in steps:
         stop_at(step, exception("stopped by the test"))
         with pytest.raises(exception):
-            train(tiny_config, folder)
+            train_run(tiny_config, folder)
         assert not (folder / "weights.safetensors").exists()
     with pytest.raises(InputError, match="expected a finished run"):
         evaluate(folder)
 
     stop_at(None, None)
-    train(tiny_config, folder)
+    train_run(tiny_config, folder)
     assert_same_weights(folder, finished_run)
     # Lightning replaces a log by a new one of the same name: the part before the interruption must still be there.
     logs = [pd.read_csv(path) for path in (folder / "logs").rglob("metrics.csv")]
@@ -111,23 +111,23 @@ def test_interrupted_training_leaves_the_programs_own_answer_to_ctrl_c(tmp_path,
     before = signal.getsignal(signal.SIGINT)
     stop_at(1, KeyboardInterrupt())
     with pytest.raises(KeyboardInterrupt):
-        train(tiny_config, tmp_path / "run")
+        train_run(tiny_config, tmp_path / "run")
     assert signal.getsignal(signal.SIGINT) is before
 
 
-def test_a_long_epoch_ends_at_the_validation_and_is_resumed_there(tmp_path, tiny_config, stop_at, monkeypatch):
-    monkeypatch.setattr("learn.training.train.STEPS_PER_VALIDATION", 3)
-    config = replace(tiny_config, steps=7, batch_size=2)  # a pass has more than six batches
-    train(config, tmp_path / "whole")
+def test_a_long_epoch_ends_at_the_validation_and_is_resumed_there(tmp_path, tiny_config, changed, stop_at, monkeypatch):
+    monkeypatch.setattr("learn.training.by_steps.STEPS_PER_VALIDATION", 3)
+    config = changed(tiny_config, steps=7, batch_size=2)  # a pass has more than six batches
+    train_run(config, tmp_path / "whole")
     assert json.loads((tmp_path / "whole" / "training.json").read_text())["steps"] == 6
     validated = pd.read_csv(tmp_path / "whole" / "logs" / "version_0" / "metrics.csv").dropna(subset="validation_ssim")
     assert validated["step"].tolist() == [2, 5]
 
     stop_at(4, RuntimeError())
     with pytest.raises(RuntimeError):
-        train(config, tmp_path / "stopped")
+        train_run(config, tmp_path / "stopped")
     stop_at(-1, None)
-    train(config, tmp_path / "stopped")
+    train_run(config, tmp_path / "stopped")
     assert_same_weights(tmp_path / "stopped", tmp_path / "whole")
 
 
@@ -139,11 +139,11 @@ def test_run_killed_between_the_last_checkpoint_and_the_weights_needs_no_more_st
 
     folder = tmp_path / "run"
     with monkeypatch.context() as patch:
-        patch.setattr("learn.training.train.save_weights", no_disk)
+        patch.setattr("learn.training.by_steps.save_weights", no_disk)
         with pytest.raises(OSError, match="no space left"):
-            train(tiny_config, folder)
+            train_run(tiny_config, folder)
     stop_at(12, AssertionError("a step too many"))
-    train(tiny_config, folder)
+    train_run(tiny_config, folder)
     assert_same_weights(folder, finished_run)
 
 
@@ -153,7 +153,7 @@ def test_run_killed_between_the_last_checkpoint_and_the_weights_needs_no_more_st
 def test_finished_run_returns_at_once(tiny_config, finished_run, stop_at):
     stop_at(0, AssertionError("trained again"))
     files = sorted((path, path.stat().st_mtime_ns) for path in finished_run.rglob("*") if path.is_file())
-    train(tiny_config, finished_run)
+    train_run(tiny_config, finished_run)
     assert files == sorted((path, path.stat().st_mtime_ns) for path in finished_run.rglob("*") if path.is_file())
 
 
@@ -167,22 +167,23 @@ def test_finished_run_returns_at_once(tiny_config, finished_run, stop_at):
         ("steps", 24),
         ("batch_size", 4),
         ("learning_rate", 1e-3),
-        ("bypass", ("delta",)),
+        ("bypass", ["delta"]),
     ],
 )
-def test_run_folder_of_another_run_is_refused(tiny_config, finished_run, write_folder, tmp_path, name, value):
+def test_run_folder_of_another_run_is_refused(tiny_config, changed, finished_run, write_folder, tmp_path, name, value):
     if name == "dataset":
         value = str(write_folder(tmp_path / value))
     with pytest.raises(InputError, match=f"{finished_run}: expected .* whose {name} is"):
-        train(replace(tiny_config, **{name: value}), finished_run)
+        settings = {"options": {name: value}} if name == "bypass" else {name: value}
+        train_run(changed(tiny_config, **settings), finished_run)
 
 
 def test_folder_of_something_else_is_refused_and_left_alone(tiny_config, tmp_path):
     (tmp_path / "thesis.tex").write_text("precious")
     with pytest.raises(InputError, match="expected a new folder"):
-        train(tiny_config, tmp_path)
+        train_run(tiny_config, tmp_path)
     with pytest.raises(InputError, match="expected a new folder"):
-        train(tiny_config, tmp_path / "thesis.tex")
+        train_run(tiny_config, tmp_path / "thesis.tex")
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
 
 
@@ -226,12 +227,13 @@ def test_training_improves_on_the_untrained_model(tmp_path, tiny, tiny_config, f
 
 
 @pytest.mark.parametrize("model", ["bisplat", "bisplat-plus"])
-def test_other_models_train_predict_and_load_too(tmp_path, monkeypatch, tiny_config, model):
+def test_other_models_train_predict_and_load_too(tmp_path, monkeypatch, tiny_config, changed, model):
     folder = tmp_path / "run"
-    monkeypatch.setattr("learn.training.train.STEPS_PER_VALIDATION", 1)
-    train(replace(tiny_config, model=model, steps=1, batch_size=17, bypass=("bst",)), folder)
+    monkeypatch.setattr("learn.training.by_steps.STEPS_PER_VALIDATION", 1)
+    config = changed(tiny_config, model=model, steps=1, batch_size=17, options={"bypass": ("bst",)})
+    train_run(config, folder)
     run = load_run(folder)
-    assert run.config.bypass == ("bst",) and run.model.bypass == {"bst"}
+    assert run.config == config and run.model.bypass == {"bst"}
     positions = np.array([[1.0, 0.5, 1.0]] * 18)  # more than one batch
     prediction = run.predict(positions)
     assert prediction.spectra.shape == (18, 90, 360) and prediction.responses is None
@@ -254,15 +256,15 @@ def test_coordinate_that_never_changes_is_no_division_by_zero(finished_run, tiny
     assert np.isfinite(load_run(finished_run).predict(np.array([[1.0, 0.5, 1.0], [1.0, 0.5, 1.2]])).spectra).all()
 
 
-def test_training_begins_with_the_weights_of_another_run(finished_run, tmp_path, tiny_config, monkeypatch):
+def test_training_begins_with_the_weights_of_another_run(finished_run, tmp_path, tiny_config, changed):
     """At a rate of nothing they stay what they were, but for the box that positions are scaled by."""
-    config = replace(tiny_config, init=str(finished_run), split="random", split_seed=1, learning_rate=1e-30)
-    train(config, tmp_path / "run")
+    config = changed(tiny_config, init=str(finished_run), split="random", split_seed=1, learning_rate=1e-30)
+    train_run(config, tmp_path / "run")
     found, expected = weights(tmp_path / "run"), weights(finished_run)
     assert not torch.equal(found.pop("region"), expected.pop("region"))
     torch.testing.assert_close(found, expected)
     with pytest.raises(InputError, match="expected a run of the same model and size"):
-        train(replace(config, model="mlp"), tmp_path / "other")
+        train_run(changed(config, model="mlp"), tmp_path / "other")
 
 
 def test_damaged_weights_are_refused(finished_run, tmp_path):
@@ -379,26 +381,24 @@ TWO_PROCESSES = """
 import sys
 from pathlib import Path
 import torch
-import learn.training.run_folder, learn.training.train
-from learn.models.bisplat import ModelSize
-from learn.training.run_folder import Config
+import learn.training.by_steps
+from learn.training.config import Config, Steps
+from learn.training.train import train_run
 
-learn.training.run_folder.SIZES = dict.fromkeys(learn.training.run_folder.SIZES, ModelSize({size}))
-learn.training.train.STEPS_PER_VALIDATION = 6
+learn.training.by_steps.STEPS_PER_VALIDATION = 6
 torch.optim.AdamW = lambda parameters, lr, **_: torch.optim.SGD(parameters, lr)
-learn.training.train.train({config!r}, Path(sys.argv[1]), devices=2)
+train_run({config!r}, Path(sys.argv[1]), devices=2)
 """
 
 
-def test_two_processes_have_the_loss_curve_of_one(tiny_config, small, tmp_path, monkeypatch):
+def test_two_processes_have_the_loss_curve_of_one(tiny_config, changed, small, tmp_path, monkeypatch):
     """The same global batches, gradients averaged: equal but for rounding. By plain descent, since Adam divides by the
     gradient's size and so makes whole steps of rounding errors."""
-    config = replace(tiny_config, model="bisplat", batch_size=4, learning_rate=0.03)
+    config = changed(tiny_config, model="bisplat", options=small, batch_size=4, learning_rate=0.03)
     monkeypatch.setattr("torch.optim.AdamW", lambda parameters, lr, **_: torch.optim.SGD(parameters, lr))
-    train(config, tmp_path / "one")
-    size = ", ".join(f"{name}={value}" for name, value in asdict(small).items())
+    train_run(config, tmp_path / "one")
     script = tmp_path / "two_processes.py"
-    script.write_text(TWO_PROCESSES.format(size=size, config=config))
+    script.write_text(TWO_PROCESSES.format(config=config))
     environment = os.environ | {"OMP_NUM_THREADS": "1", "PYTHONPATH": os.pathsep.join(sys.path)}
     command = [sys.executable, script, tmp_path / "two"]
     subprocess.run(command, check=True, capture_output=True, timeout=300, env=environment)
@@ -411,7 +411,7 @@ def test_two_processes_have_the_loss_curve_of_one(tiny_config, small, tmp_path, 
 
 def test_batch_that_the_devices_cannot_share_is_refused(tiny_config, tmp_path):
     with pytest.raises(
-        InputError, match=f"--batch-size: expected a multiple of 3 devices, found {tiny_config.batch_size}"
+        InputError, match=f"batch_size: expected a multiple of the 3 devices, found {tiny_config.batch_size}"
     ):
-        train(tiny_config, tmp_path / "run", devices=3)
+        train_run(tiny_config, tmp_path / "run", devices=3)
     assert not (tmp_path / "run").exists()

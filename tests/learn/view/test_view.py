@@ -3,7 +3,6 @@
 import json
 import shutil
 import threading
-from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -98,7 +97,7 @@ def test_primitives_on_the_sphere_are_as_wide_as_on_the_chart(small, region):
     """One standard deviation along an axis of the chart's Gaussian, against the covariance on the sphere."""
     torch.manual_seed(0)
     with torch.inference_mode():
-        splats = BiSplatWRF(small, region).splats(torch.tensor([[1.0, 0.0, 1.0]]))
+        splats = BiSplatWRF(region, PlanarArray(), **small).splats(torch.tensor([[1.0, 0.0, 1.0]]))
     drawn = ellipses(splats, radius=1.0)
     scale, turn = splats.scale[0].double().numpy(), splats.rotation[0].double().numpy()
     for index in (0, 7, 39):
@@ -136,10 +135,10 @@ def test_run_is_predicted_as_by_the_command(finished_run, small_models):
     assert len(found.splats(position).azimuth) == 40
 
 
-def test_field_of_a_model_without_responses_is_the_one_it_renders(tiny_config, small_models, tmp_path):
-    from learn.training.train import train
+def test_field_of_a_model_without_responses_is_the_one_it_renders(tiny_config, changed, small_models, tmp_path):
+    from learn.training.train import train_run
 
-    train(replace(tiny_config, model="bisplat", steps=1), tmp_path / "run")
+    train_run(changed(tiny_config, model="bisplat", steps=1), tmp_path / "run")
     found = subject(str(tmp_path / "run"))
     assert not isinstance(found.run.model, BiSplatAperture)
     position = np.array([1.0, 0.3, 1.0])

@@ -4,7 +4,6 @@ import json
 import os
 import shutil
 from collections.abc import Callable
-from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,7 @@ import pytest
 from playwright.sync_api import Page, expect
 
 from learn.training.run_folder import load_run
-from learn.training.train import train
+from learn.training.train import train_run
 from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
 from scenes.lab import lab
 from scenes.materials import p2040_material
@@ -49,17 +48,17 @@ def room() -> Scene:
 
 
 @pytest.fixture(scope="module")
-def run(room, small, tiny_config, tmp_path_factory) -> Path:
+def run(room, small, tiny_config, changed, tmp_path_factory) -> Path:
     """A small model, trained a little on spectra traced in the room."""
     folder = tmp_path_factory.mktemp("view")
     low, high = room.transmitter.region_min, room.transmitter.region_max
     positions = np.random.default_rng(0).uniform(low, high, (600 if FOR_THE_DOCS else 40, 3))
     propagation = Propagation(max_depth=3 if FOR_THE_DOCS else 1, rays=20_000)
     generate(Request(room, positions, "uniform", propagation, 0), folder / "data")
-    config = replace(tiny_config, dataset=str(folder / "data"), size=asdict(small), steps=30)
+    config = changed(tiny_config, dataset=str(folder / "data"), options=small, steps=30)
     if FOR_THE_DOCS:
-        config = replace(config, size={"primitives": 250}, steps=800, batch_size=8)
-    train(config, folder / "run")
+        config = changed(config, options={"primitives": 250}, steps=800, batch_size=8)
+    train_run(config, folder / "run")
     return folder / "run"
 
 

@@ -1,0 +1,77 @@
+"""bisplat-wrf in Python: from a scene to a ray-traced dataset, a trained model, and figures of how good it is.
+
+>>> import bisplat
+>>> scene = bisplat.load_scene("bedroom")
+>>> coarse = bisplat.Propagation(max_depth=1, rays=20_000)
+>>> dataset = bisplat.simulate(scene, "data/bedroom", n=20, seed=0, propagation=coarse)
+>>> run = bisplat.train(dataset, "runs/bedroom", model="helmholtz", split="random")
+>>> run.predict(dataset.positions[:3]).spectra.shape
+(3, 90, 360)
+
+Every name is imported when it is first used: ``import bisplat`` loads neither torch nor the ray tracer.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:  # for type checkers and editors; at run time __getattr__ imports from the same modules
+    from learn.evaluation.check import check as check
+    from simulate.simulation import simulate as simulate
+
+    from learn.comparison.ablate import ablate as ablate
+    from learn.comparison.compare import compare as compare
+    from learn.comparison.sweep import sweep as sweep
+    from learn.evaluation.crossvalidate import crossvalidate as crossvalidate
+    from learn.evaluation.evaluate import evaluate as evaluate
+    from learn.export import export as export
+    from learn.training.run_folder import load_run as load_run
+    from learn.training.train import train as train
+    from scenes.description import Gateway as Gateway
+    from scenes.description import Scene as Scene
+    from scenes.description import SceneObject as SceneObject
+    from scenes.description import Transmitter as Transmitter
+    from scenes.errors import InputError as InputError
+    from scenes.scene_yaml import load_scene as load_scene
+    from simulate.array import PlanarArray as PlanarArray
+    from simulate.dataset import read_dataset as read_dataset
+    from simulate.measurement import Measurement as Measurement
+    from simulate.propagation import Propagation as Propagation
+    from simulate.trace import Tracer as Tracer
+
+_HOMES = {
+    "scenes.description": ("Gateway", "Scene", "SceneObject", "Transmitter"),
+    "scenes.errors": ("InputError",),
+    "scenes.scene_yaml": ("load_scene",),
+    "simulate.array": ("PlanarArray",),
+    "simulate.dataset": ("read_dataset",),
+    "simulate.measurement": ("Measurement",),
+    "simulate.propagation": ("Propagation",),
+    "simulate.simulation": ("simulate",),
+    "simulate.trace": ("Tracer",),
+    "learn.training.train": ("train",),
+    "learn.training.run_folder": ("load_run",),
+    "learn.evaluation.check": ("check",),
+    "learn.evaluation.evaluate": ("evaluate",),
+    "learn.evaluation.crossvalidate": ("crossvalidate",),
+    "learn.comparison.compare": ("compare",),
+    "learn.comparison.ablate": ("ablate",),
+    "learn.comparison.sweep": ("sweep",),
+    "learn.export": ("export",),
+}
+_HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
+
+__all__ = sorted(_HOME_OF)
+
+
+def __getattr__(name: str) -> Any:
+    if name not in _HOME_OF:
+        raise AttributeError(f"module 'bisplat' has no attribute {name!r}")
+    value = getattr(import_module(_HOME_OF[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

@@ -1,0 +1,55 @@
+"""The command line. Results go to files, progress to stderr, tables to stdout; errors are one sentence, exit 1."""
+
+from __future__ import annotations
+
+import os
+import sys
+import traceback
+
+import tyro
+
+from learn.commands import check, crossvalidate, demo, evaluate, export, predict, train
+from learn.comparison.commands import ablate, compare, sweep
+from learn.view.command import view
+from scenes.command import scene
+from scenes.errors import InputError, ParameterError
+from simulate.command import simulate
+
+PROGRAM = "bisplat"
+DESCRIPTION = """From a mesh to ray-traced spatial spectra in NeRF² format, to a trained model, to honest figures."""
+
+
+def main() -> None:
+    """Run a command; turn what a user can mend into one sentence."""
+    commands = (
+        demo, scene, simulate, check, train, evaluate, crossvalidate, predict, export, compare, ablate, sweep, view
+    )  # fmt: skip
+    named = {command.__name__: command for command in commands}
+    try:
+        tyro.extras.subcommand_cli_from_dict(named, prog=PROGRAM, description=DESCRIPTION)
+    except ParameterError as error:
+        refuse(error.as_option())
+    except InputError as error:
+        refuse(str(error))
+    except BrokenPipeError:  # the reader of our output, such as head, has closed it
+        raise SystemExit(1) from None
+    except OSError as error:
+        refuse(f"{error.filename}: {error.strerror}" if error.filename else str(error))
+    except KeyboardInterrupt:
+        print(f"{PROGRAM}: interrupted; the same command again goes on from here", file=sys.stderr)
+        raise SystemExit(130) from None
+
+
+def refuse(sentence: str) -> None:
+    """Say what is wrong and exit with status 1; with ``BISPLAT_TRACEBACK=1`` show where it was noticed too."""
+    if os.environ.get("BISPLAT_TRACEBACK", "0") != "0":
+        traceback.print_exc()
+        hint = ""
+    else:
+        hint = " (BISPLAT_TRACEBACK=1 shows where)"
+    print(f"{PROGRAM}: {sentence}{hint}", file=sys.stderr)
+    raise SystemExit(1) from None
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,73 @@
+"""The baselines of ``learn.baselines`` as methods of a comparison."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+from jaxtyping import Float
+
+from learn.baselines.array_ceiling import responses_of
+from learn.baselines.kriging import krige_pictures, krige_responses
+from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
+from learn.comparison.task import Method, Task
+
+
+class MeanPicture:
+    """The mean of the known spectra."""
+
+    _predict: Callable[[Float[np.ndarray, "K 3"]], Float[np.ndarray, "K 90 360"]]
+
+    def fit(self, task: Task) -> None:
+        self._predict = partial(mean_picture, task.pictures)
+
+    def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
+        return self._predict(positions)
+
+
+class Nearest(MeanPicture):
+    """A copy of the spectrum at the nearest known position."""
+
+    def fit(self, task: Task) -> None:
+        self._predict = partial(nearest, task.positions, task.pictures)
+
+
+class InverseDistance(MeanPicture):
+    """The mean of the four nearest known spectra, weighted by 1 / distance."""
+
+    def fit(self, task: Task) -> None:
+        self._predict = partial(inverse_distance, task.positions, task.pictures)
+
+
+class Kriging(MeanPicture):
+    """Kriging (Gaussian-process interpolation) of the spectra."""
+
+    def fit(self, task: Task) -> None:
+        self._predict = krige_pictures(task.positions, task.pictures, task.seed)
+
+
+class KrigingResponses(MeanPicture):
+    """Kriging of the element responses: the dataset's own, or else those that reproduce its pictures best.
+
+    Responses found from pictures have an unknown common phase; it is chosen so that the phase of the element that is
+    strongest on average is zero.
+    """
+
+    def fit(self, task: Task) -> None:
+        responses = task.responses
+        if responses is None:
+            responses = responses_of(task.pictures, task.array)
+            strongest = responses[:, np.abs(responses).mean(axis=0).argmax()]
+            responses = responses * np.exp(-1j * np.angle(strongest))[:, None]
+            responses /= np.linalg.norm(responses, axis=1, keepdims=True)
+        self._predict = krige_responses(task.positions, responses, task.array, task.seed)
+
+
+BASELINES: dict[str, Callable[[], Method]] = {
+    "mean-picture": MeanPicture,
+    "nearest": Nearest,
+    "inverse-distance": InverseDistance,
+    "kriging": Kriging,
+    "kriging-responses": KrigingResponses,
+}

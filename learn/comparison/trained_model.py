@@ -1,0 +1,70 @@
+"""A model of the registry as a method of a comparison."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from learn.comparison.budget import seconds_per_step
+from learn.comparison.task import Task
+from learn.models.registry import model_entry
+from learn.training.config import Config, Steps, read_config
+from learn.training.run_folder import Run, load_run
+from learn.training.train import train_run
+
+
+@dataclass
+class TrainedModel:
+    """A model trained as ``bisplat train`` does, for the task's steps or as many as fit into its minutes.
+
+    Attributes:
+        model: its name in the registry.
+        options: arguments of the model that differ from its usual ones.
+        init: folder of a finished run of the same model to begin with.
+    """
+
+    model: str
+    options: dict[str, Any] = field(default_factory=dict)
+    init: str | None = None
+
+    def fit(self, task: Task) -> None:
+        begun = (task.folder / "config.json").exists()
+        config = read_config(task.folder)[0] if begun else self._config(task)
+        train_run(config, task.folder)
+        self._run: Run = load_run(task.folder)
+
+    def _config(self, task: Task) -> Config:
+        config = Config(
+            dataset=str(task.dataset.folder.resolve()),
+            model=self.model,
+            split=task.kind,
+            seed=task.seed,
+            split_seed=task.split_seed,
+            train_size=task.train_size,
+            options=self.options,
+        )
+        entry = model_entry(self.model)
+        if entry.fit == "closed form":
+            return config
+        by_steps = Steps(steps=task.steps or 1, learning_rate=entry.learning_rate, init=self.init)
+        if task.minutes is not None:
+            steps = round(60 * task.minutes / seconds_per_step(config, by_steps, task))
+            by_steps = replace(by_steps, steps=max(1, steps))
+        return replace(config, by_steps=by_steps)
+
+    def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
+        return self._run.predict(positions).spectra
+
+    @property
+    def parameters(self) -> int:
+        """Number of trainable parameters."""
+        return sum(parameter.numel() for parameter in self._run.model.parameters())
+
+    @property
+    def seconds(self) -> float:
+        """Training time, also of a training that was interrupted and resumed."""
+        return json.loads((self._run.folder / "training.json").read_text())["seconds"]

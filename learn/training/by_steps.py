@@ -1,0 +1,134 @@
+"""Training by gradient steps: Lightning runs the loop, chooses the best weights and resumes."""
+
+from __future__ import annotations
+
+import logging
+import signal
+import warnings
+from pathlib import Path
+
+import lightning as L
+import torch
+from lightning.pytorch.callbacks import Callback, EMAWeightAveraging, ModelCheckpoint, Timer
+from lightning.pytorch.loggers import CSVLogger, TensorBoardLogger
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+from learn.models.base import SpectrumModel
+from learn.training.config import Steps
+from learn.training.lightning_module import Spectra, Training
+from learn.training.run_folder import save_weights, write_training
+
+STEPS_PER_VALIDATION = 100
+"""Steps between validations. A longer epoch ends here; the next one draws from the whole training part again."""
+
+AVERAGED = 0.99
+"""Decay of the exponential average of the weights; the averaged weights are validated and saved."""
+
+GRADIENT_NORM = 1.0
+"""Gradients are clipped to this norm."""
+
+
+class ProgressOnStderr(Callback):
+    """Steps, time left, loss and the current validation SSIM."""
+
+    def __init__(self, steps: int) -> None:
+        self._steps = steps
+        self._progress = Progress(
+            TextColumn("training"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TextColumn("{task.fields[figures]}"),
+            TimeRemainingColumn(),
+            console=Console(stderr=True),
+        )
+
+    def on_train_start(self, trainer: L.Trainer, module: L.LightningModule) -> None:
+        if trainer.is_global_zero:
+            self._progress.start()
+        self._bar = self._progress.add_task("", total=self._steps, completed=trainer.global_step, figures="")
+
+    def on_train_batch_end(self, trainer: L.Trainer, module: L.LightningModule, *_) -> None:
+        figures = {name: trainer.callback_metrics.get(name) for name in ("loss", "validation_ssim")}
+        text = "  ".join(f"{name} {float(value):.4f}" for name, value in figures.items() if value is not None)
+        self._progress.update(self._bar, completed=trainer.global_step, figures=text)
+
+    def teardown(self, trainer: L.Trainer, module: L.LightningModule, stage: str) -> None:
+        self._progress.stop()
+
+
+def train_by_steps(
+    model: SpectrumModel, spectra: Spectra, by_steps: Steps, folder: Path, devices: int = 1, nodes: int = 1
+) -> None:
+    """Train a model by gradient steps, from the folder's last checkpoint if there is one; then save its weights.
+
+    Args:
+        model: what is trained; ends with the weights of the best validation.
+        spectra: batches for training and validation.
+        by_steps: how many steps, of what batch and learning rate.
+        folder: the run's.
+        devices: GPUs per machine (processes, where there is none).
+        nodes: machines.
+
+    Raises:
+        KeyboardInterrupt: the process was told to stop (SIGINT, SIGTERM); the same call goes on from there.
+    """
+    for name in ("lightning.pytorch", "lightning.fabric"):
+        logging.getLogger(name).setLevel(logging.ERROR)
+    warnings.filterwarnings("ignore", module="lightning")
+    period = min(STEPS_PER_VALIDATION, by_steps.steps)
+    batches = min(spectra.batches, period)
+    # Whole periods between validations, so that the last weights are validated too.
+    every = max(1, round(period / batches))
+    epochs = every * max(1, round(by_steps.steps / (every * batches)))
+    steps = epochs * batches
+    checkpoints = ModelCheckpoint(
+        folder / "checkpoints",
+        filename="best",
+        monitor="validation_ssim",
+        mode="max",
+        save_last=True,
+        enable_version_counter=False,
+    )
+    timer = Timer()  # goes on counting when a run is resumed
+    # A folder for each start: CSVLogger deletes the log it finds.
+    attempt = len(list(folder.glob("logs/version_*")))
+    trainer = L.Trainer(
+        max_epochs=epochs,
+        limit_train_batches=batches,
+        accelerator="auto",
+        devices=devices,
+        num_nodes=nodes,
+        use_distributed_sampler=False,  # Spectra shares the batches among the processes itself
+        # A branch that is bypassed gets no gradient, which DDP must be told.
+        strategy="auto" if devices * nodes == 1 else "ddp_find_unused_parameters_true",
+        check_val_every_n_epoch=every,
+        num_sanity_val_steps=0,
+        gradient_clip_val=GRADIENT_NORM,
+        callbacks=[EMAWeightAveraging(decay=AVERAGED), checkpoints, timer, ProgressOnStderr(steps)],
+        logger=[
+            CSVLogger(folder, name="logs", version=attempt),
+            TensorBoardLogger(folder, name="logs", version=attempt),
+        ],
+        enable_progress_bar=False,
+        enable_model_summary=False,
+    )
+    last = folder / "checkpoints" / "last.ckpt"
+    on_interrupt = signal.getsignal(signal.SIGINT)
+    try:
+        trainer.fit(
+            Training(model, by_steps.learning_rate, steps),
+            datamodule=spectra,
+            ckpt_path=last if last.exists() else None,
+            weights_only=False,
+        )
+    except SystemExit:
+        # Lightning leaves the program on SIGINT and SIGTERM, with any status, and has further SIGINTs ignored.
+        signal.signal(signal.SIGINT, on_interrupt)
+        raise KeyboardInterrupt from None
+    if trainer.is_global_zero:
+        best = torch.load(folder / "checkpoints" / "best.ckpt", map_location="cpu", weights_only=False)
+        model.load_state_dict({name.removeprefix("model."): value for name, value in best["state_dict"].items()})
+        write_training(folder, steps, timer.time_elapsed("train"), float(checkpoints.best_model_score or 0))
+        save_weights(folder, model)
+    trainer.strategy.barrier()  # the other processes wait until the weights are written
