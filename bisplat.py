@@ -7,7 +7,7 @@ import sys
 import tyro
 
 from learn.commands import check, crossvalidate, demo, evaluate, export, predict, train
-from learn.comparison.commands import ablate, compare, sweep
+from learn.comparison_commands import ablate, compare, sweep
 from learn.view.command import view
 from scenes.command import scene
 from scenes.errors import InputError

@@ -10,7 +10,9 @@ from typing import Any
 
 from learn.evaluation.crossvalidate import crossvalidate
 from learn.evaluation.evaluate import evaluate
-from learn.reports.pages import write_report
+from learn.reports.crossvalidation_report import write_crossvalidation
+from learn.reports.demo_report import write_demo
+from learn.reports.evaluation_report import write_evaluation
 from learn.training.run_folder import LEARNING_RATE, Config, ModelName
 from learn.training.train import train
 from scenes.atomic import write_atomically
@@ -51,15 +53,17 @@ def demo(folder: Path, spectra: int, steps: int) -> dict[str, Any]:
 
     _say("3/4 evaluating on held-out positions")
     evaluation = evaluate(folder / "run")
+    write_evaluation(evaluation, folder / "run" / "evaluation")
     _say(f"4/4 tracing {FRESH_POSITIONS} fresh positions to cross-validate")
     fresh = crossvalidate(folder / "run", scene, FRESH_POSITIONS, FRESH_SEED)
+    write_crossvalidation(fresh, folder / "run")
 
     scores = evaluation.scores
     metrics = {
         "ssim_median": scores["model"].summary()["ssim_median"],
         "ssim_median_nearest": scores["nearest"].summary()["ssim_median"],
-        "ssim_median_inverse_distance": scores["inverse_distance"].summary()["ssim_median"],
-        "ssim_median_mean_picture": scores["mean_picture"].summary()["ssim_median"],
+        "ssim_median_inverse_distance": scores["inverse-distance"].summary()["ssim_median"],
+        "ssim_median_mean_picture": scores["mean-picture"].summary()["ssim_median"],
         "crossvalidation_ssim_median": fresh.metrics()["ssim_median"],
         "crossvalidation_aoa_error_median_deg": fresh.metrics()["aoa_error_median_deg"],
         "crossvalidation_channel_correlation_median": fresh.metrics().get("channel_correlation_median"),
@@ -70,7 +74,7 @@ def demo(folder: Path, spectra: int, steps: int) -> dict[str, Any]:
     }
     draw_scene(scene, folder / "scene.png")
     write_atomically(folder / "metrics.json", (json.dumps(metrics, indent=2) + "\n").encode())
-    write_report(folder, evaluation, fresh, metrics)
+    write_demo(folder, evaluation, fresh, metrics)
     return metrics
 
 
