@@ -9,7 +9,7 @@ import traceback
 import tyro
 
 from learn.commands import check, crossvalidate, demo, evaluate, export, predict, train
-from learn.comparison.commands import ablate, compare, sweep
+from learn.comparison_commands import ablate, compare, sweep
 from learn.view.command import view
 from scenes.command import scene
 from scenes.errors import InputError, ParameterError

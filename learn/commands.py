@@ -139,14 +139,15 @@ def evaluate(run: Positional[Path], dataset: Path | None = None, index: Path | N
         json: print the figures as JSON.
     """
     from learn.evaluation.evaluate import evaluate as score_run
+    from learn.reports.evaluation_report import write_evaluation
 
-    metrics = score_run(run, dataset, index).metrics()
+    evaluation = score_run(run, dataset, index)
+    write_evaluation(evaluation, run / "evaluation")
     if json:
-        print(json_format.dumps(metrics, indent=2))
-        return
-    baselines = metrics.pop("baselines")
-    tested = metrics.pop("test_spectra")
-    print_table(f"{tested} test spectra", {"model": metrics, **baselines})
+        print(json_format.dumps(evaluation.metrics(), indent=2))
+    else:
+        columns = {name: scores.summary() for name, scores in evaluation.scores.items()}
+        print_table(f"{len(evaluation.test)} test spectra", columns)
 
 
 def crossvalidate(
@@ -161,18 +162,19 @@ def crossvalidate(
     Args:
         run: the run folder.
         scene: the place its dataset was simulated in.
-        positions: number of fresh positions.
-        seed: draws them.
+        positions: number of new positions, drawn in the box of the positions that the run learned from.
+        seed: seed that they are drawn with.
         json: print the figures as JSON.
     """
     from learn.evaluation.crossvalidate import crossvalidate as compare_with_tracing
-    from scenes import load_scene
+    from learn.reports.crossvalidation_report import write_crossvalidation
 
-    metrics = compare_with_tracing(run, load_scene(scene), positions, seed).metrics()
+    fresh = compare_with_tracing(run, scene, positions, seed)
+    write_crossvalidation(fresh, run)
     if json:
-        print(json_format.dumps(metrics, indent=2))
+        print(json_format.dumps(fresh.metrics(), indent=2))
     else:
-        print_table("against fresh ray tracing", {"model": metrics})
+        print_table("against fresh ray tracing", {"model": fresh.metrics()})
 
 
 def predict(run: Positional[Path], positions: Path, output: Output) -> None:

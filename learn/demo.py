@@ -13,7 +13,9 @@ from simulate.simulation import simulate
 from learn.evaluation.crossvalidate import CrossValidation, crossvalidate
 from learn.evaluation.evaluate import Evaluation, evaluate
 from learn.models.registry import DEFAULT_MODEL
+from learn.reports.crossvalidation_report import write_crossvalidation
 from learn.reports.demo_report import write_demo
+from learn.reports.evaluation_report import write_evaluation
 from learn.training.train import train
 from scenes.atomic import write_atomically
 from scenes.drawing import draw_scene
@@ -50,8 +52,11 @@ def demo(folder: Path, spectra: int = 1000, steps: int = 1500) -> dict[str, Any]
 
     _say("4/5 evaluating both on held-out positions")
     evaluation, bisplat_evaluation = evaluate(run, dataset), evaluate(bisplat_run, dataset)
+    write_evaluation(evaluation, run.folder / "evaluation")
+    write_evaluation(bisplat_evaluation, bisplat_run.folder / "evaluation")
     _say(f"5/5 tracing {FRESH_POSITIONS} fresh positions to cross-validate {DEFAULT_MODEL}")
     fresh = crossvalidate(run, scene, FRESH_POSITIONS, FRESH_SEED)
+    write_crossvalidation(fresh, run.folder)
 
     metrics = _metrics(evaluation, bisplat_evaluation, fresh)
     metrics |= {"spectra": spectra, "seconds": round(time.monotonic() - began, 1)}
@@ -68,8 +73,8 @@ def _metrics(evaluation: Evaluation, bisplat: Evaluation, fresh: CrossValidation
         "ssim_median": scores["model"]["ssim_median"],
         "ssim_median_bisplat": bisplat.scores["model"].summary()["ssim_median"],
         "ssim_median_nearest": scores["nearest"]["ssim_median"],
-        "ssim_median_inverse_distance": scores["inverse_distance"]["ssim_median"],
-        "ssim_median_mean_picture": scores["mean_picture"]["ssim_median"],
+        "ssim_median_inverse_distance": scores["inverse-distance"]["ssim_median"],
+        "ssim_median_mean_picture": scores["mean-picture"]["ssim_median"],
         "crossvalidation_ssim_median": crossvalidated["ssim_median"],
         "crossvalidation_aoa_error_median_deg": crossvalidated["aoa_error_median_deg"],
         "crossvalidation_channel_correlation_median": crossvalidated.get("channel_correlation_median"),

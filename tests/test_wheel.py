@@ -33,7 +33,9 @@ def installed(tmp_path_factory):
 
 
 def test_the_wheel_is_used_without_the_checkout(installed):
-    homes = installed("python", "-c", "import bisplat, learn, scenes, simulate; print(bisplat, learn, scenes, simulate)")
+    homes = installed(
+        "python", "-c", "import bisplat, learn, scenes, simulate; print(bisplat, learn, scenes, simulate)"
+    )
     assert str(ROOT) not in homes and homes.count("site-packages") == 4
     assert "simulate" in installed("bisplat", "--help")
     assert "lab" in installed("bisplat", "scene", "lab", "--json")

@@ -12,6 +12,9 @@ from jaxtyping import Complex, Float
 from simulate.array import PlanarArray
 from simulate.spectrum import normalise
 
+CEILING = "array's ceiling"
+"""Name of the bound in tables and figures."""
+
 SAMPLES = 50
 """Test pictures the ceiling is fitted to: a fit takes a fraction of a second each."""
 

@@ -1,22 +1,16 @@
-"""`bisplat ablate`: what each part of a model is worth, over several seeds."""
+"""What each part of a model contributes to its score, over several seeds."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import replace
-from functools import partial
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, Literal
 
-from matplotlib.figure import Figure
-
-from learn.comparison.compare import begin
-from learn.comparison.experiment import summary
-from learn.comparison.methods import Trained
-from learn.reports.figures import save
+from learn.comparison.compare import makers
+from learn.comparison.experiment import begin, positive
+from learn.comparison.table import Comparison
+from learn.comparison.trained_model import TrainedModel
 from learn.splits import SplitKind
-
-Ablated = Literal["bisplat", "bisplat-plus", "bisplat-aperture"]
+from simulate.dataset import Dataset
 
 OURS: dict[str, dict[str, int]] = {
     "TX-PE order 2": {"tx_order": 2},
@@ -27,71 +21,69 @@ OURS: dict[str, dict[str, int]] = {
     "16 clusters": {"clusters": 16},
     "144 clusters": {"clusters": 144},
 }
-"""Sizes of bisplat-aperture that its table has beside the paper's rows."""
+"""Sizes of bisplat-aperture whose rows its table has beside the paper's: label and arguments of the model."""
 
 
-def variants(model: Ablated, primitives: int | None = None) -> Iterator[tuple[str, Trained]]:
-    """Rows of a model's table: the paper's, then those that only ours has, all at the same number of primitives.
+def variants(model: str, primitives: int | None = None) -> Iterator[tuple[str, TrainedModel]]:
+    """Rows of a model's table: the paper's rows, then those of bisplat-aperture alone.
 
     Args:
-        model: whose table.
-        primitives: where not the model's own number; the labels say so.
+        model: the model whose parts are switched off.
+        primitives: number of primitives of every row, which the labels then name, without the rows of bisplat-aperture
+            alone; None: the model's own number.
+
+    Yields:
+        The label of a row, and its unfitted method.
+
+    >>> [label for label, _ in variants("bisplat")]
+    ['bisplat', 'bisplat without dynamic network', 'bisplat without delta decoder', 'bisplat without BST']
     """
-    label, size = (
-        (model, {}) if primitives is None else (f"{model} ({primitives} primitives)", {"primitives": primitives})
-    )
-    yield label, Trained(model, size=size)
-    yield f"{label} without dynamic network", Trained(model, ("dynamic",), size)
-    yield f"{label} without delta decoder", Trained(model, ("delta",), size)
-    yield f"{label} without BST", Trained(model, ("bst",), size)
+    label = model if primitives is None else f"{model} ({primitives} primitives)"
+    size = {} if primitives is None else {"primitives": primitives}
+    yield label, TrainedModel(model, size)
+    for part, branch in (("dynamic network", "dynamic"), ("delta decoder", "delta"), ("BST", "bst")):
+        yield f"{label} without {part}", TrainedModel(model, {**size, "bypass": [branch]})
     if model == "bisplat-aperture" and primitives is None:
-        yield f"{model} without aperture", Trained("bisplat", size={"tx_order": 3})
-        yield f"{model} without depth order", Trained(model, ("order",))
-        for name, size in OURS.items():
-            yield f"{model}, {name}", Trained(model, size=size)
+        yield f"{model} without aperture", TrainedModel("bisplat", {"tx_order": 3})
+        yield f"{model} without depth order", TrainedModel(model, {"bypass": ["order"]})
+        for name, options in OURS.items():
+            yield f"{model}, {name}", TrainedModel(model, options)
 
 
 def ablate(
-    dataset: Path,
-    out: Path,
-    models: tuple[Ablated, ...],
-    split: SplitKind,
-    steps: int,
-    seeds: int,
+    dataset: Dataset | Path | str,
+    models: Sequence[str] = ("bisplat", "bisplat-aperture"),
+    split: SplitKind = "blocked",
+    steps: int = 1000,
+    seeds: int = 3,
     primitives: int | None = None,
-) -> Any:
-    """Run what is missing, then draw ablation.png; returns each variant's figures, averaged over the seeds.
+    output: Path | str | None = None,
+) -> Comparison:
+    """Train models with a part switched off at a time, and score them. Draws nothing.
 
     Args:
-        dataset: folder.
-        out: the experiment's folder.
-        models: which tables.
+        dataset: a dataset, or its folder; as for ``compare``.
+        models: the models whose parts are switched off.
         split: how the test part is chosen.
-        steps: of training, for each row and seed: the same, so that the parts differ and the training does not.
+        steps: training steps of each row and seed: the same for all, so that rows differ in the part alone.
         seeds: how often each row is trained.
-        primitives: where not the models' own number, which takes long without a GPU; then the paper's rows alone.
+        primitives: number of primitives of every row, then of the paper's rows alone; None: the models' own numbers,
+            which take long without a GPU.
+        output: as for ``compare``.
+
+    Returns:
+        Everything measured in the folder; the labels say what is switched off.
 
     Raises:
-        InputError: bad dataset, or a folder of something else.
+        InputError: as ``compare``.
+        ParameterError: ``steps`` or ``seeds`` is not positive.
+
+    >>> comparison = ablate("data/lab", models=("bisplat",), split="files", steps=2, seeds=1, primitives=20)
+    >>> [row["label"] for row in comparison][-1]
+    'bisplat (20 primitives) without BST'
     """
-    experiment = begin(dataset, out, split, steps=steps)
-    rows = [row for model in models for row in variants(model, primitives)]
-    for seed in range(seeds):  # all rows once, then again: a table that is interrupted is a table of fewer seeds
-        for label, method in rows:
-            experiment.run(label, partial(replace, method), seed)
-    table = summary(experiment.rows, lambda row: row["label"])
-    draw(table, out / "ablation.png")
-    return table
-
-
-def draw(table: dict[str, dict[str, float]], path: Path) -> None:
-    """Median SSIM of every row, mean and spread over the seeds."""
-    figure = Figure(figsize=(7.5, 0.8 + 0.3 * len(table)), layout="constrained")
-    axis = figure.subplots()
-    names = list(table)[::-1]
-    values, spreads = ([table[name][key] for name in names] for key in ("ssim_median", "ssim_spread"))
-    axis.errorbar(values, range(len(names)), xerr=spreads, fmt="o", capsize=3)
-    axis.set_yticks(range(len(names)), names)
-    figure.supxlabel("median SSIM, mean and standard deviation over seeds", fontsize="medium")
-    axis.grid(axis="x", alpha=0.3)
-    save(figure, path)
+    positive(steps=steps, seeds=seeds)
+    methods = makers({label: method for model in models for label, method in variants(model, primitives)})
+    experiment = begin(dataset, split, output, steps=steps)
+    experiment.measure(methods, seeds)
+    return Comparison.of(experiment)

@@ -1,54 +1,100 @@
-"""`bisplat compare`: every method and baseline on one split, under one metric code, in one table."""
+"""Every method and baseline on one split, scored by the same code."""
 
 from __future__ import annotations
 
+import copy
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-import torch
-
-from learn.comparison.experiment import Experiment, Protocol, summary
-from learn.comparison.methods import ON_A_CPU, method_named
-from learn.reports.figures import draw_ssim_distribution
-from learn.reports.pages import write_comparison
+from learn.comparison.experiment import begin, positive
+from learn.comparison.methods import is_reduced, method_named, method_names
+from learn.comparison.table import Comparison
+from learn.comparison.task import Method
 from learn.splits import SplitKind
-from learn.training.run_folder import device_name
-from simulate.dataset import read_dataset
+from scenes.errors import ParameterError
+from simulate.dataset import Dataset
+
+Models = Sequence[str] | Mapping[str, str | Method | Callable[[], Method]]
+"""Methods by their names, or what is fitted under a name: see ``compare``."""
 
 
-def begin(
-    dataset: Path, out: Path, split: SplitKind, minutes: float | None = None, steps: int | None = None
-) -> Experiment:
-    """The experiment of a folder, new or begun before."""
-    protocol = Protocol(str(dataset.resolve()), split, 0, minutes, steps, device_name())
-    return Experiment(out, read_dataset(dataset), protocol)
+def compare(
+    dataset: Dataset | Path | str,
+    models: Models | None = None,
+    split: SplitKind = "files",
+    budget: float = 5.0,
+    seeds: int = 1,
+    output: Path | str | None = None,
+) -> Comparison:
+    """Fit and score methods on one split, and measure the array's ceiling. Draws nothing.
 
-
-def compare(dataset: Path, out: Path, models: tuple[str, ...], split: SplitKind, minutes: float, seeds: int) -> Any:
-    """Run what is missing, then draw; returns each method's figures, averaged over the seeds, best first.
+    Called again with the same ``output`` it measures only what is missing there, and returns all that is there.
 
     Args:
-        dataset: folder.
-        out: the experiment's folder; gets table.html, ssim_cdf.png, results.jsonl and per_sample/.
-        models: names of methods, or module:Class.
-        split: how the test part is chosen.
-        minutes: of training, for each method that learns.
+        dataset: a dataset, or its folder.
+        models: names of methods (``learn.comparison.methods.method_names`` lists them) or of classes
+            ("module:Class"); or a dictionary from the names that the table shows to such a name, to a class with
+            ``fit`` and ``predict``, to a function that makes such an object, or to such an object, which is copied for
+            each seed. None: every method.
+        split: how the test part is chosen; "random" draws the same test part for every method.
+        budget: minutes of training, for each method that learns.
         seeds: how often each method is fitted.
+        output: folder for results.jsonl, per_sample/ and runs/; None: a new temporary folder, which ``folder`` of the
+            result names and which is not deleted.
+
+    Returns:
+        Everything measured in the folder.
 
     Raises:
-        InputError: unknown method, bad dataset, or a folder of something else.
-    """
-    makers = {name: method_named(name) for name in models}
-    experiment = begin(dataset, out, split, minutes)
-    for name, make in makers.items():
-        label = f"{name} (reduced)" if name in ON_A_CPU and not torch.cuda.is_available() else name
-        for seed in range(seeds):
-            experiment.run(label, make, seed)
-    experiment.run_ceiling()
+        InputError: the dataset cannot be read, or the folder holds an experiment with other settings, or something
+            else.
+        ParameterError: a method is unknown, or ``budget`` or ``seeds`` is not positive.
 
-    rows = experiment.rows
-    table = dict(sorted(summary(rows, lambda row: row["label"]).items(), key=lambda item: -item[1]["ssim_median"]))
-    first = {row["label"]: experiment.per_sample(row)["ssim"] for row in reversed(rows)}
-    draw_ssim_distribution({label: first[label] for label in table}, out / "ssim_cdf.png")
-    write_comparison(experiment, table, out / "table.html")
-    return table
+    >>> class Grey:
+    ...     def fit(self, task):
+    ...         self.mean = task.pictures.mean()
+    ...     def predict(self, positions):
+    ...         return np.full((len(positions), 90, 360), self.mean)
+    >>> import numpy as np
+    >>> comparison = compare("data/lab", {"nearest": "nearest", "grey": Grey})
+    >>> [row["label"] for row in comparison]
+    ['nearest', 'grey', "array's ceiling"]
+    >>> import pandas
+    >>> "ssim_median" in pandas.DataFrame(comparison)
+    True
+    """
+    positive(budget=budget, seeds=seeds)
+    models = method_names() if models is None else models
+    methods = makers(models)
+    if not isinstance(models, Mapping):
+        methods = {f"{name} (reduced)" if is_reduced(name) else name: make for name, make in methods.items()}
+    experiment = begin(dataset, split, output, minutes=budget)
+    experiment.measure(methods, seeds)
+    experiment.measure_ceiling()
+    return Comparison.of(experiment)
+
+
+def makers(models: Models) -> dict[str, Callable[[], Method]]:
+    """What makes a new, unfitted method, by the name that a table shows.
+
+    Raises:
+        ParameterError: a method is unknown, or has no ``fit``.
+
+    >>> list(makers(["nearest", "kriging"]))
+    ['nearest', 'kriging']
+    """
+    if not isinstance(models, Mapping):
+        return {name: method_named(name) for name in models}
+    return {name: _maker(name, given) for name, given in models.items()}
+
+
+def _maker(name: str, given: Any) -> Callable[[], Method]:
+    if isinstance(given, str):
+        return method_named(given)
+    if not isinstance(given, type) and hasattr(given, "fit"):
+        return partial(copy.deepcopy, given)
+    if not callable(given):
+        raise ParameterError("models", f"expected a method with fit and predict for {name}, found {given!r}")
+    return given

@@ -1,12 +1,13 @@
-"""One row of a results file: a method fitted and scored. Rows are appended once and never made again."""
+"""A folder of measured rows: each row is one method, fitted and scored once, and is never measured again."""
 
 from __future__ import annotations
 
 import csv
 import datetime
 import json
+import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from io import StringIO
 from pathlib import Path
@@ -16,32 +17,35 @@ import numpy as np
 from jaxtyping import Float, Int
 from rich.console import Console
 
-from learn.baselines.array_ceiling import SAMPLES, array_ceiling
-from learn.comparison.methods import Method, Task
+from learn.baselines.array_ceiling import CEILING, SAMPLES, array_ceiling
+from learn.comparison.task import Method, Task
 from learn.metrics import Scores, score
 from learn.output_folder import claim
-from learn.splits import evenly, split
+from learn.splits import SplitKind, evenly, split
+from learn.training.run_folder import device_name
 from scenes.atomic import write_atomically
-from simulate.dataset import Dataset
+from scenes.errors import ParameterError
+from simulate.dataset import Dataset, read_dataset
 
-CEILING = "array's ceiling"
+SPLIT_SEED = 0
+"""Seed of the splits: the same for every method, and whatever the seed a method is fitted with."""
 
 
 @dataclass(frozen=True)
-class Protocol:
-    """What the rows of a table have in common, and a results file is for.
+class Settings:
+    """What all rows of a folder have in common, as its protocol.json has it.
 
     Attributes:
-        dataset: folder, absolute.
+        dataset: the dataset's folder, absolute.
         split: how the test part is chosen.
-        split_seed: of the split.
-        minutes: of training, for each method that learns; None: as many as the steps take.
-        steps: of training, for each model trained by steps; None: as many as the minutes hold.
-        device: what it trains on.
+        split_seed: seed of the split.
+        minutes: training time of each method that learns; None: as long as the steps take.
+        steps: training steps of each model that is trained by steps; None: as many as fit into the minutes.
+        device: what the methods are trained on.
     """
 
     dataset: str
-    split: str
+    split: SplitKind
     split_seed: int
     minutes: float | None
     steps: int | None
@@ -49,42 +53,66 @@ class Protocol:
 
 
 class Experiment:
-    """A folder of results: protocol.json, results.jsonl, per_sample/, and what methods leave in runs/.
+    """A folder with protocol.json, results.jsonl, per_sample/, and what the methods leave in runs/.
 
     Args:
-        folder: new, or of an experiment begun before under the same protocol.
-        dataset: what is trained and tested on.
-        protocol: as it will be written, or must be what is there.
+        folder: a new folder, or that of an experiment begun before with the same settings.
+        dataset: the dataset that is trained and tested on.
+        settings: what protocol.json will say, or must say already.
 
     Raises:
-        InputError: the folder holds another experiment, or something else.
+        InputError: the folder holds an experiment with other settings, or something else.
     """
 
-    def __init__(self, folder: Path, dataset: Dataset, protocol: Protocol):
-        self.folder, self.dataset, self.protocol = folder, dataset, protocol
+    def __init__(self, folder: Path, dataset: Dataset, settings: Settings):
+        self.folder, self.dataset, self.settings = folder, dataset, settings
         path = folder / "protocol.json"
         begun = json.loads(path.read_text()) if path.exists() else None
-        given = {key: value for key, value in asdict(protocol).items() if value is not None}
+        given = {key: value for key, value in asdict(settings).items() if value is not None}
         claim(folder, "experiment", given, begun)
         write_atomically(path, (json.dumps(given, indent=2) + "\n").encode())
 
     @property
     def rows(self) -> list[dict[str, Any]]:
-        """What has been measured so far."""
+        """The rows measured so far, in that order."""
         path = self.folder / "results.jsonl"
         return [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
 
-    def run(self, label: str, make: Callable[[], Method], seed: int = 0, train_size: int | None = None) -> None:
-        """Fit and score a method, unless there is such a row."""
+    def measure(
+        self, methods: Mapping[str, Callable[[], Method]], seeds: int, sizes: Sequence[int | None] = (None,)
+    ) -> None:
+        """Measure the rows that are missing: all methods with the first seed, then all with the next one.
+
+        Args:
+            methods: what makes a new, unfitted method, by the label of its rows.
+            seeds: how often each method is fitted, with the seeds 0, 1, …
+            sizes: numbers of training spectra; None: all of the training part.
+
+        Raises:
+            InputError: a size is larger than the training part.
+        """
+        for seed in range(seeds):
+            for size in sizes:
+                for label, make in methods.items():
+                    self._measure_row(label, make, seed, size)
+
+    def _measure_row(self, label: str, make: Callable[[], Method], seed: int, train_size: int | None) -> None:
         key = {"label": label, "seed": seed, "train_size": train_size}
         if self._has(key):
             return
-        name = _name(key)
+        name = row_name(key)
         Console(stderr=True).print(f"bisplat: {name}")
-        kind: Any = self.protocol.split
-        folder = self.folder / "runs" / name
-        protocol = self.protocol
-        task = Task(self.dataset, kind, protocol.split_seed, train_size, seed, protocol.minutes, protocol.steps, folder)
+        settings, folder = self.settings, self.folder / "runs" / name
+        task = Task(
+            self.dataset,
+            settings.split,
+            settings.split_seed,
+            train_size,
+            seed,
+            settings.minutes,
+            settings.steps,
+            folder,
+        )
         method = make()
         began = time.perf_counter()
         method.fit(task)
@@ -94,7 +122,7 @@ class Experiment:
         began = time.perf_counter()
         prediction = method.predict(positions)
         milliseconds = 1e3 * (time.perf_counter() - began) / len(positions)
-        scores = score(np.clip(prediction, 0, 1), self._truth(test))
+        scores = score(np.clip(prediction, 0, 1), self._spectra(test))
         cost = {
             "train": len(task.parts.train),
             "parameters": getattr(method, "parameters", None),
@@ -103,49 +131,103 @@ class Experiment:
         }
         self._keep(key, test, scores, cost)
 
-    def run_ceiling(self) -> None:
-        """The row of the array's ceiling: fitted to the test pictures themselves, so no method but a bound."""
+    def measure_ceiling(self) -> None:
+        """Measure the row of the array's ceiling. It is fitted to the test spectra: a bound, and not a method."""
         key = {"label": CEILING, "seed": 0, "train_size": None}
         if self._has(key):
             return
-        kind: Any = self.protocol.split
-        some = evenly(split(self.dataset, kind, self.protocol.split_seed).test, SAMPLES)
-        self._keep(key, some, score(array_ceiling(self._truth(some), self.dataset.array), self._truth(some)), {})
-
-    def per_sample(self, row: dict[str, Any]) -> dict[str, Float[np.ndarray, " K"]]:
-        """Columns of a row's CSV: ssim, psnr_db, mae, aoa_error_deg."""
-        with (self.folder / "per_sample" / f"{_name(row)}.csv").open(newline="") as file:
-            table = list(csv.DictReader(file))
-        return {column: np.array([float(line[column]) for line in table]) for column in table[0] if column != "name"}
+        some = evenly(split(self.dataset, self.settings.split, self.settings.split_seed).test, SAMPLES)
+        truth = self._spectra(some)
+        self._keep(key, some, score(array_ceiling(truth, self.dataset.array), truth), {})
 
     def _has(self, key: dict[str, Any]) -> bool:
         return any(key.items() <= row.items() for row in self.rows)
 
-    def _truth(self, test: Int[np.ndarray, " K"]) -> Float[np.ndarray, "K 90 360"]:
-        return self.dataset.pictures[test] / np.float32(255)
+    def _spectra(self, indices: Int[np.ndarray, " K"]) -> Float[np.ndarray, "K 90 360"]:
+        return self.dataset.pictures[indices] / np.float32(255)
 
     def _keep(self, key: dict[str, Any], test: Int[np.ndarray, " K"], scores: Scores, cost: dict[str, Any]) -> None:
+        """Write the scores of each test spectrum to per_sample/, then the row to results.jsonl."""
         text = StringIO()
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(["name", "ssim", "psnr_db", "mae", "aoa_error_deg"])
         columns = (scores.ssim, scores.psnr, scores.mae, scores.aoa_error)
         for index, *figures in zip(test, *columns, strict=True):
             writer.writerow([self.dataset.names[index], *(f"{figure:.6f}" for figure in figures)])
-        write_atomically(self.folder / "per_sample" / f"{_name(key)}.csv", text.getvalue().encode())
+        write_atomically(self.folder / "per_sample" / f"{row_name(key)}.csv", text.getvalue().encode())
         row = {**key, "test": len(test), **scores.summary(), **cost, "date": datetime.date.today().isoformat()}
         path = self.folder / "results.jsonl"
         lines = [json.dumps(each) for each in (*self.rows, row)]
         write_atomically(path, ("\n".join(lines) + "\n").encode())
 
 
-def _name(key: dict[str, Any]) -> str:
-    """A row's name in the file system."""
-    size = "" if key["train_size"] is None else f"-{key['train_size']}"
-    return f"{key['label'].replace(' ', '_').replace('/', '_')}{size}-{key['seed']}"
+def begin(
+    dataset: Dataset | Path | str,
+    split: SplitKind,
+    output: Path | str | None,
+    *,
+    minutes: float | None = None,
+    steps: int | None = None,
+) -> Experiment:
+    """Open the experiment of a folder, new or begun before.
+
+    Args:
+        dataset: a dataset, or its folder.
+        split: how the test part is chosen.
+        output: the experiment's folder; None: a new temporary folder.
+        minutes: training time of each method that learns.
+        steps: training steps of each model that is trained by steps.
+
+    Raises:
+        InputError: the dataset cannot be read, or the folder holds an experiment with other settings, or something
+            else.
+    """
+    dataset = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
+    settings = Settings(str(dataset.folder.resolve()), split, SPLIT_SEED, minutes, steps, device_name())
+    return Experiment(Path(output or tempfile.mkdtemp(prefix="bisplat-")), dataset, settings)
 
 
-def summary(rows: list[dict[str, Any]], by: Callable[[dict[str, Any]], Any]) -> dict[Any, dict[str, float]]:
-    """Over the seeds: mean of every figure, and of ssim_median also its standard deviation (``ssim_spread``)."""
+def positive(**values: float) -> None:
+    """Check parameters that must be positive numbers.
+
+    Raises:
+        ParameterError: one of them is not.
+
+    >>> positive(budget=5.0, seeds=0)
+    Traceback (most recent call last):
+    ...
+    scenes.errors.ParameterError: seeds: expected a positive number, found 0
+    """
+    for name, value in values.items():
+        if value <= 0:
+            raise ParameterError(name, f"expected a positive number, found {value}")
+
+
+def row_name(row: Mapping[str, Any]) -> str:
+    """Name of a row's file in per_sample/ and of its folder in runs/.
+
+    >>> row_name({"label": "bisplat without BST", "seed": 2, "train_size": 200})
+    'bisplat_without_BST-200-2'
+    """
+    size = "" if row["train_size"] is None else f"-{row['train_size']}"
+    return f"{row['label'].replace(' ', '_').replace('/', '_')}{size}-{row['seed']}"
+
+
+def summary(rows: Sequence[dict[str, Any]], by: Callable[[dict[str, Any]], Any]) -> dict[Any, dict[str, float]]:
+    """Averages of rows that differ in their seed.
+
+    Args:
+        rows: measured rows.
+        by: what the rows of one group have in common.
+
+    Returns:
+        For each group the mean of every figure; ``ssim_spread``, the standard deviation of ``ssim_median`` over the
+        seeds (0 for a single one); and ``seeds``, the number of rows.
+
+    >>> rows = [{"label": "mlp", "seed": 0, "ssim_median": 0.5}, {"label": "mlp", "seed": 1, "ssim_median": 0.75}]
+    >>> summary(rows, lambda row: row["label"])["mlp"]["ssim_median"]
+    0.625
+    """
     groups: dict[Any, list[dict[str, Any]]] = {}
     for row in rows:
         groups.setdefault(by(row), []).append(row)

@@ -1,70 +1,63 @@
-"""`bisplat sweep`: accuracy against the number of training spectra, always on the same test part."""
+"""Accuracy against the number of training spectra, always on the same test part."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
-from typing import Any
 
-from matplotlib.figure import Figure
-
-from learn.comparison.compare import begin
-from learn.comparison.experiment import summary
-from learn.comparison.methods import Trained, method_named
-from learn.reports.figures import save
+from learn.comparison.compare import Models, makers
+from learn.comparison.experiment import begin, positive
+from learn.comparison.table import Comparison
+from learn.comparison.trained_model import TrainedModel
 from learn.splits import SplitKind
-from learn.training.run_folder import load_run
+from learn.training.run_folder import Run, load_run
+from scenes.errors import ParameterError
+from simulate.dataset import Dataset
 
 
 def sweep(
-    dataset: Path,
-    out: Path,
-    models: tuple[str, ...],
-    sizes: tuple[int, ...],
-    split: SplitKind,
-    minutes: float,
-    seeds: int,
-    init: Path | None = None,
-) -> Any:
-    """Run what is missing, then draw sweep.png; returns the figures of each (method, size), averaged over the seeds.
+    dataset: Dataset | Path | str,
+    sizes: Sequence[int],
+    models: Models = ("bisplat-aperture", "bisplat", "inverse-distance"),
+    split: SplitKind = "files",
+    budget: float = 5.0,
+    seeds: int = 1,
+    init: Run | Path | str | None = None,
+    output: Path | str | None = None,
+) -> Comparison:
+    """Fit and score methods on training parts of several sizes. Draws nothing.
 
     Args:
-        dataset: folder.
-        out: the experiment's folder.
-        models: names of methods, or module:Class.
-        sizes: spectra to train on; each smaller set is part of every larger one.
+        dataset: a dataset, or its folder; as for ``compare``.
+        sizes: numbers of training spectra; each smaller training part is contained in every larger one.
+        models: as for ``compare``.
         split: how the test part is chosen.
-        minutes: of training, for each method that learns.
-        seeds: how often each is fitted.
-        init: a finished run; its model is then also trained from its weights, as "MODEL from FOLDER".
+        budget: minutes of training, for each method that learns.
+        seeds: how often each method is fitted.
+        init: a finished run, or its folder. Its model is then also trained on from its weights, in rows labelled
+            "MODEL from FOLDER".
+        output: as for ``compare``.
+
+    Returns:
+        Everything measured in the folder; "train_size" of a row is the number of training spectra.
 
     Raises:
-        InputError: unknown method, bad run, bad dataset, fewer spectra than a size, or a folder of something else.
+        InputError: as ``compare``, or the run cannot be read, or the training part has fewer spectra than a size.
+        ParameterError: a method is unknown, or a size, ``budget`` or ``seeds`` is not positive.
+
+    >>> comparison = sweep("data/lab", sizes=(5, 10), models=("nearest",))
+    >>> [(row["label"], row["train"]) for row in comparison]
+    [('nearest', 5), ('nearest', 10)]
     """
-    makers = {name: method_named(name) for name in models}
+    positive(budget=budget, seeds=seeds)
+    if not sizes or min(sizes) < 1:
+        raise ParameterError("sizes", f"expected positive numbers of training spectra, found {list(sizes)}")
+    methods = makers(models)
     if init is not None:
-        model = load_run(init).config.model
-        makers[f"{model} from {init.name}"] = partial(Trained, model, init=str(init.resolve()))
-    experiment = begin(dataset, out, split, minutes)
-    for seed in range(seeds):
-        for size in sorted(sizes):
-            for name, make in makers.items():
-                experiment.run(name, make, seed, size)
-    table = summary(experiment.rows, lambda row: (row["label"], row["train_size"]))
-    draw(table, out / "sweep.png")
-    return table
-
-
-def draw(table: dict[tuple[str, int], dict[str, float]], path: Path) -> None:
-    """Median SSIM against the number of training spectra, mean and spread over the seeds."""
-    figure = Figure(figsize=(6.4, 4.2), layout="constrained")
-    axis = figure.subplots()
-    for label in dict.fromkeys(label for label, _ in table):
-        sizes = sorted(size for name, size in table if name == label)
-        rows = [table[label, size] for size in sizes]
-        values, spreads = ([row[key] for row in rows] for key in ("ssim_median", "ssim_spread"))
-        axis.errorbar(sizes, values, yerr=spreads, fmt="o-", capsize=3, label=label)
-    axis.set(xscale="log", xlabel="training spectra", ylabel="median SSIM on the same test part")
-    axis.grid(which="both", alpha=0.3)
-    figure.legend(loc="outside upper center", ncols=2)
-    save(figure, path)
+        run = init if isinstance(init, Run) else load_run(Path(init))
+        model, folder = run.config.model, run.folder
+        methods[f"{model} from {folder.name}"] = partial(TrainedModel, model, init=str(folder.resolve()))
+    experiment = begin(dataset, split, output, minutes=budget)
+    experiment.measure(methods, seeds, sorted(sizes))
+    return Comparison.of(experiment)

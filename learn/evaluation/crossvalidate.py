@@ -1,66 +1,91 @@
-"""Cross-validation: the model's prediction against fresh ray tracing, at positions no dataset holds."""
+"""Cross-validation: the model's prediction against fresh ray tracing, at positions that are in no dataset."""
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Complex, Float
-from scipy.spatial import cKDTree
 
 from learn.metrics import Scores, score
-from learn.reports.figures import draw_error_map, draw_error_over_distance, draw_examples, draw_examples_polar
-from learn.reports.pages import write_crossvalidation
-from learn.training.run_folder import load_run
-from scenes.atomic import write_atomically
+from learn.training.run_folder import Run, load_run
 from scenes.description import Scene
-from scenes.errors import InputError
+from scenes.errors import InputError, ParameterError
+from scenes.scene_yaml import load_scene
 from simulate.array import PlanarArray
 from simulate.dataset import Dataset, read_dataset
 from simulate.placement import free_positions
 from simulate.spectrum import picture
 
-if TYPE_CHECKING:  # the tracer is imported where it is used
+if TYPE_CHECKING:  # importing it needs the ray tracer, which someone who only has measured data need not install
     from simulate.trace import Tracer
 
 
 @dataclass(frozen=True)
 class CrossValidation:
-    """Prediction and fresh tracing at the same new positions."""
+    """Predicted and freshly traced spectra at the same K new positions.
 
+    Attributes:
+        run_name: name of the run's folder.
+        scene_name: name of the scene that was traced.
+        positions: new transmitter positions, metres, world frame.
+        known_positions: transmitter positions of the n spectra that the run learned from, metres, world frame.
+        prediction: spectra that the model predicts, 0…1, float32.
+        truth: spectra of the traced responses in eight bits, as a dataset holds them, 0…1, float32.
+        scores: scores of the prediction.
+        correlation: |⟨ŷ, y⟩| / (‖ŷ‖ ‖y‖) of the predicted responses ŷ and the traced responses y, 0…1; the common
+            factor that a spectrum does not determine has no influence on it. None: the model predicts no responses.
+    """
+
+    run_name: str
+    scene_name: str
     positions: Float[np.ndarray, "K 3"]
+    known_positions: Float[np.ndarray, "n 3"]
     prediction: Float[np.ndarray, "K 90 360"]
     truth: Float[np.ndarray, "K 90 360"]
     scores: Scores
     correlation: Float[np.ndarray, " K"] | None
 
     def metrics(self) -> dict[str, Any]:
-        """The figures of ``bisplat crossvalidate --json``."""
+        """The content of crossvalidation.json and of ``bisplat crossvalidate --json``: medians and means over K."""
         figures: dict[str, Any] = {**self.scores.summary(), "positions": len(self.positions)}
         if self.correlation is not None:
             figures["channel_correlation_median"] = float(np.median(self.correlation))
         return figures
 
 
-def crossvalidate(folder: Path, scene: Scene, count: int, seed: int, tracer: Tracer | None = None) -> CrossValidation:
-    """Compare a run with fresh ray tracing and write crossvalidation.html, .json and figures to its folder.
+def crossvalidate(
+    run: Run | Path | str, scene: Scene | Path | str, positions: int = 100, seed: int = 1, tracer: Tracer | None = None
+) -> CrossValidation:
+    """Compare a run with fresh ray tracing. Writes nothing: ``learn.reports.crossvalidation_report`` writes the report.
 
     Args:
-        folder: the run.
-        scene: the place the run's dataset was simulated in.
-        count: number of fresh positions, uniform in the box of the positions trained on.
-        seed: draws them.
-        tracer: of the scene, where the caller has one; None: made here, as the dataset's metadata say.
+        run: a trained run, or its folder.
+        scene: the scene that the run's dataset was simulated in: a scene, the name of a built-in one, or a YAML file.
+        positions: number of new positions, drawn uniformly in the box of the positions that the run learned from.
+        seed: seed that the positions are drawn with.
+        tracer: tracer of the scene, where the caller has one. None: one is made, with the propagation settings of the
+            dataset's metadata.
+
+    Returns:
+        The predicted and the traced spectra, and the scores.
 
     Raises:
-        InputError: bad run or dataset, or a scene without a gateway where the dataset's is, or with another array.
+        InputError: the run, its dataset or the scene cannot be read, the scene has no gateway where the dataset's is,
+            or the gateway has another array.
+        ParameterError: ``positions`` is not positive.
+
+    >>> fresh = crossvalidate("runs/lab", "lab", positions=5)
+    >>> fresh.positions.shape, fresh.truth.shape
+    ((5, 3), (5, 90, 360))
     """
-    run = load_run(folder)
+    if positions < 1:
+        raise ParameterError("positions", f"expected a positive number, found {positions}")
+    run = run if isinstance(run, Run) else load_run(Path(run))
     dataset = read_dataset(run.config.dataset)
-    scene = seen_by(dataset, scene)
+    scene = seen_by(dataset, scene if isinstance(scene, Scene) else load_scene(scene))
     gateway = scene.gateway
     if PlanarArray.of(gateway) != run.array:
         raise InputError(
@@ -69,37 +94,34 @@ def crossvalidate(folder: Path, scene: Scene, count: int, seed: int, tracer: Tra
         )
     known = dataset.positions[run.split(dataset).known]
     region = np.stack([known.min(axis=0), known.max(axis=0)])
-    positions = free_positions(scene, region, count, np.random.default_rng(seed))
+    drawn = free_positions(scene, region, positions, np.random.default_rng(seed))
     if tracer is None:
         from simulate.propagation import Propagation
         from simulate.trace import Tracer
 
         propagation = Propagation(**dataset.metadata.get("propagation", {}))
         tracer = Tracer(scene, propagation, region)
-    responses = tracer.responses(positions)
+    responses = tracer.responses(drawn)
     truth = picture(run.array.spectrum(responses)) / np.float32(255)
-    prediction = run.predict(positions)
-    result = CrossValidation(
-        positions,
-        prediction.spectra,
-        truth,
-        score(prediction.spectra, truth),
-        _correlation(prediction.responses, responses),
+    prediction = run.predict(drawn)
+    return CrossValidation(
+        run_name=run.folder.name,
+        scene_name=scene.name,
+        positions=drawn,
+        known_positions=known,
+        prediction=prediction.spectra,
+        truth=truth,
+        scores=score(prediction.spectra, truth),
+        correlation=None if prediction.responses is None else correlation(prediction.responses, responses),
     )
-
-    write_atomically(folder / "crossvalidation.json", (json.dumps(result.metrics(), indent=2) + "\n").encode())
-    scores = result.scores
-    draw_error_map(positions, scores.ssim, scores.aoa_error, known, folder / "crossvalidation_map.png")
-    distance = cKDTree(known).query(positions)[0]
-    draw_error_over_distance(distance, scores.ssim, scores.aoa_error, folder / "crossvalidation_distance.png")
-    draw_examples(prediction.spectra, truth, result.scores.ssim, folder / "crossvalidation_examples.png")
-    draw_examples_polar(prediction.spectra, truth, result.scores.ssim, folder / "crossvalidation_polar.png")
-    write_crossvalidation(result, scene.name, folder)
-    return result
 
 
 def seen_by(dataset: Dataset, scene: Scene) -> Scene:
-    """The scene as the dataset's gateway has it."""
+    """The scene with that one of its gateways that the dataset was simulated for.
+
+    Raises:
+        InputError: no gateway of the scene has the position and the orientation of the dataset's.
+    """
     for seen in scene.by_gateway().values():
         gateway = seen.gateway
         moved = np.linalg.norm(np.subtract(gateway.position, dataset.gateway_position))
@@ -112,11 +134,14 @@ def seen_by(dataset: Dataset, scene: Scene) -> Scene:
     )
 
 
-def _correlation(
-    predicted: Complex[np.ndarray, "K elements"] | None, responses: Complex[np.ndarray, "K elements"]
-) -> Float[np.ndarray, " K"] | None:
-    """|⟨ŷ, y⟩| / (‖ŷ‖ ‖y‖) over the elements: blind to the common factor that pictures do not determine."""
-    if predicted is None:
-        return None
+def correlation(
+    predicted: Complex[np.ndarray, "K elements"], responses: Complex[np.ndarray, "K elements"]
+) -> Float[np.ndarray, " K"]:
+    """|⟨ŷ, y⟩| / (‖ŷ‖ ‖y‖) over the elements, 0…1.
+
+    >>> responses = np.array([[1, 1j]])
+    >>> correlation(2j * responses, responses).round(6).tolist(), correlation(responses.conj(), responses).tolist()
+    ([1.0], [0.0])
+    """
     norms = np.linalg.norm(predicted, axis=1) * np.linalg.norm(responses, axis=1)
     return np.abs((predicted.conj() * responses).sum(axis=1)) / np.maximum(norms, 1e-30)

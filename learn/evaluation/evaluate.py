@@ -1,115 +1,119 @@
-"""Evaluate a run on held-out spectra, beside the baselines and the array's ceiling on the same split."""
+"""Score a run on held-out spectra, beside the baselines and the array's ceiling on the same spectra."""
 
 from __future__ import annotations
 
-import csv
-import json
 from dataclasses import dataclass
-from io import StringIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from learn.baselines.array_ceiling import SAMPLES, array_ceiling
+from learn.baselines.array_ceiling import CEILING, SAMPLES, array_ceiling
 from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.metrics import Scores, score
-from learn.reports.figures import draw_examples, draw_examples_polar, draw_ssim_distribution
-from learn.reports.pages import write_evaluation
 from learn.splits import evenly
-from learn.training.run_folder import load_run
-from scenes.atomic import write_atomically
+from learn.training.run_folder import Run, load_run
 from scenes.errors import InputError
 from simulate.dataset import Dataset, read_dataset, read_index
+
+JSON_NAMES = {
+    "mean-picture": "mean_picture",
+    "nearest": "nearest",
+    "inverse-distance": "inverse_distance",
+    CEILING: "array_ceiling",
+}
+"""Names of the baselines in ``bisplat evaluate --json`` and metrics.json, which scripts read."""
 
 
 @dataclass(frozen=True)
 class Evaluation:
-    """Predictions on a test part and the scores of everything that was compared.
+    """Predictions for K test spectra, and the scores of the model and of the baselines.
 
     Attributes:
-        dataset: what was evaluated on.
-        test: indices of the test spectra.
-        prediction: the model's pictures.
-        scores: by name: "model", "mean_picture", "nearest", "inverse_distance", "array_ceiling" (on fewer spectra).
+        run_name: name of the run's folder.
+        dataset: the dataset tested on.
+        test: indices of the test spectra in ``dataset``.
+        known_positions: transmitter positions of the n spectra that the run learned from, and that the baselines copy
+            or average; metres, world frame.
+        prediction: spectra that the model predicts, 0…1, float32.
+        scores: scores by name: "model", "mean-picture", "nearest" and "inverse-distance" of all K test spectra,
+            "array's ceiling" of at most 50 of them, evenly spread.
     """
 
+    run_name: str
     dataset: Dataset
     test: Int[np.ndarray, " K"]
+    known_positions: Float[np.ndarray, "n 3"]
     prediction: Float[np.ndarray, "K 90 360"]
     scores: dict[str, Scores]
 
+    @property
+    def positions(self) -> Float[np.ndarray, "K 3"]:
+        """Transmitter positions of the test spectra, metres, world frame."""
+        return self.dataset.positions[self.test]
+
+    @property
+    def truth(self) -> Float[np.ndarray, "K 90 360"]:
+        """The dataset's test spectra, 0…1, float32."""
+        return self.dataset.pictures[self.test] / np.float32(255)
+
     def metrics(self) -> dict[str, Any]:
-        """The figures of ``bisplat evaluate --json``."""
-        baselines = {name: scores.summary() for name, scores in self.scores.items() if name != "model"}
+        """The content of metrics.json and of ``bisplat evaluate --json``: medians and means over the test spectra."""
+        baselines = {json_name: self.scores[name].summary() for name, json_name in JSON_NAMES.items()}
         return {**self.scores["model"].summary(), "test_spectra": len(self.test), "baselines": baselines}
 
 
-def evaluate(folder: Path, dataset_folder: Path | None = None, index: Path | None = None) -> Evaluation:
-    """Evaluate a run and write to its ``evaluation``: report.html, metrics.json, per_sample.csv, figures.
+def evaluate(
+    run: Run | Path | str, dataset: Dataset | Path | str | None = None, index: Path | None = None
+) -> Evaluation:
+    """Score a run on held-out spectra. Writes nothing: ``learn.reports.evaluation_report`` writes the report.
 
     Args:
-        folder: the run.
-        dataset_folder: another dataset, tested on all of its spectra that the run was not trained on, or on ``index``;
-            None: the test part of the dataset trained on.
-        index: a file with the names of the spectra to test on.
+        run: a trained run, or its folder.
+        dataset: another dataset, or its folder. The run is tested on all of its spectra that the run was not trained
+            on, or on those of ``index``. None: the test part of the dataset that the run was trained on.
+        index: a file with the names of the spectra to test on, one a line.
+
+    Returns:
+        The predictions and the scores.
 
     Raises:
-        InputError: bad run, dataset or index, or test spectra the run was trained on.
+        InputError: the run, the dataset or the index cannot be read, or the index names spectra that the run was
+            trained on.
+
+    >>> evaluation = evaluate("runs/lab")
+    >>> evaluation.prediction.shape == (len(evaluation.test), 90, 360)
+    True
+    >>> list(evaluation.scores)
+    ['model', 'mean-picture', 'nearest', 'inverse-distance', "array's ceiling"]
     """
-    run = load_run(folder)
+    run = run if isinstance(run, Run) else load_run(Path(run))
     trained_on = Path(run.config.dataset)
-    dataset = read_dataset(dataset_folder or trained_on)
-    same = dataset_folder is None or dataset_folder.resolve() == trained_on.resolve()
-    if same:
-        parts = run.split(dataset)
-        known, test = parts.known, parts.test
-        known_data = dataset
-    else:
-        known_data = read_dataset(trained_on)
-        known, test = run.split(known_data).known, np.arange(len(dataset.names))
+    tested_on = dataset if isinstance(dataset, Dataset) else read_dataset(dataset or trained_on)
+    same = dataset is None or tested_on.folder.resolve() == trained_on.resolve()
+    known_data = tested_on if same else read_dataset(trained_on)
+    parts = run.split(known_data)
+    known, test = parts.known, parts.test if same else np.arange(len(tested_on.names))
     if index is not None:
-        test = read_index(index, dataset)
+        test = read_index(Path(index), tested_on)
         both = np.intersect1d(test, known) if same else np.array([])
         if len(both):
             raise InputError(
-                f"{index}: expected names of spectra the run was not trained on, found {dataset.names[both[0]]} and "
+                f"{index}: expected names of spectra the run was not trained on, found {tested_on.names[both[0]]} and "
                 f"{len(both) - 1} more that it was"
             )
 
-    truth = dataset.pictures[test] / np.float32(255)
-    positions = dataset.positions[test]
-    pictures, places = known_data.pictures[known] / np.float32(255), known_data.positions[known]
+    truth = tested_on.pictures[test] / np.float32(255)
+    positions = tested_on.positions[test]
+    known_spectra, known_positions = known_data.pictures[known] / np.float32(255), known_data.positions[known]
     prediction = run.predict(positions).spectra
     some = evenly(np.arange(len(test)), SAMPLES)
     scores = {
         "model": score(prediction, truth),
-        "mean_picture": score(mean_picture(pictures, positions), truth),
-        "nearest": score(nearest(places, pictures, positions), truth),
-        "inverse_distance": score(inverse_distance(places, pictures, positions), truth),
-        "array_ceiling": score(array_ceiling(truth[some], run.array), truth[some]),
+        "mean-picture": score(mean_picture(known_spectra, positions), truth),
+        "nearest": score(nearest(known_positions, known_spectra, positions), truth),
+        "inverse-distance": score(inverse_distance(known_positions, known_spectra, positions), truth),
+        CEILING: score(array_ceiling(truth[some], run.array), truth[some]),
     }
-    result = Evaluation(dataset, test, prediction, scores)
-
-    out = folder / "evaluation"
-    out.mkdir(exist_ok=True)
-    write_atomically(out / "metrics.json", (json.dumps(result.metrics(), indent=2) + "\n").encode())
-    write_atomically(out / "per_sample.csv", _table(result).encode())
-    draw_ssim_distribution({name: each.ssim for name, each in scores.items()}, out / "ssim_cdf.png")
-    draw_examples(prediction, truth, scores["model"].ssim, out / "examples.png")
-    draw_examples_polar(prediction, truth, scores["model"].ssim, out / "examples_polar.png")
-    write_evaluation(result, folder.name, out)
-    return result
-
-
-def _table(evaluation: Evaluation) -> str:
-    text = StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(["name", "x", "y", "z", "ssim", "psnr_db", "mae", "aoa_error_deg", "ssim_nearest"])
-    model, copied = evaluation.scores["model"], evaluation.scores["nearest"]
-    for row, index in enumerate(evaluation.test):
-        position = evaluation.dataset.positions[index]
-        figures = (model.ssim[row], model.psnr[row], model.mae[row], model.aoa_error[row], copied.ssim[row])
-        writer.writerow([evaluation.dataset.names[index], *position, *(f"{value:.6f}" for value in figures)])
-    return text.getvalue()
+    return Evaluation(run.folder.name, tested_on, test, known_positions, prediction, scores)

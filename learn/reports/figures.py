@@ -14,15 +14,6 @@ from learn.colours import DIFFERENCE, MAGNITUDE
 EXTENT = (-0.5, 359.5, 0.5, 90.5)
 """Of a spectrum's picture in degrees; row 0 (1° elevation) is drawn at the bottom."""
 
-LABELS = {
-    "model": "model",
-    "mean_picture": "mean picture",
-    "nearest": "nearest neighbour",
-    "inverse_distance": "inverse distance (4)",
-    "array_ceiling": "array's ceiling",
-}
-
-
 RANKS = {"worst": 0.0, "lower quartile": 0.25, "median": 0.5, "upper quartile": 0.75, "best": 1.0}
 """Spectra that are shown, by their SSIM."""
 
@@ -113,7 +104,7 @@ def draw_ssim_distribution(ssim: dict[str, Float[np.ndarray, " K"]], path: Path)
     axis.set_prop_cycle(color=colormaps["tab20"](range(20)))
     for name, values in ssim.items():
         share = np.arange(1, len(values) + 1) / len(values)
-        label = f"{LABELS.get(name, name)}: median {np.median(values):.3f}"
+        label = f"{name}: median {np.median(values):.3f}"
         axis.step(np.sort(values), share, where="post", label=label, linewidth=2 if name == "model" else 1.2)
     axis.set(
         xlabel="SSIM",

@@ -5,8 +5,10 @@ import re
 import sys
 from dataclasses import replace
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from learn.baselines.kriging import krige_pictures, krige_responses
@@ -14,11 +16,14 @@ from learn.baselines.neighbours import nearest
 from learn.comparison.ablate import ablate, variants
 from learn.comparison.compare import compare
 from learn.comparison.experiment import CEILING, summary
-from learn.comparison.methods import METHODS, Task, Trained
+from learn.comparison.methods import method_named, method_names
 from learn.comparison.sweep import sweep
+from learn.comparison.task import Task
+from learn.comparison.trained_model import TrainedModel
 from learn.metrics import score
+from learn.reports.comparison_report import write_ablation, write_comparison, write_sweep
 from learn.splits import split
-from scenes.errors import InputError
+from scenes.errors import InputError, ParameterError
 from simulate.array import PlanarArray
 from simulate.dataset import read_dataset
 from simulate.spectrum import normalise
@@ -41,8 +46,9 @@ def rows():
 
 
 def test_table_has_the_scores_of_each_method_on_the_test_part(tiny, tmp_path, rows):
-    table = compare(tiny, tmp_path / "out", ("mean-picture", "nearest"), "files", INSTANT, 1)
-    assert set(table) == {"mean-picture", "nearest", CEILING} and next(iter(table)) == CEILING
+    comparison = compare(tiny, ("mean-picture", "nearest"), budget=INSTANT, output=tmp_path / "out")
+    labels = [row["label"] for row in comparison.table()]
+    assert set(labels) == {"mean-picture", "nearest", CEILING} and labels[0] == CEILING
     dataset = read_dataset(tiny)
     parts = split(dataset, "files", 0)
     known = dataset.pictures[parts.known] / np.float32(255)
@@ -52,33 +58,36 @@ def test_table_has_the_scores_of_each_method_on_the_test_part(tiny, tmp_path, ro
     assert expected.summary().items() <= row.items() and row["test"] == 5
     lines = (tmp_path / "out" / "per_sample" / "nearest-0.csv").read_text().splitlines()
     assert [float(line.split(",")[1]) for line in lines[1:]] == pytest.approx(expected.ssim.tolist(), abs=1e-6)
+    np.testing.assert_allclose(comparison.per_sample(row)["ssim"], expected.ssim, atol=1e-6)
+    assert not (tmp_path / "out" / "table.html").exists()
+    write_comparison(comparison, tmp_path / "out")
     page = (tmp_path / "out" / "table.html").read_text()
     assert "nearest" in page and f"{row['ssim_median']:.3f}" in page
 
 
 def test_row_is_made_once_and_missing_ones_are_added(tiny, tmp_path, rows):
     out = tmp_path / "out"
-    compare(tiny, out, ("nearest",), "files", INSTANT, 1)
+    compare(tiny, ("nearest",), budget=INSTANT, output=out)
     before = rows(out)
-    compare(tiny, out, ("nearest", "mean-picture"), "files", INSTANT, 1)
+    assert compare(tiny, ("nearest", "mean-picture"), budget=INSTANT, output=out).rows == rows(out)
     assert rows(out)[: len(before)] == before
     assert [row["label"] for row in rows(out)[len(before) :]] == ["mean-picture"]
 
 
 def test_folder_of_another_protocol_or_of_something_else_is_refused(tiny, tmp_path):
-    compare(tiny, tmp_path / "out", ("nearest",), "files", INSTANT, 1)
+    compare(tiny, ("nearest",), budget=INSTANT, output=tmp_path / "out")
     with pytest.raises(InputError, match="found one whose split is files, not random"):
-        compare(tiny, tmp_path / "out", ("nearest",), "random", INSTANT, 1)
+        compare(tiny, ("nearest",), "random", INSTANT, output=tmp_path / "out")
     (tmp_path / "letters").mkdir()
     (tmp_path / "letters" / "love.txt").write_text("dear")
     with pytest.raises(InputError, match="expected a new folder or an earlier experiment, found other"):
-        compare(tiny, tmp_path / "letters", ("nearest",), "files", INSTANT, 1)
+        compare(tiny, ("nearest",), budget=INSTANT, output=tmp_path / "letters")
 
 
 @pytest.mark.parametrize("name", ["nearets", "no_such_module:Class", "json:NoSuchClass"])
 def test_unknown_method_is_refused_before_anything_is_written(tiny, tmp_path, name):
-    with pytest.raises(InputError, match="--models: expected"):
-        compare(tiny, tmp_path / "out", ("nearest", name), "files", INSTANT, 1)
+    with pytest.raises(InputError, match="models: expected"):
+        compare(tiny, ("nearest", name), budget=INSTANT, output=tmp_path / "out")
     assert not (tmp_path / "out").exists()
 
 
@@ -87,18 +96,59 @@ def test_method_in_the_docs_joins_the_table(tiny, tmp_path, monkeypatch, rows):
     assert len(code.splitlines()) < 40
     (tmp_path / "mymethod.py").write_text(code)
     monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
-    table = compare(tiny, tmp_path / "out", ("mean-picture", "mymethod:KNearest"), "files", INSTANT, 1)
-    assert table["mymethod:KNearest"]["ssim_median"] > table["mean-picture"]["ssim_median"]
+    comparison = compare(tiny, ("mean-picture", "mymethod:KNearest"), budget=INSTANT, output=tmp_path / "out")
+    ssim_of = {row["label"]: row["ssim_median"] for row in comparison}
+    assert ssim_of["mymethod:KNearest"] > ssim_of["mean-picture"]
+
+
+class Grey:
+    """A method of one's own: the same grey everywhere."""
+
+    def __init__(self, level=0.5):
+        self.level = level
+
+    def fit(self, task):
+        assert not hasattr(self, "fitted")  # a new one for each row
+        self.fitted = True
+
+    def predict(self, positions):
+        return np.full((len(positions), 90, 360), self.level)
+
+
+def test_methods_are_given_as_classes_objects_and_functions_too(tiny):
+    models = {"grey": Grey, "black": Grey(0.0), "white": lambda: Grey(1.0), "copy": "nearest"}
+    comparison = compare(read_dataset(tiny), models, budget=INSTANT, seeds=2)
+    assert comparison.folder.is_dir() and comparison.folder not in tiny.parents
+    assert [row["label"] for row in comparison] == [*models, *models, CEILING]
+    mean = {row["label"]: row["mae_mean"] for row in comparison}
+    assert mean["black"] + mean["white"] == pytest.approx(1, abs=1e-6) and mean["grey"] < 0.5
+    with pytest.raises(InputError, match="models: expected a method with fit and predict for mine, found 3"):
+        compare(tiny, {"mine": 3})
+    for wrong in ({"budget": 0}, {"seeds": 0}):
+        with pytest.raises(ParameterError, match=f"{next(iter(wrong))}: expected a positive number, found 0"):
+            compare(tiny, ("nearest",), **wrong)
+
+
+def test_comparison_is_a_table_for_pandas_for_a_terminal_and_for_a_notebook(tiny, tmp_path):
+    comparison = compare(tiny, ("nearest", "mean-picture"), budget=INSTANT, output=tmp_path / "out")
+    frame = pd.DataFrame(comparison)
+    assert frame["label"].tolist() == ["nearest", "mean-picture", CEILING] and len(comparison) == 3
+    assert frame["ssim_median"].tolist() == [row["ssim_median"] for row in comparison.rows]
+    assert pd.DataFrame(comparison.table())["ssim_median"].is_monotonic_decreasing
+    lines = str(comparison).splitlines()
+    assert lines[0].split()[:3] == ["SSIM", "±", "seeds"] and lines[1].startswith(CEILING) and len(lines) == 4
+    cells = [cell.text for cell in ElementTree.fromstring(comparison._repr_html_()).iter("td")]
+    assert [cells[0], cells[7], cells[14]] == [row["label"] for row in comparison.table()] and cells[2] == "0"
 
 
 def test_trained_model_is_a_run_that_is_not_trained_twice(tiny, tmp_path):
     task = Task(read_dataset(tiny), "files", 0, None, 1, INSTANT, None, tmp_path / "run")
     positions = task.dataset.positions[:3]
-    first = Trained("bisplat-aperture")
+    first = TrainedModel("bisplat-aperture")
     first.fit(task)
     weights = tmp_path / "run" / "weights.safetensors"
     written = weights.stat().st_mtime_ns
-    again = Trained("bisplat-aperture")
+    again = TrainedModel("bisplat-aperture")
     again.fit(replace(task, minutes=99.0))
     assert weights.stat().st_mtime_ns == written
     np.testing.assert_array_equal(again.predict(positions), first.predict(positions))
@@ -106,19 +156,19 @@ def test_trained_model_is_a_run_that_is_not_trained_twice(tiny, tmp_path):
 
 
 def test_budget_becomes_steps(tiny, tmp_path, monkeypatch):
-    monkeypatch.setattr("learn.comparison.methods._seconds_per_step", lambda config, task: 0.5)
+    monkeypatch.setattr("learn.comparison.trained_model.seconds_per_step", lambda config, by_steps, task: 0.5)
     seen = []
-    monkeypatch.setattr("learn.comparison.methods.train", lambda config, folder: seen.append(config))
-    monkeypatch.setattr("learn.comparison.methods.load_run", lambda folder: None)
-    Trained("mlp").fit(Task(read_dataset(tiny), "files", 0, None, 7, 3.0, None, tmp_path / "run"))
-    assert seen[0].steps == 360 and seen[0].seed == 7
+    monkeypatch.setattr("learn.comparison.trained_model.train_run", lambda config, folder: seen.append(config))
+    monkeypatch.setattr("learn.comparison.trained_model.load_run", lambda folder: None)
+    TrainedModel("mlp").fit(Task(read_dataset(tiny), "files", 0, None, 7, 3.0, None, tmp_path / "run"))
+    assert seen[0].by_steps.steps == 360 and seen[0].seed == 7
 
 
-@pytest.mark.parametrize("name", sorted(set(METHODS) - {"bisplat-plus", "nerf2"}))
+@pytest.mark.parametrize("name", sorted(set(method_names()) - {"bisplat-plus", "nerf2"}))
 def test_every_method_fits_and_predicts(tiny, tmp_path, name):
     dataset = read_dataset(tiny)
     task = Task(dataset, "files", 0, None, 0, INSTANT, None, tmp_path / "run")
-    method = METHODS[name]()
+    method = method_named(name)()
     method.fit(task)
     pictures = method.predict(dataset.positions[task.parts.test])
     assert pictures.shape == (5, 90, 360) and np.isfinite(pictures).all()
@@ -157,23 +207,29 @@ def test_ablation_has_the_papers_rows_and_ours(tiny, tmp_path, rows):
         " without delta decoder",
         " without BST",
     ]
-    assert dict(variants("bisplat-plus"))["bisplat-plus without BST"] == Trained("bisplat-plus", ("bst",))
+    assert dict(variants("bisplat-plus"))["bisplat-plus without BST"] == TrainedModel(
+        "bisplat-plus", {"bypass": ["bst"]}
+    )
     ours = dict(variants("bisplat-aperture"))
     assert ours["bisplat-aperture without aperture"].model == "bisplat"
-    assert ours["bisplat-aperture without depth order"].bypass == ("order",)
+    assert ours["bisplat-aperture without depth order"].options == {"bypass": ["order"]}
     smaller = dict(variants("bisplat", 250))
     assert len(smaller) == 4
-    assert smaller["bisplat (250 primitives) without BST"] == Trained("bisplat", ("bst",), {"primitives": 250})
+    assert smaller["bisplat (250 primitives) without BST"] == TrainedModel(
+        "bisplat", {"primitives": 250, "bypass": ["bst"]}
+    )
 
     out = tmp_path / "out"
-    table = ablate(tiny, out, ("bisplat",), "files", 2, 2)
-    assert {(row["label"], row["seed"]) for row in rows(out)} == {(label, s) for label in table for s in (0, 1)}
-    assert len(table) == 4 and all(row["seeds"] == 2 for row in table.values())
+    comparison = ablate(tiny, ("bisplat",), "files", 2, 2, output=out)
+    table = comparison.table()
+    assert {(row["label"], row["seed"]) for row in rows(out)} == {(row["label"], s) for row in table for s in (0, 1)}
+    assert len(table) == 4 and all(row["seeds"] == 2 for row in table)
+    write_ablation(comparison, out)
     assert (out / "ablation.png").stat().st_size > 5000
     configs = [json.loads(path.read_text()) for path in (out / "runs").glob("*/config.json")]
     assert len(configs) == 8 and {config["steps"] for config in configs} == {2}
     with pytest.raises(InputError, match="found one whose steps is 2, not 3"):
-        ablate(tiny, out, ("bisplat",), "files", 3, 2)
+        ablate(tiny, ("bisplat",), "files", 3, 2, output=out)
 
 
 def test_summary_is_the_mean_and_the_standard_deviation_over_seeds():
@@ -185,15 +241,17 @@ def test_summary_is_the_mean_and_the_standard_deviation_over_seeds():
 
 def test_sweep_grows_the_training_part_and_keeps_the_test_part(tiny, tmp_path, rows):
     out = tmp_path / "out"
-    table = sweep(tiny, out, ("nearest", "mlp"), (5, 15), "files", INSTANT, 1)
-    assert set(table) == {(name, size) for name in ("nearest", "mlp") for size in (5, 15)}
+    comparison = sweep(tiny, (5, 15), ("nearest", "mlp"), budget=INSTANT, output=out)
+    found = {(row["label"], row["train_size"]) for row in comparison.table()}
+    assert found == {(name, size) for name in ("nearest", "mlp") for size in (5, 15)}
+    write_sweep(comparison, out)
     assert [row["train"] for row in rows(out)] == [5, 5, 15, 15] and {row["test"] for row in rows(out)} == {5}
     assert (out / "sweep.png").stat().st_size > 5000
     with pytest.raises(InputError, match="expected 18 spectra to train on, found 17"):
-        sweep(tiny, out, ("nearest",), (18,), "files", INSTANT, 1)
+        sweep(tiny, (18,), ("nearest",), budget=INSTANT, output=out)
 
 
 def test_sweep_also_goes_on_from_a_finished_run(finished_run, tiny, tmp_path, rows):
-    sweep(tiny, tmp_path / "out", ("nearest",), (10,), "files", INSTANT, 1, finished_run)
+    sweep(tiny, (10,), ("nearest",), budget=INSTANT, init=finished_run, output=tmp_path / "out")
     label = f"bisplat-aperture from {finished_run.name}"
     assert [row["label"] for row in rows(tmp_path / "out")] == ["nearest", label]

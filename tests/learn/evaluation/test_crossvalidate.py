@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from learn.evaluation.crossvalidate import crossvalidate
+from learn.reports.crossvalidation_report import write_crossvalidation
+from learn.training.run_folder import load_run
 from scenes.description import Scene, Transmitter
 from scenes.errors import InputError
 from scenes.lab import lab
@@ -42,8 +44,21 @@ def test_new_places_are_in_the_box_of_the_training_positions(run, hall):
     assert (tracer.positions == result.positions).all()
     assert (result.positions[:, :2] >= 0).all() and (result.positions <= [4, 1, 1.01]).all()
     assert result.truth[:, -1].min() > 0.99  # boresight is the maximum
-    assert json.loads((run / "crossvalidation.json").read_text()) == result.metrics()
-    assert {"crossvalidation_map.png", "crossvalidation_examples.png"} <= {path.name for path in run.iterdir()}
+    assert (result.run_name, result.scene_name) == ("run", "lab") and result.known_positions.shape == (19, 3)
+    assert result.correlation.shape == (12,) and result.correlation.max() <= 1
+
+
+def test_report_is_written_apart_from_the_comparison(run, hall, tmp_path):
+    before = sorted(path.name for path in run.iterdir())
+    result = crossvalidate(load_run(run), hall, 4, 5, Known())
+    assert sorted(path.name for path in run.iterdir()) == before
+    write_crossvalidation(result, tmp_path / "report")
+    assert json.loads((tmp_path / "report" / "crossvalidation.json").read_text()) == result.metrics()
+    figures = ("map", "distance", "examples", "polar")
+    expected = {f"crossvalidation_{name}.{suffix}" for name in figures for suffix in ("png", "pdf")}
+    found = {path.name for path in (tmp_path / "report").iterdir()}
+    assert found == expected | {"crossvalidation.html", "crossvalidation.json"}
+    assert "run against fresh ray tracing of lab" in (tmp_path / "report" / "crossvalidation.html").read_text()
 
 
 def test_of_several_gateways_the_datasets_is_taken(run, hall):

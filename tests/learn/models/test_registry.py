@@ -32,7 +32,9 @@ class Level(SpectrumModel):
         return self.level.expand(len(positions), 90, 360)
 '''
 
-NEW_LINE = 'MODELS["level"] = ModelEntry(builds="level_model:Level", summary="one level everywhere", options={"start": 0.5})'
+NEW_LINE = (
+    'MODELS["level"] = ModelEntry(builds="level_model:Level", summary="one level everywhere", options={"start": 0.5})'
+)
 
 PROGRAM = f"""
 import sys

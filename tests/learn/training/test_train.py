@@ -19,6 +19,7 @@ from safetensors.torch import load_file
 from learn.evaluation.evaluate import evaluate
 from learn.metrics import ssim
 from learn.models.loss import L1_WEIGHT, SSIM_WEIGHT, composite_loss
+from learn.reports.evaluation_report import write_evaluation
 from learn.splits import split
 from learn.training.config import read_config
 from learn.training.lightning_module import Spectra, Training
@@ -286,12 +287,13 @@ def test_folder_that_is_no_run_is_refused(tmp_path):
 # Evaluation
 
 
-def test_evaluation_scores_the_test_part_beside_the_baselines(tiny, finished_run):
+def test_evaluation_scores_the_test_part_beside_the_baselines(tiny, finished_run, tmp_path):
     found = evaluate(finished_run)
+    write_evaluation(found, tmp_path / "evaluation")
     dataset = read_dataset(tiny)
     assert sorted(found.test) == sorted(dataset.test)
 
-    metrics = json.loads((finished_run / "evaluation" / "metrics.json").read_text())
+    metrics = json.loads((tmp_path / "evaluation" / "metrics.json").read_text())
     assert metrics == found.metrics()
     assert metrics["test_spectra"] == 5
     assert metrics["baselines"].keys() == {"mean_picture", "nearest", "inverse_distance", "array_ceiling"}
@@ -305,13 +307,13 @@ def test_evaluation_scores_the_test_part_beside_the_baselines(tiny, finished_run
     found_mean = metrics["baselines"]["mean_picture"]
     assert found_mean["mae_mean"] == pytest.approx(np.abs(mean - truth).mean(), abs=1e-6)
 
-    rows = pd.read_csv(finished_run / "evaluation" / "per_sample.csv", dtype={"name": str}).set_index("name")
+    rows = pd.read_csv(tmp_path / "evaluation" / "per_sample.csv", dtype={"name": str}).set_index("name")
     assert sorted(rows.index) == (tiny / "test_index.txt").read_text().split()
     assert rows["ssim"].median() == pytest.approx(metrics["ssim_median"], abs=1e-5)
     assert rows["ssim_nearest"].median() == pytest.approx(metrics["baselines"]["nearest"]["ssim_median"], abs=1e-5)
     np.testing.assert_allclose(rows.loc["00003", ["x", "y", "z"]].to_numpy(float), dataset.positions[2])
     for name in ("ssim_cdf.png", "examples.png"):
-        with Image.open(finished_run / "evaluation" / name) as image:
+        with Image.open(tmp_path / "evaluation" / name) as image:
             image.load()
 
 

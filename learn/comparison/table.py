@@ -1,0 +1,122 @@
+"""The table that ``compare``, ``ablate`` and ``sweep`` return."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from learn.comparison.experiment import Experiment, Settings, row_name, summary
+
+HEADINGS = {
+    "ssim_median": "SSIM",
+    "ssim_spread": "± seeds",
+    "ssim_p05": "5th %",
+    "aoa_error_median_deg": "AoA (°)",
+    "training_seconds": "train (s)",
+    "milliseconds_per_spectrum": "ms each",
+}
+"""Headings of the figures that a printed table shows."""
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Measured rows, as a table that pandas takes as it is: ``pandas.DataFrame(comparison)``.
+
+    Attributes:
+        folder: the experiment's folder, with results.jsonl, per_sample/ and runs/.
+        settings: dataset, split, training time and device that the rows have in common.
+        rows: a flat dictionary for each method, seed and size, in the order they were measured: "label", "seed",
+            "train_size" (None: all of the training part), "test" (number of test spectra), "ssim_median",
+            "ssim_mean", "ssim_p05", "psnr_mean" (dB), "mae_mean", "aoa_error_median_deg", "date", and, except for the
+            array's ceiling, "train" (number of training spectra), "parameters", "training_seconds" and
+            "milliseconds_per_spectrum".
+
+    >>> settings = Settings("data/lab", "files", 0, 5.0, None, "1 CPU threads")
+    >>> row = {"seed": 0, "train_size": None, "test": 20}
+    >>> rows = [{"label": "nearest", "ssim_median": 0.5, **row}, {"label": "mlp", "ssim_median": 0.75, **row}]
+    >>> comparison = Comparison(Path("runs/table"), settings, rows)
+    >>> len(comparison), [row["label"] for row in comparison], [row["label"] for row in comparison.table()]
+    (2, ['nearest', 'mlp'], ['mlp', 'nearest'])
+    >>> print(comparison)
+             SSIM  ± seeds
+    mlp      0.75  0
+    nearest  0.5   0
+    """
+
+    folder: Path
+    settings: Settings
+    rows: list[dict[str, Any]]
+
+    @classmethod
+    def of(cls, experiment: Experiment) -> Comparison:
+        """Everything that has been measured in an experiment's folder, by this call and earlier ones."""
+        return cls(experiment.folder, experiment.settings, experiment.rows)
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def __iter__(self) -> Iterator[dict[str, Any]]:
+        return iter(self.rows)
+
+    def averages(self) -> list[dict[str, Any]]:
+        """Averages over the seeds, a flat dictionary for each method and size, in the order they were measured.
+
+        Each has the figures of ``rows``, "seeds" (their number) and "ssim_spread" (the standard deviation of
+        "ssim_median" over the seeds, 0 for a single one).
+        """
+        groups = summary(self.rows, lambda row: (row["label"], row["train_size"]))
+        return [{"label": label, **figures, "train_size": size} for (label, size), figures in groups.items()]
+
+    def table(self) -> list[dict[str, Any]]:
+        """``averages``, the highest median SSIM first."""
+        return sorted(self.averages(), key=lambda row: -row["ssim_median"])
+
+    def per_sample(self, row: Mapping[str, Any]) -> dict[str, Float[np.ndarray, " K"]]:
+        """Scores of the K test spectra behind a row: "ssim", "psnr_db", "mae", "aoa_error_deg".
+
+        Args:
+            row: one of ``rows``.
+
+        Raises:
+            OSError: the row's file in ``folder`` is gone.
+        """
+        with (self.folder / "per_sample" / f"{row_name(row)}.csv").open(newline="") as file:
+            table = list(csv.DictReader(file))
+        return {column: np.array([float(line[column]) for line in table]) for column in table[0] if column != "name"}
+
+    def __str__(self) -> str:
+        lines = _cells(self.table())
+        widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
+        return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
+
+    def _repr_html_(self) -> str:
+        """The table of a notebook."""
+        head, *body = _cells(self.table())
+        rows = ["".join(f"<th>{cell}</th>" for cell in head)]
+        rows += ["".join(f"<td>{escape(cell)}</td>" for cell in line) for line in body]
+        return "<table>" + "".join(f"<tr>{row}</tr>" for row in rows) + "</table>"
+
+
+def average_name(row: Mapping[str, Any]) -> str:
+    """Name of one of the ``averages``: the label, and the size where there is one.
+
+    >>> average_name({"label": "mlp", "train_size": 200})
+    'mlp, 200'
+    """
+    return row["label"] if row["train_size"] is None else f"{row['label']}, {row['train_size']}"
+
+
+def _cells(averages: Sequence[Mapping[str, Any]]) -> list[list[str]]:
+    """The texts of a table, its headings first; a figure that no row has gets no column."""
+    shown = [key for key in HEADINGS if any(key in row for row in averages)]
+    lines = [["", *(HEADINGS[key] for key in shown)]]
+    for row in averages:
+        lines.append([average_name(row), *(f"{row[key]:.4g}" if key in row else "" for key in shown)])
+    return lines

@@ -1,0 +1,120 @@
+"""The commands that measure tables: compare, ablate, sweep."""
+
+from __future__ import annotations
+
+import json as json_format
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from tyro.conf import Positional, arg
+
+from scenes.text_tables import print_rows
+from simulate.command import Output
+
+DatasetFolder = Annotated[Positional[Path], arg(help="NeRF² dataset folder.")]
+Split = Annotated[
+    Literal["files", "random", "blocked"],
+    arg(help="how the test part is chosen, as for train; random draws the same test part for every method."),
+]
+Budget = Annotated[float, arg(help="minutes of training, for each method that learns.")]
+Seeds = Annotated[int, arg(help="how often each method is fitted.")]
+Json = Annotated[bool, arg(help="print the table as JSON.")]
+
+
+def compare(
+    dataset: DatasetFolder,
+    output: Output,
+    models: tuple[str, ...] = (),
+    split: Split = "files",
+    budget: Budget = 5.0,
+    seeds: Seeds = 1,
+    json: Json = False,
+) -> None:
+    """Score models and baselines on one split. The same command again adds what is missing, and redraws.
+
+    Args:
+        output: folder for table.html, ssim_cdf.png, results.jsonl, per_sample/ and the runs.
+        models: which (default: all): mean-picture, nearest, inverse-distance, kriging, kriging-responses, mlp,
+            mlp-responses, nerf2, swiftwrf, helmholtz, bisplat, bisplat-plus, bisplat-aperture, or module:Class of your
+            own.
+    """
+    from learn.comparison.compare import compare as compare_methods
+    from learn.reports.comparison_report import write_comparison
+
+    comparison = compare_methods(dataset, models or None, split, budget, seeds, output)
+    write_comparison(comparison, output)
+    print_averages("comparison", comparison.table(), json)
+    print(f"table: {output / 'table.html'}", file=sys.stderr)
+
+
+def ablate(
+    dataset: DatasetFolder,
+    output: Output,
+    models: tuple[ModelName, ...] = ("bisplat", "bisplat-aperture"),
+    split: Split = "blocked",
+    steps: int = 1000,
+    seeds: Seeds = 3,
+    primitives: int | None = None,
+    json: Json = False,
+) -> None:
+    """Score models with a part switched off at a time. The same command again goes on where it stopped.
+
+    Args:
+        output: folder for ablation.png, results.jsonl, per_sample/ and the runs.
+        models: the models whose parts are switched off.
+        steps: training steps of each row and seed.
+        primitives: number of primitives of every row, then of the paper's rows alone (default: the models' own).
+    """
+    from learn.comparison.ablate import ablate as ablate_models
+    from learn.reports.comparison_report import write_ablation
+
+    comparison = ablate_models(dataset, models, split, steps, seeds, primitives, output)
+    write_ablation(comparison, output)
+    print_averages("ablation", comparison.averages(), json)
+
+
+def sweep(
+    dataset: DatasetFolder,
+    output: Output,
+    sizes: tuple[int, ...],
+    models: tuple[str, ...] = ("bisplat-aperture", "bisplat", "inverse-distance"),
+    split: Split = "files",
+    budget: Budget = 5.0,
+    seeds: Seeds = 1,
+    init: Path | None = None,
+    json: Json = False,
+) -> None:
+    """Score methods against the number of training spectra. The same command again goes on where it stopped.
+
+    Args:
+        output: folder for sweep.png, results.jsonl, per_sample/ and the runs.
+        sizes: numbers of training spectra; baselines also see a validation part cut in proportion.
+        models: as for compare.
+        init: a finished run (of a simulated place, say) whose model is then also trained on from its weights.
+    """
+    from learn.comparison.sweep import sweep as sweep_sizes
+    from learn.reports.comparison_report import write_sweep
+
+    comparison = sweep_sizes(dataset, sizes, models, split, budget, seeds, init, output)
+    write_sweep(comparison, output)
+    print_averages("sweep", comparison.averages(), json)
+
+
+def print_averages(title: str, averages: Sequence[dict[str, Any]], json: bool) -> None:
+    """Print averages over the seeds as a table, or as a JSON object by the rows' names."""
+    from learn.comparison.table import HEADINGS, average_name
+
+    if json:
+        figures = [{key: row[key] for key in row if key != "label" and row[key] is not None} for row in averages]
+        named = {average_name(row): each for row, each in zip(averages, figures, strict=True)}
+        print(json_format.dumps(named, indent=2))
+        return
+    print_rows(
+        title,
+        [
+            {"": average_name(row)} | {heading: row.get(key, "") for key, heading in HEADINGS.items()}
+            for row in averages
+        ],
+    )

@@ -1,0 +1,55 @@
+"""The report of ``bisplat crossvalidate``: a page, its figures and the metrics."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from scipy.spatial import cKDTree
+
+from learn.evaluation.crossvalidate import CrossValidation
+from learn.reports.figures import draw_error_map, draw_error_over_distance, draw_examples, draw_examples_polar
+from learn.reports.page import SCORE_COLUMNS, embedded, write_page
+from scenes.atomic import write_atomically
+
+FIGURES = ("crossvalidation_map", "crossvalidation_distance", "crossvalidation_examples", "crossvalidation_polar")
+
+
+def write_crossvalidation(fresh: CrossValidation, folder: Path) -> None:
+    """Write crossvalidation.html, crossvalidation.json, and the figures as PNG and PDF.
+
+    Args:
+        fresh: what ``crossvalidate`` returned.
+        folder: folder of the report, made where it does not exist; the command takes the run's.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    write_atomically(folder / "crossvalidation.json", (json.dumps(fresh.metrics(), indent=2) + "\n").encode())
+    positions, known, scores = fresh.positions, fresh.known_positions, fresh.scores
+    draw_error_map(positions, scores.ssim, scores.aoa_error, known, folder / "crossvalidation_map.png")
+    distance = cKDTree(known).query(positions)[0]
+    draw_error_over_distance(distance, scores.ssim, scores.aoa_error, folder / "crossvalidation_distance.png")
+    draw_examples(fresh.prediction, fresh.truth, scores.ssim, folder / "crossvalidation_examples.png")
+    draw_examples_polar(fresh.prediction, fresh.truth, scores.ssim, folder / "crossvalidation_polar.png")
+    write_page(
+        folder / "crossvalidation.html",
+        "crossvalidation.html.j2",
+        run=fresh.run_name,
+        scene=fresh.scene_name,
+        **page_values(fresh, folder),
+    )
+
+
+def page_values(fresh: CrossValidation, folder: Path) -> dict[str, Any]:
+    """What the template crossvalidation_part.html.j2 shows.
+
+    Args:
+        fresh: what ``crossvalidate`` returned.
+        folder: folder that ``write_crossvalidation`` has drawn the figures into.
+    """
+    return {
+        "fresh_rows": {"model, against fresh ray tracing": fresh.scores.summary()},
+        "columns": SCORE_COLUMNS,
+        "fresh": fresh.metrics(),
+        "figures": embedded(folder, FIGURES),
+    }

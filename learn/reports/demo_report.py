@@ -1,0 +1,38 @@
+"""The report of ``bisplat demo``: one page with the scene, both models beside the baselines, and the cross-validation."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from learn.evaluation.crossvalidate import CrossValidation
+from learn.evaluation.evaluate import Evaluation
+from learn.reports import crossvalidation_report, evaluation_report
+from learn.reports.figures import draw_ssim_distribution
+from learn.reports.page import embedded, write_page
+
+
+def write_demo(
+    folder: Path, evaluations: Mapping[str, Evaluation], fresh: CrossValidation, metrics: dict[str, Any]
+) -> None:
+    """Write report.html and its figure of both models, ssim_cdf.png.
+
+    Args:
+        folder: the demo's folder, with scene.png in it; ``write_evaluation`` has written the first model's report to
+            ``run/evaluation`` and ``write_crossvalidation`` to ``run``.
+        evaluations: by the models' names, on the same test spectra; the page's examples are the first model's.
+        fresh: the first model's scores against fresh ray tracing.
+        metrics: the content of the demo's metrics.json.
+    """
+    run = folder / "run"
+    first = next(iter(evaluations.values()))
+    scores = {f"model: {name}": evaluation.scores["model"] for name, evaluation in evaluations.items()}
+    scores |= {name: baseline for name, baseline in first.scores.items() if name != "model"}
+    draw_ssim_distribution({name: each.ssim for name, each in scores.items()}, folder / "ssim_cdf.png")
+    evaluated = evaluation_report.page_values(first, run / "evaluation")
+    evaluated["rows"] = {name: each.summary() for name, each in scores.items()}
+    crossvalidated = crossvalidation_report.page_values(fresh, run)
+    figures = {**evaluated["figures"], **crossvalidated["figures"], **embedded(folder, ("scene", "ssim_cdf"))}
+    values = {**evaluated, **crossvalidated, "figures": figures, "models": list(evaluations)}
+    write_page(folder / "report.html", "report.html.j2", metrics=metrics, **values)
