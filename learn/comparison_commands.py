@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal
 
 from tyro.conf import Positional, arg
 
+from learn.models.registry import ModelName
 from scenes.text_tables import print_rows
 from simulate.command import Output
 
@@ -36,9 +37,7 @@ def compare(
 
     Args:
         output: folder for table.html, ssim_cdf.png, results.jsonl, per_sample/ and the runs.
-        models: which (default: all): mean-picture, nearest, inverse-distance, kriging, kriging-responses, mlp,
-            mlp-responses, nerf2, swiftwrf, helmholtz, bisplat, bisplat-plus, bisplat-aperture, or module:Class of your
-            own.
+        models: names of models and baselines (docs/compare.md lists them), or module:Class of your own (default: all).
     """
     from learn.comparison.compare import compare as compare_methods
     from learn.reports.comparison_report import write_comparison

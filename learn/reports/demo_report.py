@@ -1,4 +1,4 @@
-"""The report of ``bisplat demo``: one page with the scene, both models beside the baselines, and the cross-validation."""
+"""The report of ``bisplat demo``: one page with the scene, two models beside the baselines, the cross-validation."""
 
 from __future__ import annotations
 

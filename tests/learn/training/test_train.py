@@ -413,7 +413,7 @@ def test_two_processes_have_the_loss_curve_of_one(tiny_config, changed, small, t
 
 def test_batch_that_the_devices_cannot_share_is_refused(tiny_config, tmp_path):
     with pytest.raises(
-        InputError, match=f"batch_size: expected a multiple of the 3 devices, found {tiny_config.batch_size}"
+        InputError, match=f"batch_size: expected a multiple of the 3 devices, found {tiny_config.by_steps.batch_size}"
     ):
         train_run(tiny_config, tmp_path / "run", devices=3)
     assert not (tmp_path / "run").exists()
