@@ -106,15 +106,16 @@ def draw(path: Path, smallest: bool) -> None:
         from learn.models.splat_triton import splat_triton
 
         several.append(("Triton", splat_triton, "cuda", (100, 300, 1000, 3000, 10000), (1, 4, 16, 64, 256)))
+    primitives = 20 if smallest else 500
     for name, renderer, device, counts, batches in several:
         if smallest:
             counts, batches = (10, 20), (1, 2)
         times = [1e3 * seconds(renderer, attributes(1, count, device), 1) for count in counts]
         left.loglog(counts, times, "o-", label=name)
-        times = [1e3 * seconds(renderer, attributes(batch, 500, device), 1) / batch for batch in batches]
+        times = [1e3 * seconds(renderer, attributes(batch, primitives, device), 1) / batch for batch in batches]
         right.loglog(batches, times, "o-", label=name)
     left.set(xlabel="primitives $N_p$", ylabel="milliseconds per spectrum", title="one spectrum")
-    right.set(xlabel="spectra at a time", title="$N_p$ = 500")
+    right.set(xlabel="spectra at a time", title=f"$N_p$ = {primitives}")
     for axis in (left, right):
         axis.grid(which="both", alpha=0.3)
         axis.legend()
