@@ -1,20 +1,22 @@
-"""Path by path: what power do our chains lack that a search for one transmitter finds, and the other way round?
+"""Which paths does ``bisplat simulate`` miss in the lab, and which does a search for one transmitter miss?
 
 python benchmarks/completeness.py --json
 
+Measured at each transmitter position, in percent of the power of all paths found: the power of the paths that only the
+search for that one transmitter found, and the power of the paths that only the chains of ``bisplat simulate`` have.
 The search is Sionna's own, from the transmitter to the true element positions, as ``PathSolver`` runs it, with four
-million rays and as much room for candidates as its memory allows. A path is known by its element, its interactions and
-the planes it is reflected at.
+million rays and as many candidate paths as its memory allows. Two paths are the same if they end at the same element
+and have the same interactions at the same planes.
 """
 
 from __future__ import annotations
 
-import json
 from collections import defaultdict
 from typing import Annotated
 
 import numpy as np
 import tyro
+from report.printing import print_figures
 
 from scenes.lab import lab
 from simulate.chains import paths_of_chains, reflecting_planes
@@ -24,13 +26,14 @@ from simulate.propagation import Propagation
 from simulate.sionna_scene import transmitter_antennas
 from simulate.trace import Tracer
 
-RAYS, ROOM = 4_000_000, 1_500_007
+RAYS, CANDIDATES = 4_000_000, 1_500_007
+"""Rays of the search, and candidate paths that it has memory for."""
 
 Contributions = dict[tuple, complex]
 
 
 def named(interactions: Interactions, planes: np.ndarray, elements: np.ndarray, responses: np.ndarray) -> Contributions:
-    """Contribution of each path by (element, interactions and planes from gateway to transmitter)."""
+    """Sum of the responses of the paths that share a key (element, interactions and planes from the gateway on)."""
     found: Contributions = defaultdict(complex)
     for types, plane, element, response in zip(interactions.types, planes, elements, responses, strict=True):
         chain = tuple((int(t), int(p)) for t, p in zip(types, plane, strict=True) if t != NONE)
@@ -38,15 +41,23 @@ def named(interactions: Interactions, planes: np.ndarray, elements: np.ndarray, 
     return found
 
 
-def main(positions: int = 5, json_output: Annotated[bool, tyro.conf.arg(name="json")] = False) -> None:
-    """Compare.
+def main(
+    positions: int = 5, smallest: bool = False, json_output: Annotated[bool, tyro.conf.arg(name="json")] = False
+) -> None:
+    """Compare the paths that two searches find, at positions of the lab.
 
     Args:
-        positions: transmitters.
+        positions: number of transmitter positions.
+        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
         json_output: print one JSON object.
     """
     scene = lab()
-    tracer = Tracer(scene, Propagation())
+    effort = Propagation(seed=42, rays=RAYS)
+    usual, candidates = Propagation(), CANDIDATES
+    if smallest:
+        positions, candidates = 1, 20_011
+        effort = usual = Propagation(max_depth=1, rays=10_000)
+    tracer = Tracer(scene, usual)
     sionna, planes, chains, sources = tracer._sionna, tracer._planes, tracer._chains, tracer._sources
     targets = transmitter_antennas(scene, place(scene, "uniform", 50, 7)[:positions])
     lacking, extra = [], []
@@ -56,14 +67,13 @@ def main(positions: int = 5, json_output: Annotated[bool, tyro.conf.arg(name="js
         for chain, paths in paths_of_chains(sionna, planes, chains, sources, one, tracer.propagation):
             some = chains.some(chain)
             ours |= named(some.interactions, some.planes, paths.sources, paths.responses)
-        search = Propagation(rays=RAYS, seed=42)
-        buffer = refine(sionna, shoot(sionna, one, sources, search, ROOM), one, sources, search)
+        buffer = refine(sionna, shoot(sionna, one, sources, effort, candidates), one, sources, effort)
         buffer.discard_invalid()
         backwards = interactions_of(buffer)
         plane = reflecting_planes(planes, backwards)
         # From the gateway to the transmitter, so from the last interaction to the first.
         turned = Interactions(*(part[:, ::-1] for part in (backwards.types, backwards.shapes, backwards.triangles)))
-        paths = fields(sionna, buffer, one, sources, search)
+        paths = fields(sionna, buffer, one, sources, effort)
         theirs = named(turned, plane[:, ::-1], paths.targets, paths.responses)
         power = sum(abs(value) ** 2 for value in (ours | theirs).values())
         lacking.append(sum(abs(value) ** 2 for path, value in theirs.items() if path not in ours) / power)
@@ -71,9 +81,9 @@ def main(positions: int = 5, json_output: Annotated[bool, tyro.conf.arg(name="js
     result = {
         "power_only_the_search_found_percent": [round(100 * float(share), 3) for share in lacking],
         "power_only_our_chains_found_percent": [round(100 * float(share), 3) for share in extra],
-        "rays_of_the_search": RAYS,
+        "rays_of_the_search": effort.rays,
     }
-    print(json.dumps(result) if json_output else json.dumps(result, indent=2))
+    print_figures(result, json_output)
 
 
 if __name__ == "__main__":

@@ -1,23 +1,28 @@
-"""What each idea of Helmholtz kriging is worth, from copying the nearest spectrum upwards; median SSIM.
+"""How much each part of the covariance of the model helmholtz adds to its accuracy.
 
-python benchmarks/ladder.py MEASURED SIMULATED --json
+python benchmarks/ladder.py ../shared/data/rfid-s23-160 runs/lab-6000 --json
 
-Nothing is drawn at random and nothing is chosen by looking at the test part: the parameters of a law are the likeliest
-ones given the known part. Of pictures the first three laws are taken as they are, the others squared, as of a power.
+Measured: the median SSIM of predicted and true test pictures of a measured and a simulated dataset, for copying the
+nearest spectrum, for inverse-distance weighting, and for kriging with one covariance after another, the last being
+that of helmholtz. Kriging is of pictures and, where the dataset has them, of responses. Nothing is drawn at random,
+and the parameters of a covariance are the likeliest ones given the known part. For pictures, the first three
+covariances are used as they are and the others squared, since a picture is a magnitude and has no phase.
 """
 
 from __future__ import annotations
 
-import argparse
-import json
 import sys
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import torch
+import tyro
+from report.printing import print_figures
 from rich.progress import track
+from tyro.conf import Positional
 
 from learn.baselines.neighbours import inverse_distance, nearest
 from learn.metrics import ssim
@@ -27,14 +32,17 @@ from learn.training.run_folder import predict
 from simulate.dataset import Dataset, read_dataset
 
 MOST_TESTED = 300
-"""Test spectra of a simulated dataset that are looked at, evenly spread."""
+"""Test spectra of the simulated dataset that are predicted, evenly spread over its test part."""
 
 FEWER = 1000, 200, 50
 """Known spectra of the simulated dataset in further tables."""
 
+SMALLEST = 6
+"""Known spectra and test spectra where the benchmark is at its smallest."""
+
 
 class SquaredExponential(HelmholtzField):
-    """The covariance everyone begins with; the base of laws that know only the distance."""
+    """exp(−d²/2l²) of the distance d; also the base of the other covariances that depend on the distance alone."""
 
     def _covariance(self, a, b, faded, shares, length):
         distance = torch.linalg.vector_norm(a[..., :, None, :] - b[..., None, :, :], dim=-1)
@@ -49,21 +57,21 @@ class SquaredExponential(HelmholtzField):
 
 
 class Exponential(SquaredExponential):
-    """Edges alone: no wave."""
+    """exp(−d/l): a field with edges and without waves."""
 
     def _law(self, distance, faded, length):
         return torch.exp(-distance / length)
 
 
 class Waves(SquaredExponential):
-    """Waves alone, of a learned bandwidth: no edges."""
+    """sinc(2d/l): waves from all sides, of a fitted wavelength, and no edges."""
 
     def _law(self, distance, faded, length):
         return torch.sinc(2 * distance / length)
 
 
 class WavesAndEdges(SquaredExponential):
-    """Waves from all sides alike, and edges."""
+    """sinc(2d/λ) times what the edges leave: waves from all sides alike."""
 
     def _law(self, distance, faded, length):
         waves = torch.sinc(2 * distance / self.wavelength)
@@ -71,7 +79,7 @@ class WavesAndEdges(SquaredExponential):
 
 
 class WavesEdgesAndDrift(WavesAndEdges):
-    """The same in a place that changes."""
+    """The same in a place that changes between one recorded spectrum and the next."""
 
     def _law(self, distance, faded, length):
         return super()._law(distance, faded, length) * faded
@@ -96,7 +104,7 @@ LADDER: dict[str, type[HelmholtzField]] = {
 
 
 def rungs(dataset: Dataset, known: np.ndarray, test: np.ndarray) -> dict[str, float]:
-    """Median SSIM of every method."""
+    """Median SSIM of every method over the test part; ``known`` and ``test`` are indices into the dataset."""
     truth = dataset.pictures[test] / np.float32(255)
     positions = dataset.positions[test]
     pictures, places = dataset.pictures[known] / np.float32(255), dataset.positions[known]
@@ -126,40 +134,43 @@ def predicted(
     return predict(field, positions).spectra
 
 
-def main() -> None:
-    """Print the ladder of every table."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("measured", type=Path)
-    parser.add_argument("simulated", type=Path)
-    parser.add_argument("--json", action="store_true")
-    arguments = parser.parse_args()
+def main(
+    measured: Positional[Path],
+    simulated: Positional[Path],
+    smallest: bool = False,
+    json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
+) -> None:
+    """Score every method on every table of known and test spectra.
 
-    measured, simulated = read_dataset(arguments.measured), read_dataset(arguments.simulated)
-    files, blocked = split(measured, "files", 0), split(simulated, "blocked", 0)
-    block = np.arange(len(measured.names)) // BLOCK % EVERY
+    Args:
+        measured: a measured dataset folder.
+        simulated: a simulated dataset folder.
+        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        json_output: print one JSON object.
+    """
+    recorded, traced = read_dataset(measured), read_dataset(simulated)
+    files, blocked = split(recorded, "files", 0), split(traced, "blocked", 0)
+    block = np.arange(len(recorded.names)) // BLOCK % EVERY
     some = evenly(blocked.test, MOST_TESTED)
-    tables = {"measured, files": (measured, files.known, files.test)}
+    tables = {"measured, files": (recorded, files.known, files.test)}
     for offset in range(EVERY):  # 1 is the split `blocked`
-        tables[f"measured, blocked from {offset}"] = (
-            measured,
-            np.flatnonzero(block != offset),
-            np.flatnonzero(block == offset),
-        )
-    tables["simulated, blocked"] = (simulated, blocked.known, some)
+        known, test = np.flatnonzero(block != offset), np.flatnonzero(block == offset)
+        tables[f"measured, blocked from {offset}"] = (recorded, known, test)
+    tables["simulated, blocked"] = (traced, blocked.known, some)
     for count in FEWER:
-        tables[f"simulated, blocked, {count}"] = (simulated, evenly(blocked.known, count), some)
+        tables[f"simulated, blocked, {count}"] = (traced, evenly(blocked.known, count), some)
+    if smallest:
+        tables = {
+            name: (dataset, evenly(known, SMALLEST), evenly(test, SMALLEST))
+            for name, (dataset, known, test) in tables.items()
+            if name in ("measured, files", "simulated, blocked")
+        }
     figures = {
         name: rungs(*table)
         for name, table in track(tables.items(), disable=not sys.stderr.isatty(), description="ladder")
     }
-    if arguments.json:
-        print(json.dumps(figures, indent=2))
-        return
-    for name, row in figures.items():
-        print(name)
-        for rung, value in row.items():
-            print(f"  {rung:34} {value:.4f}")
+    print_figures(figures, json_output)
 
 
 if __name__ == "__main__":
-    main()
+    tyro.cli(main)

@@ -1,52 +1,83 @@
-"""What a measured sample allows: how far weighting known pictures could go, and how the place changes meanwhile.
+"""How well a measured sample can be predicted at all: by weighted known pictures, and by a place that changes.
 
-python benchmarks/limits.py MEASURED SIMULATED --json
+python benchmarks/limits.py ../shared/data/rfid-s23-160 runs/lab-6000 --json
 
-The weights of the oracle are those of least squared error given the test picture itself, so it is no method: it shows
-what to expect at best of weighting the mean and the k nearest known pictures, as copying and kriging do.
+Measured, on a measured dataset and a simulated one:
+
+oracle: the median SSIM with the test pictures of the best weighted sum of the mean picture and the k nearest known
+pictures. The weights are those of least squared error given the test picture itself, so that no method can use them:
+copying and kriging, which weight known pictures too, can hardly do better.
+
+ssim_at: the median SSIM of pairs of measured spectra in bins of the distance of their positions in metres, of pairs
+recorded within ten spectra of one another (soon) and of all others (later).
+
+law: the likeliest parameters of the model helmholtz: the length of its covariance in metres, within how many spectra
+the place changes (drift), and the share of noise in the variance (nugget).
 """
 
 from __future__ import annotations
 
-import argparse
-import json
 from itertools import pairwise
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
+import tyro
+from report.printing import print_figures
+from tyro.conf import Positional
 
 from learn.metrics import ssim
 from learn.models.helmholtz import HelmholtzField
-from learn.splits import SplitKind, split
+from learn.splits import SplitKind, evenly, split
 from simulate.dataset import Dataset, read_dataset
 
 NEAREST = 1, 2, 3, 4, 8, 16, 32
+"""Numbers of nearest pictures that are weighted."""
+
 BINS = 0, 0.01, 0.02, 0.03, 0.04, 0.06, 0.08, 0.12
+"""Edges of the bins of the distance, metres."""
+
 SOON = 10
 """Spectra; pairs recorded no further apart are compared with those recorded later."""
 
+SMALLEST = 8
+"""Spectra of each part of the split where the benchmark is at its smallest."""
 
-def oracle(dataset: Dataset, kind: SplitKind, count: int) -> float:
-    """Median SSIM of the weighted sum of the mean and the so many nearest known pictures, weights by least squares."""
+
+def oracle(dataset: Dataset, kind: SplitKind, count: int, most: int | None) -> float:
+    """Median SSIM of weighted sums of the mean and the ``count`` nearest known pictures, weights by least squares.
+
+    Args:
+        dataset: whose pictures are weighted.
+        kind: of the split into known and test pictures.
+        count: of nearest pictures.
+        most: take at most so many test pictures; None: all.
+    """
     parts = split(dataset, kind, 0)
     pictures = dataset.pictures / np.float32(255)
     mean = pictures[parts.known].mean(axis=0).ravel()
     best = []
-    for index in parts.test:
+    test = parts.test if most is None else evenly(parts.test, most)
+    for index in test:
         distance = np.linalg.norm(dataset.positions[parts.known] - dataset.positions[index], axis=1)
         near = np.vstack([mean, pictures[parts.known[distance.argsort()[:count]]].reshape(count, -1)])
         weights = np.linalg.lstsq(near.T, pictures[index].ravel(), rcond=None)[0]
         best.append((weights @ near).clip(0, 1).reshape(pictures.shape[1:]))
-    return float(np.median(ssim(np.array(best), pictures[parts.test])))
+    return float(np.median(ssim(np.array(best), pictures[test])))
 
 
-def changes(dataset: Dataset) -> dict[str, str]:
-    """Median SSIM of pairs of spectra by distance, of those recorded soon after one another and of the others."""
+def changes(dataset: Dataset, most: int | None) -> dict[str, str]:
+    """Median SSIM of pairs of spectra by distance, of those recorded soon after one another and of the others.
+
+    Args:
+        dataset: whose spectra are compared, in the order they were recorded.
+        most: take at most so many pairs; None: all.
+    """
     first, second = np.triu_indices(len(dataset.names), 1)
     distance = np.linalg.norm(dataset.positions[first] - dataset.positions[second], axis=1)
     soon = second - first <= SOON
     near = distance < BINS[-1]
-    first, second, distance, soon = first[near], second[near], distance[near], soon[near]
+    first, second, distance, soon = first[near][:most], second[near][:most], distance[near][:most], soon[near][:most]
     pictures = dataset.pictures / np.float32(255)
     alike = ssim(pictures[first], pictures[second])
     found = {}
@@ -59,31 +90,42 @@ def changes(dataset: Dataset) -> dict[str, str]:
     return found
 
 
-def law(dataset: Dataset, kind: SplitKind) -> str:
-    """What ``helmholtz`` finds most likely of the known spectra."""
+def law(dataset: Dataset, kind: SplitKind, most: int | None) -> str:
+    """The likeliest parameters of ``helmholtz``, given the known spectra, at most ``most`` of them."""
     field = HelmholtzField(np.zeros((2, 3)), dataset.array)
-    field.fit(dataset, split(dataset, kind, 0).known)
+    known = split(dataset, kind, 0).known
+    field.fit(dataset, known if most is None else evenly(known, most))
     drift = "no drift" if field.drift > 10 * len(dataset.names) else f"drift within {float(field.drift):.0f} spectra"
     return f"length {float(field.length):.2f} m, {drift}, nugget {float(field.nugget):.1e}"
 
 
-def main() -> None:
-    """Print all three."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("measured", type=Path)
-    parser.add_argument("simulated", type=Path)
-    parser.add_argument("--json", action="store_true")
-    arguments = parser.parse_args()
-    dataset = read_dataset(arguments.measured)
+def main(
+    measured: Positional[Path],
+    simulated: Positional[Path],
+    smallest: bool = False,
+    json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
+) -> None:
+    """Measure the oracle, the change with distance and time, and the likeliest law.
+
+    Args:
+        measured: a measured dataset folder.
+        simulated: a simulated dataset folder.
+        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        json_output: print one JSON object.
+    """
+    dataset = read_dataset(measured)
     kinds: tuple[SplitKind, ...] = ("files", "blocked")
+    most = SMALLEST if smallest else None
     figures: dict[str, float | str] = {
-        f"oracle_{kind}_{count}_nearest": round(oracle(dataset, kind, count), 3) for kind in kinds for count in NEAREST
+        f"oracle_{kind}_{count}_nearest": round(oracle(dataset, kind, count, most), 3)
+        for kind in kinds
+        for count in NEAREST
     }
-    figures |= changes(dataset)
-    figures |= {f"law_measured_{kind}": law(dataset, kind) for kind in kinds}
-    figures["law_simulated_blocked"] = law(read_dataset(arguments.simulated), "blocked")
-    print(json.dumps(figures, indent=2) if arguments.json else "\n".join(f"{k:32} {v}" for k, v in figures.items()))
+    figures |= changes(dataset, most)
+    figures |= {f"law_measured_{kind}": law(dataset, kind, most) for kind in kinds}
+    figures["law_simulated_blocked"] = law(read_dataset(simulated), "blocked", most)
+    print_figures(figures, json_output)
 
 
 if __name__ == "__main__":
-    main()
+    tyro.cli(main)

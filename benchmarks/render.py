@@ -1,14 +1,15 @@
-"""How much faster, and how much smaller, the compiled renderer is than the torch reference: forward and backward.
+"""How long the renderers take and how much memory they need: the reference in torch, and the compiled ones.
 
-python benchmarks/render.py --json
+python benchmarks/render.py --figure docs/render.png --json
 
-``torch.compile`` of the reference is the other way we measured to a compiled renderer. Memory is the most that a fresh
-process holds while it renders once, over what it held before.
+Measured for a forward and backward pass at 90 × 360 directions of random primitives: seconds, the best of a few
+passes, and megabytes, the most that a fresh process holds during one pass over what it held before. ``compiled_torch``
+is ``torch.compile`` of the reference, ``cpu`` the renderer compiled for the CPU that training uses there. With a GPU
+also the spectra that the Triton renderer makes in a second, 512 at a time.
 """
 
 from __future__ import annotations
 
-import json
 import os
 import time
 from collections.abc import Callable
@@ -19,17 +20,22 @@ from typing import Annotated, Any
 
 import torch
 import tyro
+from report.printing import print_figures
 
 from learn.models.splat import _conic, splat_reference
 from learn.models.splat_cpu import splat_cpu
 
-RENDERERS: dict[str, Callable[..., torch.Tensor]] = {
-    "reference": splat_reference,
-    "compiled_torch": torch.compile(splat_reference),
-    "cpu": splat_cpu,
-}
-
 Attributes = tuple[torch.Tensor, ...]
+Renderer = Callable[..., torch.Tensor]
+
+
+def renderers(backend: str) -> dict[str, Renderer]:
+    """The renderers that run on a CPU; ``backend`` is the one of ``torch.compile``."""
+    return {
+        "reference": splat_reference,
+        "compiled_torch": torch.compile(splat_reference, backend=backend),
+        "cpu": splat_cpu,
+    }
 
 
 def attributes(batch: int, primitives: int, device: str = "cpu") -> Attributes:
@@ -46,8 +52,8 @@ def attributes(batch: int, primitives: int, device: str = "cpu") -> Attributes:
     return tuple(value.to(device).requires_grad_(True) for value in values)
 
 
-def render(renderer: Callable[..., torch.Tensor], values: Attributes, backward: bool = True) -> None:
-    """One pass at 90 × 360."""
+def render(renderer: Renderer, values: Attributes, backward: bool = True) -> None:
+    """One pass over the 90 × 360 directions of a picture."""
     azimuth, elevation, scale, rotation, opacity, coefficient = values
     azimuths = torch.arange(360.0, device=azimuth.device)
     elevations = torch.arange(1.0, 91.0, device=azimuth.device)
@@ -56,10 +62,10 @@ def render(renderer: Callable[..., torch.Tensor], values: Attributes, backward: 
         field.square().sum().backward()
 
 
-def seconds(renderer: Callable[..., torch.Tensor], values: Attributes, repeats: int, backward: bool = True) -> float:
-    """Best time of a pass."""
+def seconds(renderer: Renderer, values: Attributes, repeats: int, backward: bool = True) -> float:
+    """Seconds of the fastest of ``repeats`` passes; one before them compiles and warms up."""
     best = float("inf")
-    for _ in range(repeats + 1):  # the first compiles and warms up
+    for _ in range(repeats + 1):
         began = time.perf_counter()
         render(renderer, values, backward)
         if values[0].is_cuda:
@@ -68,16 +74,17 @@ def seconds(renderer: Callable[..., torch.Tensor], values: Attributes, repeats: 
     return best
 
 
-def peak_megabytes(name: str, batch: int, primitives: int) -> float:
-    """In a process of its own: the most memory held during a pass, over what was held before."""
+def peak_megabytes(name: str, backend: str, batch: int, primitives: int) -> float:
+    """The most memory that this process holds during a pass, over what it held before; to be run in a fresh one."""
+    renderer = renderers(backend)[name]
     if name == "reference":
-        render(RENDERERS[name], attributes(1, 2))
+        render(renderer, attributes(1, 2))
     else:  # what is compiled is compiled for this size
-        render(RENDERERS[name], attributes(batch, primitives))
+        render(renderer, attributes(batch, primitives))
     values = attributes(batch, primitives)
     Path("/proc/self/clear_refs").write_text("5")  # forget the peak so far
     before = _status("VmRSS")
-    render(RENDERERS[name], values)
+    render(renderer, values)
     return (_status("VmHWM") - before) / 1e3
 
 
@@ -86,8 +93,8 @@ def _status(key: str) -> int:
     return int(next(line.split()[1] for line in lines if line.startswith(key)))
 
 
-def draw(path: Path) -> None:
-    """Time of a forward and backward pass against the number of primitives and the batch."""
+def draw(path: Path, smallest: bool) -> None:
+    """Draw the time of a forward and backward pass against the number of primitives and the spectra at a time."""
     import matplotlib.pyplot as plt
 
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4), layout="constrained", sharey=True)
@@ -99,13 +106,16 @@ def draw(path: Path) -> None:
         from learn.models.splat_triton import splat_triton
 
         several.append(("Triton", splat_triton, "cuda", (100, 300, 1000, 3000, 10000), (1, 4, 16, 64, 256)))
+    primitives = 20 if smallest else 500
     for name, renderer, device, counts, batches in several:
+        if smallest:
+            counts, batches = (10, 20), (1, 2)
         times = [1e3 * seconds(renderer, attributes(1, count, device), 1) for count in counts]
         left.loglog(counts, times, "o-", label=name)
-        times = [1e3 * seconds(renderer, attributes(batch, 500, device), 1) / batch for batch in batches]
+        times = [1e3 * seconds(renderer, attributes(batch, primitives, device), 1) / batch for batch in batches]
         right.loglog(batches, times, "o-", label=name)
     left.set(xlabel="primitives $N_p$", ylabel="milliseconds per spectrum", title="one spectrum")
-    right.set(xlabel="spectra at a time", title="$N_p$ = 500")
+    right.set(xlabel="spectra at a time", title=f"$N_p$ = {primitives}")
     for axis in (left, right):
         axis.grid(which="both", alpha=0.3)
         axis.legend()
@@ -117,25 +127,34 @@ def main(
     batch: int = 8,
     primitives: int = 500,
     figure: Path | None = None,
+    smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
     """Compare the renderers.
 
     Args:
-        batch: spectra.
-        primitives: N_p.
+        batch: spectra at a time.
+        primitives: number of primitives N_p.
         figure: also draw time against N_p and batch into this file.
+        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
         json_output: print one JSON object.
     """
+    backend, tasks_of_a_process = "inductor", 1
+    if smallest:
+        batch, primitives = 2, 20
+        backend = "eager"  # traces the reference as the other does, and spares the minute of C++ compilation
+        tasks_of_a_process = 4  # spares the start of three more
     if figure is not None:
-        draw(figure)
+        draw(figure, smallest)
     values = attributes(batch, primitives)
-    times = {name: seconds(renderer, values, 5 if name == "cpu" else 1) for name, renderer in RENDERERS.items()}
-    # Gigabytes at a time make the reference slow: the ratios are to the faster and smaller way, one spectrum by one.
+    several = renderers(backend)
+    times = {name: seconds(renderer, values, 5 if name == "cpu" else 1) for name, renderer in several.items()}
+    # With gigabytes at a time the reference is slow, so the ratios are to the faster and smaller way to use it, one
+    # spectrum after the other.
     single = batch * seconds(splat_reference, attributes(1, primitives), 2)
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn"), max_tasks_per_child=1) as fresh:
-        memory = {name: fresh.submit(peak_megabytes, name, batch, primitives).result() for name in RENDERERS}
-        single_memory = fresh.submit(peak_megabytes, "reference", 1, primitives).result()
+    with ProcessPoolExecutor(1, mp_context=get_context("spawn"), max_tasks_per_child=tasks_of_a_process) as fresh:
+        memory = {name: fresh.submit(peak_megabytes, name, backend, batch, primitives).result() for name in times}
+        single_memory = fresh.submit(peak_megabytes, "reference", backend, 1, primitives).result()
     result: dict[str, Any] = {
         "batch": batch,
         "primitives": primitives,
@@ -156,7 +175,7 @@ def main(
         result["device"] = torch.cuda.get_device_name()
         result["cuda_forward_per_second"] = round(512 / seconds(splat_triton, many, 20, backward=False))
         result["cuda_forward_backward_per_second"] = round(512 / seconds(splat_triton, many, 20))
-    print(json.dumps(result) if json_output else json.dumps(result, indent=2))
+    print_figures(result, json_output)
 
 
 if __name__ == "__main__":

@@ -1,26 +1,29 @@
-"""Our simulation against the loop that every published script uses: time, agreement, completeness, memory.
+"""How long ``bisplat simulate`` takes against one solver call per transmitter, and how far their spectra agree.
 
-python benchmarks/simulate.py --json
+python benchmarks/simulation.py --figure docs/simulation.png --json
 
-The loop is one ``PathSolver`` call per transmitter with the array's real element positions and a million rays. A
-reference of ten million rays, with as much room for candidates, says which of the two is the more complete. Takes
-about twenty minutes on two cores, most of it for the reference and for the largest dataset; run it on a quiet machine.
+Measured in the lab at depth 5: seconds and peak memory (GB) of ``bisplat simulate`` for datasets of three sizes;
+seconds per transmitter of the loop that published scripts use, one ``PathSolver`` call with a million rays for each
+transmitter, with the array's real element positions; the SSIM of the spectra of both at the same positions, and of
+each with a third tracing of ten million rays per transmitter. This takes about twenty minutes on two cores, most of it
+for the third tracing and the largest dataset; no other program should run meanwhile.
 """
 
 from __future__ import annotations
 
-import json
 import os
 import resource
 import subprocess
 import sys
 import tempfile
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import tyro
+from report.printing import print_figures
 
 from learn.metrics import ssim
 from scenes.lab import lab
@@ -32,21 +35,26 @@ from simulate.trace import Tracer
 
 ARRAY = PlanarArray()
 LOOP_RAYS, DENSE_RAYS = 1_000_000, 10_000_000
+SMALLEST = Propagation(max_depth=1, rays=10_000)
 
 
 def pictures(responses: np.ndarray) -> np.ndarray:
-    """Pictures 0…1 as a dataset would hold them."""
+    """Pictures [K, 90, 360], 0…1, that a dataset of these responses [K, elements] would hold."""
     return picture(ARRAY.spectrum(responses)) / 255.0
 
 
 class Loop:
-    """The published way: the transmitter as source, the elements as receivers, one solver call each."""
+    """The published way: the transmitter as source, the elements as receivers, one solver call for each transmitter.
 
-    def __init__(self) -> None:
+    Args:
+        max_depth: largest number of interactions on a path.
+    """
+
+    def __init__(self, max_depth: int) -> None:
         from simulate.ray_tracer import mi, rt
         from simulate.sionna_scene import build_scene, gateway_antennas, transmitter_antennas
 
-        self.scene = lab()
+        self.scene, self.max_depth = lab(), max_depth
         self.sionna = build_scene(self.scene)
         gateway = gateway_antennas(self.scene)
         self.angles = mi.Point3f(*map(float, transmitter_antennas(self.scene, np.zeros((1, 3))).angles))
@@ -60,7 +68,7 @@ class Loop:
         self.solver = rt.PathSolver()
 
     def responses(self, positions: np.ndarray, rays: int) -> tuple[np.ndarray, float]:
-        """Element responses, and seconds per transmitter after the first, in which kernels are compiled."""
+        """Responses [K, elements], and seconds per transmitter without the first, in which kernels are compiled."""
         from simulate.ray_tracer import mi, rt
 
         responses, began = [], time.perf_counter()
@@ -69,7 +77,11 @@ class Loop:
                 began = time.perf_counter()
             self.sionna.add(rt.Transmitter("tx", mi.Point3f(*map(float, position)), self.angles))
             paths = self.solver(
-                self.sionna, max_depth=5, samples_per_src=rays, max_num_paths_per_src=rays, synthetic_array=False
+                self.sionna,
+                max_depth=self.max_depth,
+                samples_per_src=rays,
+                max_num_paths_per_src=rays,
+                synthetic_array=False,
             )
             real, imaginary = (part.numpy().astype(np.float64) for part in paths.a)
             delay = paths.tau.numpy().astype(np.float64)
@@ -79,10 +91,11 @@ class Loop:
         return np.array(responses), (time.perf_counter() - began) / max(1, len(positions) - 1)
 
 
-def dataset_seconds(spectra: int) -> tuple[float, float]:
-    """Wall-clock seconds and peak memory in GB of ``bisplat simulate``, everything included, files on disk."""
+def dataset_seconds(spectra: int, propagation: Propagation) -> tuple[float, float]:
+    """Seconds and peak memory (GB) of ``bisplat simulate``, from its start to the last file on disk."""
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-m", "bisplat", "simulate", "lab", "-o", f"{folder}/lab", "-n", str(spectra)]
+        command += ["--max-depth", str(propagation.max_depth), "--rays", str(propagation.rays)]
         began = time.perf_counter()
         subprocess.run(command, check=True, capture_output=True)
         seconds = time.perf_counter() - began
@@ -90,7 +103,7 @@ def dataset_seconds(spectra: int) -> tuple[float, float]:
 
 
 def draw(sizes: list[int], ours: list[float], loop: float, path: Path) -> None:
-    """Cost against the number of transmitters."""
+    """Draw the seconds of both against the number of transmitter positions."""
     import matplotlib.pyplot as plt
 
     figure, axes = plt.subplots(figsize=(5.5, 4), layout="constrained")
@@ -106,33 +119,40 @@ def main(
     positions: int = 50,
     dense: int = 5,
     sizes: tuple[int, ...] = (1000, 6000, 50000),
-    figure: Path = Path("docs/simulate.png"),
+    figure: Path | None = None,
+    smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
-    """Compare.
+    """Compare both ways to trace the lab.
 
     Args:
-        positions: transmitters at which spectra are compared with the loop's.
-        dense: how many of them are traced with ten million rays too.
-        sizes: datasets to time; the second is the one the bars are about.
-        figure: where the cost is drawn.
+        positions: number of transmitter positions at which the spectra of both are compared.
+        dense: number of them that are traced with ten million rays too.
+        sizes: numbers of spectra of the datasets that are timed; ``ratio`` is about the second.
+        figure: also draw the seconds against the number of positions into this file.
+        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
         json_output: print one JSON object.
     """
-    timed = [dataset_seconds(size) for size in sizes]
+    propagation, loop_rays, dense_rays = Propagation(), LOOP_RAYS, DENSE_RAYS
+    if smallest:
+        propagation, loop_rays, dense_rays = SMALLEST, SMALLEST.rays, SMALLEST.rays
+        positions, dense, sizes = 2, 1, (2, 3)
+    timed = [dataset_seconds(size, propagation) for size in sizes]
     marginal = [
         (timed[i + 1][0] - timed[i][0]) / (sizes[i + 1] - sizes[i]) for i in range(len(sizes) - 1)
     ]  # the search for chains cancels
 
     places = place(lab(), "uniform", positions, 7)
     began = time.perf_counter()
-    tracer = Tracer(lab(), Propagation())
+    tracer = Tracer(lab(), propagation)
     finding = time.perf_counter() - began
     ours = tracer.responses(places)
-    other = Tracer(lab(), Propagation(seed=1000)).responses(places)
-    loop = Loop()
-    theirs, looping = loop.responses(places, LOOP_RAYS)
-    densest, _ = loop.responses(places[:dense], DENSE_RAYS)
-    draw(list(sizes), [seconds for seconds, _ in timed], looping, figure)
+    other = Tracer(lab(), replace(propagation, seed=1000)).responses(places)
+    loop = Loop(propagation.max_depth)
+    theirs, looping = loop.responses(places, loop_rays)
+    densest, _ = loop.responses(places[:dense], dense_rays)
+    if figure is not None:
+        draw(list(sizes), [seconds for seconds, _ in timed], looping, figure)
 
     def agreement(name: str, first: np.ndarray, second: np.ndarray) -> dict[str, float]:
         values = ssim(pictures(first), pictures(second))
@@ -160,7 +180,7 @@ def main(
         "peak_memory_gb": round(max(memory for _, memory in timed), 2),
         "cores": os.cpu_count(),
     }
-    print(json.dumps(result) if json_output else json.dumps(result, indent=2))
+    print_figures(result, json_output)
 
 
 if __name__ == "__main__":

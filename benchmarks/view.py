@@ -1,33 +1,54 @@
-"""How long from dragging the transmitter to the new picture? In the server, and in a headless Chromium.
+"""How long the viewer takes from a drag of the transmitter to the new picture.
 
 python benchmarks/view.py runs/demo/run --json
+
+Measured in milliseconds. ``sent`` is within the server, from the arrival of a drag to the new picture and 3D layers on
+their way to the browser; a tab that draws nothing is connected meanwhile. ``seen`` is from the move of the mouse to the
+loaded picture in a headless Chromium; null where there is no Chromium.
 """
 
 from __future__ import annotations
 
 import contextlib
 import io
-import json
 import shutil
 import statistics
 import threading
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Annotated
 
+import msgspec
 import numpy as np
-import psutil
 import tyro
-from playwright.sync_api import Page, sync_playwright
-from viser import ViserServer
+import viser
+from report.printing import print_figures
+from websockets.sync.client import connect
 
 from learn.view.session import Session
-from learn.view.subject import subject
+from learn.view.subject import Subject, subject
 from scenes.stage import on_screen
 
 DRAGS = 40
+"""Drags of the transmitter."""
+
 QUIET = "--no-sandbox --disable-background-networking --use-gl=angle --use-angle=swiftshader".split()
+
+CAMERA = {
+    "type": "ViewerCameraMessage",
+    "wxyz": (1.0, 0.0, 0.0, 0.0),
+    "position": (0.0, 0.0, 1.0),
+    "fov": 1.0,
+    "near": 0.1,
+    "far": 100.0,
+    "image_height": 600,
+    "image_width": 800,
+    "look_at": (0.0, 0.0, 0.0),
+    "up_direction": (0.0, 1.0, 0.0),
+}
+"""The first message of a tab to viser's server, which waits for it before it builds the tab."""
 
 WATCH = """() => {
     window.moved = null; window.seen = [];
@@ -48,86 +69,115 @@ class Timed(Session):
         self.shown.set()
 
 
-def sent(session: Timed, region: np.ndarray) -> list[float]:
-    """Milliseconds from a drag's arrival to the picture's departure."""
+@contextlib.contextmanager
+def served(looked_at: Subject) -> Iterator[tuple[str, list[Timed]]]:
+    """The viewer's page for as long as the context lasts: its address, and the tabs opened so far."""
+    with contextlib.redirect_stdout(io.StringIO()):
+        server = viser.ViserServer(host="127.0.0.1", port=8700, verbose=False)
+    tabs: list[Timed] = []
+    server.on_client_connect(lambda client: tabs.append(Timed(client, looked_at, None)))
+    yield f"127.0.0.1:{server.get_port()}", tabs
+    for tab in tabs:
+        tab.close()
+    with contextlib.redirect_stdout(io.StringIO()):
+        server.stop()
+
+
+def sent(looked_at: Subject, drags: int, scoring: float) -> list[float]:
+    """Milliseconds from a drag's arrival to the picture's departure.
+
+    Args:
+        looked_at: the run.
+        drags: number of drags.
+        scoring: seconds to wait before the first, while the tab computes the SSIM at the test positions.
+    """
     times = []
-    for position in np.random.default_rng(0).uniform(*region, (DRAGS, 3)):
-        session.shown.clear()
-        began = time.perf_counter()
-        arrived = session._dragged(SimpleNamespace(target=SimpleNamespace(position=position), phase="update"))
-        with contextlib.suppress(StopIteration):
-            arrived.send(None)  # viser's event loop would; it waits for nothing
-        session.shown.wait()
-        times.append(1e3 * (time.perf_counter() - began))
-        time.sleep(0.05)
+    with (
+        served(looked_at) as (address, tabs),
+        connect(f"ws://{address}", subprotocols=[f"viser-v{viser.__version__}"], max_size=None) as tab,  # type: ignore[list-item]
+    ):
+        tab.send(msgspec.msgpack.encode(CAMERA))
+        threading.Thread(target=lambda: [None for _ in tab], daemon=True).start()  # reads what is sent, draws nothing
+        while not tabs:
+            time.sleep(0.1)
+        Timed.shown.wait()
+        time.sleep(scoring)
+        for position in np.random.default_rng(0).uniform(*looked_at.region, (drags, 3)):
+            Timed.shown.clear()
+            began = time.perf_counter()
+            arrived = tabs[0]._dragged(SimpleNamespace(target=SimpleNamespace(position=position), phase="update"))
+            with contextlib.suppress(StopIteration):
+                arrived.send(None)  # viser's event loop would; it waits for nothing
+            Timed.shown.wait()
+            times.append(1e3 * (time.perf_counter() - began))
+            time.sleep(0.05)
     return times
 
 
-def seen(page: Page, x: float, y: float) -> list[float]:
-    """Milliseconds from a move of the mouse to the picture on the page."""
-    page.evaluate(WATCH)
-    page.mouse.move(x, y)
-    page.mouse.down()
-    for step in range(DRAGS // 2):
-        page.mouse.move(x + 3 * (step % 10), y - 2 * (step % 10))
-        page.wait_for_timeout(400)
-    page.mouse.up()
-    return page.evaluate("() => window.seen")
+def seen(looked_at: Subject, chromium: str, drags: int, scoring: float) -> list[float]:
+    """Milliseconds from a move of the mouse to the picture on the page; arguments as for ``sent``."""
+    from playwright.sync_api import sync_playwright
 
-
-def main(run: tyro.conf.Positional[Path], json_output: Annotated[bool, tyro.conf.arg(name="json")] = False) -> None:
-    """Measure.
-
-    Args:
-        run: a run folder.
-        json_output: print one JSON object.
-    """
-    looked_at = subject(str(run))
-    with contextlib.redirect_stdout(io.StringIO()):
-        server = ViserServer(host="127.0.0.1", port=8700, verbose=False)
-    sessions: list[Timed] = []
-    server.on_client_connect(lambda client: sessions.append(Timed(client, looked_at, None)))
-    with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(executable_path=shutil.which("chromium"), args=QUIET)
+    with served(looked_at) as (address, tabs), sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=chromium, args=QUIET)
         page = browser.new_page(viewport={"width": 800, "height": 600})
         page.set_default_timeout(60_000)
-        page.goto(f"http://127.0.0.1:{server.get_port()}")
+        page.goto(f"http://{address}")
         page.wait_for_selector("img[src^='blob:']")
-        page.wait_for_timeout(10_000)  # test positions are being scored
-        drawing = [each for each in psutil.Process().children(recursive=True) if "chrom" in each.name()]
-        for each in drawing:
-            each.suspend()  # without a GPU it would take both cores to draw the room
-        in_server = sent(sessions[0], looked_at.region)
-        for each in drawing:
-            each.resume()
+        page.wait_for_timeout(1e3 * scoring)
         start = looked_at.region.mean(axis=0)
-        sessions[0]._move_to(start)
+        tabs[0]._move_to(start)
         page.wait_for_timeout(3000)
-        in_browser = seen(page, *handle(page, looked_at, start))
+        canvas = page.locator("canvas").first.bounding_box()
+        assert canvas is not None
+        x, y = handle(looked_at, start, canvas["width"], canvas["height"])
+        x, y = canvas["x"] + x, canvas["y"] + y
+        page.evaluate(WATCH)
+        page.mouse.move(x, y)
+        page.mouse.down()
+        for step in range(drags):
+            page.mouse.move(x + 3 * (step % 10), y - 2 * (step % 10))
+            page.wait_for_timeout(400)
+        page.mouse.up()
+        times = page.evaluate("() => window.seen")
         browser.close()
-    with contextlib.redirect_stdout(io.StringIO()):
-        server.stop()
-    model = looked_at.run.config.model if looked_at.run else "copying"
-    result = {
-        "model": model,
-        "sent_ms_median": round(statistics.median(in_server), 1),
-        "sent_ms_p95": round(float(np.percentile(in_server, 95)), 1),
-        "seen_ms_median": round(statistics.median(in_browser), 1),
-        "pictures_seen": len(in_browser),
-    }
-    print(json.dumps(result) if json_output else json.dumps(result, indent=2))
+    return times
 
 
-def handle(page: Page, looked_at, position: np.ndarray) -> tuple[float, float]:
-    """Pixel of the arrow along x of the transmitter's handle."""
+def handle(looked_at: Subject, position: np.ndarray, width: float, height: float) -> tuple[float, float]:
+    """Pixel of the arrow along x of the transmitter's handle, in a canvas of so many pixels."""
     room = [] if looked_at.scene is None else [looked_at.scene.bounds]
     everything = np.vstack([looked_at.region, looked_at.gateway.position, *room])
     bounds = np.stack([everything.min(axis=0), everything.max(axis=0)])
     arm = np.array([0.06 * np.linalg.norm(bounds[1] - bounds[0]), 0, 0])
-    box = page.locator("canvas").first.bounding_box()
-    assert box is not None
-    x, y = on_screen(position + arm, bounds, box["width"], box["height"])
-    return box["x"] + x, box["y"] + y
+    return on_screen(position + arm, bounds, width, height)
+
+
+def main(
+    run: tyro.conf.Positional[Path],
+    smallest: bool = False,
+    json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
+) -> None:
+    """Drag the transmitter in the viewer.
+
+    Args:
+        run: folder of a trained run.
+        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        json_output: print one JSON object.
+    """
+    looked_at = subject(str(run))
+    drags, scoring = (3, 0.0) if smallest else (DRAGS, 10.0)
+    in_server = sent(looked_at, drags, scoring)
+    chromium = shutil.which("chromium")
+    in_browser = seen(looked_at, chromium, drags // 2, scoring) if chromium is not None else []
+    result = {
+        "model": looked_at.run.config.model if looked_at.run else "copying",
+        "sent_ms_median": round(statistics.median(in_server), 1),
+        "sent_ms_p95": round(float(np.percentile(in_server, 95)), 1),
+        "seen_ms_median": round(statistics.median(in_browser), 1) if in_browser else None,
+        "pictures_seen": len(in_browser),
+    }
+    print_figures(result, json_output)
 
 
 if __name__ == "__main__":
