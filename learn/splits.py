@@ -14,13 +14,13 @@ from simulate.dataset import Dataset
 SplitKind = Literal["files", "random", "blocked"]
 
 TEST_FRACTION = 0.2
-"""Of ``random``; the published loaders' 80/20."""
+"""Share of the spectra that ``random`` holds out for testing, as the published loaders do (80/20)."""
 
 BLOCK, EVERY = 10, 4
 """``blocked``: runs of ten consecutive positions, every fourth run held out."""
 
 VALIDATION_FRACTION = 0.1
-"""Of the training part; chooses the best checkpoint, so that nothing is chosen by looking at the test part."""
+"""Share of the training part that chooses the best checkpoint, so that the test part chooses nothing."""
 
 
 @dataclass(frozen=True)
@@ -33,20 +33,28 @@ class Split:
 
     @property
     def known(self) -> Int[np.ndarray, " n_known"]:
-        """Everything but the test part: what a baseline may copy from."""
+        """Training and validation part together: the spectra that a baseline may copy."""
         return np.sort(np.concatenate([self.train, self.validation]))
 
 
 def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None = None) -> Split:
     """Split a dataset.
 
-    ``files`` is the folder's own train_index.txt and test_index.txt, ``random`` draws 20 % for testing, ``blocked``
+    ``files`` is the folder's own train_index.txt and test_index.txt. ``random`` draws 20 % for testing. ``blocked``
     holds out every fourth run of ten consecutive positions. Measured positions follow a path: there ``random`` (and
     most folders' own files) put a test position's neighbours in time into the training part, ``blocked`` does not.
 
-    The validation part is 10 % of the training part, whole runs of ten where the split is ``blocked``. Of a training
-    part cut to ``train_size``, a smaller one is part of every larger one; the validation part is cut in proportion,
-    since baselines copy from it too; the test part stays.
+    The validation part is 10 % of the training part; with ``blocked`` it consists of whole runs of ten positions.
+
+    Args:
+        dataset: the spectra.
+        kind: how the test part is chosen.
+        seed: draws the test part of ``random``, and every validation part.
+        train_size: number of training spectra to keep; a smaller part is contained in every larger one. The validation
+            part shrinks in proportion, since baselines copy from it too; the test part stays the same.
+
+    Returns:
+        Disjoint parts, each sorted.
 
     Raises:
         InputError: too few spectra for three parts, or fewer to train on than ``train_size``.
@@ -85,5 +93,9 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
 
 
 def evenly(indices: Int[np.ndarray, " n"], most: int) -> Int[np.ndarray, " m"]:
-    """At most so many of them, evenly spread."""
+    """At most ``most`` of the indices, evenly spread.
+
+    >>> evenly(np.arange(10), 3).tolist()
+    [0, 4, 9]
+    """
     return indices[np.unique(np.linspace(0, len(indices) - 1, min(most, len(indices))).astype(int))]

@@ -1,7 +1,8 @@
-"""Gaussian-process interpolation (kriging) of pictures, and of the array's responses: what statistics alone can do."""
+"""Gaussian-process interpolation (kriging) of spectra, and of element responses, without any physics."""
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable
 
 import numpy as np
@@ -10,7 +11,6 @@ from sklearn.decomposition import PCA
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
-from sklearn.utils._testing import ignore_warnings
 
 from simulate.array import PlanarArray
 from simulate.spectrum import normalise
@@ -32,7 +32,10 @@ class Interpolator:
         wanted = (values - self._mean) / self._scale
         some = np.random.default_rng(seed).permutation(len(positions))[:FITTED_ON]
         process = GaussianProcessRegressor(kernel, random_state=seed)
-        ignore_warnings(process.fit, category=ConvergenceWarning)(positions[some], wanted[some])
+        with warnings.catch_warnings():
+            # A length or a noise at the bound of its interval is a fit, if a poor one.
+            warnings.simplefilter("ignore", ConvergenceWarning)
+            process.fit(positions[some], wanted[some])
         self._process = GaussianProcessRegressor(process.kernel_, optimizer=None).fit(positions, wanted)
 
     def __call__(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K outputs"]:

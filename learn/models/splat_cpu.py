@@ -8,7 +8,7 @@ With S = Re(ḡ C) the pixel's share of the loss's change, g the gradient at the
 
     ∂S/∂α_i = T_i Re(ḡ c_i) − (Σ_{k>i} w_k Re(ḡ c_k)) / (1 − α_i)
 
-The sum over what lies behind is the total, known from the picture, less what was passed.
+The sum over the primitives behind i is the total, known from the picture, minus the sum over those in front.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from torch import Tensor
 from simulate.threads import ONE_KERNEL
 
 CUTOFF = 1e-8
-"""A primitive is left out where its Gaussian is below: the field errs by less than CUTOFF · Σ|o_i c_i|."""
+"""A primitive is left out where its Gaussian is below this; the field's error is below CUTOFF · Σ|o_i c_i|."""
 
 LEVEL = -2 * math.log(CUTOFF)
 
@@ -143,7 +143,6 @@ class _Splat(torch.autograd.Function):
         attributes = ctx.saved_tensors
         batch, count = attributes[2].shape
         groups = max(1, math.ceil(2 * torch.get_num_threads() / batch))
-        arrays = [x.numpy() for x in attributes]
         upstream = gradient.double().contiguous().numpy()
         arrays = [x.numpy() for x in attributes]
         with ONE_KERNEL:

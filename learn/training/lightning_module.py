@@ -1,4 +1,4 @@
-"""Training: Lightning does the loop; here are the step, the optimiser and the batches."""
+"""What Lightning runs: the training and validation step, the optimiser with its schedule, and the batches."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ import numpy as np
 import torch
 from jaxtyping import Int
 from torch import Tensor
+from torch.optim.lr_scheduler import CosineAnnealingLR, LinearLR, SequentialLR
 from torch.utils.data import BatchSampler, DataLoader, SequentialSampler, Subset, TensorDataset
 from torch.utils.data.distributed import DistributedSampler
 
@@ -16,16 +17,16 @@ from learn.splits import Split, evenly
 from simulate.dataset import Dataset
 
 WARM_UP = 0.05
-"""Share of the steps in which the learning rate rises to its full value."""
+"""Share of the steps during which the learning rate rises linearly to its full value."""
 
 
 class Training(L.LightningModule):
-    """One model being fitted to pictures.
+    """A model being trained by AdamW: linear warm-up, then a half cosine down to zero.
 
     Args:
-        model: what is trained.
-        learning_rate: of AdamW after warm-up; falls to zero along a half cosine.
-        steps: optimiser steps in all.
+        model: the model.
+        learning_rate: of AdamW after the warm-up.
+        steps: number of optimiser steps.
     """
 
     def __init__(self, model: SpectrumModel, learning_rate: float, steps: int):
@@ -53,19 +54,14 @@ class Training(L.LightningModule):
     def configure_optimizers(self):
         optimiser = torch.optim.AdamW(self.parameters(), lr=self.learning_rate, weight_decay=0.0, fused=True)
         warm_up = max(1, round(WARM_UP * self.steps))
-
-        def factor(step: int) -> float:
-            if step < warm_up:
-                return (step + 1) / warm_up
-            through = (step - warm_up) / max(1, self.steps - warm_up)
-            return 0.5 * (1 + np.cos(np.pi * min(1.0, through)))
-
-        schedule = torch.optim.lr_scheduler.LambdaLR(optimiser, factor)
+        rising = LinearLR(optimiser, start_factor=1 / warm_up, total_iters=warm_up - 1)
+        falling = CosineAnnealingLR(optimiser, T_max=max(1, self.steps - warm_up))
+        schedule = SequentialLR(optimiser, [rising, falling], milestones=[warm_up])
         return {"optimizer": optimiser, "lr_scheduler": {"scheduler": schedule, "interval": "step"}}
 
 
 class Batches(BatchSampler):
-    """Batches of indices, each fetched at once; Lightning tells them the epoch, and they their sampler."""
+    """Batches of indices; passes the epoch, which Lightning sets, on to the sampler that shuffles."""
 
     sampler: DistributedSampler
 
@@ -76,18 +72,18 @@ class Batches(BatchSampler):
 class Spectra(L.LightningDataModule):
     """Batches of (position, 8-bit picture).
 
-    Shuffled anew each epoch, by seed and epoch alone, so that a resumed run sees what an uninterrupted one would have
-    seen, and so that the processes of a distributed one share the very batches that a single process has.
+    The order of each epoch follows from seed and epoch alone. A resumed run therefore sees the batches that an
+    uninterrupted one would have seen, and the processes of a distributed run together see those of a single process.
 
     Args:
-        dataset: what the parts index.
-        parts: its training and validation part are used.
+        dataset: the spectra.
+        parts: indices into the dataset; the training and the validation part are used.
         batch_size: spectra per step, of all processes together.
-        seed: of the order.
+        seed: draws the order.
     """
 
     VALIDATED, VALIDATED_AT_ONCE = 128, 16
-    """So many spectra of the validation part, evenly spread, at most: it chooses a checkpoint, no more."""
+    """Largest number of validation spectra, evenly spread over the validation part, and how many make a batch."""
 
     def __init__(self, dataset: Dataset, parts: Split, batch_size: int, seed: int):
         super().__init__()
@@ -95,7 +91,7 @@ class Spectra(L.LightningDataModule):
 
     @property
     def batches(self) -> int:
-        """Steps per epoch; the spectra left over sit out one epoch."""
+        """Steps per epoch; spectra that do not fill a last batch are left out of that epoch."""
         return max(1, len(self._parts.train) // self._batch_size)
 
     def train_dataloader(self) -> DataLoader:
@@ -109,11 +105,11 @@ class Spectra(L.LightningDataModule):
 
     def val_dataloader(self) -> DataLoader:
         data = self._data(evenly(self._parts.validation, self.VALIDATED))
-        # Every process validates all of it: a few spectra, and one figure for all.
+        # Every process validates the same few spectra, so that all have the same figure.
         batches = BatchSampler(SequentialSampler(data), self.VALIDATED_AT_ONCE, drop_last=False)
         return DataLoader(data, batch_size=None, sampler=batches)
 
     def _data(self, part: Int[np.ndarray, " n"]) -> Subset:
-        """Views of the dataset's arrays, which need not fit in memory; a batch is fetched at once."""
+        """The dataset's arrays without copying them: they may be mapped from a file larger than memory."""
         positions = torch.from_numpy(self._dataset.positions.astype(np.float32))
         return Subset(TensorDataset(positions, torch.from_numpy(self._dataset.pictures)), part.tolist())

@@ -417,3 +417,18 @@ def test_batch_that_the_devices_cannot_share_is_refused(tiny_config, tmp_path):
     ):
         train_run(tiny_config, tmp_path / "run", devices=3)
     assert not (tmp_path / "run").exists()
+
+
+@pytest.mark.parametrize("steps", [1, 12, 100])
+def test_learning_rate_rises_linearly_then_falls_along_a_half_cosine(steps):
+    chosen = Training(torch.nn.Linear(1, 1), 2e-3, steps).configure_optimizers()
+    optimiser, schedule = chosen["optimizer"], chosen["lr_scheduler"]["scheduler"]
+    found = []
+    for _ in range(steps):
+        found.append(optimiser.param_groups[0]["lr"])
+        optimiser.step()
+        schedule.step()
+    warm_up = max(1, round(0.05 * steps))
+    rising = (np.arange(warm_up) + 1) / warm_up
+    falling = 0.5 * (1 + np.cos(np.pi * np.arange(steps - warm_up) / max(1, steps - warm_up)))
+    np.testing.assert_allclose(found, 2e-3 * np.concatenate([rising, falling]), atol=1e-12)
