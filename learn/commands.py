@@ -6,7 +6,6 @@ import json as json_format
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 from tyro.conf import Positional, arg
 
 from learn.models.registry import DEFAULT_MODEL, ModelName
@@ -40,42 +39,24 @@ def check(dataset: Positional[Path], json: bool = False) -> None:
         dataset: the folder.
         json: print {"valid", "spectra", "problems", "warnings"} as JSON.
     """
-    from learn.evaluation.leakage import leakage
-    from simulate.dataset import inspect
+    from learn.evaluation.check import check as check_folder
 
-    inspection = inspect(dataset)
-    warnings, data = list(inspection.warnings), inspection.dataset
-    leak = leakage(data) if data is not None else None
-    if leak is not None and leak.leaks:
-        warnings.append(leak.sentence())
+    found = check_folder(dataset)
     if json:
         result = {
-            "valid": not inspection.problems,
-            "spectra": len(data.names) if data is not None else 0,
-            "problems": inspection.problems,
-            "warnings": warnings,
+            "valid": found.valid,
+            "spectra": 0 if found.dataset is None else len(found.dataset.names),
+            "problems": found.problems,
+            "warnings": found.warnings,
         }
         print(json_format.dumps(result, indent=2, ensure_ascii=False))
     else:
-        if data is not None:
-            span = " to ".join(
-                str(corner.round(3).tolist()) for corner in (data.positions.min(0), data.positions.max(0))
-            )
-            description = {
-                "spectra": len(data.names),
-                "training / test": f"{len(data.train)} / {len(data.test)}",
-                "positions (m)": span,
-                "gateway at (m)": data.gateway_position.round(3).tolist(),
-                "gateway looks along": _boresight(data.gateway_orientation),
-                "array": f"{data.array.rows} × {data.array.columns}, {data.array.spacing} wavelengths apart",
-                "complex responses": "yes" if data.responses is not None else "no",
-                "split": leak.sentence() if leak is not None else "none",
-            }
-            print_table(str(dataset), {"": description})
-        for kind, lines in (("problem", inspection.problems), ("warning", warnings)):
-            for line in lines:
-                print(f"{kind}: {line}")
-    if inspection.problems:
+        if found.dataset is not None:
+            print_table(str(dataset), {"": found.description()})
+        for kind, sentences in (("problem", found.problems), ("warning", found.warnings)):
+            for sentence in sentences:
+                print(f"{kind}: {sentence}")
+    if not found.valid:
         raise SystemExit(1)
 
 
@@ -217,9 +198,3 @@ def positive(**values: float) -> None:
     for name, value in values.items():
         if value <= 0:
             raise InputError(f"--{name.replace('_', '-')}: expected a positive number, found {value}")
-
-
-def _boresight(orientation: np.ndarray) -> list[float]:
-    from scipy.spatial.transform import Rotation
-
-    return Rotation.from_quat(orientation).apply([0, 0, 1]).round(3).tolist()

@@ -1,4 +1,4 @@
-"""How good a predicted spectrum is: the figures every table reports."""
+"""How near a predicted spectrum is to the true one: the scores that every table reports."""
 
 from __future__ import annotations
 
@@ -13,13 +13,17 @@ from simulate.spectrum import dominant_direction
 
 @dataclass(frozen=True)
 class Scores:
-    """Figures of K spectra, one entry each.
+    """Scores of K predicted spectra, one entry each.
 
     Attributes:
-        ssim: ``skimage.metrics.structural_similarity(prediction, truth, data_range=1)``.
-        psnr: peak signal-to-noise ratio, dB, peak 1.
-        mae: mean absolute error.
-        aoa_error: angle between the two maxima's directions of arrival, degrees.
+        ssim: ``skimage.metrics.structural_similarity(prediction, truth, data_range=1)``, at most 1.
+        psnr: peak signal-to-noise ratio, dB, for a peak of 1; no more than 100 dB.
+        mae: mean absolute error, 0…1.
+        aoa_error: angle between the directions of arrival of the two maxima, degrees.
+
+    >>> one = np.ones(3)
+    >>> Scores(ssim=one, psnr=30 * one, mae=0.02 * one, aoa_error=np.array([1.0, 2.0, 40.0])).summary()["psnr_mean"]
+    30.0
     """
 
     ssim: Float[np.ndarray, " K"]
@@ -28,7 +32,7 @@ class Scores:
     aoa_error: Float[np.ndarray, " K"]
 
     def summary(self) -> dict[str, float]:
-        """The figures of a table's row."""
+        """Medians, means and the 5th percentile over the K spectra, as a row of a table shows them."""
         return {
             "ssim_median": float(np.median(self.ssim)),
             "ssim_mean": float(np.mean(self.ssim)),
@@ -40,7 +44,23 @@ class Scores:
 
 
 def score(prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K 90 360"]) -> Scores:
-    """Score predicted pictures against true ones, both on the scale 0…1 of the dataset's pictures."""
+    """Score predicted spectra.
+
+    Args:
+        prediction: predicted spectra, 0…1.
+        truth: true spectra, 0…1, as a dataset's pictures over 255.
+
+    Returns:
+        All scores, computed in double precision.
+
+    >>> truth = np.zeros((2, 90, 360))
+    >>> truth[:, 30, 100] = 1
+    >>> prediction = truth.copy()
+    >>> prediction[1] = np.roll(truth[1], 10, axis=0)  # 10 degrees of elevation too high
+    >>> scores = score(prediction, truth)
+    >>> scores.ssim.round(3).tolist()[0], scores.psnr.tolist()[0], scores.aoa_error.round(3).tolist()
+    (1.0, 100.0, [0.0, 10.0])
+    """
     prediction, truth = prediction.astype(np.float64), truth.astype(np.float64)
     squared = ((prediction - truth) ** 2).mean(axis=(1, 2))
     return Scores(
@@ -52,13 +72,34 @@ def score(prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K
 
 
 def ssim(prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K 90 360"]) -> Float[np.ndarray, " K"]:
-    """scikit-image's SSIM of each pair, the one definition behind every reported number."""
+    """Structural similarity (SSIM) of each pair, as scikit-image computes it: the definition behind every table.
+
+    Args:
+        prediction: predicted spectra, 0…1.
+        truth: true spectra, 0…1, of the same float type: the result is computed in it.
+
+    >>> truth = np.random.default_rng(0).uniform(size=(1, 90, 360))
+    >>> ssim(truth, truth).round(6).tolist(), ssim(1 - truth, truth).tolist() < [0.0]
+    ([1.0], True)
+    """
     return np.array([structural_similarity(p, t, data_range=1) for p, t in zip(prediction, truth, strict=True)])
 
 
 def aoa_error(
     prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K 90 360"]
 ) -> Float[np.ndarray, " K"]:
-    """Great-circle angle between the dominant directions, degrees: periodic in azimuth, sound near boresight."""
+    """Great-circle angle between the directions of the two maxima, degrees.
+
+    Azimuth 359° and azimuth 0° are neighbours, and near boresight, where all azimuths meet, the angle stays right.
+
+    Args:
+        prediction: predicted spectra.
+        truth: true spectra.
+
+    >>> predicted, truth = np.zeros((2, 1, 90, 360))
+    >>> predicted[0, 59, 0] = truth[0, 59, 180] = 1  # elevation 60 degrees, azimuths 0 and 180 degrees
+    >>> aoa_error(predicted, truth).round(3).tolist()
+    [60.0]
+    """
     cosine = (dominant_direction(prediction) * dominant_direction(truth)).sum(-1)
     return np.degrees(np.arccos(np.clip(cosine, -1, 1)))

@@ -52,12 +52,13 @@ def compare(
             else.
         ParameterError: a method is unknown, or ``budget`` or ``seeds`` is not positive.
 
+    >>> import numpy as np
     >>> class Grey:
     ...     def fit(self, task):
     ...         self.mean = task.pictures.mean()
+    ...
     ...     def predict(self, positions):
     ...         return np.full((len(positions), 90, 360), self.mean)
-    >>> import numpy as np
     >>> comparison = compare("data/lab", {"nearest": "nearest", "grey": Grey})
     >>> [row["label"] for row in comparison]
     ['nearest', 'grey', "array's ceiling"]

@@ -1,4 +1,4 @@
-"""Does a split leak? How near each test spectrum's nearest training spectrum is, and how alike."""
+"""Does a split leak? How near each test position's nearest training position is, and how alike the two spectra are."""
 
 from __future__ import annotations
 
@@ -11,17 +11,21 @@ from scipy.spatial import cKDTree
 from learn.metrics import ssim
 from simulate.dataset import Dataset
 
-COPYING_IS_ENOUGH = 0.9
+LEAKING_SSIM = 0.9
 """A split leaks when the nearest training spectrum has at least this median SSIM with the test spectrum."""
 
 
 @dataclass(frozen=True)
 class Leakage:
-    """Test spectra against their nearest training spectra.
+    """K test spectra against the spectra at their nearest training positions.
 
     Attributes:
         distance: from each test position to the nearest training position, metres.
-        ssim: of the nearest training spectrum with the test spectrum.
+        ssim: SSIM of the nearest training position's spectrum with the test spectrum, at most 1.
+
+    >>> found = Leakage(distance=np.array([0.02, 0.01, 0.03]), ssim=np.array([0.95, 0.97, 0.6]))
+    >>> found.ssim_median, found.leaks
+    (0.95, True)
     """
 
     distance: Float[np.ndarray, " K"]
@@ -29,27 +33,35 @@ class Leakage:
 
     @property
     def ssim_median(self) -> float:
-        """Score of copying."""
+        """Median SSIM of predicting each test spectrum by a copy of the nearest training spectrum."""
         return float(np.median(self.ssim))
 
     @property
     def leaks(self) -> bool:
-        return self.ssim_median >= COPYING_IS_ENOUGH
+        """Whether copying is so good that a score on this split says little about new positions."""
+        return self.ssim_median >= LEAKING_SSIM
 
     def sentence(self) -> str:
-        """What was found, for a reader who never thought of it."""
+        """What was found, in words."""
         near, far = 100 * np.quantile(self.distance, [0.5, 0.9])
         worst, best = np.quantile(self.ssim, [0.1, 0.9])
         return (
             f"half of the test positions have a training position within {near:.1f} cm (nine of ten within {far:.1f} "
             f"cm), and copying its spectrum scores a median SSIM of {self.ssim_median:.3f} (eight of ten between "
             f"{worst:.3f} and {best:.3f})"
-            + ("; a score on this split says little: use train --split blocked" if self.leaks else "")
+            + ("; a score on this split says little about new positions: use the split blocked" if self.leaks else "")
         )
 
 
 def leakage(dataset: Dataset) -> Leakage | None:
-    """Leakage of the folder's own split; None where it has no training or no test part."""
+    """Leakage of a dataset's own split, of train_index.txt and test_index.txt.
+
+    Args:
+        dataset: a dataset.
+
+    Returns:
+        The distances and the likeness; None where the dataset has no training or no test part.
+    """
     if not (len(dataset.train) and len(dataset.test)):
         return None
     distance, near = cKDTree(dataset.positions[dataset.train]).query(dataset.positions[dataset.test])

@@ -81,7 +81,7 @@ def test_check_warns_of_a_split_that_leaks_and_only_of_that(command, write_folde
     status, out, _ = command("check", folder, "--json")
     assert status == 0
     (warning,) = json.loads(out)["warnings"]
-    assert "--split blocked" in warning
+    assert "use the split blocked" in warning
 
     index = [f"{number:05d}\n" for number in range(1, 61)]
     (folder / "train_index.txt").write_text("".join(index[:40]))

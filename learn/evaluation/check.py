@@ -1,0 +1,73 @@
+"""Is a folder a NeRF² dataset that can be learned from, and is its own train/test split worth a score?"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from scipy.spatial.transform import Rotation
+
+from learn.evaluation.leakage import Leakage, leakage
+from simulate.dataset import Dataset, inspect
+
+
+@dataclass(frozen=True)
+class Check:
+    """What is wrong with a dataset folder, and what is in it.
+
+    Attributes:
+        problems: a sentence for each thing that makes the folder unusable.
+        warnings: a sentence for each thing that does not, a split that leaks among them.
+        dataset: the dataset; None: there are problems.
+        leakage: how near and how alike the test spectra and their nearest training spectra are; None: there are
+            problems, or no training or no test part.
+    """
+
+    problems: list[str]
+    warnings: list[str]
+    dataset: Dataset | None
+    leakage: Leakage | None
+
+    @property
+    def valid(self) -> bool:
+        """Whether there are no problems."""
+        return not self.problems
+
+    def description(self) -> dict[str, str]:
+        """What the dataset holds, by the name of each property; empty where there are problems."""
+        dataset = self.dataset
+        if dataset is None:
+            return {}
+        corners = (dataset.positions.min(axis=0), dataset.positions.max(axis=0))
+        boresight = Rotation.from_quat(dataset.gateway_orientation).apply([0, 0, 1])
+        return {
+            "spectra": str(len(dataset.names)),
+            "training / test": f"{len(dataset.train)} / {len(dataset.test)}",
+            "positions (m)": " to ".join(str(corner.round(3).tolist()) for corner in corners),
+            "gateway at (m)": str(dataset.gateway_position.round(3).tolist()),
+            "gateway looks along": str(boresight.round(3).tolist()),
+            "array": f"{dataset.array.rows} × {dataset.array.columns}, {dataset.array.spacing} wavelengths apart",
+            "complex responses": "yes" if dataset.responses is not None else "no",
+            "split": self.leakage.sentence() if self.leakage is not None else "none",
+        }
+
+
+def check(folder: Path | str) -> Check:
+    """Check a NeRF² dataset folder, and whether its own split leaks.
+
+    Args:
+        folder: the dataset's folder.
+
+    Returns:
+        All problems and warnings; a bad folder is no error here.
+
+    >>> found = check("data/lab")
+    >>> found.valid, found.problems
+    (True, [])
+    """
+    inspection = inspect(Path(folder))
+    found = None if inspection.dataset is None else leakage(inspection.dataset)
+    warnings = list(inspection.warnings)
+    if found is not None and found.leaks:
+        warnings.append(found.sentence())
+    return Check(inspection.problems, warnings, inspection.dataset, found)
