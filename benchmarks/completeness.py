@@ -83,7 +83,7 @@ def main(
         "power_only_our_chains_found_percent": [round(100 * float(share), 3) for share in extra],
         "rays_of_the_search": effort.rays,
     }
-    print_figures(result, json_output)
+    print_figures(result, json_output, smallest)
 
 
 if __name__ == "__main__":

@@ -169,7 +169,7 @@ def main(
         name: rungs(*table)
         for name, table in track(tables.items(), disable=not sys.stderr.isatty(), description="ladder")
     }
-    print_figures(figures, json_output)
+    print_figures(figures, json_output, smallest)
 
 
 if __name__ == "__main__":

@@ -124,7 +124,7 @@ def main(
     figures |= changes(dataset, most)
     figures |= {f"law_measured_{kind}": law(dataset, kind, most) for kind in kinds}
     figures["law_simulated_blocked"] = law(read_dataset(simulated), "blocked", most)
-    print_figures(figures, json_output)
+    print_figures(figures, json_output, smallest)
 
 
 if __name__ == "__main__":

@@ -66,7 +66,7 @@ def main(
     simulated = picture(PlanarArray().spectrum(responses)) / 255.0
     found, expected = neighbours(positions, simulated), neighbours(dataset.positions, dataset.spectra.astype(float))
     result = {f"ssim_at_{name}": f"measured {expected[name]}, simulated {found[name]}" for name in found}
-    print_figures(result, json_output)
+    print_figures(result, json_output, smallest)
 
 
 if __name__ == "__main__":

@@ -175,7 +175,7 @@ def main(
         result["device"] = torch.cuda.get_device_name()
         result["cuda_forward_per_second"] = round(512 / seconds(splat_triton, many, 20, backward=False))
         result["cuda_forward_backward_per_second"] = round(512 / seconds(splat_triton, many, 20))
-    print_figures(result, json_output)
+    print_figures(result, json_output, smallest)
 
 
 if __name__ == "__main__":

@@ -5,7 +5,7 @@ python benchmarks/results.py
 Sections whose command has been run in this checkout get the figures of that run; all others stay as they are. No figure
 is typed by hand: benchmarks/sections.toml has the words and commands of the sections, docs/results.json the figures.
 The folders of ``bisplat demo``, ``compare``, ``ablate``, ``sweep`` and ``crossvalidate`` do not say which machine they
-were made on, so this command is to be run on the same one. A section whose figures are unchanged keeps its machine.
+were made on, so run this command there too. A section whose figures and date are the same keeps its machine.
 """
 
 from __future__ import annotations
@@ -29,16 +29,14 @@ SECTIONS = Path(__file__).with_name("sections.toml")
 
 
 def measured_anew(name: str, section: dict[str, Any], runs: Path, before: Entry | None) -> Measured | None:
-    """The figures of a section's run; None where it has not been run, or one of its pictures is missing."""
+    """The figures of a section's run; None where it has not been run, or one of the pictures it draws is missing."""
     found = READERS[section["kind"]](runs, name)
     copied = [runs / each["from"] for each in section.get("pictures", []) if "from" in each]
     if found is None or not all(path.is_file() for path in copied):
         return None
-    if found.date and not found.machine:
-        found = replace(found, machine=machine())
-        if before is not None and found == replace(before.measured, machine=found.machine):
-            return before.measured
-    return found
+    if before is not None and (found.date, found.rows) == (before.measured.date, before.measured.rows):
+        return before.measured  # the same run as last time
+    return replace(found, machine=found.machine or machine()) if found.date else found
 
 
 def main(

@@ -180,7 +180,7 @@ def main(
         "peak_memory_gb": round(max(memory for _, memory in timed), 2),
         "cores": os.cpu_count(),
     }
-    print_figures(result, json_output)
+    print_figures(result, json_output, smallest)
 
 
 if __name__ == "__main__":

@@ -171,7 +171,7 @@ def main(
         "threads": torch.get_num_threads(),
         "cores": os.cpu_count(),
     }
-    print_figures(result, json_output)
+    print_figures(result, json_output, smallest)
 
 
 if __name__ == "__main__":

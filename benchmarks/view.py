@@ -177,7 +177,7 @@ def main(
         "seen_ms_median": round(statistics.median(in_browser), 1) if in_browser else None,
         "pictures_seen": len(in_browser),
     }
-    print_figures(result, json_output)
+    print_figures(result, json_output, smallest)
 
 
 if __name__ == "__main__":

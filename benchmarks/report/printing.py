@@ -17,22 +17,23 @@ def machine() -> str:
     return f"{os.cpu_count()} cores of {processor}, {platform.system()}, Python {platform.python_version()}"
 
 
-def print_figures(figures: dict[str, Any], as_json: bool) -> None:
+def print_figures(figures: dict[str, Any], as_json: bool, smallest: bool) -> None:
     """Print the figures of a benchmark to stdout.
 
     Args:
         figures: name of each figure -> its value, a dictionary of figures for a table; None where there is no value,
             since JSON has no NaN.
-        as_json: print one line of JSON, with the entries ``date`` and ``machine`` added, which
+        as_json: print one line of JSON, with the entries ``date``, ``machine`` and ``smallest`` added, which
             benchmarks/results.py reads; otherwise a line for each figure.
+        smallest: whether the benchmark ran at its smallest size, so that its figures mean nothing.
     """
     if as_json:
-        measured = {**figures, "date": datetime.date.today().isoformat(), "machine": machine()}
-        print(json.dumps(measured, ensure_ascii=False, allow_nan=False))
+        circumstances = {"date": datetime.date.today().isoformat(), "machine": machine(), "smallest": smallest}
+        print(json.dumps({**figures, **circumstances}, ensure_ascii=False, allow_nan=False))
         return
     for name, value in figures.items():
         if isinstance(value, dict):
             print(name)
-            print_figures({f"  {inner}": figure for inner, figure in value.items()}, as_json)
+            print_figures({f"  {inner}": figure for inner, figure in value.items()}, as_json, smallest)
         else:
             print(f"{name:45} {value}")

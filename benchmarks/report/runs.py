@@ -28,11 +28,13 @@ def _benchmark_figures(runs: Path, name: str) -> tuple[dict[str, Any], str, str]
     figures = _read(runs / f"{name}.json")
     if figures is None:
         return None
-    if not {"date", "machine"} <= figures.keys():
+    if not {"date", "machine", "smallest"} <= figures.keys():
         raise InputError(
-            f"{runs / name}.json: expected the entries date and machine that benchmarks/{name}.py prints with --json, "
-            f"found only {', '.join(figures)}"
+            f"{runs / name}.json: expected the entries date, machine and smallest that a benchmark prints with --json, "
+            f"found {', '.join(figures)}"
         )
+    if figures.pop("smallest"):
+        raise InputError(f"{runs / name}.json: expected the figures of a whole run, found those of one with --smallest")
     return figures, figures.pop("date"), figures.pop("machine")
 
 
@@ -95,10 +97,11 @@ def crossvalidation(runs: Path, name: str) -> Measured | None:
 def scale(runs: Path, name: str) -> Measured | None:
     """Time and bytes of 10⁸ spectra, from the time per spectrum of a benchmark and the files of the demo's dataset."""
     timed, dataset = _benchmark_figures(runs, "simulation"), runs / "demo" / "dataset"
-    if timed is None or not dataset.is_dir():
+    per_spectrum = "milliseconds_per_further_spectrum_to_50000"
+    if timed is None or per_spectrum not in timed[0] or not dataset.is_dir():
         return None
     figures, date, machine = timed
-    milliseconds = figures["milliseconds_per_further_spectrum_to_50000"]
+    milliseconds = figures[per_spectrum]
     pictures = [path.stat().st_size for path in (dataset / "spectrum").iterdir()]
     bytes_of_responses = (dataset / "channels.npz").stat().st_size / len(pictures)
     bytes_of_picture = sum(pictures) / len(pictures)

@@ -1,0 +1,33 @@
+"""Every benchmark runs as its documentation says, at its smallest size, and prints one JSON object."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+BENCHMARKS = sorted(path.name for path in (ROOT / "benchmarks").glob("*.py"))
+
+ARGUMENTS = {
+    "ladder.py": ["{dataset}", "{dataset}", "--smallest"],
+    "limits.py": ["{dataset}", "{dataset}", "--smallest"],
+    "path.py": ["{dataset}", "--smallest"],
+    "render.py": ["--figure", "{folder}/render.png", "--smallest"],
+    "results.py": ["--runs", "{folder}/runs", "--docs", "{folder}"],
+    "simulation.py": ["--figure", "{folder}/simulation.png", "--smallest"],
+    "train.py": ["{dataset}", "--smallest"],
+    "view.py": ["{run}", "--smallest"],
+}
+"""What is typed after the name, where that is not --smallest alone."""
+
+
+@pytest.mark.parametrize("name", BENCHMARKS)
+def test_benchmark_prints_one_json_object(name, run_python, small_dataset, short_run, tmp_path):
+    shutil.copy(ROOT / "docs" / "results.json", tmp_path)
+    places = {"dataset": small_dataset, "run": short_run, "folder": tmp_path}
+    arguments = [each.format(**places) for each in ARGUMENTS.get(name, ["--smallest"])]
+    figures = json.loads(run_python(f"benchmarks/{name}", *arguments, "--json"))
+    assert isinstance(figures, dict) and figures
+    for figure in [each for each in arguments if each.endswith(".png")]:
+        assert Path(figure).stat().st_size > 1000
