@@ -22,7 +22,7 @@ import torch
 import tyro
 from report.printing import print_figures
 
-from learn.models.splat import _conic, splat_reference
+from learn.models.splat import conic_of, splat_reference
 from learn.models.splat_cpu import splat_cpu
 
 Attributes = tuple[torch.Tensor, ...]
@@ -57,7 +57,7 @@ def render(renderer: Renderer, values: Attributes, backward: bool = True) -> Non
     azimuth, elevation, scale, rotation, opacity, coefficient = values
     azimuths = torch.arange(360.0, device=azimuth.device)
     elevations = torch.arange(1.0, 91.0, device=azimuth.device)
-    field = renderer(azimuth, elevation, _conic(scale, rotation), opacity, coefficient, azimuths, elevations)
+    field = renderer(azimuth, elevation, conic_of(scale, rotation), opacity, coefficient, azimuths, elevations)
     if backward:
         field.square().sum().backward()
 

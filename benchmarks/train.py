@@ -19,7 +19,6 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 from unittest.mock import patch
@@ -33,15 +32,17 @@ from pytorch_msssim import ssim
 from report.printing import print_figures
 from tyro.conf import Positional
 
-import learn.models.base
+import learn.models.loss
 import learn.models.splat
+import learn.training.by_steps
 import learn.training.lightning_module
-import learn.training.train
-from learn.models.bisplat import APERTURE, BiSplatAperture, BiSplatWRF
+from learn.models.bisplat import BiSplatAperture, BiSplatWRF
 from learn.models.encoding import TX_ORDER
-from learn.training.run_folder import LEARNING_RATE, Config
+from learn.models.registry import MODELS
+from learn.training.train import train
 from simulate.array import PlanarArray
 
+MODEL = "bisplat-aperture"
 REGION = np.array([[0.0, 0.0, 0.0], [1.6, 1.3, 0.9]])
 SMALL = {"primitives": 20, "clusters": 16, "ffn_width": 16, "transformer_layers": 1, "transformer_ffn_width": 16}
 """What differs from the model's own size where the benchmark is at its smallest."""
@@ -58,9 +59,9 @@ def as_first_written() -> Iterator[None]:
     adamw = torch.optim.AdamW
     with (
         patch.object(learn.models.splat, "splat_cpu", learn.models.splat.splat_reference),
-        patch.object(learn.models.base, "gaussian_ssim", ssim_one_by_one),
+        patch.object(learn.models.loss, "gaussian_ssim", ssim_one_by_one),
         patch.object(torch.optim, "AdamW", lambda parameters, fused, **settings: adamw(parameters, **settings)),
-        patch.object(learn.training.train, "EMAWeightAveraging", lambda decay: Callback()),
+        patch.object(learn.training.by_steps, "EMAWeightAveraging", lambda decay: Callback()),
     ):
         yield
 
@@ -80,7 +81,7 @@ def step_milliseconds(
 ) -> dict[str, float]:
     """Milliseconds of a training step and its parts; the networks' are what the other parts leave of the step's."""
     torch.manual_seed(0)
-    model = BiSplatAperture(replace(APERTURE, **SMALL) if smallest else APERTURE, REGION, PlanarArray())
+    model = BiSplatAperture(REGION, PlanarArray(), **{**MODELS[MODEL].options, **(SMALL if smallest else {})})
     repeats = 1 if smallest else 10
     networks(model)
     module = learn.training.lightning_module.Training(model, 1e-4, 1000)
@@ -103,20 +104,21 @@ def step_milliseconds(
         "step": milliseconds(step, repeats),
         "renderer": milliseconds(lambda: learn.models.splat.splat(*inputs).square().sum().backward(), repeats),
         "loss": milliseconds(
-            lambda: learn.models.base.loss(prediction.clone().requires_grad_(), truth.float() / 255).backward(), repeats
+            lambda: learn.models.loss.composite_loss(
+                prediction.clone().requires_grad_(), truth.float() / 255
+            ).backward(),
+            repeats,
         ),
         "optimiser": milliseconds(optimiser.step, repeats),
     }
     return times | {"networks": times["step"] - times["renderer"] - times["loss"] - times["optimiser"]}
 
 
-def training(dataset: Path, steps: int, size: dict[str, int]) -> tuple[float, pd.Series]:
+def training(dataset: Path, steps: int, options: dict[str, int]) -> tuple[float, pd.Series]:
     """Seconds of a training, and the median validation SSIM by step."""
     with tempfile.TemporaryDirectory() as folder:
         run = Path(folder) / "run"
-        model = "bisplat-aperture"
-        rate = LEARNING_RATE[model]
-        learn.training.train.train(Config(str(dataset.resolve()), model, "files", 0, 0, steps, 8, rate, size=size), run)
+        train(dataset, run, model=MODEL, steps=steps, options=options)
         (log,) = (run / "logs").rglob("metrics.csv")
         validated = pd.read_csv(log).dropna(subset=["validation_ssim"]).set_index("step")["validation_ssim"]
         return json.loads((run / "training.json").read_text())["seconds"], validated
@@ -136,9 +138,9 @@ def main(
         smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
         json_output: print one JSON object.
     """
-    backend, size = "inductor", {}
+    backend, options = "inductor", {}
     if smallest:
-        steps, size = 2, SMALL
+        steps, options = 2, SMALL
         backend = "eager"  # traces the networks as the other does, and spares the minute of C++ compilation
 
     def compile_networks(model: BiSplatWRF) -> None:
@@ -151,8 +153,8 @@ def main(
         half = step_milliseconds(smallest)
     with as_first_written():
         first = step_milliseconds(smallest)
-        first_seconds, first_ssim = training(dataset, steps, {**size, "tx_order": TX_ORDER})
-    our_seconds, our_ssim = training(dataset, steps, size)
+        first_seconds, first_ssim = training(dataset, steps, {**options, "tx_order": TX_ORDER})
+    our_seconds, our_ssim = training(dataset, steps, options)
 
     final = float(first_ssim.iloc[-1])
     reached = our_ssim.index[our_ssim >= final]

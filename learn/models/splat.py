@@ -53,7 +53,7 @@ def splat(
     """
     order = torch.argsort(depth, stable=True)
     azimuth, elevation = azimuth[order], elevation[order]
-    conic = _conic(scale[:, order], rotation[:, order])
+    conic = conic_of(scale[:, order], rotation[:, order])
     opacity, coefficient = opacity[:, order], coefficient[:, order]
     if torch.compiler.is_exporting():
         renderer = splat_reference  # operators that any runtime knows
@@ -66,7 +66,7 @@ def splat(
     return renderer(azimuth, elevation, conic, opacity, coefficient, azimuths, elevations)
 
 
-def _conic(scale: Float[Tensor, "B N_p 2"], rotation: Float[Tensor, "B N_p"]) -> tuple[Tensor, Tensor, Tensor]:
+def conic_of(scale: Float[Tensor, "B N_p 2"], rotation: Float[Tensor, "B N_p"]) -> tuple[Tensor, Tensor, Tensor]:
     """a, b, c of Σ⁻¹ = [[a, b], [b, c]], Σ = R(ρ) diag(s_x², s_y²) R(ρ)ᵀ."""
     cos, sin = rotation.cos(), rotation.sin()
     inverse_x, inverse_y = scale.pow(-2).unbind(-1)

@@ -227,7 +227,7 @@ def test_ablation_has_the_papers_rows_and_ours(tiny, tmp_path, rows):
     write_ablation(comparison, out)
     assert (out / "ablation.png").stat().st_size > 5000
     configs = [json.loads(path.read_text()) for path in (out / "runs").glob("*/config.json")]
-    assert len(configs) == 8 and {config["steps"] for config in configs} == {2}
+    assert len(configs) == 8 and {config["by_steps"]["steps"] for config in configs} == {2}
     with pytest.raises(InputError, match="found one whose steps is 2, not 3"):
         ablate(tiny, ("bisplat",), "files", 3, 2, output=out)
 
