@@ -38,6 +38,7 @@ import learn.training.by_steps
 import learn.training.lightning_module
 from learn.models.bisplat import BiSplatAperture, BiSplatWRF
 from learn.models.encoding import TX_ORDER
+from learn.models.loss import composite_loss
 from learn.models.registry import MODELS
 from learn.training.train import train
 from simulate.array import PlanarArray
@@ -99,6 +100,9 @@ def step_milliseconds(
     with patch("learn.models.bisplat.splat", lambda *given: inputs.extend(given) or learn.models.splat.splat(*given)):
         prediction = model(positions).detach()
     inputs = [value.detach().requires_grad_(index < 7) for index, value in enumerate(inputs)]
+
+    def loss_backward() -> None:
+        composite_loss(prediction.clone().requires_grad_(), truth.float() / 255).backward()
 
     times = {
         "step": milliseconds(step, repeats),

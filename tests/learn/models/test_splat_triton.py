@@ -8,7 +8,7 @@ import torch
 
 pytest.importorskip("triton", reason="Triton comes with the CUDA builds of torch, and with bisplat-wrf[test]")
 
-from learn.models.splat import _conic, splat_reference
+from learn.models.splat import conic_of, splat_reference
 from learn.models.splat_triton import splat_triton
 
 DEVICE = "cuda" if torch.cuda.is_available() else "cpu"
@@ -52,7 +52,7 @@ def rendered(renderer, values, dtype, device):
     complex_dtype = torch.complex64 if dtype == torch.float32 else torch.complex128
     leaves = [v.to(device, complex_dtype if v.is_complex() else dtype).clone().requires_grad_(True) for v in values]
     azimuth, elevation, scale, rotation, opacity, coefficient = leaves
-    conic = _conic(scale, rotation)
+    conic = conic_of(scale, rotation)
     axes = AZIMUTHS.to(device, dtype), ELEVATIONS.to(device, dtype)
     field = renderer(azimuth, elevation, conic, opacity, torch.view_as_real(coefficient), *axes)
     weights = torch.from_numpy(np.random.default_rng(3).normal(size=field.shape)).to(device, dtype)
