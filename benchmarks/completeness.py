@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import json
 from collections import defaultdict
+from dataclasses import replace
 from typing import Annotated
 
 import numpy as np
@@ -24,7 +25,7 @@ from simulate.propagation import Propagation
 from simulate.sionna_scene import transmitter_antennas
 from simulate.trace import Tracer
 
-RAYS, ROOM = 4_000_000, 1_500_007
+RAYS, SEED, MOST_PATHS = 4_000_000, 42, 1_500_007
 
 Contributions = dict[tuple, complex]
 
@@ -47,23 +48,23 @@ def main(positions: int = 5, json_output: Annotated[bool, tyro.conf.arg(name="js
     """
     scene = lab()
     tracer = Tracer(scene, Propagation())
-    sionna, planes, chains, sources = tracer._sionna, tracer._planes, tracer._chains, tracer._sources
+    ray_scene, chains, sources = tracer.ray_scene, tracer._chains, tracer.elements
+    search = replace(ray_scene, propagation=Propagation(rays=RAYS))
     targets = transmitter_antennas(scene, place(scene, "uniform", 50, 7)[:positions])
     lacking, extra = [], []
     for index in range(positions):
-        one = targets.some(np.array([index]))
+        target = targets.subset(np.array([index]))
         ours: Contributions = {}
-        for chain, paths in paths_of_chains(sionna, planes, chains, sources, one, tracer.propagation):
-            some = chains.some(chain)
-            ours |= named(some.interactions, some.planes, paths.sources, paths.responses)
-        search = Propagation(rays=RAYS, seed=42)
-        buffer = refine(sionna, shoot(sionna, one, sources, search, ROOM), one, sources, search)
+        for chain, paths in paths_of_chains(ray_scene, chains, sources, target):
+            solved = chains.subset(chain)
+            ours |= named(solved.interactions, solved.planes, paths.sources, paths.responses)
+        buffer = refine(search, shoot(search, target, sources, SEED, MOST_PATHS), target, sources)
         buffer.discard_invalid()
         backwards = interactions_of(buffer)
-        plane = reflecting_planes(planes, backwards)
+        plane = reflecting_planes(ray_scene.planes, backwards)
         # From the gateway to the transmitter, so from the last interaction to the first.
         turned = Interactions(*(part[:, ::-1] for part in (backwards.types, backwards.shapes, backwards.triangles)))
-        paths = fields(sionna, buffer, one, sources, search)
+        paths = fields(search, buffer, target, sources)
         theirs = named(turned, plane[:, ::-1], paths.targets, paths.responses)
         power = sum(abs(value) ** 2 for value in (ours | theirs).values())
         lacking.append(sum(abs(value) ** 2 for path, value in theirs.items() if path not in ours) / power)
