@@ -128,7 +128,7 @@ def main(
     tracer = Tracer(lab(), Propagation())
     finding = time.perf_counter() - began
     ours = tracer.responses(places)
-    other = Tracer(lab(), Propagation(seed=1000)).responses(places)
+    other = Tracer(lab(), Propagation(), seed=1000).responses(places)
     loop = Loop()
     theirs, looping = loop.responses(places, LOOP_RAYS)
     densest, _ = loop.responses(places[:dense], DENSE_RAYS)

@@ -39,8 +39,7 @@ def demo(folder: Path, spectra: int, steps: int) -> dict[str, Any]:
     scene = lab()
     _say(f"1/4 tracing {spectra} spectra of the lab")
     positions = place(scene, "uniform", spectra, DATA_SEED)
-    propagation = Propagation(seed=DATA_SEED)
-    request = Request(scene, positions, f"uniform, seed {DATA_SEED}", propagation, DATA_SEED)
+    request = Request(scene, positions, f"uniform, seed {DATA_SEED}", Propagation(), DATA_SEED)
     generate(request, folder / "dataset")
 
     _say("2/4 training bisplat-aperture")

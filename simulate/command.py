@@ -84,9 +84,12 @@ def simulate(
         points, how = read_positions(positions, where), f"positions of {positions.name}"
     else:
         points, how = place(where, placement, spectra, seed), f"{placement}, seed {seed}"
-    propagation = Propagation(max_depth, los, specular, refraction, diffuse, diffraction, rays, seed)
+    propagation = Propagation(max_depth, los, specular, refraction, diffuse, diffraction, rays)
     for number, (name, seen) in enumerate(where.by_gateway().items()):
         folder = output / name if where.further_gateways else output
-        measurement = Measurement(snr, gain_error, phase_error, phase_noise, seed + number)  # each array its own errors
-        generate(Request(seen, points, how, propagation, seed, measurement, power_db), folder, workers, ray)
+        measurement = Measurement(snr, gain_error, phase_error, phase_noise)
+        request = Request(
+            seen, points, how, propagation, seed, measurement, seed + number, power_db
+        )  # each array its own errors
+        generate(request, folder, workers, ray)
         print(f"{len(points)} spectra: {folder}")

@@ -115,7 +115,7 @@ def _begun(folder: Path, metadata: dict[str, Any]) -> bool:
         raise InputError(f"{path}: expected a JSON object, found {type(found).__name__}")
     # As JSON, so that numbers compare as they were written.
     wanted = json.loads(json.dumps(metadata))
-    for key in wanted:
+    for key in ("seed", *wanted):  # the seed first, since propagation and measurement hold seeds too
         if found.get(key) != wanted[key]:
             raise InputError(
                 f"{folder}: expected a new folder or one this command began, found a dataset whose {key} is "
@@ -141,6 +141,7 @@ def _trace_parts(request: Request, names: list[str], folder: Path, workers: int 
             request.scene,
             request.propagation,
             request.region,
+            request.seed,
             lambda sentence: progress.update(search, description=f"finding paths, {sentence}"),
         )
         progress.update(search, total=1, completed=1)

@@ -51,6 +51,7 @@ class Tracer:
         scene: where to trace.
         propagation: the mechanisms to follow.
         region: lowest and highest corner of the box all transmitters are in, metres; the scene's if None.
+        seed: seed of the rays.
         report: called with sentences on the progress of finding chains.
         found: chains found before, by a tracer made with the same arguments; searched for if None.
 
@@ -69,11 +70,13 @@ class Tracer:
         scene: Scene,
         propagation: Propagation,
         region: Float[np.ndarray, "2 3"] | None = None,
+        seed: int = 1,
         report: Callable[[str], None] = lambda sentence: None,
         found: Chains | None = None,
     ):
         self.ray_scene = RayScene.of(scene, propagation)
         self.elements = gateway_antennas(scene)
+        self._seed = seed
         self.method = "chains" if propagation.chains_suffice else "shooting"
         if propagation.chains_suffice:
             if found is not None:
@@ -81,7 +84,7 @@ class Tracer:
             else:
                 if region is None:
                     region = np.array([scene.transmitter.region_min, scene.transmitter.region_max])
-                self._chains = find_chains(self.ray_scene, region, propagation.seed, report)
+                self._chains = find_chains(self.ray_scene, region, seed, report)
         else:
             bytes_per_ray = BYTES_PER_CANDIDATE * max(1, propagation.max_depth) * len(self.elements)
             self._batch_size = MEMORY // (bytes_per_ray * propagation.rays)
@@ -154,7 +157,7 @@ class Tracer:
         """Valid paths by shooting rays from every source."""
         propagation = self.ray_scene.propagation
         most_paths = propagation.rays * max(1, propagation.max_depth) * len(targets)
-        buffer = shoot(self.ray_scene, sources, targets, propagation.seed, most_paths)
+        buffer = shoot(self.ray_scene, sources, targets, self._seed, most_paths)
         buffer = refine(self.ray_scene, buffer, sources, targets)
         buffer.discard_invalid()
         return buffer

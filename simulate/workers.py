@@ -97,7 +97,7 @@ def _trace_part(shared: tuple[Request, Chains | None, str], threads: int, start:
 
         dr.set_thread_count(threads)
         _tracers.clear()
-        _tracers[name] = Tracer(request.scene, request.propagation, request.region, found=chains)
+        _tracers[name] = Tracer(request.scene, request.propagation, request.region, request.seed, found=chains)
     return make_part(request, _tracers[name], start, size)
 
 

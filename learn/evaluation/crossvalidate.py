@@ -21,6 +21,7 @@ from scenes.errors import InputError
 from simulate.array import PlanarArray
 from simulate.dataset import Dataset, read_dataset
 from simulate.placement import free_positions
+from simulate.request import propagation_of
 from simulate.spectrum import picture
 
 if TYPE_CHECKING:  # the tracer is imported where it is used
@@ -71,11 +72,10 @@ def crossvalidate(folder: Path, scene: Scene, count: int, seed: int, tracer: Tra
     region = np.stack([known.min(axis=0), known.max(axis=0)])
     positions = free_positions(scene, region, count, np.random.default_rng(seed))
     if tracer is None:
-        from simulate.propagation import Propagation
         from simulate.trace import Tracer
 
-        propagation = Propagation(**dataset.metadata.get("propagation", {}))
-        tracer = Tracer(scene, propagation, region)
+        propagation, seed_of_rays = propagation_of(dataset.metadata)
+        tracer = Tracer(scene, propagation, region, seed_of_rays)
     responses = tracer.responses(positions)
     truth = picture(run.array.spectrum(responses)) / np.float32(255)
     prediction = run.predict(positions)
