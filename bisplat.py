@@ -10,7 +10,7 @@ from learn.commands import check, crossvalidate, demo, evaluate, export, predict
 from learn.comparison.commands import ablate, compare, sweep
 from learn.view.command import view
 from scenes.command import scene
-from scenes.errors import InputError
+from scenes.errors import InputError, ParameterError
 from simulate.command import simulate
 
 
@@ -23,7 +23,8 @@ def main() -> None:
     try:
         tyro.extras.subcommand_cli_from_dict(named, prog="bisplat", description=__doc__)
     except InputError as error:
-        print(f"bisplat: {error}", file=sys.stderr)
+        sentence = error.as_option() if isinstance(error, ParameterError) else error
+        print(f"bisplat: {sentence}", file=sys.stderr)
         raise SystemExit(1) from None
     except BrokenPipeError:  # the reader of our output has had enough
         raise SystemExit(1) from None

@@ -30,7 +30,7 @@ from rich.progress import (
 from rich.text import Text
 
 from scenes.atomic import write_atomically
-from scenes.errors import InputError
+from scenes.errors import InputError, ParameterError
 from scenes.scene_yaml import write_scene
 from simulate.dataset_part import Part, make_part
 from simulate.dataset_writer import (
@@ -58,7 +58,10 @@ def generate(request: Request, folder: Path, workers: int | None = None, ray: st
 
     Raises:
         InputError: the folder holds something else, or a dataset of another request.
+        ParameterError: less than one worker, or no Ray cluster at the address.
     """
+    if workers is not None and workers < 1:
+        raise ParameterError("workers", f"expected at least 1, found {workers}")
     metadata = request.metadata()
     begun = _begun(folder, metadata)
     if begun and (folder / "test_index.txt").exists():
