@@ -12,6 +12,7 @@ and have the same interactions at the same planes.
 from __future__ import annotations
 
 from collections import defaultdict
+from dataclasses import replace
 from typing import Annotated
 
 import numpy as np
@@ -26,8 +27,8 @@ from simulate.propagation import Propagation
 from simulate.sionna_scene import transmitter_antennas
 from simulate.trace import Tracer
 
-RAYS, CANDIDATES = 4_000_000, 1_500_007
-"""Rays of the search, and candidate paths that it has memory for."""
+RAYS, SEED, CANDIDATES = 4_000_000, 42, 1_500_007
+"""Rays of the search, their seed, and the number of candidate paths that it has memory for."""
 
 Contributions = dict[tuple, complex]
 
@@ -52,28 +53,28 @@ def main(
         json_output: print one JSON object.
     """
     scene = lab()
-    effort = Propagation(seed=42, rays=RAYS)
-    usual, candidates = Propagation(), CANDIDATES
+    usual, effort, candidates = Propagation(), Propagation(rays=RAYS), CANDIDATES
     if smallest:
         positions, candidates = 1, 20_011
         effort = usual = Propagation(max_depth=1, rays=10_000)
     tracer = Tracer(scene, usual)
-    sionna, planes, chains, sources = tracer._sionna, tracer._planes, tracer._chains, tracer._sources
+    ray_scene, chains, sources = tracer.ray_scene, tracer._chains, tracer.elements
+    search = replace(ray_scene, propagation=effort)
     targets = transmitter_antennas(scene, place(scene, "uniform", 50, 7)[:positions])
     lacking, extra = [], []
     for index in range(positions):
-        one = targets.some(np.array([index]))
+        target = targets.subset(np.array([index]))
         ours: Contributions = {}
-        for chain, paths in paths_of_chains(sionna, planes, chains, sources, one, tracer.propagation):
-            some = chains.some(chain)
-            ours |= named(some.interactions, some.planes, paths.sources, paths.responses)
-        buffer = refine(sionna, shoot(sionna, one, sources, effort, candidates), one, sources, effort)
+        for chain, paths in paths_of_chains(ray_scene, chains, sources, target):
+            solved = chains.subset(chain)
+            ours |= named(solved.interactions, solved.planes, paths.sources, paths.responses)
+        buffer = refine(search, shoot(search, target, sources, SEED, candidates), target, sources)
         buffer.discard_invalid()
         backwards = interactions_of(buffer)
-        plane = reflecting_planes(planes, backwards)
+        plane = reflecting_planes(ray_scene.planes, backwards)
         # From the gateway to the transmitter, so from the last interaction to the first.
         turned = Interactions(*(part[:, ::-1] for part in (backwards.types, backwards.shapes, backwards.triangles)))
-        paths = fields(sionna, buffer, one, sources, effort)
+        paths = fields(search, buffer, target, sources)
         theirs = named(turned, plane[:, ::-1], paths.targets, paths.responses)
         power = sum(abs(value) ** 2 for value in (ours | theirs).values())
         lacking.append(sum(abs(value) ** 2 for path, value in theirs.items() if path not in ours) / power)

@@ -17,7 +17,6 @@ import subprocess
 import sys
 import tempfile
 import time
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -147,7 +146,7 @@ def main(
     tracer = Tracer(lab(), propagation)
     finding = time.perf_counter() - began
     ours = tracer.responses(places)
-    other = Tracer(lab(), replace(propagation, seed=1000)).responses(places)
+    other = Tracer(lab(), propagation, seed=1000).responses(places)
     loop = Loop(propagation.max_depth)
     theirs, looping = loop.responses(places, loop_rays)
     densest, _ = loop.responses(places[:dense], dense_rays)

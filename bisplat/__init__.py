@@ -17,12 +17,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # for type checkers and editors; at run time __getattr__ imports from the same modules
-    from learn.evaluation.check import check as check
-    from simulate.simulation import simulate as simulate
-
     from learn.comparison.ablate import ablate as ablate
     from learn.comparison.compare import compare as compare
     from learn.comparison.sweep import sweep as sweep
+    from learn.evaluation.check import check as check
     from learn.evaluation.crossvalidate import crossvalidate as crossvalidate
     from learn.evaluation.evaluate import evaluate as evaluate
     from learn.export import export as export
@@ -38,6 +36,7 @@ if TYPE_CHECKING:  # for type checkers and editors; at run time __getattr__ impo
     from simulate.dataset import read_dataset as read_dataset
     from simulate.measurement import Measurement as Measurement
     from simulate.propagation import Propagation as Propagation
+    from simulate.simulation import simulate as simulate
     from simulate.trace import Tracer as Tracer
 
 _HOMES = {

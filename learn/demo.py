@@ -8,8 +8,6 @@ import time
 from pathlib import Path
 from typing import Any
 
-from simulate.simulation import simulate
-
 from learn.evaluation.crossvalidate import CrossValidation, crossvalidate
 from learn.evaluation.evaluate import Evaluation, evaluate
 from learn.models.registry import DEFAULT_MODEL
@@ -20,6 +18,7 @@ from learn.training.train import train
 from scenes.atomic import write_atomically
 from scenes.drawing import draw_scene
 from scenes.lab import lab
+from simulate.simulation import simulate
 
 BISPLAT_MODEL = "bisplat-aperture"
 """The BiSplat model that the demo trains beside the default model."""

@@ -38,7 +38,8 @@ class ParameterError(InputError):
         >>> ParameterError("batch_size", "expected a positive number, found 0").as_option()
         '--batch-size: expected a positive number, found 0'
         """
-        return f"--{self.parameter.replace('_', '-')}: {self.message}"
+        dashes = "-" if len(self.parameter) == 1 else "--"
+        return f"{dashes}{self.parameter.replace('_', '-')}: {self.message}"
 
 
 def did_you_mean(word: object, known: Iterable[str]) -> str:

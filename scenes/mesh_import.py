@@ -11,11 +11,12 @@ from pathlib import Path
 import numpy as np
 from trimesh import Trimesh
 
-from scenes.description import Gateway, Scene, SceneObject, Transmitter, validate
+from scenes.description import Gateway, Scene, SceneObject, Transmitter
 from scenes.errors import InputError, did_you_mean
 from scenes.materials import RadioMaterial, material_names, p2040_materials
 from scenes.mesh_files import MESH_SUFFIXES, default_up, read_meshes
 from scenes.mitsuba_xml import SIONNA, read_mitsuba, sionna_scene
+from scenes.validation import validate
 
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 # (x, y, z) -> (x, -z, y)

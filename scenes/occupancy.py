@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import trimesh
 from jaxtyping import Bool, Float
 from trimesh import Trimesh
 
-if TYPE_CHECKING:
-    from scenes.description import Scene
+from scenes.description import Scene
 
 CHUNK = 200_000  # point-triangle pairs at a time: bounds the memory of the solid angles
 

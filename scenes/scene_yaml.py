@@ -15,7 +15,7 @@ from trimesh import Trimesh
 from scenes.atomic import write_atomically
 from scenes.bedroom import bedroom
 from scenes.conference import conference
-from scenes.description import Gateway, Scene, SceneObject, Transmitter, validate
+from scenes.description import Gateway, Scene, SceneObject, Transmitter
 from scenes.errors import InputError, did_you_mean
 from scenes.lab import lab
 from scenes.materials import RadioMaterial, material_names, p2040_material
@@ -23,6 +23,7 @@ from scenes.mesh_files import default_up, read_meshes
 from scenes.mesh_import import Y_UP_TO_Z_UP, is_importable
 from scenes.office import office
 from scenes.shapes import union
+from scenes.validation import validate
 from scenes.yaml_section import Section, UniqueKeyLoader, shown
 
 BUILT_IN: dict[str, Callable[[], Scene]] = {

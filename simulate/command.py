@@ -2,34 +2,37 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
-from tyro.conf import Positional, arg
+from tyro.conf import OmitArgPrefixes, Positional, arg
 
-from scenes.errors import InputError
+from scenes.description import Scene
+from simulate.measurement import Measurement
+from simulate.placement import Placement
+from simulate.propagation import Propagation
 
 Output = Annotated[Path, arg(aliases=["-o"])]
+
+
+@dataclass(frozen=True)
+class MeasurementOptions(Measurement):  # without a docstring, so that the help is that of Measurement
+    snr_db: Annotated[float | None, arg(aliases=["--snr"])] = None
+    gain_error_db: Annotated[float, arg(aliases=["--gain-error"])] = 0.0
+    phase_error_deg: Annotated[float, arg(aliases=["--phase-error"])] = 0.0
+    phase_noise_deg: Annotated[float, arg(aliases=["--phase-noise"])] = 0.0
 
 
 def simulate(
     scene: Positional[str],
     output: Output,
     spectra: Annotated[int, arg(aliases=["-n"])] = 6000,
-    placement: Literal["uniform", "grid", "path"] = "uniform",
+    placement: Placement = "uniform",
     positions: Path | None = None,
     seed: int = 0,
-    max_depth: int = 5,
-    rays: int = 1_000_000,
-    los: bool = True,
-    specular: bool = True,
-    refraction: bool = True,
-    diffuse: bool = False,
-    diffraction: bool = False,
-    snr: float | None = None,
-    gain_error: float = 0.0,
-    phase_error: float = 0.0,
-    phase_noise: float = 0.0,
+    propagation: OmitArgPrefixes[Propagation] = Propagation(),
+    measurement: OmitArgPrefixes[MeasurementOptions] = MeasurementOptions(),
     power_db: bool = False,
     workers: int | None = None,
     ray: str | None = None,
@@ -43,50 +46,28 @@ def simulate(
         spectra: transmitter positions to draw.
         placement: how they are drawn in the scene's region; path walks a smooth curve, as measurements do.
         positions: CSV of positions (header x,y,z; metres) to use instead.
-        seed: of positions, train/test split and rays.
-        max_depth: most interactions on a path.
-        rays: rays per source; with diffuse reflection or diffraction choose about 20000.
-        los: line of sight.
-        specular: specular reflection.
-        refraction: transmission through objects.
-        diffuse: diffuse reflection off materials with a scattering coefficient.
-        diffraction: first-order diffraction at edges.
-        snr: thermal noise: signal over noise, dB, averaged over the array.
-        gain_error: standard deviation of the elements' gains, dB, drawn once for the array.
-        phase_error: standard deviation of the elements' phases, degrees, drawn once for the array.
-        phase_noise: standard deviation of a phase drawn anew for every element and spectrum, degrees.
+        seed: of positions, train/test split, rays and the receiver's errors.
+        propagation: mechanisms that the ray tracer follows.
+        measurement: errors that the receiver adds.
         power_db: also write each spectrum's absolute power in dB, as power_db/NNNNN.tif.
         workers: trace with so many Ray workers at a time (needs bisplat-wrf[ray]).
         ray: address of a running Ray cluster to trace on.
     """
     from scenes import load_scene
     from simulate.generate import generate
-    from simulate.measurement import Measurement
-    from simulate.placement import place, read_positions
-    from simulate.propagation import Propagation
-    from simulate.request import Request, read_request
+    from simulate.simulation import request_for
 
-    for name, value, least in (
-        ("spectra", spectra, 2),
-        ("max-depth", max_depth, 0),
-        ("rays", rays, 1),
-        ("workers", workers, 1),
-    ):
-        if value is not None and value < least:
-            raise InputError(f"--{name}: expected at least {least}, found {value}")
     if Path(scene).is_dir():
-        request = read_request(Path(scene))
-        generate(request, output, workers, ray)
-        print(f"{len(request.positions)} spectra: {output}")
-        return
-    where = load_scene(scene)
-    if positions is not None:
-        points, how = read_positions(positions, where), f"positions of {positions.name}"
+        folders: dict[Path, str | Scene] = {output: scene}
     else:
-        points, how = place(where, placement, spectra, seed), f"{placement}, seed {seed}"
-    propagation = Propagation(max_depth, los, specular, refraction, diffuse, diffraction, rays, seed)
-    for number, (name, seen) in enumerate(where.by_gateway().items()):
-        folder = output / name if where.further_gateways else output
-        measurement = Measurement(snr, gain_error, phase_error, phase_noise, seed + number)  # each array its own errors
-        generate(Request(seen, points, how, propagation, seed, measurement, power_db), folder, workers, ray)
-        print(f"{len(points)} spectra: {folder}")
+        place = load_scene(scene)
+        folders = {output / name: seen for name, seen in place.by_gateway().items()}
+        if not place.further_gateways:
+            folders = {output: place}
+    for number, (folder, seen) in enumerate(folders.items()):
+        # Each array has errors of its own.
+        request = request_for(
+            seen, spectra, placement, positions, seed, propagation, measurement, seed + number, power_db
+        )
+        generate(request, folder, workers, ray)
+        print(f"{len(request.positions)} spectra: {folder}")

@@ -36,7 +36,7 @@ def make_part(request: Request, tracer: Tracer, start: int, size: int) -> Part:
     """Trace positions ``start`` … ``start + size − 1`` of a request (fewer at its end)."""
     positions = request.positions[start : start + size]
     numbers = np.arange(start, start + len(positions))
-    responses = request.measurement.apply(tracer.responses(positions), numbers)
+    responses = request.measurement.apply(tracer.responses(positions), numbers, request.measurement_seed)
     with ThreadPoolExecutor() as pool:
         pictures = list(pool.map(encode_picture, picture(request.array.spectrum(responses))))
         power = list(pool.map(encode_power, request.array.power_db(responses))) if request.power else []

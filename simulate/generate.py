@@ -30,7 +30,7 @@ from rich.progress import (
 from rich.text import Text
 
 from scenes.atomic import write_atomically
-from scenes.errors import InputError
+from scenes.errors import InputError, ParameterError
 from scenes.scene_yaml import write_scene
 from simulate.dataset_part import Part, make_part
 from simulate.dataset_writer import (
@@ -58,7 +58,10 @@ def generate(request: Request, folder: Path, workers: int | None = None, ray: st
 
     Raises:
         InputError: the folder holds something else, or a dataset of another request.
+        ParameterError: less than one worker, or no Ray cluster at the address.
     """
+    if workers is not None and workers < 1:
+        raise ParameterError("workers", f"expected at least 1, found {workers}")
     metadata = request.metadata()
     begun = _begun(folder, metadata)
     if begun and (folder / "test_index.txt").exists():
@@ -115,7 +118,7 @@ def _begun(folder: Path, metadata: dict[str, Any]) -> bool:
         raise InputError(f"{path}: expected a JSON object, found {type(found).__name__}")
     # As JSON, so that numbers compare as they were written.
     wanted = json.loads(json.dumps(metadata))
-    for key in wanted:
+    for key in ("seed", *wanted):  # the seed first, since propagation and measurement hold seeds too
         if found.get(key) != wanted[key]:
             raise InputError(
                 f"{folder}: expected a new folder or one this command began, found a dataset whose {key} is "
@@ -141,6 +144,7 @@ def _trace_parts(request: Request, names: list[str], folder: Path, workers: int 
             request.scene,
             request.propagation,
             request.region,
+            request.seed,
             lambda sentence: progress.update(search, description=f"finding paths, {sentence}"),
         )
         progress.update(search, total=1, completed=1)

@@ -1,8 +1,8 @@
-"""What a real receiver adds to the ideal element responses: errors of its elements, drift while it measures, noise.
+"""Errors of a real receiver: gain and phase of its elements, drift of its phase while it measures, thermal noise.
 
     y'_m = g_m e^{jψ_m} e^{jε_m} y_m + n_m
 
-The errors of gain and phase belong to the array and are the same in every spectrum; ε and n are drawn anew for each.
+The errors g_m and ψ_m belong to the array and are the same in every spectrum; ε_m and n_m are drawn for each spectrum.
 How such errors act on a beamformer: Van Trees, Optimum Array Processing (Wiley, 2002), chapter 2.
 """
 
@@ -14,45 +14,47 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Complex, Float, Int
 
-from scenes.errors import InputError
+from scenes.errors import ParameterError
 
-# Every effect has its own stream of random numbers: turning one on leaves what the others draw as it was. None is 0,
-# since NumPy seeds [seed, 0, 0] like the bare seed, from which the positions and the split are drawn.
+# Every effect has its own stream of random numbers, so that turning one on leaves the draws of the others unchanged.
+# No stream is 0: NumPy seeds [seed, 0, 0] like the bare seed, from which the positions and the split are drawn.
 GAIN_ERROR, PHASE_ERROR, PHASE_NOISE, THERMAL_NOISE = 1, 2, 3, 4
 
 
 @dataclass(frozen=True)
 class Measurement:
-    """Imperfections of the receiver, all off by default.
+    """Errors of the receiver, all off by default.
 
     Attributes:
         snr_db: thermal noise: the mean of |y_m|² over the array, of that spectrum's ideal responses, over the noise
-            power of an element, dB. None: no noise.
+            power of an element, dB; no noise if None.
         gain_error_db: standard deviation of an element's gain, 20 log10 g_m, dB; drawn once per array.
         phase_error_deg: standard deviation of an element's phase ψ_m, degrees; drawn once per array.
         phase_noise_deg: standard deviation of a phase ε_m drawn for each element and each spectrum, degrees: an array
             that is switched through its elements one after another while the oscillator drifts.
-        seed: what all of it is drawn from.
+
+    Raises:
+        ParameterError: an SNR that is not finite, or a standard deviation that is negative or not finite.
+
+    >>> Measurement().off
+    True
+    >>> Measurement(phase_error_deg=float("nan"))
+    Traceback (most recent call last):
+    scenes.errors.ParameterError: phase_error_deg: expected a standard deviation of 0 degrees or more, found nan
     """
 
     snr_db: float | None = None
     gain_error_db: float = 0.0
     phase_error_deg: float = 0.0
     phase_noise_deg: float = 0.0
-    seed: int = 0
 
     def __post_init__(self) -> None:
         if self.snr_db is not None and not math.isfinite(self.snr_db):
-            raise InputError(f"--snr: expected a finite number of dB, found {self.snr_db}")
-        for option, deviation, unit in (
-            ("gain-error", self.gain_error_db, "dB"),
-            ("phase-error", self.phase_error_deg, "degrees"),
-            ("phase-noise", self.phase_noise_deg, "degrees"),
-        ):
+            raise ParameterError("snr_db", f"expected a finite number of dB, found {self.snr_db}")
+        for name, unit in (("gain_error_db", "dB"), ("phase_error_deg", "degrees"), ("phase_noise_deg", "degrees")):
+            deviation = getattr(self, name)
             if not (math.isfinite(deviation) and deviation >= 0):
-                raise InputError(f"--{option}: expected a standard deviation of 0 {unit} or more, found {deviation}")
-        if self.seed < 0:
-            raise InputError(f"--seed: expected a number of 0 or more, found {self.seed}")
+                raise ParameterError(name, f"expected a standard deviation of 0 {unit} or more, found {deviation}")
 
     @property
     def off(self) -> bool:
@@ -60,41 +62,47 @@ class Measurement:
         return self.snr_db is None and not (self.gain_error_db or self.phase_error_deg or self.phase_noise_deg)
 
     def apply(
-        self, responses: Complex[np.ndarray, "K elements"], numbers: Int[np.ndarray, " K"]
+        self, responses: Complex[np.ndarray, "K elements"], numbers: Int[np.ndarray, " K"], seed: int
     ) -> Complex[np.ndarray, "K elements"]:
         """Responses as the receiver measures them: y'_m = g_m e^{jψ_m} e^{jε_m} y_m + n_m.
 
         n_m is circular complex Gaussian of power E|n_m|² = (Σ_m |y_m|² / MN) / 10^(SNR/10), independent from element
-        to element. A spectrum that receives nothing stays zero.
+        to element. A spectrum whose ideal responses are all zero stays zero.
 
         Args:
             responses: ideal responses y.
-            numbers: each spectrum's number in its dataset. With the seed it alone decides what is drawn for the
-                spectrum: a dataset made in parts, in any order, is the same dataset.
+            numbers: each spectrum's number in its dataset. The seed and the number alone decide what is drawn for the
+                spectrum, so a dataset made in parts, in any order, is the same dataset.
+            seed: seed of the draws, 0 or more; one seed stands for one receiver.
+
+        Returns:
+            The measured responses, of the type of the ideal ones; the ideal ones themselves where all errors are off.
 
         >>> y, drifting = np.ones((2, 16), complex), Measurement(phase_noise_deg=10)
-        >>> np.array_equal(drifting.apply(y, np.array([3, 7]))[1:], drifting.apply(y[1:], np.array([7])))
+        >>> both, second = drifting.apply(y, np.array([3, 7]), seed=0), drifting.apply(y[1:], np.array([7]), seed=0)
+        >>> np.array_equal(both[1:], second)
         True
         """
         if self.off:
             return responses
         elements = responses.shape[1]
-        gain = 10 ** (self.gain_error_db * self._normal(GAIN_ERROR, 0, elements) / 20)
-        errors = gain * _turn(self.phase_error_deg * self._normal(PHASE_ERROR, 0, elements))
+        gain = 10 ** (self.gain_error_db * _normal(seed, GAIN_ERROR, 0, elements) / 20)
+        errors = gain * _phasor(self.phase_error_deg * _normal(seed, PHASE_ERROR, 0, elements))
         measured = responses.astype(complex)
-        # One by one: sums of a whole batch may be rounded otherwise than those of a single spectrum.
+        # One spectrum after another: a sum over a whole batch may be rounded differently from that of one spectrum.
         for y, number in zip(measured, numbers.tolist(), strict=True):
             power = np.mean(np.abs(y) ** 2)
-            y *= errors * _turn(self.phase_noise_deg * self._normal(PHASE_NOISE, number, elements))
+            y *= errors * _phasor(self.phase_noise_deg * _normal(seed, PHASE_NOISE, number, elements))
             if self.snr_db is not None:
-                real, imaginary = self._normal(THERMAL_NOISE, number, 2 * elements).reshape(2, elements)
+                real, imaginary = _normal(seed, THERMAL_NOISE, number, 2 * elements).reshape(2, elements)
                 y += np.sqrt(power / 10 ** (self.snr_db / 10) / 2) * (real + 1j * imaginary)
         return measured.astype(responses.dtype)
 
-    def _normal(self, stream: int, number: int, count: int) -> Float[np.ndarray, " count"]:
-        """Standard normal numbers of one effect for one spectrum (0 for what belongs to the array)."""
-        return np.random.default_rng([self.seed, stream, number]).standard_normal(count)
+
+def _normal(seed: int, stream: int, number: int, count: int) -> Float[np.ndarray, " count"]:
+    """Standard normal numbers of one effect for one spectrum (number 0 for the errors that belong to the array)."""
+    return np.random.default_rng([seed, stream, number]).standard_normal(count)
 
 
-def _turn(degrees: Float[np.ndarray, " elements"]) -> Complex[np.ndarray, " elements"]:
+def _phasor(degrees: Float[np.ndarray, " elements"]) -> Complex[np.ndarray, " elements"]:
     return np.exp(1j * np.radians(degrees))

@@ -12,9 +12,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Complex, Float, Int, UInt32
+from jaxtyping import Bool, Complex, Float, Int, UInt32
 
-from simulate.propagation import Propagation
+from simulate.ray_scene import RayScene
 from simulate.ray_tracer import FieldCalculator, ImageMethod, PathsBuffer, SBDeterministicCandidateGenerator, dr, mi, rt
 from simulate.sionna_scene import Antennas
 
@@ -40,19 +40,30 @@ class Interactions:
         return len(self.types)
 
 
-def shoot(sionna: rt.Scene, sources: Antennas, targets: Antennas, propagation: Propagation, room: int) -> PathsBuffer:
-    """Shoot and bounce rays from the sources: candidate paths to the targets, the same ones every time.
+def shoot(ray_scene: RayScene, sources: Antennas, targets: Antennas, seed: int, most_paths: int) -> PathsBuffer:
+    """Shoot and bounce rays from the sources: candidate paths to the targets.
+
+    The same arguments give the same candidates.
 
     Args:
-        room: most candidates kept per source. Also, above a million, the size of the table in which Sionna tells
-            new chains from known ones by their hash: two chains that collide in one table rarely do in another.
+        ray_scene: the scene, with the propagation to follow.
+        sources: where the rays begin.
+        targets: where the paths end.
+        seed: seed of the rays' directions.
+        most_paths: the largest number of candidates kept per source. Above a million it is also the size of the table
+            in which Sionna tells new chains from known ones by their hash: two chains that collide in one table rarely
+            do in a table of another size.
+
+    Returns:
+        The candidates, for ``refine``.
     """
+    propagation = ray_scene.propagation
     buffer = SBDeterministicCandidateGenerator()(
-        mi_scene=sionna.mi_scene,
+        mi_scene=ray_scene.sionna.mi_scene,
         src_positions=sources.points,
         tgt_positions=targets.points,
         samples_per_src=propagation.rays,
-        max_num_paths_per_src=room,
+        max_num_paths_per_src=most_paths,
         max_depth=propagation.max_depth,
         los=propagation.los,
         specular_reflection=propagation.specular,
@@ -60,7 +71,7 @@ def shoot(sionna: rt.Scene, sources: Antennas, targets: Antennas, propagation: P
         refraction=propagation.refraction,
         diffraction=propagation.diffraction,
         edge_diffraction=False,
-        seed=propagation.seed,
+        seed=seed,
     )
     buffer.schedule()
     dr.eval()
@@ -70,7 +81,7 @@ def shoot(sionna: rt.Scene, sources: Antennas, targets: Antennas, propagation: P
 
 def candidates(
     interactions: Interactions,
-    vertices: dict[int, np.ndarray],
+    vertices: dict[int, Float[np.ndarray, "triangles 3"]],
     chain: Int[np.ndarray, " paths"],
     source: Int[np.ndarray, " paths"],
     target: Int[np.ndarray, " paths"],
@@ -78,16 +89,20 @@ def candidates(
     """Chains between sources and targets, as candidates for ``refine``.
 
     Args:
-        vertices: for each object identifier, one vertex of each of its triangles, [triangles, 3], metres.
+        interactions: the chains.
+        vertices: for each object identifier, one vertex of each of its triangles, metres.
         chain: index into ``interactions`` of each path.
-        source: index of its source.
-        target: index of its target.
+        source: index of each path's source.
+        target: index of each path's target.
+
+    Returns:
+        One candidate for each of the paths.
     """
     count, depth = interactions.types.shape
     on_plane = np.zeros((count, depth, 3), np.float32)
     for shape in np.unique(interactions.shapes[interactions.types == SPECULAR]):
-        where = interactions.shapes == shape
-        on_plane[where] = vertices[int(shape)][interactions.triangles[where]]
+        of_shape = interactions.shapes == shape
+        on_plane[of_shape] = vertices[int(shape)][interactions.triangles[of_shape]]
 
     buffer = PathsBuffer(len(chain), depth, diffraction=False)
     buffer._src_indices, buffer._tgt_indices = mi.UInt(source), mi.UInt(target)
@@ -108,14 +123,22 @@ def candidates(
     return buffer
 
 
-def refine(
-    sionna: rt.Scene, buffer: PathsBuffer, sources: Antennas, targets: Antennas, propagation: Propagation
-) -> PathsBuffer:
-    """Exact paths by the image method; candidates that are blocked or miss their surfaces are marked invalid."""
+def refine(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets: Antennas) -> PathsBuffer:
+    """Turn candidates into exact paths by the image method.
+
+    Args:
+        ray_scene: the scene, with the propagation to follow.
+        buffer: the candidates.
+        sources: where the paths begin.
+        targets: where they end.
+
+    Returns:
+        The buffer, in which candidates that are blocked or miss their surfaces are marked invalid.
+    """
     return ImageMethod()(
-        scene=sionna.mi_scene,
+        scene=ray_scene.sionna.mi_scene,
         paths=buffer,
-        diffraction=propagation.diffraction,
+        diffraction=ray_scene.propagation.diffraction,
         diffraction_lit_region=True,
         src_positions=sources.points,
         tgt_positions=targets.points,
@@ -123,12 +146,12 @@ def refine(
 
 
 def interactions_of(buffer: PathsBuffer) -> Interactions:
-    """The buffer's chains as arrays; after ``refine`` of valid paths: what was really hit."""
+    """The buffer's chains as arrays; after ``refine``, the surfaces that the valid paths really hit."""
     return Interactions(buffer.interaction_types.numpy(), buffer.shapes.numpy(), buffer.primitives.numpy())
 
 
-def keep(buffer: PathsBuffer, wanted: Int[np.ndarray, " paths"] | np.ndarray) -> PathsBuffer:
-    """The valid paths among those wanted (a mask over the buffer)."""
+def keep(buffer: PathsBuffer, wanted: Bool[np.ndarray, " paths"]) -> PathsBuffer:
+    """The valid paths of the buffer that a mask selects."""
     buffer.valid = buffer.valid & mi.Bool(wanted)
     buffer.discard_invalid()
     return buffer
@@ -155,29 +178,37 @@ class Paths:
 
 
 def courses(buffer: PathsBuffer, sources: Antennas, targets: Antennas) -> list[Float[np.ndarray, "vertices 3"]]:
-    """Where each path of the buffer runs: source, interactions, target; metres, world frame."""
+    """The vertices of each path of the buffer: source, interactions, target; metres, world frame."""
     happened = buffer.interaction_types.numpy() != NONE
     vertices = np.stack([axis.numpy() for axis in (buffer.vertices_x, buffer.vertices_y, buffer.vertices_z)], axis=-1)
     starts = sources.positions[buffer.source_indices.numpy()]
     ends = targets.positions[buffer.target_indices.numpy()]
     return [
-        np.concatenate([start[None], between[where], end[None]])
-        for start, between, where, end in zip(starts, vertices, happened, ends, strict=True)
+        np.concatenate([start[None], between[interacts], end[None]])
+        for start, between, interacts, end in zip(starts, vertices, happened, ends, strict=True)
     ]
 
 
-def fields(
-    sionna: rt.Scene, buffer: PathsBuffer, sources: Antennas, targets: Antennas, propagation: Propagation
-) -> Paths:
-    """What each valid path of the buffer contributes, in the buffer's order."""
+def fields(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets: Antennas) -> Paths:
+    """The complex response that each valid path of the buffer contributes.
+
+    Args:
+        ray_scene: the scene, with the propagation to follow.
+        buffer: exact paths, of ``refine``.
+        sources: where the paths begin.
+        targets: where they end.
+
+    Returns:
+        The paths, in the buffer's order.
+    """
     if buffer.buffer_size == 0:
         nothing = np.zeros(0, np.int64)
         return Paths(nothing, nothing, np.zeros(0, np.complex128))
     buffer = FieldCalculator()(
-        wavelength=sionna.wavelength,
+        wavelength=ray_scene.sionna.wavelength,
         paths=buffer,
-        samples_per_src=propagation.rays,
-        diffraction=propagation.diffraction,
+        samples_per_src=ray_scene.propagation.rays,
+        diffraction=ray_scene.propagation.diffraction,
         src_positions=sources.points,
         tgt_positions=targets.points,
         src_orientations=sources.orientations,
@@ -187,6 +218,7 @@ def fields(
     )
     coefficient = buffer.a[0][0]
     amplitude = np.where(buffer.valid.numpy(), coefficient.real.numpy() + 1j * coefficient.imag.numpy(), 0)
-    # In double precision: over a room the carrier turns some tens of times.
-    turns = float(sionna.frequency[0]) * buffer.tau.numpy().astype(np.float64)
-    return Paths(buffer.target_indices.numpy(), buffer.source_indices.numpy(), amplitude * np.exp(-2j * np.pi * turns))
+    # fτ is some tens of carrier periods over a room, so single precision would lose digits of the phase.
+    periods = float(ray_scene.sionna.frequency[0]) * buffer.tau.numpy().astype(np.float64)
+    response = amplitude * np.exp(-2j * np.pi * periods)
+    return Paths(buffer.target_indices.numpy(), buffer.source_indices.numpy(), response)

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from scipy.interpolate import CubicSpline
 
 from scenes.description import Scene
-from scenes.errors import InputError
+from scenes.errors import InputError, ParameterError
 from scenes.occupancy import blocking_object, inside_object
 from simulate.dataset import read_points
 
@@ -96,6 +96,31 @@ def _smooth_path(
         if len(positions) >= count:
             return positions[:count]
     raise _no_room(scene)
+
+
+def check_positions(positions: Float[np.ndarray, "n 3"], scene: Scene) -> Float[np.ndarray, "n 3"]:
+    """Positions in double precision, once they are known to be finite, in metres, and outside every object.
+
+    Args:
+        positions: metres, world frame.
+        scene: the scene that they are in.
+
+    Returns:
+        The positions.
+
+    Raises:
+        ParameterError: no positions, numbers that are not finite, or a position inside an object.
+    """
+    positions = np.asarray(positions, dtype=float)
+    if positions.ndim != 2 or positions.shape[1] != 3 or not len(positions):
+        raise ParameterError("positions", f"expected at least one row of x, y, z, found shape {positions.shape}")
+    if not np.isfinite(positions).all():
+        row = int(np.flatnonzero(~np.isfinite(positions).all(axis=1))[0])
+        raise ParameterError("positions", f"expected finite numbers, found {positions[row].tolist()} in row {row}")
+    for row, blocker in enumerate(blocking_object(scene, positions)):
+        if blocker is not None:
+            raise ParameterError("positions", f'expected a free place in row {row}, found one inside "{blocker}"')
+    return positions
 
 
 def read_positions(path: Path, scene: Scene) -> Float[np.ndarray, "n 3"]:

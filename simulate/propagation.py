@@ -1,24 +1,33 @@
-"""What the ray tracer follows, and how far."""
+"""The propagation mechanisms that the ray tracer follows, and how far it follows them."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+from scenes.errors import ParameterError
+
 
 @dataclass(frozen=True)
 class Propagation:
-    """Propagation mechanisms and the effort spent on finding paths.
+    """Propagation mechanisms, and the number of rays that search for paths.
 
     Attributes:
         max_depth: largest number of interactions on a path.
-        los: line of sight.
-        specular: specular reflection.
-        refraction: transmission through objects.
-        diffuse: diffuse reflection (off objects whose material has a scattering coefficient).
-        diffraction: first-order diffraction at edges.
-        rays: rays launched from each source. With diffuse reflection every ray is a path to every transmitter, and
-            20 000 are plenty; the chains of specular paths deserve a million, being found once for all.
-        seed: seed of the ray launching.
+        los: follow the line of sight.
+        specular: follow specular reflection.
+        refraction: follow transmission through objects.
+        diffuse: follow diffuse reflection off materials that have a scattering coefficient.
+        diffraction: follow first-order diffraction at edges.
+        rays: rays launched from each source; about 20000 suffice with diffuse reflection or diffraction, where every
+            ray may become a path.
+
+    Raises:
+        ParameterError: a depth or a number of rays that is no whole number, a negative depth, or no rays.
+
+    >>> Propagation(max_depth=2).chains_suffice
+    True
+    >>> Propagation(diffuse=True, rays=20_000).chains_suffice
+    False
     """
 
     max_depth: int = 5
@@ -28,7 +37,12 @@ class Propagation:
     diffuse: bool = False
     diffraction: bool = False
     rays: int = 1_000_000
-    seed: int = 1
+
+    def __post_init__(self) -> None:
+        for name, least in (("max_depth", 0), ("rays", 1)):
+            value = getattr(self, name)
+            if not (isinstance(value, int) and value >= least):
+                raise ParameterError(name, f"expected a whole number of at least {least}, found {value}")
 
     @property
     def chains_suffice(self) -> bool:

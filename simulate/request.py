@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, fields
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,9 @@ from simulate.dataset import read_points
 from simulate.measurement import Measurement
 from simulate.propagation import Propagation
 
+DEFAULT_RAY_SEED = 1
+"""Seed of the rays where a dataset does not tell one."""
+
 
 @dataclass(frozen=True)
 class Request:
@@ -29,9 +32,10 @@ class Request:
         scene: the place.
         positions: transmitter positions, metres, world frame.
         placement: how they were chosen, for the record: a placement's name and seed, or a CSV.
-        propagation: what the ray tracer follows.
-        seed: draws the 80/20 split of the index files.
-        measurement: what the receiver adds to the traced responses.
+        propagation: the mechanisms the ray tracer follows.
+        seed: seed of the rays and of the 80/20 split of the index files.
+        measurement: errors that the receiver adds to the traced responses.
+        measurement_seed: seed of these errors.
         power: also write the spectra's absolute power.
     """
 
@@ -41,6 +45,7 @@ class Request:
     propagation: Propagation
     seed: int
     measurement: Measurement = field(default_factory=Measurement)
+    measurement_seed: int = 0
     power: bool = False
 
     def __post_init__(self) -> None:
@@ -69,9 +74,9 @@ class Request:
             "spectra": len(self.positions),
             "placement": self.placement,
             "positions_sha256": hashlib.sha256(self.positions.tobytes()).hexdigest(),
-            "propagation": asdict(self.propagation),
+            "propagation": asdict(self.propagation) | {"seed": self.seed},
             "method": "chains" if self.propagation.chains_suffice else "shooting",
-            "measurement": asdict(self.measurement),
+            "measurement": asdict(self.measurement) | {"seed": self.measurement_seed},
             "power": self.power,
             "seed": self.seed,
             "picture": "magnitude, min-max normalised per spectrum, 8 bit, row 0 = 1 degree elevation",
@@ -90,8 +95,37 @@ def _scene_digest(scene: Scene) -> str:
     return digest.hexdigest()
 
 
+def propagation_of(metadata: dict[str, Any]) -> tuple[Propagation, int]:
+    """How the paths of a dataset were traced.
+
+    Args:
+        metadata: content of its metadata.json; empty for a dataset that was not simulated.
+
+    Returns:
+        The mechanisms that were followed and the seed of the rays; the defaults for empty metadata.
+
+    Raises:
+        InputError: settings that ``Propagation`` does not have.
+
+    >>> propagation_of({"propagation": {"max_depth": 2, "seed": 4}})[1]
+    4
+    """
+    settings = dict(metadata.get("propagation", {}))
+    seed = settings.pop("seed", DEFAULT_RAY_SEED)
+    unknown = settings.keys() - {each.name for each in fields(Propagation)}
+    if unknown:
+        raise InputError(f"metadata.json: expected settings of the propagation that are known, found {sorted(unknown)}")
+    return Propagation(**settings), seed
+
+
 def read_request(folder: Path) -> Request:
     """The request that a simulated dataset folder was made by, from the folder alone.
+
+    Args:
+        folder: the dataset folder.
+
+    Returns:
+        The request; its metadata equal those of the folder.
 
     Raises:
         InputError: no metadata.json of ours, or files that are not those it was made with any more.
@@ -99,17 +133,24 @@ def read_request(folder: Path) -> Request:
     path = folder / "metadata.json"
     try:
         metadata = json.loads(path.read_text())
-        fields = {
+        propagation, ray_seed = propagation_of(metadata)
+        errors = dict(metadata["measurement"])
+        settings = {
             "placement": metadata["placement"],
-            "propagation": Propagation(**metadata["propagation"]),
+            "propagation": propagation,
             "seed": metadata["seed"],
-            "measurement": Measurement(**metadata["measurement"]),
+            "measurement_seed": errors.pop("seed"),
+            "measurement": Measurement(**errors),
             "power": metadata["power"],
         }
         scene_file = metadata["scene_file"]
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputError(f"{path}: expected the metadata of a simulated dataset, found {error!r}") from error
-    request = Request(read_scene(folder / scene_file), read_points(folder / "tx_pos.csv"), **fields)
+    if ray_seed != metadata["seed"]:
+        raise InputError(
+            f"{path}: expected the dataset's seed {metadata['seed']} as propagation.seed, found {ray_seed}"
+        )
+    request = Request(read_scene(folder / scene_file), read_points(folder / "tx_pos.csv"), **settings)
     for key, value in request.metadata().items():
         if key.endswith("sha256") and value != metadata[key]:
             raise InputError(f"{path}: expected the files the dataset was made with, found another {key[:-7]}")

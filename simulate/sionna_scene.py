@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import trimesh
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from scipy.spatial.transform import Rotation
 
 from scenes.description import Scene
@@ -60,7 +60,7 @@ class Antennas:
     def __len__(self) -> int:
         return len(self.positions)
 
-    def some(self, index: np.ndarray) -> Antennas:
+    def subset(self, index: Int[np.ndarray, " k"]) -> Antennas:
         """The antennas at these indices."""
         return replace(self, positions=self.positions[index])
 

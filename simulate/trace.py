@@ -2,7 +2,7 @@
 
 By reciprocity the gateway's elements are the sources and the transmitters the targets: the gateway never moves, so
 one search for paths serves many transmitters. Every element is traced at its true position: indoors a half-metre
-array at 915 MHz is in the near field, and one point with plane-wave phases (``synthetic_array``) is not good enough.
+array at 915 MHz is in the near field, where one point with plane-wave phases (``synthetic_array``) is inaccurate.
 """
 
 from __future__ import annotations
@@ -14,13 +14,13 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from scenes.description import Scene
-from scenes.errors import InputError
+from scenes.errors import ParameterError
 from simulate.chains import Chains, find_chains, paths_of_chains, solve_chains
 from simulate.paths import courses, fields, refine, shoot
-from simulate.planes import Planes
 from simulate.propagation import Propagation
+from simulate.ray_scene import RayScene
 from simulate.ray_tracer import PathsBuffer
-from simulate.sionna_scene import Antennas, build_scene, gateway_antennas, transmitter_antennas
+from simulate.sionna_scene import Antennas, gateway_antennas, transmitter_antennas
 
 MEMORY = 2_000_000_000
 """Bytes that candidate paths may take where rays are shot for each batch of transmitters."""
@@ -49,13 +49,20 @@ class Tracer:
 
     Args:
         scene: where to trace.
-        propagation: what to follow.
+        propagation: the mechanisms to follow.
         region: lowest and highest corner of the box all transmitters are in, metres; the scene's if None.
-        report: takes sentences on the progress of finding chains.
+        seed: seed of the rays.
+        report: called with sentences on the progress of finding chains.
         found: chains found before, by a tracer made with the same arguments; searched for if None.
 
+    Attributes:
+        ray_scene: the scene in the ray tracer's form.
+        elements: the gateway's elements.
+        method: "chains" or "shooting".
+
     Raises:
-        InputError: libLLVM is missing or too old, or so many rays that one transmitter's paths exceed the memory.
+        InputError: libLLVM is missing or too old.
+        ParameterError: so many rays that one transmitter's paths exceed the memory.
     """
 
     def __init__(
@@ -63,31 +70,29 @@ class Tracer:
         scene: Scene,
         propagation: Propagation,
         region: Float[np.ndarray, "2 3"] | None = None,
+        seed: int = 1,
         report: Callable[[str], None] = lambda sentence: None,
         found: Chains | None = None,
     ):
-        self.scene, self.propagation = scene, propagation
-        self._sionna = build_scene(scene)
-        self._sources = gateway_antennas(scene)
+        self.ray_scene = RayScene.of(scene, propagation)
+        self.elements = gateway_antennas(scene)
+        self._seed = seed
         self.method = "chains" if propagation.chains_suffice else "shooting"
         if propagation.chains_suffice:
-            identifiers = [int(self._sionna.objects[item.name].object_id) for item in scene.objects]
-            self._planes = Planes(scene, identifiers)
-            self._identifiers = np.array(identifiers)
             if found is not None:
-                self._chains = found.renamed(self._identifiers)
+                self._chains = found.renamed(self.ray_scene.identifiers)
             else:
                 if region is None:
                     region = np.array([scene.transmitter.region_min, scene.transmitter.region_max])
-                self._chains = find_chains(self._sionna, self._planes, scene, region, propagation, report)
+                self._chains = find_chains(self.ray_scene, region, seed, report)
         else:
-            candidates = propagation.rays * max(1, propagation.max_depth) * len(self._sources)
-            self._at_once = MEMORY // (BYTES_PER_CANDIDATE * candidates)
-            if not self._at_once:
-                most = MEMORY // (BYTES_PER_CANDIDATE * max(1, propagation.max_depth) * len(self._sources))
-                raise InputError(
-                    f"with diffuse reflection or diffraction every ray may become a path: expected at most {most:,} "
-                    f"rays at depth {propagation.max_depth}, found {propagation.rays:,} (--rays)"
+            bytes_per_ray = BYTES_PER_CANDIDATE * max(1, propagation.max_depth) * len(self.elements)
+            self._batch_size = MEMORY // (bytes_per_ray * propagation.rays)
+            if not self._batch_size:
+                raise ParameterError(
+                    "rays",
+                    f"expected at most {MEMORY // bytes_per_ray:,} rays at depth {propagation.max_depth}, since with "
+                    f"diffuse reflection or diffraction every ray may become a path, found {propagation.rays:,}",
                 )
 
     @property
@@ -95,8 +100,9 @@ class Tracer:
         """The chains found, with the scene's objects by their index; None where rays are shot instead."""
         if self.method != "chains":
             return None
-        index = np.zeros(self._identifiers.max() + 1, dtype=np.int64)
-        index[self._identifiers] = np.arange(len(self._identifiers))
+        identifiers = self.ray_scene.identifiers
+        index = np.zeros(identifiers.max() + 1, dtype=np.int64)
+        index[identifiers] = np.arange(len(identifiers))
         return self._chains.renamed(index)
 
     def responses(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements"]:
@@ -107,46 +113,51 @@ class Tracer:
 
         Args:
             positions: metres, world frame.
+
+        Returns:
+            The responses, un-normalised.
         """
-        targets = transmitter_antennas(self.scene, positions)
-        result = np.zeros((len(targets), len(self._sources)), np.complex128)
+        targets = transmitter_antennas(self.ray_scene.description, positions)
+        result = np.zeros((len(targets), len(self.elements)), np.complex128)
         if self.method == "chains":
-            arguments = self._sionna, self._planes, self._chains, self._sources, targets, self.propagation
-            for _, paths in paths_of_chains(*arguments):
+            for _, paths in paths_of_chains(self.ray_scene, self._chains, self.elements, targets):
                 paths.add_to(result)
             return result.astype(np.complex64)
-        for start in range(0, len(targets), self._at_once):
-            part = np.arange(start, min(start + self._at_once, len(targets)))
-            some = targets.some(part)
-            buffer = self._shot(self._sources, some)
-            fields(self._sionna, buffer, self._sources, some, self.propagation).add_to(result[part[0] : part[-1] + 1])
+        for start in range(0, len(targets), self._batch_size):
+            stop = min(start + self._batch_size, len(targets))
+            batch = targets.subset(np.arange(start, stop))
+            buffer = self._shot(self.elements, batch)
+            fields(self.ray_scene, buffer, self.elements, batch).add_to(result[start:stop])
         return result.astype(np.complex64)
 
     def paths(self, position: Float[np.ndarray, " 3"]) -> list[TracedPath]:
-        """The paths to one position from one element (the first of those nearest the array's centre), strongest first.
+        """The paths between one position and one element, the first of those nearest the array's centre.
 
         Args:
             position: metres, world frame.
+
+        Returns:
+            The paths, strongest first.
         """
-        offsets = self._sources.positions - np.asarray(self.scene.gateway.position)
-        element = self._sources.some(np.argmin(np.linalg.norm(offsets, axis=1).round(6), keepdims=True))
-        target = transmitter_antennas(self.scene, np.asarray(position)[None])
+        offsets = self.elements.positions - np.asarray(self.ray_scene.description.gateway.position)
+        element = self.elements.subset(np.argmin(np.linalg.norm(offsets, axis=1).round(6), keepdims=True))
+        target = transmitter_antennas(self.ray_scene.description, np.asarray(position)[None])
         if self.method == "chains":
-            arguments = self._sionna, self._planes, self._chains, element, target, self.propagation
-            buffers = [buffer for _, buffer in solve_chains(*arguments)]
+            buffers = [buffer for _, buffer in solve_chains(self.ray_scene, self._chains, element, target)]
         else:
             buffers = [self._shot(element, target)]
         found = []
         for buffer in buffers:
-            responses = fields(self._sionna, buffer, element, target, self.propagation).responses
+            responses = fields(self.ray_scene, buffer, element, target).responses
             vertices = courses(buffer, element, target)
-            found += [TracedPath(*each) for each in zip(vertices, responses, strict=True)]
+            found += [TracedPath(*path) for path in zip(vertices, responses, strict=True)]
         return sorted(found, key=lambda path: -abs(path.response))
 
     def _shot(self, sources: Antennas, targets: Antennas) -> PathsBuffer:
         """Valid paths by shooting rays from every source."""
-        room = self.propagation.rays * max(1, self.propagation.max_depth) * len(targets)
-        buffer = shoot(self._sionna, sources, targets, self.propagation, room)
-        buffer = refine(self._sionna, buffer, sources, targets, self.propagation)
+        propagation = self.ray_scene.propagation
+        most_paths = propagation.rays * max(1, propagation.max_depth) * len(targets)
+        buffer = shoot(self.ray_scene, sources, targets, self._seed, most_paths)
+        buffer = refine(self.ray_scene, buffer, sources, targets)
         buffer.discard_invalid()
         return buffer

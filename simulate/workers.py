@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
-from scenes.errors import InputError
+from scenes.errors import InputError, ParameterError
 from simulate.dataset_part import Part, make_part
 from simulate.request import Request
 
@@ -29,17 +29,19 @@ def require_ray(address: str | None) -> None:
     """Make sure, before anything is written, that Ray is there.
 
     Raises:
-        InputError: Ray is not installed, or nothing listens at the address (host:port or ray://host:port).
+        InputError: Ray is not installed.
+        ParameterError: nothing listens at the address (host:port or ray://host:port).
     """
     if find_spec("ray") is None:
-        raise InputError("--workers and --ray need Ray: in the checkout, pip install -c constraints.txt '.[ray]'")
+        raise InputError("tracing with workers needs Ray: in the checkout, pip install -c constraints.txt '.[ray]'")
     if address is None:
         return
     host, _, port = address.removeprefix("ray://").rpartition(":")
     try:  # Ray itself would wait for minutes
         socket.create_connection((host, int(port)), timeout=10).close()
     except (OSError, ValueError) as error:
-        raise InputError(f"--ray: expected the host:port of a running Ray cluster, found {address} ({error})") from None
+        message = f"expected the host:port of a running Ray cluster, found {address} ({error})"
+        raise ParameterError("ray", message) from None
 
 
 def parts_of_workers(
@@ -97,7 +99,7 @@ def _trace_part(shared: tuple[Request, Chains | None, str], threads: int, start:
 
         dr.set_thread_count(threads)
         _tracers.clear()
-        _tracers[name] = Tracer(request.scene, request.propagation, request.region, found=chains)
+        _tracers[name] = Tracer(request.scene, request.propagation, request.region, request.seed, found=chains)
     return make_part(request, _tracers[name], start, size)
 
 

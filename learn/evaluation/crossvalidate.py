@@ -17,6 +17,7 @@ from scenes.scene_yaml import load_scene
 from simulate.array import PlanarArray
 from simulate.dataset import Dataset, read_dataset
 from simulate.placement import free_positions
+from simulate.request import propagation_of
 from simulate.spectrum import picture
 
 if TYPE_CHECKING:  # importing it needs the ray tracer, which someone who only has measured data need not install
@@ -96,11 +97,10 @@ def crossvalidate(
     region = np.stack([known.min(axis=0), known.max(axis=0)])
     drawn = free_positions(scene, region, positions, np.random.default_rng(seed))
     if tracer is None:
-        from simulate.propagation import Propagation
         from simulate.trace import Tracer
 
-        propagation = Propagation(**dataset.metadata.get("propagation", {}))
-        tracer = Tracer(scene, propagation, region)
+        propagation, seed_of_rays = propagation_of(dataset.metadata)
+        tracer = Tracer(scene, propagation, region, seed_of_rays)
     responses = tracer.responses(drawn)
     truth = picture(run.array.spectrum(responses)) / np.float32(255)
     prediction = run.predict(drawn)

@@ -21,7 +21,8 @@ def view(what: Annotated[Positional[str], arg(metavar="RUN|DATASET|SCENE")], por
     from scenes.page import serve
 
     seen = subject(what)
-    tracing = None if seen.scene is None else Tracing(seen.scene, seen.propagation, seen.region)
+    propagation, seed = seen.propagation
+    tracing = None if seen.scene is None else Tracing(seen.scene, propagation, seen.region, seed)
     serve(f"bisplat: {seen.name}", port, lambda client: Session(client, seen, tracing).close)
     if tracing is not None:  # the tracer may be at work in its thread, and Dr.Jit aborts a process that leaves then
         os._exit(0)

@@ -26,6 +26,7 @@ from scenes.scene_yaml import load_scene
 from simulate.array import PlanarArray
 from simulate.dataset import NERF2_FREQUENCY, Dataset, read_dataset
 from simulate.propagation import Propagation
+from simulate.request import propagation_of
 from simulate.spectrum import picture
 
 SCORED = 400
@@ -97,9 +98,9 @@ class Subject:
         return PlanarArray.of(self.gateway)
 
     @property
-    def propagation(self) -> Propagation:
-        """What the ray tracer follows: as the dataset was made."""
-        return Propagation(**(self.dataset.metadata.get("propagation", {}) if self.dataset else {}))
+    def propagation(self) -> tuple[Propagation, int]:
+        """The mechanisms the ray tracer follows and the seed of its rays: as the dataset was made."""
+        return propagation_of(self.dataset.metadata if self.dataset else {})
 
     @property
     def predictors(self) -> dict[str, Callable[[Position], Picture]]:

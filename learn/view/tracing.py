@@ -34,14 +34,15 @@ class Tracing:
         scene: where to trace.
         propagation: what to follow.
         region: corners of the box all transmitters are in, metres.
+        seed: seed of the rays.
 
     Attributes:
         state: a sentence on what goes on, for the user.
     """
 
-    def __init__(self, scene: Scene, propagation: Propagation, region: np.ndarray):
+    def __init__(self, scene: Scene, propagation: Propagation, region: np.ndarray, seed: int = 1):
         self.state = "ray tracing: finding paths"
-        self._arguments = scene, propagation, region
+        self._arguments = scene, propagation, region, seed
         self._array = PlanarArray.of(scene.gateway)
         self._wanted: dict[object, tuple[Position, Callable[[Traced], None]]] = {}
         self._asked = Condition()

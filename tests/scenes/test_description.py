@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 from trimesh import Trimesh
 
-from scenes.description import Gateway, SceneObject, validate
+from scenes.description import Gateway, SceneObject
 from scenes.errors import InputError
 from scenes.shapes import box
+from scenes.validation import validate
 
 
 def test_wavelength_and_bounds(scene):

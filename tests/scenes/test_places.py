@@ -7,9 +7,9 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from scenes import load_scene
-from scenes.description import validate
 from scenes.occupancy import inside_object
 from scenes.scene_yaml import BUILT_IN
+from scenes.validation import validate
 
 SHELL = ("floor", "ceiling", "wall", "window", "door")
 

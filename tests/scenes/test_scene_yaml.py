@@ -8,10 +8,10 @@ import pytest
 import trimesh
 
 from scenes import load_scene
-from scenes.description import validate
 from scenes.errors import InputError
 from scenes.scene_yaml import read_scene, write_scene
 from scenes.shapes import box
+from scenes.validation import validate
 
 YARD = """\
 name: yard

@@ -9,12 +9,12 @@ import pytest
 from PIL import Image
 from scipy.stats import kstest
 
-from scenes.errors import InputError
+from scenes.errors import ParameterError
 from simulate.array import LEAST_POWER_DB, PlanarArray
 from simulate.dataset_writer import encode_power
 from simulate.measurement import Measurement
 
-ALL = Measurement(snr_db=12, gain_error_db=1.5, phase_error_deg=20, phase_noise_deg=8, seed=5)
+ALL = Measurement(snr_db=12, gain_error_db=1.5, phase_error_deg=20, phase_noise_deg=8)
 EFFECTS = {"snr_db": 12, "gain_error_db": 1.5, "phase_error_deg": 20, "phase_noise_deg": 8}
 PLAUSIBLE = 0.01
 """Least p-value that passes for chance; the seeds are fixed, so it never fails by bad luck."""
@@ -34,7 +34,7 @@ def ones(count: int, elements: int = 16) -> np.ndarray:
 def test_noise_is_as_far_below_each_spectrum_as_asked(snr):
     """10 log10 of mean |y|² over mean |n|²: over all spectra and over the weakest tenth of them."""
     y = responses(3000)
-    noise = Measurement(snr_db=snr).apply(y, np.arange(3000)) - y
+    noise = Measurement(snr_db=snr).apply(y, np.arange(3000), 0) - y
     level = (np.abs(y) ** 2).mean(axis=1)
     ratio = (np.abs(noise) ** 2).mean(axis=1) / level
     weakest = np.argsort(level)[:300]
@@ -43,7 +43,7 @@ def test_noise_is_as_far_below_each_spectrum_as_asked(snr):
 
 
 def test_noise_is_circular_gaussian_and_independent_from_element_to_element_and_spectrum_to_spectrum():
-    noise = Measurement(snr_db=0).apply(ones(3000), np.arange(3000)) - 1
+    noise = Measurement(snr_db=0).apply(ones(3000), np.arange(3000), 0) - 1
     for part in (noise.real, noise.imag):
         assert kstest(part.ravel() * math.sqrt(2), "norm").pvalue > PLAUSIBLE
     covariance = noise.T @ noise.conj() / 3000
@@ -55,27 +55,27 @@ def test_noise_is_circular_gaussian_and_independent_from_element_to_element_and_
 def test_all_elements_have_the_same_noise_however_unlike_their_signals():
     y = np.zeros((4000, 4), complex)
     y[:, 0] = 2.0  # the mean over the array is 1
-    noise = Measurement(snr_db=10).apply(y, np.arange(4000)) - y
+    noise = Measurement(snr_db=10).apply(y, np.arange(4000), 0) - y
     assert (np.abs(noise) ** 2).mean(axis=0) == pytest.approx(np.full(4, 0.1), rel=0.08)
 
 
 def test_noise_level_is_that_of_the_ideal_responses():
     """Gains of ± 10 dB move the signal, not the noise."""
-    noise = Measurement(snr_db=10, seed=2).apply(ones(500), np.arange(500)) - 1
-    without = Measurement(gain_error_db=10, seed=2).apply(ones(500), np.arange(500))
-    both = Measurement(snr_db=10, gain_error_db=10, seed=2).apply(ones(500), np.arange(500))
+    noise = Measurement(snr_db=10).apply(ones(500), np.arange(500), 2) - 1
+    without = Measurement(gain_error_db=10).apply(ones(500), np.arange(500), 2)
+    both = Measurement(snr_db=10, gain_error_db=10).apply(ones(500), np.arange(500), 2)
     assert both - without == pytest.approx(noise)
 
 
 def test_gains_spread_normally_in_db_and_leave_the_phase():
-    measured = Measurement(gain_error_db=1.5, seed=1).apply(ones(1, 20_000), np.arange(1))[0]
+    measured = Measurement(gain_error_db=1.5).apply(ones(1, 20_000), np.arange(1), 1)[0]
     assert kstest(20 * np.log10(np.abs(measured)) / 1.5, "norm").pvalue > PLAUSIBLE
     assert np.abs(np.angle(measured)).max() == 0
 
 
 @pytest.mark.parametrize("effect", ["phase_error_deg", "phase_noise_deg"])
 def test_phases_spread_normally_in_degrees_and_leave_the_magnitude(effect):
-    measured = Measurement(**{effect: 20.0}, seed=1).apply(ones(1, 20_000), np.arange(1))[0]
+    measured = Measurement(**{effect: 20.0}).apply(ones(1, 20_000), np.arange(1), 1)[0]
     assert kstest(np.degrees(np.angle(measured)) / 20, "norm").pvalue > PLAUSIBLE
     assert np.abs(measured) == pytest.approx(np.ones(20_000))
 
@@ -83,22 +83,23 @@ def test_phases_spread_normally_in_degrees_and_leave_the_magnitude(effect):
 def test_errors_of_gain_and_phase_are_the_array_s_own():
     """y'/y is the same in every spectrum, another one for every element, and another array for another seed."""
     y = responses(50)
-    measurement = Measurement(gain_error_db=1, phase_error_deg=10, seed=4)
-    error = measurement.apply(y, np.arange(50)) / y
+    error = Measurement(gain_error_db=1, phase_error_deg=10).apply(y, np.arange(50), 4) / y
     assert error == pytest.approx(np.tile(error[0], (50, 1)))
     assert len(set(error[0].round(6))) == 16
-    other = Measurement(gain_error_db=1, phase_error_deg=10, seed=5).apply(y, np.arange(50)) / y
+    other = Measurement(gain_error_db=1, phase_error_deg=10).apply(y, np.arange(50), 5) / y
     assert np.abs(other[0] - error[0]).min() > 1e-3
 
 
 def test_gain_and_phase_of_an_element_are_drawn_independently():
-    measured = Measurement(gain_error_db=1, phase_error_deg=10, phase_noise_deg=0).apply(ones(1, 20_000), np.arange(1))
+    measured = Measurement(gain_error_db=1, phase_error_deg=10, phase_noise_deg=0).apply(
+        ones(1, 20_000), np.arange(1), 0
+    )
     gain, phase = np.log(np.abs(measured[0])), np.angle(measured[0])
     assert abs(np.corrcoef(gain, phase)[0, 1]) < 0.03
 
 
 def test_phase_noise_is_new_for_every_element_and_every_spectrum():
-    phase = np.angle(Measurement(phase_noise_deg=10).apply(ones(3000), np.arange(3000)))
+    phase = np.angle(Measurement(phase_noise_deg=10).apply(ones(3000), np.arange(3000), 0))
     assert np.corrcoef(phase.T) == pytest.approx(np.eye(16), abs=0.1)
     assert abs(np.corrcoef(phase[1:].ravel(), phase[:-1].ravel())[0, 1]) < 0.02
     assert phase.mean(axis=0) == pytest.approx(np.zeros(16), abs=math.radians(1))
@@ -108,7 +109,7 @@ def test_expected_peak_of_a_plane_wave():
     """E S² = 1 + (MN − 1) e^{-σ²} + 10^{-SNR/10} at the wave's own direction, σ in radians, |y_m| = 1."""
     array = PlanarArray()
     y = array.manifold(np.radians(200.0), np.radians(40.0))
-    measured = Measurement(snr_db=3, phase_noise_deg=40).apply(np.tile(y, (4000, 1)), np.arange(4000))
+    measured = Measurement(snr_db=3, phase_noise_deg=40).apply(np.tile(y, (4000, 1)), np.arange(4000), 0)
     power = np.abs(measured @ y.conj()) ** 2 / 16
     expected = 1 + 15 * math.exp(-(math.radians(40) ** 2)) + 10**-0.3
     assert power.mean() == pytest.approx(expected, rel=0.02)
@@ -117,77 +118,76 @@ def test_expected_peak_of_a_plane_wave():
 def test_what_a_spectrum_gets_depends_on_its_number_alone():
     """Alone, in a batch, backwards: the same bits."""
     y, numbers = responses(40).astype(np.complex64), np.arange(100, 140)
-    whole = ALL.apply(y, numbers)
-    assert (ALL.apply(y[::-1], numbers[::-1])[::-1] == whole).all()
-    assert all((ALL.apply(y[i : i + 1], numbers[i : i + 1])[0] == whole[i]).all() for i in range(40))
-    assert (ALL.apply(y, numbers + 1) != whole).all()
+    whole = ALL.apply(y, numbers, 5)
+    assert (ALL.apply(y[::-1], numbers[::-1], 5)[::-1] == whole).all()
+    assert all((ALL.apply(y[i : i + 1], numbers[i : i + 1], 5)[0] == whole[i]).all() for i in range(40))
+    assert (ALL.apply(y, numbers + 1, 5) != whole).all()
 
 
 def test_a_seed_is_a_receiver():
     y = responses(3)
-    again = Measurement(**EFFECTS, seed=5).apply(y, np.arange(3))
-    other = Measurement(**EFFECTS, seed=6).apply(y, np.arange(3))
-    assert (again == ALL.apply(y, np.arange(3))).all()
+    again = Measurement(**EFFECTS).apply(y, np.arange(3), 5)
+    other = Measurement(**EFFECTS).apply(y, np.arange(3), 6)
+    assert (again == ALL.apply(y, np.arange(3), 5)).all()
     assert (other != again).all()
 
 
 def test_draws_of_one_effect_do_not_depend_on_the_others():
     """y' of all effects is the product of the three errors, each by itself, plus the noise by itself."""
     y, numbers = ones(20), np.arange(20)
-    alone = {name: Measurement(**{name: value}, seed=5).apply(y, numbers) for name, value in EFFECTS.items()}
+    alone = {name: Measurement(**{name: value}).apply(y, numbers, 5) for name, value in EFFECTS.items()}
     errors = alone["gain_error_db"] * alone["phase_error_deg"] * alone["phase_noise_deg"]
-    assert ALL.apply(y, numbers) == pytest.approx(errors + alone["snr_db"] - 1)
+    assert ALL.apply(y, numbers, 5) == pytest.approx(errors + alone["snr_db"] - 1)
 
 
 def test_draws_are_not_those_of_positions_or_split():
     """These come from the bare seed, which to NumPy is the same as [seed, 0, 0]."""
     bare = np.random.default_rng(5).standard_normal(16)
     for name in ("phase_error_deg", "phase_noise_deg"):
-        phase = np.angle(Measurement(**{name: 1.0}, seed=5).apply(ones(1), np.arange(1)))
+        phase = np.angle(Measurement(**{name: 1.0}).apply(ones(1), np.arange(1), 5))
         assert np.abs(np.degrees(phase[0]) - bare).min() > 1e-6
 
 
 def test_ideal_receiver_changes_no_bit():
     y = responses(4).astype(np.complex64)
     before = y.tobytes()
-    assert Measurement(seed=9).off
-    assert Measurement(seed=9).apply(y, np.arange(4)).tobytes() == before
+    assert Measurement().off
+    assert Measurement().apply(y, np.arange(4), 9).tobytes() == before
     assert [Measurement(**{name: value}).off for name, value in EFFECTS.items()] == [False] * 4
-    assert {field.name for field in fields(Measurement)} == {*EFFECTS, "seed"}
+    assert {field.name for field in fields(Measurement)} == {*EFFECTS}
 
 
 @pytest.mark.parametrize("kind", [np.complex64, np.complex128])
 def test_responses_keep_their_kind_and_the_given_ones_are_left_alone(kind):
     y = responses(4).astype(kind)
     before = y.copy()
-    assert ALL.apply(y, np.arange(4)).dtype == kind
+    assert ALL.apply(y, np.arange(4), 5).dtype == kind
     assert (y == before).all()
 
 
 def test_spectrum_of_nothing_stays_nothing():
-    assert not ALL.apply(np.zeros((1, 16), np.complex64), np.arange(1)).any()
-    assert ALL.apply(np.zeros((0, 16), np.complex64), np.arange(0)).shape == (0, 16)
+    assert not ALL.apply(np.zeros((1, 16), np.complex64), np.arange(1), 5).any()
+    assert ALL.apply(np.zeros((0, 16), np.complex64), np.arange(0), 5).shape == (0, 16)
 
 
 @pytest.mark.parametrize(
-    ("wrong", "option"),
+    ("wrong", "parameter"),
     [
-        ({"snr_db": math.nan}, "--snr"),
-        ({"snr_db": math.inf}, "--snr"),
-        ({"gain_error_db": -0.1}, "--gain-error"),
-        ({"gain_error_db": math.inf}, "--gain-error"),
-        ({"phase_error_deg": math.nan}, "--phase-error"),
-        ({"phase_error_deg": -1}, "--phase-error"),
-        ({"phase_noise_deg": -5}, "--phase-noise"),
-        ({"phase_noise_deg": math.nan}, "--phase-noise"),
-        ({"seed": -1}, "--seed"),
+        ({"snr_db": math.nan}, "snr_db"),
+        ({"snr_db": math.inf}, "snr_db"),
+        ({"gain_error_db": -0.1}, "gain_error_db"),
+        ({"gain_error_db": math.inf}, "gain_error_db"),
+        ({"phase_error_deg": math.nan}, "phase_error_deg"),
+        ({"phase_error_deg": -1}, "phase_error_deg"),
+        ({"phase_noise_deg": -5}, "phase_noise_deg"),
+        ({"phase_noise_deg": math.nan}, "phase_noise_deg"),
     ],
 )
-def test_impossible_receiver_is_refused_in_one_sentence(wrong, option):
-    with pytest.raises(InputError) as error:
+def test_impossible_receiver_is_refused_in_one_sentence(wrong, parameter):
+    with pytest.raises(ParameterError) as error:
         Measurement(**wrong)
     message = str(error.value)
-    assert message.startswith(f"{option}: expected ")
+    assert message.startswith(f"{parameter}: expected ")
     assert message.endswith(f", found {next(iter(wrong.values()))}")
     assert "\n" not in message
 

@@ -10,7 +10,11 @@ import bisplat
 from scenes.description import facing
 from scenes.errors import InputError
 from scenes.scene_yaml import write_scene
+from simulate.command import MeasurementOptions
 from simulate.dataset import read_dataset
+from simulate.propagation import Propagation
+
+DIRECT = Propagation(max_depth=0)
 
 
 @pytest.fixture(scope="module")
@@ -26,7 +30,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 def test_each_gateway_gets_a_folder_of_the_same_positions(two_gateways, tmp_path):
-    bisplat.simulate(str(two_gateways), tmp_path, spectra=5, max_depth=0)
+    bisplat.simulate(str(two_gateways), tmp_path, spectra=5, propagation=DIRECT)
     first, second = read_dataset(tmp_path / "gateway1"), read_dataset(tmp_path / "west")
     assert (first.positions == second.positions).all()
     assert first.responses is not None and second.responses is not None
@@ -36,8 +40,14 @@ def test_each_gateway_gets_a_folder_of_the_same_positions(two_gateways, tmp_path
 
 
 def test_receivers_errors_are_as_large_as_asked_for_and_each_arrays_own(two_gateways, tmp_path):
-    bisplat.simulate(str(two_gateways), tmp_path / "ideal", spectra=5, max_depth=0)
-    bisplat.simulate(str(two_gateways), tmp_path / "real", spectra=5, max_depth=0, phase_error=10.0)
+    bisplat.simulate(str(two_gateways), tmp_path / "ideal", spectra=5, propagation=DIRECT)
+    bisplat.simulate(
+        str(two_gateways),
+        tmp_path / "real",
+        spectra=5,
+        propagation=DIRECT,
+        measurement=MeasurementOptions(phase_error_deg=10.0),
+    )
     errors = []
     for name in ("gateway1", "west"):
         ideal, real = (read_dataset(tmp_path / kind / name).responses for kind in ("ideal", "real"))
@@ -48,12 +58,13 @@ def test_receivers_errors_are_as_large_as_asked_for_and_each_arrays_own(two_gate
 
 
 def test_folder_made_once_more_is_the_same_with_its_own_settings(two_gateways, tmp_path):
-    bisplat.simulate(str(two_gateways), tmp_path / "a", spectra=5, max_depth=0, snr=10.0, power_db=True, seed=4)
+    noisy = MeasurementOptions(snr_db=10.0)
+    bisplat.simulate(str(two_gateways), tmp_path / "a", 5, seed=4, propagation=DIRECT, measurement=noisy, power_db=True)
     bisplat.simulate(str(tmp_path / "a" / "west"), tmp_path / "again")
     assert contents(tmp_path / "again") == contents(tmp_path / "a" / "west")
     assert (tmp_path / "again" / "power_db" / "00005.tif").exists()
 
 
 def test_no_workers_is_wrong(two_gateways, tmp_path):
-    with pytest.raises(InputError, match="--workers: expected at least 1, found 0"):
+    with pytest.raises(InputError, match="workers: expected at least 1, found 0"):
         bisplat.simulate(str(two_gateways), tmp_path / "out", workers=0)

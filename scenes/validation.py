@@ -1,0 +1,92 @@
+"""Check a scene: its numbers, names and materials, and that no gateway is inside an object."""
+
+from __future__ import annotations
+
+import math
+import re
+
+import numpy as np
+
+from scenes.description import PATTERNS, POLARIZATIONS, UNIT_TOLERANCE, Gateway, Scene, Transmitter
+from scenes.errors import InputError, did_you_mean
+from scenes.occupancy import blocking_object
+
+
+def validate(scene: Scene, source: str) -> None:
+    """Check what no type can.
+
+    Args:
+        source: where the scene comes from, the start of every message: a file name or a built-in's name.
+
+    Raises:
+        InputError: a number that is not finite, a frequency, size or spacing that is not positive, an
+            unknown pattern or polarisation, an orientation that is not a unit quaternion, an empty or
+            inverted transmitter region, no objects, two of one name, one without triangles or without a
+            known material, or a gateway inside an object.
+    """
+
+    def refuse(message: str) -> None:
+        raise InputError(f"{source}: {message}")
+
+    transmitter = scene.transmitter
+    gateways = {"gateway": scene.gateway}
+    for name, further in scene.further_gateways.items():
+        if name == "gateway1" or not re.fullmatch(r"[A-Za-z0-9_-]+", name):
+            refuse(f'further_gateways: expected a name of letters, digits, - and _, not gateway1, found "{name}"')
+        gateways[f"further_gateways.{name}"] = further
+    if not (math.isfinite(scene.frequency) and scene.frequency > 0):
+        refuse(f"frequency must be a positive number of hertz, found {scene.frequency}")
+    for label, vector in (
+        *((f"{name}.position", gateway.position) for name, gateway in gateways.items()),
+        *((f"{name}.orientation", gateway.orientation) for name, gateway in gateways.items()),
+        ("transmitter.orientation", transmitter.orientation),
+        ("transmitter.region.min", transmitter.region_min),
+        ("transmitter.region.max", transmitter.region_max),
+    ):
+        if not np.isfinite(vector).all():
+            refuse(f"{label} must be finite numbers, found {list(vector)}")
+    antennas: dict[str, Gateway | Transmitter] = {**gateways, "transmitter": transmitter}
+    for end, antenna in antennas.items():
+        norm = math.hypot(*antenna.orientation)
+        if abs(norm - 1) > UNIT_TOLERANCE:
+            refuse(
+                f"{end}.orientation must be a unit quaternion (x, y, z, w), found length {norm:.4g} "
+                f"for {list(antenna.orientation)}"
+            )
+        if antenna.pattern not in PATTERNS:
+            refuse(f'unknown {end}.pattern "{antenna.pattern}"; {did_you_mean(antenna.pattern, PATTERNS)}')
+        if antenna.polarization not in POLARIZATIONS:
+            refuse(f'{end}.polarization must be "V" or "H", found "{antenna.polarization}"')
+    for label, gateway in gateways.items():
+        if gateway.rows < 1 or gateway.columns < 1:
+            refuse(f"{label}.rows and columns must be at least 1, found {gateway.rows} x {gateway.columns}")
+        if not (math.isfinite(gateway.spacing) and gateway.spacing > 0):
+            refuse(f"{label}.spacing must be a positive number of wavelengths, found {gateway.spacing}")
+    for axis, low, high in zip("xyz", transmitter.region_min, transmitter.region_max, strict=True):
+        if low >= high:
+            refuse(f"transmitter.region must have min below max, found {axis} from {low:g} to {high:g} m")
+
+    if not scene.objects:
+        refuse("a scene needs at least one object, found none")
+    names: set[str] = set()
+    for index, item in enumerate(scene.objects):
+        label = f'objects[{index}] ("{item.name}")'
+        if item.name in names:
+            refuse(f"{label}: every object needs a name of its own, and this one is taken")
+        names.add(item.name)
+        if item.material not in scene.materials:
+            suggestion = did_you_mean(item.material, scene.materials)
+            refuse(f'{label}: unknown material "{item.material}"; {suggestion}')
+        if len(item.mesh.faces) == 0:
+            refuse(f"{label}: the mesh has no triangles")
+        if not np.isfinite(item.mesh.vertices).all():
+            refuse(f"{label}: the mesh has vertices that are not finite numbers")
+        if item.thickness is not None and not (math.isfinite(item.thickness) and item.thickness > 0):
+            refuse(f"{label}: thickness must be a positive number of metres, found {item.thickness}")
+    for label, gateway in gateways.items():
+        blocker = blocking_object(scene, np.array([gateway.position], dtype=float))[0]
+        if blocker is not None:
+            refuse(
+                f'{label}.position {list(gateway.position)} lies inside object "{blocker}" '
+                "(a closed mesh counts as the room only where it also holds the whole transmitter region)"
+            )

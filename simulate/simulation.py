@@ -1,0 +1,131 @@
+"""Simulate a dataset from Python: what ``bisplat simulate`` does, as a function."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from scenes.description import Scene
+from scenes.errors import InputError, ParameterError
+from scenes.scene_yaml import load_scene
+from scenes.validation import validate
+from simulate.dataset import Dataset, read_dataset
+from simulate.generate import generate
+from simulate.measurement import Measurement
+from simulate.placement import Placement, check_positions, place, read_positions
+from simulate.propagation import Propagation
+from simulate.request import Request, read_request
+
+LEAST_SPECTRA = 2
+"""One to train on and one to test on."""
+
+
+def simulate(
+    scene: Scene | str | Path,
+    output: str | Path,
+    n: int = 6000,
+    *,
+    placement: Placement = "uniform",
+    positions: Float[np.ndarray, "K 3"] | str | Path | None = None,
+    seed: int = 0,
+    propagation: Propagation = Propagation(),
+    measurement: Measurement = Measurement(),
+    power_db: bool = False,
+    workers: int | None = None,
+    ray: str | None = None,
+) -> Dataset:
+    """Ray-trace a scene into a NeRF² dataset folder; the same call again finishes an interrupted one.
+
+    Args:
+        scene: a scene of one gateway, a built-in place's name, a scene YAML, or a simulated dataset folder, which is
+            then made once more by its own settings instead of those given here.
+        output: the dataset folder.
+        n: number of transmitter positions to draw.
+        placement: how they are drawn in the scene's region.
+        positions: positions to use instead, metres, world frame, or a CSV of them with the header x,y,z.
+        seed: seed of the positions, the rays, the train/test split and the receiver's errors.
+        propagation: the mechanisms to follow.
+        measurement: errors that the receiver adds.
+        power_db: also write each spectrum's absolute power in dB.
+        workers: trace with so many Ray workers at a time; in this process if neither this nor ``ray`` is given.
+        ray: address of a running Ray cluster to trace on.
+
+    Returns:
+        The dataset, read from the folder.
+
+    Raises:
+        InputError: a scene that is refused or has several gateways, or a folder that holds something else.
+        ParameterError: a parameter out of its range, or positions inside an object.
+
+    >>> import tempfile
+    >>> from scenes import Gateway, Scene, SceneObject, Transmitter
+    >>> from scenes.description import facing
+    >>> from scenes.materials import p2040_materials
+    >>> from scenes.shapes import sheet
+    >>> floor = SceneObject("floor", sheet((-5, -5, 0), (10, 0, 0), (0, 10, 0)), "concrete")
+    >>> gateway, region = Gateway((0, 0, 1.5), facing((-1, 0, 0))), Transmitter((-4, -1, 0.5), (-2, 1, 2))
+    >>> yard = Scene("yard", 915e6, gateway, region, (floor,), p2040_materials(["concrete"], 915e6))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     dataset = simulate(yard, f"{folder}/yard", n=3, propagation=Propagation(max_depth=1, rays=10_000))
+    >>> dataset.positions.shape, dataset.responses.shape, dataset.pictures.shape
+    ((3, 3), (3, 16), (3, 90, 360))
+    """
+    request = request_for(scene, n, placement, positions, seed, propagation, measurement, seed, power_db)
+    generate(request, Path(output), workers, ray)
+    return read_dataset(output)
+
+
+def request_for(
+    scene: Scene | str | Path,
+    n: int,
+    placement: Placement,
+    positions: Float[np.ndarray, "K 3"] | str | Path | None,
+    seed: int,
+    propagation: Propagation,
+    measurement: Measurement,
+    measurement_seed: int,
+    power_db: bool,
+) -> Request:
+    """Everything that the content of a dataset folder depends on.
+
+    Args:
+        scene: as of ``simulate``.
+        n: as of ``simulate``.
+        placement: as of ``simulate``.
+        positions: as of ``simulate``.
+        seed: seed of the positions, the rays and the train/test split.
+        propagation: as of ``simulate``.
+        measurement: as of ``simulate``.
+        measurement_seed: seed of the receiver's errors.
+        power_db: as of ``simulate``.
+
+    Returns:
+        The request, for ``simulate.generate``.
+
+    Raises:
+        InputError: as ``simulate``.
+        ParameterError: as ``simulate``.
+    """
+    if not isinstance(scene, Scene) and Path(scene).is_dir():
+        return read_request(Path(scene))
+    for name, value, least in (("n", n, LEAST_SPECTRA), ("seed", seed, 0)):
+        if not (isinstance(value, int) and value >= least):
+            raise ParameterError(name, f"expected a whole number of at least {least}, found {value}")
+    if isinstance(scene, Scene):
+        validate(scene, scene.name)
+    else:
+        scene = load_scene(scene)
+    if scene.further_gateways:
+        raise InputError(
+            f"{scene.name}: expected a scene of one gateway, found {len(scene.by_gateway())}; simulate each scene of "
+            "scene.by_gateway() into a folder of its own"
+        )
+    if positions is None:
+        points, how = place(scene, placement, n, seed), f"{placement}, seed {seed}"
+    elif isinstance(positions, np.ndarray):
+        points, how = check_positions(positions, scene), "given positions"
+    else:
+        points, how = read_positions(Path(positions), scene), f"positions of {Path(positions).name}"
+    return Request(scene, points, how, propagation, seed, measurement, measurement_seed, power_db)
