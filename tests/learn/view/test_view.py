@@ -120,9 +120,9 @@ def test_primitives_on_the_sphere_are_as_wide_as_on_the_chart(small, region):
 def test_dataset_alone_has_pictures_positions_and_copying(tiny):
     found = subject(str(tiny))
     assert found.run is None and found.scene is None and "which scene" in found.missing[0]
-    assert list(found.predictors) == ["inverse distance (4)", "nearest neighbour"]
+    assert list(found.predictors) == ["inverse-distance", "nearest"]
     test = found.parts.test
-    copied = found.predictors["nearest neighbour"](found.dataset.positions[found.parts.known[3]])
+    copied = found.predictors["nearest"](found.dataset.positions[found.parts.known[3]])
     np.testing.assert_allclose(copied, found.dataset.spectra[found.parts.known[3]])
     assert found.scores.shape == test.shape and (found.scores < 1).all() and (found.scores > 0.2).all()
 
