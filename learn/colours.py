@@ -1,7 +1,10 @@
-"""The colours of spectra, the same in figures, reports and the viewer. Perceptually uniform; the phase's are cyclic."""
+"""Matplotlib's colour maps for spectra, the same in figures, reports and the viewer.
+
+All are perceptually uniform, and the one for phases is cyclic.
+"""
 
 MAGNITUDE = "viridis"
 DIFFERENCE = "RdBu_r"
 PHASE = "twilight"
 LEAST_DB = -30.0
-"""Where decibels below a spectrum's maximum end."""
+"""dB below a spectrum's maximum, where the scale in decibels ends."""

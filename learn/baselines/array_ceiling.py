@@ -1,7 +1,7 @@
-"""The array's ceiling: how well any set of element responses can reproduce a picture.
+"""The array's ceiling: how well any set of element responses can reproduce a spectrum.
 
-An array of MN elements can only ever show |A y|. The best y for each test picture bounds what a model that respects
-the array can score, and tells how much of a measured picture is not spatial spectrum at all.
+An array of MN elements only measures spectra of the form |A y|. The best y for each test spectrum gives an upper bound
+of the score of any model that respects the array, and tells how much of a measured spectrum the array cannot explain.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ CEILING = "array's ceiling"
 """Name of the bound in tables and figures."""
 
 SAMPLES = 50
-"""Test pictures the ceiling is fitted to: a fit takes a fraction of a second each."""
+"""Number of test spectra the ceiling is fitted to; a fit takes a fraction of a second each."""
 
 STARTS, ITERATIONS = 4, 120
 FLOORS = (0.0, 0.03, 0.1)
@@ -27,29 +27,29 @@ EVERY_DEG = 6
 
 
 def array_ceiling(truth: Float[np.ndarray, "K 90 360"], array: PlanarArray) -> Float[np.ndarray, "K 90 360"]:
-    """Best pictures of the form normalise(|A y|), fitted to each true picture."""
+    """The spectra of the form normalise(|A y|) that fit each true spectrum best."""
     return normalise(array.spectrum(responses_of(truth, array)))
 
 
-def responses_of(pictures: Float[np.ndarray, "K 90 360"], array: PlanarArray) -> Complex[np.ndarray, "K elements"]:
-    """Element responses y that show a picture best, each up to a scale and a phase.
+def responses_of(spectra: Float[np.ndarray, "K 90 360"], array: PlanarArray) -> Complex[np.ndarray, "K elements"]:
+    """Element responses y that reproduce each spectrum best, up to a scale and a phase.
 
-    Phase retrieval by error reduction (Gerchberg and Saxton 1972): y ← A⁺ (s e^{j∠(A y)}), s the picture plus a floor,
+    Phase retrieval by error reduction (Gerchberg and Saxton 1972): y ← A⁺ (s e^{j∠(A y)}), s the spectrum plus a floor,
     from several random starts and for several floors, since the problem is not convex; the best fit counts.
     """
     steering = array.steering[::EVERY_DEG, ::EVERY_DEG].reshape(-1, array.elements)
     inverse = np.linalg.pinv(steering)
     generator = np.random.default_rng(0)
     best = []
-    for picture in pictures:
-        wanted = picture[::EVERY_DEG, ::EVERY_DEG].reshape(-1).astype(np.float64)
+    for spectrum in spectra:
+        wanted = spectrum[::EVERY_DEG, ::EVERY_DEG].reshape(-1).astype(np.float64)
         magnitude = np.repeat([wanted + floor for floor in FLOORS], STARTS, axis=0)
         y = generator.standard_normal((len(magnitude), array.elements, 2)) @ [1, 1j]
         for _ in range(ITERATIONS):
             field = y @ steering.T
             y = (magnitude * np.exp(1j * np.angle(field))) @ inverse.T
-        spectrum = np.abs(y @ steering.T)
-        low, high = spectrum.min(axis=1, keepdims=True), spectrum.max(axis=1, keepdims=True)
-        error = (((spectrum - low) / (high - low) - wanted) ** 2).mean(axis=1)
+        found = np.abs(y @ steering.T)
+        low, high = found.min(axis=1, keepdims=True), found.max(axis=1, keepdims=True)
+        error = (((found - low) / (high - low) - wanted) ** 2).mean(axis=1)
         best.append(y[error.argmin()])
     return np.array(best)

@@ -16,7 +16,7 @@ from simulate.array import PlanarArray
 from simulate.spectrum import normalise
 
 COMPONENTS = 48
-"""Principal components of the pictures that are interpolated."""
+"""Number of principal components of the spectra that are interpolated."""
 
 FITTED_ON = 400
 """Spectra that the kernel's length and noise are fitted on; all are used to predict."""
@@ -43,20 +43,20 @@ class Interpolator:
         return found * self._scale + self._mean
 
 
-def krige_pictures(
-    positions: Float[np.ndarray, "n 3"], pictures: Float[np.ndarray, "n 90 360"], seed: int
+def krige_spectra(
+    positions: Float[np.ndarray, "n 3"], spectra: Float[np.ndarray, "n 90 360"], seed: int
 ) -> Callable[[Float[np.ndarray, "K 3"]], Float[np.ndarray, "K 90 360"]]:
-    """Fits the principal components of known pictures; returns what interpolates them at other positions."""
-    pixels = pictures.reshape(len(pictures), -1)
+    """Fit the principal components of known spectra; returns a function that interpolates at other positions."""
+    pixels = spectra.reshape(len(spectra), -1)
     components = PCA(min(COMPONENTS, len(pixels)), random_state=seed).fit(pixels)
     interpolator = Interpolator(positions, components.transform(pixels), seed)
-    return lambda asked: components.inverse_transform(interpolator(asked)).reshape(len(asked), *pictures.shape[1:])
+    return lambda asked: components.inverse_transform(interpolator(asked)).reshape(len(asked), *spectra.shape[1:])
 
 
 def krige_responses(
     positions: Float[np.ndarray, "n 3"], responses: Complex[np.ndarray, "n elements"], array: PlanarArray, seed: int
 ) -> Callable[[Float[np.ndarray, "K 3"]], Float[np.ndarray, "K 90 360"]]:
-    """Fits real and imaginary parts of known element responses; of the interpolated ones the array makes pictures."""
+    """Fit known element responses; returns a function that interpolates them and beamforms spectra from them."""
     interpolator = Interpolator(positions, np.concatenate([responses.real, responses.imag], axis=1), seed)
 
     def predict(asked: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:

@@ -1,4 +1,4 @@
-"""Predictors without learning. A model that does not beat these has no reason to exist."""
+"""Predictors without learning. A model must beat these to be of use."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ NEIGHBOURS = 4
 def mean_picture(
     known: Float[np.ndarray, "n 90 360"], positions: Float[np.ndarray, "K 3"]
 ) -> Float[np.ndarray, "K 90 360"]:
-    """The mean of the known pictures, wherever the transmitter is."""
+    """The mean of the known spectra, the same at every position."""
     return np.broadcast_to(known.mean(axis=0), (len(positions), *known.shape[1:]))
 
 
@@ -21,7 +21,7 @@ def nearest(
     known: Float[np.ndarray, "n 90 360"],
     positions: Float[np.ndarray, "K 3"],
 ) -> Float[np.ndarray, "K 90 360"]:
-    """Copy of the picture at the nearest known position."""
+    """Copy of the spectrum at the nearest known position."""
     return known[cKDTree(known_positions).query(positions)[1]]
 
 
@@ -30,7 +30,7 @@ def inverse_distance(
     known: Float[np.ndarray, "n 90 360"],
     positions: Float[np.ndarray, "K 3"],
 ) -> Float[np.ndarray, "K 90 360"]:
-    """Mean of the pictures at the four nearest known positions, weighted by 1 / distance."""
+    """Mean of the spectra at the four nearest known positions, weighted by 1 / distance."""
     distance, index = cKDTree(known_positions).query(positions, k=min(NEIGHBOURS, len(known)))
     weight = 1 / np.maximum(distance.reshape(len(positions), -1), 1e-9)
     weight /= weight.sum(axis=1, keepdims=True)

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from learn.baselines.array_ceiling import responses_of
-from learn.baselines.kriging import krige_pictures, krige_responses
+from learn.baselines.kriging import krige_responses, krige_spectra
 from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.comparison.task import Method, Task
 
@@ -20,7 +20,7 @@ class MeanPicture:
     _predict: Callable[[Float[np.ndarray, "K 3"]], Float[np.ndarray, "K 90 360"]]
 
     def fit(self, task: Task) -> None:
-        self._predict = partial(mean_picture, task.pictures)
+        self._predict = partial(mean_picture, task.spectra)
 
     def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
         return self._predict(positions)
@@ -30,34 +30,34 @@ class Nearest(MeanPicture):
     """A copy of the spectrum at the nearest known position."""
 
     def fit(self, task: Task) -> None:
-        self._predict = partial(nearest, task.positions, task.pictures)
+        self._predict = partial(nearest, task.positions, task.spectra)
 
 
 class InverseDistance(MeanPicture):
     """The mean of the four nearest known spectra, weighted by 1 / distance."""
 
     def fit(self, task: Task) -> None:
-        self._predict = partial(inverse_distance, task.positions, task.pictures)
+        self._predict = partial(inverse_distance, task.positions, task.spectra)
 
 
 class Kriging(MeanPicture):
     """Kriging (Gaussian-process interpolation) of the spectra."""
 
     def fit(self, task: Task) -> None:
-        self._predict = krige_pictures(task.positions, task.pictures, task.seed)
+        self._predict = krige_spectra(task.positions, task.spectra, task.seed)
 
 
 class KrigingResponses(MeanPicture):
-    """Kriging of the element responses: the dataset's own, or else those that reproduce its pictures best.
+    """Kriging of the element responses: the dataset's own, or else those that reproduce its spectra best.
 
-    Responses found from pictures have an unknown common phase; it is chosen so that the phase of the element that is
+    Responses found from spectra have an unknown common phase; it is chosen so that the phase of the element that is
     strongest on average is zero.
     """
 
     def fit(self, task: Task) -> None:
         responses = task.responses
         if responses is None:
-            responses = responses_of(task.pictures, task.array)
+            responses = responses_of(task.spectra, task.array)
             strongest = responses[:, np.abs(responses).mean(axis=0).argmax()]
             responses = responses * np.exp(-1j * np.angle(strongest))[:, None]
             responses /= np.linalg.norm(responses, axis=1, keepdims=True)

@@ -31,12 +31,12 @@ def seconds_per_step(config: Config, by_steps: Steps, task: Task) -> float:
     optimiser = module.configure_optimizers()["optimizer"]
     batch = np.arange(by_steps.batch_size) % len(task.parts.train)
     positions = torch.from_numpy(task.positions[batch]).float().to(device)
-    pictures = torch.from_numpy(task.pictures[batch]).to(device)
+    spectra = torch.from_numpy(task.spectra[batch]).to(device)
     times = []
     for _ in range(4):
         began = time.perf_counter()
         optimiser.zero_grad()
-        value = module.model.loss(positions, pictures)
+        value = module.model.loss(positions, spectra)
         value.backward()
         optimiser.step()
         value.item()  # waits for a GPU
@@ -44,7 +44,7 @@ def seconds_per_step(config: Config, by_steps: Steps, task: Task) -> float:
     began = time.perf_counter()
     with torch.no_grad():
         prediction = module.model(positions).cpu().numpy()
-    ssim(prediction, pictures.cpu().numpy())
+    ssim(prediction, spectra.cpu().numpy())
     validation = (time.perf_counter() - began) / len(batch) * min(Spectra.VALIDATED, len(task.parts.validation))
     began = time.perf_counter()
     torch.save([module.state_dict(), optimiser.state_dict()], BytesIO())

@@ -55,7 +55,7 @@ def compare(
     >>> import numpy as np
     >>> class Grey:
     ...     def fit(self, task):
-    ...         self.mean = task.pictures.mean()
+    ...         self.mean = task.spectra.mean()
     ...
     ...     def predict(self, positions):
     ...         return np.full((len(positions), 90, 360), self.mean)

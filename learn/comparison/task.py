@@ -50,7 +50,7 @@ class Task:
         return self.dataset.positions[self.parts.known]
 
     @property
-    def pictures(self) -> Float[np.ndarray, "n 90 360"]:
+    def spectra(self) -> Float[np.ndarray, "n 90 360"]:
         """Spectra of the known positions, 0…1."""
         return self.dataset.pictures[self.parts.known] / np.float32(255)
 
@@ -76,4 +76,4 @@ class Method(Protocol):
         """Learn from the known spectra."""
 
     def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
-        """Predicted pictures, 0…1."""
+        """Predicted spectra, 0…1."""

@@ -85,13 +85,13 @@ class SpectrumModel(nn.Module):
         low, high = self.region
         return 2 * (positions - low) / (high - low) - 1
 
-    def loss(self, positions: Float[Tensor, "B 3"], pictures: Float[Tensor, "B 90 360"]) -> Float[Tensor, ""]:
+    def loss(self, positions: Float[Tensor, "B 3"], spectra: Float[Tensor, "B 90 360"]) -> Float[Tensor, ""]:
         """The loss of a training step: the paper's composite loss of whole spectra, unless a model overrides it."""
-        return composite_loss(self(positions), pictures)
+        return composite_loss(self(positions), spectra)
 
 
 class Beamformer(nn.Module):
-    """Element responses -> the picture the array makes of them: S = |A y|, min–max normalised.
+    """Element responses -> the spectrum that the array measures: S = |A y|, min–max normalised.
 
     Args:
         array: the gateway's array.
@@ -105,7 +105,7 @@ class Beamformer(nn.Module):
         self.register_buffer("steering", on_pairs(steering.T), persistent=False)
 
     def forward(self, responses: Float[Tensor, "B elements 2"]) -> Float[Tensor, "B 90 360"]:
-        """Pictures of element responses (real, imaginary), whatever the responses' scale and common phase."""
+        """Spectra of element responses (real, imaginary); the responses' scale and common phase do not matter."""
         spectrum = power((responses.flatten(1) @ self.steering).unflatten(-1, (-1, 2))).clamp_min(1e-12).sqrt()
         low = spectrum.amin(-1, keepdim=True)
         span = spectrum.amax(-1, keepdim=True) - low
@@ -119,6 +119,6 @@ def power(field: Float[Tensor, "*shape 2"]) -> Float[Tensor, "*shape"]:
 
 
 def on_pairs(matrix: np.ndarray) -> Float[Tensor, "2*n 2*m"]:
-    """A complex matrix [n, m] as the real one that does to flattened pairs x what it does to numbers: x M."""
+    """The real matrix that multiplies flattened (real, imaginary) pairs x as the complex matrix M [n, m] does: x M."""
     pairs = np.stack([matrix, 1j * matrix], axis=1)[..., None]
     return torch.from_numpy(np.concatenate([pairs.real, pairs.imag], axis=-1)).float().flatten(2).flatten(0, 1)

@@ -25,14 +25,14 @@ from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG
 from simulate.array import PlanarArray
 
 Bypass = Literal["dynamic", "delta", "bst", "order"]
-"""The branches of the paper's ablation table; and the order of blending, by depth or as the primitives are stored."""
+"""The branches of the paper's ablation table, and "order": blending in the order the primitives are stored in."""
 
 W_SCALE_COARSE, W_SCALE_FINE = 0.5, 1.0
 """w_scale of the hierarchy-based mixing: small for coarse primitives, to keep the background stable."""
 
 
 SCALE_LEAST, SCALE_MOST = 0.5, 60.0
-"""Degrees; a primitive narrower than a pixel or wider than the chart's periodicity allows means nothing."""
+"""Bounds of a primitive's standard deviation, degrees: half a pixel, and a sixth of a turn."""
 
 
 class BiSplatWRF(SpectrumModel):
@@ -144,16 +144,16 @@ class BiSplatWRF(SpectrumModel):
         return splat(*self.splats(positions), self.azimuths, self.elevations)
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted picture: SPS = |F|² at every pixel, fitted directly to the normalised pictures."""
+        """Predicted spectrum: SPS = |F|² at every pixel, fitted directly to the normalised spectra."""
         return power(self.field(positions))
 
 
 class BiSplatAperture(BiSplatWRF):
-    """BiSplat-WRF whose field is seen through the array: every prediction is a spectrum this array could measure.
+    """BiSplat-WRF whose field the array receives, so that every prediction is a spectrum this array could measure.
 
     An array of MN elements cannot see more than an MN-dimensional slice of the field:
     y_m = Σ_directions a_m(φ,θ) F(φ,θ) cosθ ΔΩ, then S = |Σ_m y_m e^{-jk u·d_m}| / √(MN), min–max normalised as the
-    pictures are. The field is splatted on a 6° grid only, finer than anything a 4 × 4 array resolves.
+    dataset's spectra are. The field is splatted on a 6° grid only, finer than a 4 × 4 array resolves.
 
     Args:
         region: as ``BiSplatWRF``.
@@ -181,9 +181,9 @@ class BiSplatAperture(BiSplatWRF):
         return True
 
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
-        """Element responses y, real and imaginary; trained on pictures alone, scale and common phase are arbitrary."""
+        """Element responses y, real and imaginary; their scale and common phase are arbitrary."""
         return (self.field(positions).flatten(1) @ self.aperture).unflatten(-1, (-1, 2))
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted picture: magnitude spectrum of ``responses``, min–max normalised."""
+        """Predicted spectrum: the array's magnitude spectrum of ``responses``, min–max normalised."""
         return self.beamformer(self.responses(positions))

@@ -71,7 +71,7 @@ class HelmholtzField(SpectrumModel):
     is sin(k|Δ|) / k|Δ| (Cook et al. 1955). Simulated places do not change; for them T is found to be so large that
     the factor e^(−τ/T) is 1.
 
-    Pictures without responses are interpolated themselves, about their mean, under |κ|², the covariance of the power
+    Where a dataset has pictures alone, these are interpolated about their mean under |κ|², the covariance of the power
     |y|² of a Gaussian field (Reed 1962).
 
     Args:
@@ -107,7 +107,7 @@ class HelmholtzField(SpectrumModel):
 
     @property
     def has_responses(self) -> bool:
-        """Whether element responses are interpolated; otherwise pictures are."""
+        """Whether element responses are interpolated; otherwise the pictures are."""
         return self.values.shape[1] == self._responses
 
     def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:

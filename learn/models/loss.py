@@ -1,4 +1,4 @@
-"""The paper's composite loss of predicted pictures."""
+"""The paper's composite loss of predicted spectra."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ L1_WEIGHT, SSIM_WEIGHT = 0.7, 0.3
 
 
 def composite_loss(prediction: Float[Tensor, "B 90 360"], truth: Float[Tensor, "B 90 360"]) -> Float[Tensor, ""]:
-    """0.7 L1 + 0.3 (1 − SSIM) of pictures on the scale 0…1.
+    """0.7 L1 + 0.3 (1 − SSIM) of spectra on the scale 0…1.
 
     The SSIM of the loss has a Gaussian window, separable and so ten times faster than scikit-image's uniform one;
     reported figures are scikit-image's.

@@ -1,4 +1,4 @@
-"""Plain networks without rendering: position -> picture, and position -> element responses -> picture."""
+"""Networks without rendering: position -> spectrum, and position -> element responses -> spectrum."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from simulate.array import PlanarArray
 WIDTH, LAYERS = 256, 4
 
 
-class PictureMLP(SpectrumModel):
-    """The picture's pixels straight from the transmitter's position (TX-PE), each between 0 and 1.
+class SpectrumMLP(SpectrumModel):
+    """Predicts each pixel of the spectrum, 0…1, from the transmitter's position (TX-PE).
 
     Args:
         region: as ``SpectrumModel``.
-        array: not looked at.
+        array: the gateway's array; this model does not use it.
         order: octaves of TX-PE.
     """
 
@@ -35,7 +35,7 @@ class PictureMLP(SpectrumModel):
 
 
 class ResponseMLP(SpectrumModel):
-    """The array's complex element responses from the transmitter's position (TX-PE); the array makes the picture.
+    """Predicts the complex element responses from the transmitter's position (TX-PE); the array makes the spectrum.
 
     Args:
         region: as ``SpectrumModel``.

@@ -38,7 +38,7 @@ class NeRF2(SpectrumModel):
 
     Args:
         region: as ``SpectrumModel``.
-        array: not looked at.
+        array: the gateway's array; this model does not use it.
         samples: voxels per ray.
         rays: rays per training step, drawn from all of the batch's pixels.
         width: of both networks.
@@ -112,16 +112,16 @@ class NeRF2(SpectrumModel):
         real, imaginary = (amplitude * phase.cos()).sum(-1), (amplitude * phase.sin()).sum(-1)
         return (real**2 + imaginary**2).clamp_min(1e-20).sqrt()
 
-    def loss(self, positions: Float[Tensor, "B 3"], pictures: Float[Tensor, "B 90 360"]) -> Float[Tensor, ""]:
+    def loss(self, positions: Float[Tensor, "B 3"], spectra: Float[Tensor, "B 90 360"]) -> Float[Tensor, ""]:
         """Mean squared error of random rays of the batch."""
         which = torch.randint(len(positions), (self.rays,), device=positions.device)
         pixel = torch.randint(len(self.directions), (self.rays,), device=positions.device)
         directions = self.directions[pixel]
         found = self.received(directions, *self.voxels(directions), self.scaled(positions)[which])
-        return (found - pictures.flatten(1)[which, pixel]).square().mean()
+        return (found - spectra.flatten(1)[which, pixel]).square().mean()
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted pictures; voxels are computed once for all transmitters."""
+        """Predicted spectra; voxels are computed once for all transmitters."""
         scaled = self.scaled(positions)
         pieces = []
         for directions in self.directions.split(RAYS_AT_ONCE):

@@ -43,7 +43,7 @@ class ModelEntry:
 MODELS: dict[str, ModelEntry] = {
     "helmholtz": ModelEntry(
         builds="learn.models.helmholtz:HelmholtzField",
-        summary="kriging of element responses (of pictures, where there are none) under the Helmholtz equation",
+        summary="kriging of element responses (of spectra, where there are none) under the Helmholtz equation",
         fit="closed form",
     ),
     "bisplat": ModelEntry(
@@ -69,7 +69,7 @@ MODELS: dict[str, ModelEntry] = {
         learning_rate=2e-3,
         options={"tx_order": 3},  # shorter waves in TX-PE learn the training positions by heart
     ),
-    "mlp": ModelEntry(builds="learn.models.mlp:PictureMLP", summary="a network from position to pixels"),
+    "mlp": ModelEntry(builds="learn.models.mlp:SpectrumMLP", summary="a network from position to pixels"),
     "mlp-responses": ModelEntry(
         builds="learn.models.mlp:ResponseMLP", summary="a network from position to element responses"
     ),

@@ -8,7 +8,7 @@ With S = Re(ḡ C) the pixel's share of the loss's change, g the gradient at the
 
     ∂S/∂α_i = T_i Re(ḡ c_i) − (Σ_{k>i} w_k Re(ḡ c_k)) / (1 − α_i)
 
-The sum over the primitives behind i is the total, known from the picture, minus the sum over those in front.
+The sum over the primitives behind i is the total, known from the field, minus the sum over those in front.
 """
 
 from __future__ import annotations

@@ -22,7 +22,7 @@ TILE_ROWS, TILE_COLUMNS = 8, 32
 
 @triton.jit
 def _tile(rows, height, width, step, TILE_ROWS: tl.constexpr, TILE_COLUMNS: tl.constexpr):
-    """This program's pixels: offsets into a picture, which are inside it, their angles, and the tile's extent."""
+    """Pixels of this program: offsets into a spectrum, which are inside it, their angles, and the tile's extent."""
     across = tl.cdiv(width, TILE_COLUMNS)
     tile = tl.program_id(0)
     row = (tile // across) * TILE_ROWS + tl.arange(0, TILE_ROWS)

@@ -20,10 +20,10 @@ from simulate.array import PlanarArray
 WIDTH, LAYERS = 128, 4
 
 FAINT = 1e-9
-"""Opacity at which blending is adding: Π (1 − FAINT) is 1."""
+"""So small an opacity that Π (1 − FAINT) is 1 and alpha blending becomes addition."""
 
 MOVED_DEG = 30.0
-"""How far a deformation moves a Gaussian at most."""
+"""Largest distance that the deformation moves a Gaussian, degrees."""
 
 
 class SwiftWRF(SpectrumModel):
@@ -31,7 +31,7 @@ class SwiftWRF(SpectrumModel):
 
     Args:
         region: as ``SpectrumModel``.
-        array: not looked at.
+        array: the gateway's array; this model does not use it.
         primitives: number of Gaussians.
     """
 

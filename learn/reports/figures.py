@@ -12,24 +12,32 @@ from matplotlib.figure import Figure
 from learn.colours import DIFFERENCE, MAGNITUDE
 
 EXTENT = (-0.5, 359.5, 0.5, 90.5)
-"""Of a spectrum's picture in degrees; row 0 (1° elevation) is drawn at the bottom."""
+"""Edges of a drawn spectrum in degrees of azimuth and elevation; row 0 (elevation 1°) is at the bottom."""
 
 RANKS = {"worst": 0.0, "lower quartile": 0.25, "median": 0.5, "upper quartile": 0.75, "best": 1.0}
-"""Spectra that are shown, by their SSIM."""
+"""Spectra that are drawn as examples: name, and share of the spectra that have a lower SSIM."""
 
 
 def ranked(ssim: Float[np.ndarray, " K"]) -> list[tuple[str, int]]:
-    """Names and indices of the spectra that are shown.
+    """Names and indices of the spectra that are drawn as examples.
 
-    >>> ranked(np.array([0.9, 0.1, 0.5]))[0]
-    ('worst', 1)
+    Args:
+        ssim: SSIM of each spectrum.
+
+    >>> ranked(np.array([0.9, 0.1, 0.5]))
+    [('worst', 1), ('lower quartile', 1), ('median', 2), ('upper quartile', 0), ('best', 0)]
     """
     order = np.argsort(ssim)
     return [(name, int(order[round(share * (len(order) - 1))])) for name, share in RANKS.items()]
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure as PNG, and for papers as PDF beside it."""
+    """Write a figure as PNG, and beside it, for papers, as PDF.
+
+    Args:
+        figure: the figure.
+        path: the PNG; the PDF has the same name with the suffix .pdf.
+    """
     figure.savefig(path, dpi=110)
     figure.savefig(path.with_suffix(".pdf"), dpi=200)
 
@@ -40,7 +48,14 @@ def draw_examples(
     ssim: Float[np.ndarray, " K"],
     path: Path,
 ) -> None:
-    """Predicted | true | difference for five spectra: worst, lower quartile, median, upper quartile, best SSIM."""
+    """Draw five examples, from the worst to the best SSIM: predicted, true and difference beside each other.
+
+    Args:
+        prediction: predicted spectra, 0…1.
+        truth: true spectra, 0…1.
+        ssim: SSIM of each pair.
+        path: the PNG; a PDF is written beside it.
+    """
     figure = Figure(figsize=(11, 7.4), layout="constrained")
     axes = figure.subplots(len(RANKS), 3, sharex=True, sharey=True)
     for row, (name, index) in zip(axes, ranked(ssim), strict=True):
@@ -73,7 +88,14 @@ def draw_examples_polar(
     ssim: Float[np.ndarray, " K"],
     path: Path,
 ) -> None:
-    """The spectra of ``draw_examples`` as the gateway sees the hemisphere: boresight in the middle, azimuth around."""
+    """Draw the examples of ``draw_examples`` as polar charts: boresight in the middle, azimuth around.
+
+    Args:
+        prediction: predicted spectra, 0…1.
+        truth: true spectra, 0…1.
+        ssim: SSIM of each pair.
+        path: the PNG; a PDF is written beside it.
+    """
     figure = Figure(figsize=(11, 7), layout="constrained")
     axes = figure.subplots(3, len(RANKS), subplot_kw={"projection": "polar"})
     azimuth = np.radians(np.arange(361) - 0.5)
@@ -98,7 +120,12 @@ def draw_examples_polar(
 
 
 def draw_ssim_distribution(ssim: dict[str, Float[np.ndarray, " K"]], path: Path) -> None:
-    """Cumulative distribution of SSIM of everything that was compared."""
+    """Draw the cumulative distribution of SSIM of everything that was compared.
+
+    Args:
+        ssim: SSIM of each test spectrum, by what predicted it.
+        path: the PNG; a PDF is written beside it.
+    """
     figure = Figure(figsize=(9, 4.2), layout="constrained")
     axis = figure.subplots()
     axis.set_prop_cycle(color=colormaps["tab20"](range(20)))
@@ -117,8 +144,8 @@ def draw_ssim_distribution(ssim: dict[str, Float[np.ndarray, " K"]], path: Path)
     save(figure, path)
 
 
-AOA_MOST = 30.0
-"""Degrees; where the colours of the map of AoA errors end."""
+LARGEST_AOA_ERROR = 30.0
+"""Degrees; larger AoA errors have the same colour in the map."""
 
 
 def draw_error_map(
@@ -128,11 +155,21 @@ def draw_error_map(
     known: Float[np.ndarray, "n 3"],
     path: Path,
 ) -> None:
-    """SSIM and AoA error over the transmitter region, in plan and from the side; training positions as small dots."""
+    """Draw SSIM and AoA error over the transmitter region, from above and from the side.
+
+    Args:
+        positions: test positions, metres, world frame.
+        ssim: SSIM at each.
+        aoa_error: angle between predicted and true direction of arrival at each, degrees.
+        known: training positions, metres, world frame; drawn as small dots.
+        path: the PNG; a PDF is written beside it.
+    """
     figure = Figure(figsize=(11, 8.4), layout="constrained")
     axes = figure.subplots(2, 2, squeeze=False)
-    for row, (values, most, label, colours) in zip(
-        axes, ((ssim, 1, "SSIM", MAGNITUDE), (aoa_error, AOA_MOST, "AoA error (°)", f"{MAGNITUDE}_r")), strict=True
+    for row, (values, largest, label, colours) in zip(
+        axes,
+        ((ssim, 1, "SSIM", MAGNITUDE), (aoa_error, LARGEST_AOA_ERROR, "AoA error (°)", f"{MAGNITUDE}_r")),
+        strict=True,
     ):
         for axis, (first, second) in zip(row, ((0, 1), (0, 2)), strict=True):
             axis.scatter(known[:, first], known[:, second], s=2, color="0.75", label="training positions")
@@ -143,11 +180,11 @@ def draw_error_map(
                 s=28,
                 cmap=colours,
                 vmin=0,
-                vmax=most,
+                vmax=largest,
                 label="test positions",
             )
             axis.set(xlabel=f"{'xyz'[first]} (m)", ylabel=f"{'xyz'[second]} (m)", aspect="equal")
-        figure.colorbar(points, ax=row, label=label, extend="max" if most > 1 else "neither")
+        figure.colorbar(points, ax=row, label=label, extend="max" if largest > 1 else "neither")
     axes[0, 0].set_title("from above")
     axes[0, 1].set_title("from the side")
     axes[0, 0].legend(loc="upper right", fontsize="small")
@@ -160,7 +197,14 @@ def draw_error_over_distance(
     aoa_error: Float[np.ndarray, " K"],
     path: Path,
 ) -> None:
-    """SSIM and AoA error against the distance to the nearest training position, with medians of fifths."""
+    """Draw SSIM and AoA error against the distance to the nearest training position, with medians of fifths.
+
+    Args:
+        distance: from each test position to the nearest training position, metres.
+        ssim: SSIM at each test position.
+        aoa_error: angle between predicted and true direction of arrival at each, degrees.
+        path: the PNG; a PDF is written beside it.
+    """
     figure = Figure(figsize=(11, 4.2), layout="constrained")
     axes = figure.subplots(1, 2)
     fifths = np.array_split(np.argsort(distance), 5)

@@ -1,7 +1,7 @@
-"""Spectra as one picture for a screen: panels with axes and colour bars, rectangular or polar, in milliseconds.
+"""Spectra drawn for a screen in milliseconds: panels with axes and colour bars, rectangular or polar.
 
-Axes and colour bars are drawn once; a new spectrum only fills its panel. (Matplotlib, which draws the figures for
-papers, takes some hundred milliseconds.)
+Axes and colour bars are drawn once, and a new spectrum only fills its panel. Matplotlib, which draws the figures of
+the reports, takes some hundred milliseconds for it.
 """
 
 from __future__ import annotations
@@ -23,16 +23,24 @@ from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG
 Kind = Literal["rectangular", "polar"]
 
 LEFT, TOP, RIGHT, BOTTOM = 54, 42, 86, 30
-"""Pixels around a panel: elevations, title, colour bar, azimuths."""
+"""Margins of a panel in pixels, for the elevations, the title, the colour bar and the azimuths."""
 
 DIAMETER = 270
-"""Pixels of a polar panel."""
+"""Diameter of a polar panel in pixels."""
 
 BACKGROUND, INK, MISSING = (255, 255, 255), (40, 40, 40), (225, 225, 225)
+"""RGB of the background, of lines and text, and of a panel without a spectrum."""
 
 
 class Colours(NamedTuple):
-    """A colour map and what its ends mean."""
+    """A colour map and the values at its ends.
+
+    Attributes:
+        name: Matplotlib's name of the colour map.
+        low: value of the first colour.
+        high: value of the last colour.
+        unit: written after the values at the colour bar.
+    """
 
     name: str
     low: float
@@ -52,11 +60,11 @@ class Panel:
     """One spectrum to draw.
 
     Attributes:
-        title: above it.
-        values: in the unit of its colours; None: nothing to draw, the title says why.
-        colours: of the values.
-        brightness: 0…1 for each pixel; None: full.
-        marks: directions to mark, (azimuth, elevation) in degrees, with the colour of the mark.
+        title: text above the spectrum.
+        values: values in the unit of ``colours``; None: there is nothing to draw, and the title says why.
+        colours: colours of the values.
+        brightness: factor 0…1 on the colour of each pixel; None: 1.
+        marks: directions to mark with a ring: azimuth and elevation in degrees, and the ring's RGB.
     """
 
     title: str
@@ -67,12 +75,16 @@ class Panel:
 
 
 def draw(panels: Sequence[Panel], kind: Kind) -> UInt8[np.ndarray, "H W 3"]:
-    """The panels as one picture: below each other."""
+    """Draw panels below each other, as one RGB image."""
     return np.concatenate([_draw(panel, kind) for panel in panels])
 
 
 def in_decibels(picture: Float[np.ndarray, "90 360"]) -> Float[np.ndarray, "90 360"]:
-    """20 log10 of a picture over its maximum, no less than ``LEAST_DB``."""
+    """20 log10 of a spectrum over its maximum, and at least ``LEAST_DB``.
+
+    >>> in_decibels(np.array([[0.5, 0.05, 0.0]])).round(3).tolist()
+    [[0.0, -20.0, -30.0]]
+    """
     most = max(float(picture.max()), 1e-12)
     return 20 * np.log10(np.maximum(picture / most, 10 ** (LEAST_DB / 20)))
 
@@ -102,7 +114,7 @@ _SIZE = (len(ELEVATIONS_DEG), len(AZIMUTHS_DEG))
 
 
 def colour_of(values: Float[np.ndarray, "*shape"], colours: Colours) -> UInt8[np.ndarray, "*shape 3"]:
-    """Values as RGB, those beyond the ends of the scale as the ends."""
+    """RGB of values; a value beyond an end of the scale gets the colour of that end."""
     index = np.clip((values - colours.low) / (colours.high - colours.low), 0, 1) * 255
     return _table(colours.name)[index.astype(np.uint8)]
 
@@ -114,11 +126,11 @@ def _table(name: str) -> UInt8[np.ndarray, "256 3"]:
 
 @cache
 def _font(size: int) -> ImageFont.FreeTypeFont:
-    return ImageFont.truetype(findfont("DejaVu Sans"), size)  # the one that comes with Matplotlib
+    return ImageFont.truetype(findfont("DejaVu Sans"), size)  # Matplotlib brings this font along
 
 
 def _placed(colour: UInt8[np.ndarray, "90 360 3"], kind: Kind) -> UInt8[np.ndarray, "H W 3"]:
-    """Pixels where the panel shows them: 90° elevation on top, or in the middle."""
+    """The image of a spectrum's colours: elevation 90° is the top row, or the middle of the disc."""
     if kind == "rectangular":
         return colour[::-1]
     rows, columns, _ = _polar()
@@ -127,7 +139,10 @@ def _placed(colour: UInt8[np.ndarray, "90 360 3"], kind: Kind) -> UInt8[np.ndarr
 
 @cache
 def _polar() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Row and column of the spectrum at each pixel of a disc, and whether it is on the disc: φ = 0 right, 90° up."""
+    """For each pixel of a polar panel: the spectrum's row and column there, and whether the pixel is on the disc.
+
+    Azimuth 0° is on the right, azimuth 90° at the top.
+    """
     x, y = np.meshgrid(np.arange(DIAMETER) + 0.5 - DIAMETER / 2, DIAMETER / 2 - np.arange(DIAMETER) - 0.5)
     radius = np.hypot(x, y) / (DIAMETER / 2)
     elevation = 90 * (1 - radius)
@@ -144,7 +159,7 @@ def _inside(kind: Kind) -> np.ndarray:
 
 
 def _where(azimuth: float, elevation: float, kind: Kind) -> tuple[float, float]:
-    """Pixel of a direction."""
+    """Pixel (x, y) of a direction given in degrees."""
     if kind == "rectangular":
         return LEFT + azimuth + 0.5, TOP + 90.5 - elevation
     radius = DIAMETER / 2 * (1 - elevation / 90)
@@ -155,7 +170,7 @@ def _where(azimuth: float, elevation: float, kind: Kind) -> tuple[float, float]:
 
 @lru_cache
 def _frame(kind: Kind, colours: Colours) -> UInt8[np.ndarray, "H W 3"]:
-    """Everything of a panel but the spectrum."""
+    """A panel without its spectrum, title and marks: axes, labels and colour bar."""
     height, width = _inside(kind).shape
     image = Image.new("RGB", (LEFT + width + RIGHT, TOP + height + BOTTOM), BACKGROUND)
     pen = ImageDraw.Draw(image)

@@ -13,7 +13,7 @@ def view(what: Annotated[Positional[str], arg(metavar="RUN|DATASET|SCENE")], por
 
     Args:
         what: run folder, NeRF² dataset folder, or scene (built-in name or YAML).
-        port: of the page, which only this machine's browser can open; the next free one where it is taken.
+        port: port of the page, which only a browser on this machine can open; where it is taken, the next free one.
     """
     from learn.view.session import Session
     from learn.view.subject import subject
@@ -24,5 +24,5 @@ def view(what: Annotated[Positional[str], arg(metavar="RUN|DATASET|SCENE")], por
     propagation, seed = seen.propagation
     tracing = None if seen.scene is None else Tracing(seen.scene, propagation, seen.region, seed)
     serve(f"bisplat: {seen.name}", port, lambda client: Session(client, seen, tracing).close)
-    if tracing is not None:  # the tracer may be at work in its thread, and Dr.Jit aborts a process that leaves then
+    if tracing is not None:  # Dr.Jit aborts a process that exits normally while the tracing thread is tracing
         os._exit(0)

@@ -1,4 +1,4 @@
-"""A predicted spectrum beside the true one: panels and numbers, on one scale."""
+"""A predicted spectrum beside the true one: the panels that show them, and the numbers below."""
 
 from __future__ import annotations
 
@@ -21,20 +21,31 @@ from learn.view.subject import Picture, Spectrum
 from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG
 
 PREDICTED, TRUE = (230, 120, 0), (0, 150, 220)
-"""Colours of what is predicted, and of what is recorded or traced."""
+"""RGB of the marks of a predicted spectrum, and of a recorded or traced one."""
 
 Field = Complex[np.ndarray, "90 360"]
 
 
 class Angle(NamedTuple):
-    """A direction of arrival in degrees."""
+    """A direction of arrival.
+
+    Attributes:
+        azimuth: 0…359 degrees.
+        elevation: 1…90 degrees.
+    """
 
     azimuth: int
     elevation: int
 
 
 def dominant(picture: Picture) -> Angle:
-    """Where a picture's maximum is."""
+    """The direction of a spectrum's maximum.
+
+    >>> spectrum = np.zeros((90, 360))
+    >>> spectrum[39, 200] = 1  # row 0 is 1 degree of elevation
+    >>> dominant(spectrum)
+    Angle(azimuth=200, elevation=40)
+    """
     row, column = np.unravel_index(picture.argmax(), picture.shape)
     return Angle(int(AZIMUTHS_DEG[column]), int(ELEVATIONS_DEG[row]))
 
@@ -42,8 +53,17 @@ def dominant(picture: Picture) -> Angle:
 def panels(
     by: str, predicted: Spectrum | None, name: str, truth: Spectrum | None, in_phase: bool, in_db: bool
 ) -> list[Panel]:
-    """Predicted, true and their difference, on one scale."""
-    colours, between = (
+    """Panels of the predicted spectrum, the true one and their difference, with the same colours for the first two.
+
+    Args:
+        by: what the prediction is made by.
+        predicted: the predicted spectrum; None: nothing predicts, and there is no panel for it.
+        name: what the true spectrum is called, e.g. "recorded, spectrum 00001".
+        truth: the true spectrum; None: there is none, and its panel says so.
+        in_phase: show the phase of the complex field instead of the magnitude.
+        in_db: show magnitudes in dB, below the maximum of each spectrum.
+    """
+    colours, difference_colours = (
         (DEGREES, DEGREES) if in_phase
         else (DECIBELS, DECIBELS_DIFFERENCE) if in_db
         else (LINEAR, LINEAR_DIFFERENCE)
@@ -52,7 +72,7 @@ def panels(
     if in_phase:
         fields[0] = in_phase_with(fields[0], fields[1])
 
-    def one(title: str, spectrum: Spectrum | None, field: Field | None, ink) -> Panel:
+    def panel(title: str, spectrum: Spectrum | None, field: Field | None, ink: tuple[int, int, int]) -> Panel:
         if spectrum is None:
             return Panel(f"{title}: none here", None, colours)
         marks = ((*dominant(spectrum.picture), ink),)
@@ -71,27 +91,46 @@ def panels(
 
     drawn = []
     if predicted is not None:
-        drawn.append(one(f"predicted by {by}", predicted, fields[0], PREDICTED))
-    drawn.append(one(name, truth, fields[1], TRUE))
-    if predicted is not None and truth is not None and all(panel.values is not None for panel in drawn):
+        drawn.append(panel(f"predicted by {by}", predicted, fields[0], PREDICTED))
+    drawn.append(panel(name, truth, fields[1], TRUE))
+    if predicted is not None and truth is not None and all(each.values is not None for each in drawn):
         first, second = drawn
         assert first.values is not None and second.values is not None
         difference = first.values - second.values
         if in_phase:
             difference = (difference + 180) % 360 - 180
-        drawn.append(Panel(f"predicted − {name.split(',')[0]}", difference, between, second.brightness))
+        drawn.append(Panel(f"predicted − {name.split(',')[0]}", difference, difference_colours, second.brightness))
     return drawn
 
 
 def in_phase_with(field: Field | None, other: Field | None) -> Field | None:
-    """A field turned by the one phase that brings it nearest to another: pictures do not determine it."""
+    """A field times the one phase factor that brings it nearest to another field.
+
+    A model that is trained on spectra does not know the common phase of its field. The factor is e^{j∠⟨field, other⟩},
+    which minimises ‖field e^{jα} − other‖.
+
+    Args:
+        field: the field to turn; None: returned as it is.
+        other: the field to compare it with; None: ``field`` is returned as it is.
+
+    >>> other = np.full((90, 360), 1j)
+    >>> bool(np.allclose(in_phase_with(-2j * other, other), 2 * other))
+    True
+    """
     if field is None or other is None:
         return field
     return field * np.exp(1j * np.angle((field.conj() * other).sum()))
 
 
-def figures(predicted: Spectrum | None, name: str, truth: Spectrum | None, milliseconds: float) -> str:
-    """The numbers below the picture."""
+def numbers(predicted: Spectrum | None, name: str, truth: Spectrum | None, milliseconds: float) -> str:
+    """The numbers below the panels, as Markdown.
+
+    Args:
+        predicted: the predicted spectrum; None: nothing predicts.
+        name: what the true spectrum is called.
+        truth: the true spectrum; None: there is none.
+        milliseconds: how long the prediction took.
+    """
     lines = []
     for label, spectrum in (("predicted", predicted), (name.split(",")[0], truth)):
         if spectrum is not None:

@@ -1,4 +1,4 @@
-"""Spectra and primitives on a hemisphere around the gateway, in the gateway's frame."""
+"""Spectra and primitives drawn on a hemisphere around the gateway, in the gateway's frame."""
 
 from __future__ import annotations
 
@@ -14,13 +14,20 @@ from learn.view.chart import LINEAR, Colours, colour_of
 from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG, direction
 
 EVERY_DEG = 3
-"""Degrees between the dots a spectrum is drawn with."""
+"""Degrees between neighbouring dots of a spectrum."""
 
-TURN = Colours(PHASE, -np.pi, np.pi, "")
+RADIANS = Colours(PHASE, -np.pi, np.pi, "")
 
 
 def dots(radius: float) -> tuple[Float[np.ndarray, "dots 3"], tuple[np.ndarray, np.ndarray]]:
-    """Places on the hemisphere, evenly spread, and the pixel of a spectrum (rows, columns) each shows."""
+    """Dots spread evenly over the hemisphere.
+
+    Args:
+        radius: of the hemisphere, metres.
+
+    Returns:
+        Positions of the dots, metres, gateway frame; and rows and columns of the pixels of a spectrum that they show.
+    """
     rows, columns = [], []
     for row in range(0, len(ELEVATIONS_DEG), EVERY_DEG):
         count = max(1, round(len(AZIMUTHS_DEG) / EVERY_DEG * np.cos(np.radians(ELEVATIONS_DEG[row]))))
@@ -32,7 +39,18 @@ def dots(radius: float) -> tuple[Float[np.ndarray, "dots 3"], tuple[np.ndarray, 
 
 
 class Ellipses(NamedTuple):
-    """Discs of radius 1 in the x–y plane, stretched, turned and put on the hemisphere: one standard deviation each."""
+    """N_p ellipses on the hemisphere, one standard deviation of a primitive each.
+
+    Each is a disc of radius 1 in the x–y plane, stretched, then turned, then moved.
+
+    Attributes:
+        centres: positions on the hemisphere, metres, gateway frame.
+        turns: quaternions (w, x, y, z), viser's order.
+        stretches: factors along the disc's axes x and y, metres, and 1 along z.
+        colours: RGB; the hue is the phase of the primitive's coefficient, the brightness its magnitude over the
+            largest one.
+        opacities: opacity over the largest one, 0…1.
+    """
 
     centres: Float[np.ndarray, "N_p 3"]
     turns: Float[np.ndarray, "N_p 4"]
@@ -42,14 +60,12 @@ class Ellipses(NamedTuple):
 
 
 def ellipses(splats: Splats, radius: float) -> Ellipses:
-    """A model's primitives on the hemisphere: size and turn, opacity, and the coefficient as a colour.
+    """A model's primitives as ellipses on the hemisphere.
 
-    The colour's hue is the coefficient's phase (the colour map of phases), its brightness the magnitude over the
-    largest one. Opacity is over the largest one too: where pictures are normalised, its scale is arbitrary. Turns
-    are quaternions (w, x, y, z), viser's order.
+    Magnitudes and opacities are relative to the largest one, since a model of normalised spectra determines no scale.
 
     Args:
-        splats: of one transmitter.
+        splats: the primitives for one transmitter.
         radius: of the hemisphere, metres.
     """
     azimuth, elevation = (np.radians(axis.double().numpy()) for axis in (splats.azimuth, splats.elevation))
@@ -57,16 +73,16 @@ def ellipses(splats: Splats, radius: float) -> Ellipses:
     towards = direction(azimuth, elevation)
     east = np.stack([-np.sin(azimuth), np.cos(azimuth), np.zeros_like(azimuth)], axis=-1)
     north = np.cross(towards, east)
-    # On the chart a degree of azimuth is a degree; on the sphere it is shorter by cosθ.
+    # In azimuth and elevation a degree is a degree; on the sphere a degree of azimuth is shorter by cos θ.
     cosine, sine, narrow = np.cos(rotation), np.sin(rotation), np.cos(elevation)
     on_chart = np.array([[narrow * cosine, -narrow * sine], [sine, cosine]])  # east and north of either axis
     axes = radius * np.radians(scale)[:, None] * on_chart.transpose(2, 0, 1)
-    inclined, lengths, _ = np.linalg.svd(axes)  # of the ellipse that they span
+    inclined, lengths, _ = np.linalg.svd(axes)  # directions and lengths of the ellipse's own axes
     first = inclined[:, 0, 0, None] * east + inclined[:, 1, 0, None] * north
     turns = Rotation.from_matrix(np.stack([first, np.cross(towards, first), towards], axis=-1)).as_quat()
     coefficient = pair[:, 0] + 1j * pair[:, 1]
     magnitude = np.abs(coefficient) / max(np.abs(coefficient).max(), 1e-12)
-    colours = (colour_of(np.angle(coefficient), TURN) * (0.2 + 0.8 * magnitude[:, None])).astype(np.uint8)
+    colours = (colour_of(np.angle(coefficient), RADIANS) * (0.2 + 0.8 * magnitude[:, None])).astype(np.uint8)
     stretches = np.concatenate([lengths, np.ones((len(lengths), 1))], axis=1)
     return Ellipses(
         (radius * towards).astype(np.float32),
@@ -78,7 +94,12 @@ def ellipses(splats: Splats, radius: float) -> Ellipses:
 
 
 def disc(corners: int = 24) -> tuple[Float[np.ndarray, "vertices 3"], UInt32[np.ndarray, "faces 3"]]:
-    """Vertices and triangles of a disc of radius 1 in the x–y plane."""
+    """Vertices and triangles of a disc of radius 1 in the x–y plane.
+
+    >>> vertices, faces = disc(corners=6)
+    >>> vertices.shape, faces.shape
+    ((7, 3), (6, 3))
+    """
     angle = 2 * np.pi * np.arange(corners) / corners
     rim = np.stack([np.cos(angle), np.sin(angle), np.zeros(corners)], axis=-1)
     index = np.arange(corners)
@@ -87,5 +108,5 @@ def disc(corners: int = 24) -> tuple[Float[np.ndarray, "vertices 3"], UInt32[np.
 
 
 def colours_of_dots(picture: Float[np.ndarray, "90 360"], pixel: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
-    """RGB of each dot."""
+    """RGB of each dot, of a spectrum 0…1 and the pixels from ``dots``."""
     return colour_of(picture[pixel], LINEAR)

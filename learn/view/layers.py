@@ -1,4 +1,4 @@
-"""The 3D view of a tab: room, gateway, hemisphere, transmitter, positions, directions, paths; a switch for each."""
+"""The 3D view of a tab: room, gateway, hemisphere, transmitter, positions, directions, paths; a checkbox for each."""
 
 from __future__ import annotations
 
@@ -20,21 +20,23 @@ if TYPE_CHECKING:
     from simulate.trace import TracedPath
 
 PATHS_SHOWN = 40
+"""Number of traced paths that are drawn, the strongest ones."""
+
 PATH_COLOURS = Colours("plasma", -30.0, 0.0, " dB")
-"""Of traced paths, by their gain relative to the strongest."""
+"""Colours of traced paths, by their gain relative to the strongest path."""
 
 
 class Layers:
-    """What is drawn in the scene, and the switches that hide it.
+    """What is drawn in 3D, and the checkboxes that hide it.
 
     Args:
         client: the tab.
-        subject: what is looked at.
-        position: of the transmitter at the beginning, metres.
-        changed: called where primitives are asked for, which are not drawn yet.
+        subject: the run, dataset or scene that is looked at.
+        position: of the transmitter at the beginning, metres, world frame.
+        changed: called when primitives are switched on or off, so that the caller calls ``show`` again.
 
     Attributes:
-        transmitter: its handle.
+        transmitter: handle that the user drags.
     """
 
     def __init__(self, client: ClientHandle, subject: Subject, position: Position, changed: Callable[[], None]):
@@ -96,12 +98,19 @@ class Layers:
     def show(
         self, position: Position, predicted: Picture | None, true: Picture | None, paths: Sequence[TracedPath] | None
     ) -> None:
-        """Bring everything that moves up to date."""
+        """Draw everything that depends on the transmitter.
+
+        Args:
+            position: of the transmitter, metres, world frame.
+            predicted: the predicted spectrum, 0…1; None: nothing predicts.
+            true: the recorded or traced spectrum, 0…1; None: there is none.
+            paths: traced paths, the strongest first; None: nothing is traced yet.
+        """
         self._pictures = predicted, true
         self._colour_sphere()
         for node, picture in ((self._predicted, predicted), (self._true, true)):
             node.points = self._ray(picture)
-        with self._client.atomic():  # points and colours are of one length
+        with self._client.atomic():  # the browser needs as many colours as points at any moment
             self._paths.points, self._paths.colors = self._lines(paths or [])
         self._show_primitives(position)
 
@@ -133,15 +142,15 @@ class Layers:
             self._sphere.colors = colours_of_dots(picture, self._pixel)
 
     def _ray(self, picture: Picture | None) -> Float[np.ndarray, "1 2 3"]:
-        """A line towards the picture's maximum; one of no length where there is no picture."""
+        """A line from the hemisphere towards a spectrum's maximum; a line of no length where there is no spectrum."""
         if picture is None:
             return np.zeros((1, 2, 3), np.float32)
         towards = dominant_direction(picture)
         return np.array([[self._radius * towards, 0.5 * self._size * towards]], np.float32)
 
     def _lines(self, paths: Sequence[TracedPath]) -> tuple[np.ndarray, np.ndarray]:
-        """Segments of the strongest paths and their colours."""
-        segments, colours = [np.zeros((1, 2, 3))], [np.zeros((1, 2, 3), np.uint8)]  # never empty: viser would complain
+        """Segments of the strongest paths, metres, and the colours of their ends."""
+        segments, colours = [np.zeros((1, 2, 3))], [np.zeros((1, 2, 3), np.uint8)]  # viser takes no empty array
         for path in list(paths)[:PATHS_SHOWN]:
             segments.append(np.stack([path.vertices[:-1], path.vertices[1:]], axis=1))
             gain = 20 * np.log10(abs(path.response) / abs(paths[0].response))
@@ -150,7 +159,7 @@ class Layers:
         return np.concatenate(segments).astype(np.float32), np.concatenate(colours)
 
     def _positions(self, client: ClientHandle) -> tuple[list[PointCloudHandle], list[PointCloudHandle]]:
-        """The dataset's positions; the test positions are grey until their scores are known."""
+        """Draw the dataset's training and test positions, the latter grey until their scores are known."""
         subject, api = self._subject, client.scene
         if subject.dataset is None or subject.parts is None:
             return [], []
@@ -164,7 +173,7 @@ class Layers:
         )
 
     def colour_test_positions(self) -> None:
-        """Colour the test positions by their SSIM, which takes seconds to find the first time."""
+        """Colour the test positions by their SSIM; scoring them takes seconds the first time."""
         for node in self._tested:
             if len(self._subject.scores):
                 node.colors = colour_of(self._subject.scores, LINEAR)

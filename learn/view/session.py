@@ -1,7 +1,8 @@
-"""One browser tab: a transmitter to drag, what is predicted and what is true there, and switches. Shares no state."""
+"""One browser tab: its transmitter, the predicted and the true spectrum there, and its controls."""
 
 from __future__ import annotations
 
+import logging
 import threading
 import time
 from typing import cast, get_args
@@ -11,25 +12,27 @@ from jaxtyping import Float
 from viser import ClientHandle, GuiImageHandle, TransformControlsEvent
 
 from learn.view.chart import Kind, draw
-from learn.view.comparison import figures, panels
+from learn.view.comparison import numbers, panels
 from learn.view.layers import Layers
 from learn.view.subject import Position, Spectrum, Subject
 from learn.view.tracing import Traced, Tracing
 
 PLAY_SECONDS = 0.4
-"""Between two positions of the recorded path."""
+"""Seconds between two positions of the recorded path when it is played."""
 
 AT_A_POSITION = 1e-4
-"""Metres; nearer than this to a dataset's position the transmitter is at it."""
+"""Metres; a transmitter nearer than this to a position of the dataset counts as being there."""
 
 
 class Session:
     """The panel and the 3D view of a tab, and the thread that keeps them up to date.
 
+    The transmitter and the controls belong to the tab; the subject and the ray tracer are shared by all tabs.
+
     Args:
         client: the tab.
-        subject: what is looked at.
-        tracing: the ray tracer, where there is a scene.
+        subject: the run, dataset or scene that is looked at.
+        tracing: the ray tracer; None: there is no scene.
     """
 
     def __init__(self, client: ClientHandle, subject: Subject, tracing: Tracing | None):
@@ -48,7 +51,7 @@ class Session:
         threading.Thread(target=self._layers.colour_test_positions, daemon=True).start()
 
     def close(self) -> None:
-        """End the tab's thread."""
+        """End the tab's thread, and withdraw what it asked the ray tracer for."""
         self._open = False
         self._changed.set()
         if self._tracing is not None:
@@ -61,8 +64,8 @@ class Session:
         self._gui = gui
         for sentence in subject.missing:
             gui.add_markdown(f"**Note.** {sentence}")
-        self._image: GuiImageHandle | None = None  # comes with its first picture
-        self._figures = gui.add_markdown("", order=-2)
+        self._image: GuiImageHandle | None = None  # made when there is a first picture
+        self._numbers = gui.add_markdown("", order=-2)
         self._state = gui.add_markdown("", order=-1)
         with gui.add_folder("Transmitter"):
             self._place = gui.add_vector3("position (m)", self._position, step=0.001)
@@ -94,7 +97,7 @@ class Session:
         self._changed.set()
 
     async def _typed(self, event) -> None:
-        if event.client is not None:  # typed, not set by us
+        if event.client is not None:  # the user typed it; this program sets it without a client
             self._move_to(np.array(self._place.value))
 
     async def _chosen(self, event) -> None:
@@ -121,16 +124,19 @@ class Session:
         self._changed.set()
 
     def _write_place(self) -> None:
-        """Not while the user types: one may be in the middle of another coordinate."""
+        """Show the transmitter's position in its input field.
+
+        Not called while the user types there, who may be about to type the next coordinate.
+        """
         self._place.value = tuple(self._position.round(4))  # type: ignore[misc, assignment]
 
     # --- what is shown -------------------------------------------------------------------------------------
 
     def _trace(self) -> None:
         if self._tracing is not None and self._open:
-            self._tracing.request(self, self._position, self._keep)
+            self._tracing.request(self, self._position, self._keep_traced)
 
-    def _keep(self, traced: Traced) -> None:
+    def _keep_traced(self, traced: Traced) -> None:
         self._traced = traced
         self._changed.set()
 
@@ -146,11 +152,19 @@ class Session:
                 self._changed.clear()
                 try:
                     self._show(self._position)
-                except Exception as error:  # the tab goes on, and says what it cannot show
-                    self._figures.content = f"**Cannot be shown:** {error}"
+                except Exception as error:  # this thread must live on, or the tab would never change again
+                    logging.getLogger("bisplat").exception(
+                        "the viewer cannot show the transmitter at %s", self._position
+                    )
+                    self._numbers.content = f"**Cannot be shown:** {error}"
 
     def _true_at(self, position: Position) -> tuple[str, Spectrum | None, Traced | None]:
-        """The recorded spectrum where the transmitter is at a recorded position, else the traced one."""
+        """The true spectrum at a position: the recorded one where there is one, else the traced one.
+
+        Returns:
+            What the spectrum is called, the spectrum, and everything traced at this very position; None for what is
+            not there or not traced yet.
+        """
         traced = self._traced
         if traced is not None and not np.array_equal(traced.position, position):
             traced = None
@@ -178,11 +192,11 @@ class Session:
             self._image = self._gui.add_image(image, format="jpeg", jpeg_quality=92, order=-3)
         else:
             self._image.image = image
-        self._figures.content = figures(predicted, name, truth, milliseconds) + self._warning(position)
+        self._numbers.content = numbers(predicted, name, truth, milliseconds) + self._warning(position)
         self._layers.show(position, picture, truth.picture if truth else None, traced.paths if traced else None)
 
     def _warning(self, position: Position) -> str:
-        """Where predictions extrapolate, and where the tracer looked for no paths."""
+        """Sentences for a position where the prediction extrapolates, or where the ray tracer may lack paths."""
         subject, warnings = self._subject, ""
         if subject.known_region is not None and outside(position, subject.known_region):
             warnings += "  \n**outside the box of positions the prediction is made from**"
@@ -192,5 +206,14 @@ class Session:
 
 
 def outside(position: Position, box: Float[np.ndarray, "2 3"]) -> bool:
-    """Whether a position is not in a box, metres."""
+    """Whether a position is outside a box.
+
+    Args:
+        position: metres.
+        box: corners (min, max), metres.
+
+    >>> box = np.array([[0.0, 0.0, 0.0], [4.0, 3.0, 2.0]])
+    >>> outside(np.array([1.0, 1.0, 1.0]), box), outside(np.array([1.0, 3.5, 1.0]), box)
+    (False, True)
+    """
     return bool((position < box[0] - 1e-9).any() or (position > box[1] + 1e-9).any())

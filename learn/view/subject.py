@@ -109,7 +109,7 @@ class Subject:
         if self.run is not None:
             found[self.run.config.model] = self._by_model
         if self.dataset is not None and self.parts is not None and len(self.parts.known):
-            found |= {"inverse distance (4)": self._by_distance, "nearest neighbour": self._by_copying}
+            found |= {"inverse-distance": self._by_distance, "nearest": self._by_copying}
         return found
 
     def recorded(self, index: int) -> Spectrum:

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from learn.baselines.kriging import krige_pictures, krige_responses
+from learn.baselines.kriging import krige_responses, krige_spectra
 from learn.baselines.neighbours import nearest
 from learn.comparison.ablate import ablate, variants
 from learn.comparison.compare import compare
@@ -191,7 +191,7 @@ def test_kriging_is_nearer_than_the_nearest(smooth):
     pictures = normalise(PlanarArray().spectrum(responses)).astype(np.float32)
     known, asked = np.arange(60) % 3 != 1, np.arange(60) % 3 == 1
     copied = np.abs(nearest(positions[known], pictures[known], positions[asked]) - pictures[asked]).mean()
-    kriged = krige_pictures(positions[known], pictures[known], 0)(positions[asked])
+    kriged = krige_spectra(positions[known], pictures[known], 0)(positions[asked])
     assert np.abs(kriged - pictures[asked]).mean() < 0.5 * copied
     kriged = krige_responses(positions[known], responses[known], PlanarArray(), 0)(positions[asked])
     assert np.abs(kriged - pictures[asked]).mean() < 0.2 * copied

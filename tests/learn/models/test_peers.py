@@ -9,7 +9,7 @@ import torch
 
 from learn.models.encoding import positional_encoding
 from learn.models.loss import composite_loss
-from learn.models.mlp import PictureMLP, ResponseMLP
+from learn.models.mlp import ResponseMLP, SpectrumMLP
 from learn.models.nerf2 import FAR, ORDER, PATH_LOSS, NeRF2
 from learn.models.swiftwrf import SwiftWRF
 from simulate.array import PlanarArray
@@ -27,7 +27,7 @@ def make(region):
     return build
 
 
-SMALL = ((PictureMLP, {}), (ResponseMLP, {}), (SwiftWRF, {"primitives": 20}), (NeRF2, {"samples": 3, "width": 8}))
+SMALL = ((SpectrumMLP, {}), (ResponseMLP, {}), (SwiftWRF, {"primitives": 20}), (NeRF2, {"samples": 3, "width": 8}))
 
 
 @pytest.mark.parametrize(("model", "settings"), SMALL)
@@ -122,7 +122,7 @@ def test_nerf2_loss_is_that_of_its_rays(make):
 
 
 def test_others_lower_the_papers_loss(make):
-    model = make(PictureMLP)
+    model = make(SpectrumMLP)
     truth = torch.rand(2, 90, 360)
     with torch.no_grad():
         torch.testing.assert_close(model.loss(POSITIONS, truth), composite_loss(model(POSITIONS), truth))

@@ -13,8 +13,9 @@ from scipy.spatial.transform import Rotation
 
 from learn.models.bisplat import BiSplatAperture, BiSplatWRF
 from learn.view.chart import DECIBELS, LEFT, LINEAR, TOP, Panel, colour_of, draw, in_decibels
-from learn.view.comparison import dominant, figures, in_phase_with, panels
+from learn.view.comparison import dominant, in_phase_with, numbers, panels
 from learn.view.hemisphere import dots, ellipses
+from learn.view.session import Session
 from learn.view.subject import Spectrum, subject
 from learn.view.tracing import Tracing
 from scenes.errors import InputError
@@ -74,14 +75,14 @@ def test_common_phase_is_no_difference(wave):
     assert len(pictures) == 2 and pictures[0].values is None and "no phase" in pictures[0].title
 
 
-def test_figures_name_the_maxima_and_what_is_between(wave, plane_waves):
+def test_numbers_name_the_maxima_and_what_is_between(wave, plane_waves):
     moved = seen(plane_waves((1, 210, 40)))
     assert dominant(wave.picture) == (200, 40)
-    text = figures(moved, "ray-traced", wave, 12.0)
+    text = numbers(moved, "ray-traced", wave, 12.0)
     assert "predicted: dominant direction azimuth 210°, elevation 40°" in text
     assert "ray-traced: dominant direction azimuth 200°, elevation 40°" in text
     assert "7.7° apart" in text and "12 ms" in text  # 10° of azimuth, cos 40° shorter
-    assert "SSIM" not in figures(None, "ray-traced", wave, 0.0)
+    assert "SSIM" not in numbers(None, "ray-traced", wave, 0.0)
 
 
 # Hemisphere
@@ -118,9 +119,9 @@ def test_primitives_on_the_sphere_are_as_wide_as_on_the_chart(small, region):
 def test_dataset_alone_has_pictures_positions_and_copying(tiny):
     found = subject(str(tiny))
     assert found.run is None and found.scene is None and "which scene" in found.missing[0]
-    assert list(found.predictors) == ["inverse distance (4)", "nearest neighbour"]
+    assert list(found.predictors) == ["inverse-distance", "nearest"]
     test = found.parts.test
-    copied = found.predictors["nearest neighbour"](found.dataset.positions[found.parts.known[3]])
+    copied = found.predictors["nearest"](found.dataset.positions[found.parts.known[3]])
     np.testing.assert_allclose(copied, found.dataset.spectra[found.parts.known[3]])
     assert found.scores.shape == test.shape and (found.scores < 1).all() and (found.scores > 0.2).all()
 
@@ -219,7 +220,7 @@ def test_only_the_latest_request_of_each_tab_is_traced(monkeypatch, gateway_alon
 
 
 @pytest.mark.parametrize("where", ["__init__", "responses"])
-def test_tracing_that_fails_says_so(monkeypatch, gateway_alone, where):
+def test_tracing_that_fails_says_so_and_logs_the_traceback(monkeypatch, gateway_alone, where, caplog):
     def refuse(*arguments):
         raise InputError("libLLVM: expected version 16, found 14")
 
@@ -232,6 +233,7 @@ def test_tracing_that_fails_says_so(monkeypatch, gateway_alone, where):
             break
         threading.Event().wait(0.05)
     assert tracing.state == "no ray tracing: libLLVM: expected version 16, found 14"
+    assert "in refuse" in caplog.text and "InputError: libLLVM" in caplog.text
 
 
 def test_dataset_without_a_training_part_predicts_nothing(tiny, tmp_path):
@@ -239,3 +241,26 @@ def test_dataset_without_a_training_part_predicts_nothing(tiny, tmp_path):
     (folder / "train_index.txt").write_text("")
     found = subject(str(folder))
     assert found.predictors == {} and len(found.scores) == 0 and found.known_region is None
+
+
+def test_tab_that_cannot_show_a_position_says_so_and_logs_the_traceback(caplog):
+    def refuse(position):
+        tab._open = False
+        raise ValueError("no such position")
+
+    changed = threading.Event()
+    changed.set()
+    tab = SimpleNamespace(
+        _play=SimpleNamespace(value=False),
+        _changed=changed,
+        _open=True,
+        _state=SimpleNamespace(),
+        _tracing=None,
+        _show=refuse,
+        _position=np.zeros(3),
+        _numbers=SimpleNamespace(),
+    )
+    threading.Timer(0.5, changed.set).start()  # closing a tab wakes its thread
+    Session._keep_up_to_date(tab)
+    assert tab._numbers.content == "**Cannot be shown:** no such position"
+    assert "in refuse" in caplog.text and "ValueError: no such position" in caplog.text

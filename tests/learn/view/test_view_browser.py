@@ -157,7 +157,7 @@ def test_scene_or_dataset_alone(what, room, run, tiny, tmp_path, serve, open_tab
         served = serve("view", str(tiny))
         page = open_tab(served.url, "recorded: dominant direction")
         expect(page.get_by_text("does not say which scene")).to_be_visible()
-        expect(page.get_by_role("combobox", name="predicted by")).to_have_value("inverse distance (4)")
+        expect(page.get_by_role("combobox", name="predicted by")).to_have_value("inverse-distance")
     page.context.close()
     assert served.end() == (0, "")
 
