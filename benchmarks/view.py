@@ -76,11 +76,13 @@ def served(looked_at: Subject) -> Iterator[tuple[str, list[Timed]]]:
         server = viser.ViserServer(host="127.0.0.1", port=8700, verbose=False)
     tabs: list[Timed] = []
     server.on_client_connect(lambda client: tabs.append(Timed(client, looked_at, None)))
-    yield f"127.0.0.1:{server.get_port()}", tabs
-    for tab in tabs:
-        tab.close()
-    with contextlib.redirect_stdout(io.StringIO()):
-        server.stop()
+    try:
+        yield f"127.0.0.1:{server.get_port()}", tabs
+    finally:
+        for tab in tabs:
+            tab.close()
+        with contextlib.redirect_stdout(io.StringIO()):
+            server.stop()
 
 
 def sent(looked_at: Subject, drags: int, scoring: float) -> list[float]:
@@ -94,7 +96,7 @@ def sent(looked_at: Subject, drags: int, scoring: float) -> list[float]:
     times = []
     with (
         served(looked_at) as (address, tabs),
-        connect(f"ws://{address}", subprotocols=[f"viser-v{viser.__version__}"], max_size=None) as tab,  # type: ignore[list-item]
+        connect(f"ws://{address}", subprotocols=[f"viser-v{viser.__version__}"], max_size=None) as tab,
     ):
         tab.send(msgspec.msgpack.encode(CAMERA))
         threading.Thread(target=lambda: [None for _ in tab], daemon=True).start()  # reads what is sent, draws nothing
