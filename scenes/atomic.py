@@ -9,8 +9,13 @@ from pathlib import Path
 def write_atomically(path: Path, content: bytes) -> None:
     """Write a file under a temporary name beside it, to the disk, then rename it into place.
 
+    Args:
+        path: the file; its folder is made where it is missing.
+        content: all of its bytes.
+
     Raises:
-        OSError: as any writing may; the file is then as it was, and the temporary one is gone.
+        OSError: the file cannot be written; it is then as it was before, the temporary one is removed, and the error
+            has a file name also where the operating system gives none (a full disk).
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(path.name + ".tmp")
@@ -20,6 +25,8 @@ def write_atomically(path: Path, content: bytes) -> None:
             file.flush()
             os.fsync(file.fileno())
         os.replace(temporary, path)
-    except OSError:
+    except OSError as error:
         temporary.unlink(missing_ok=True)
+        if error.filename is None:
+            error.filename = str(path)
         raise

@@ -1,4 +1,4 @@
-"""A scene as data: a gateway that listens, a region a transmitter moves in, objects of radio materials."""
+"""A scene as data: a gateway that receives, a region that a transmitter moves in, objects of radio materials."""
 
 from __future__ import annotations
 
@@ -14,32 +14,41 @@ from trimesh import Trimesh
 from scenes.errors import InputError
 from scenes.materials import RadioMaterial
 
-SPEED_OF_LIGHT = 299_792_458.0  # m/s
+SPEED_OF_LIGHT = 299_792_458.0
+"""Metres per second."""
+
 PATTERNS = ("iso", "dipole", "hw_dipole", "tr38901")
 POLARIZATIONS = ("V", "H")
-UNIT_TOLERANCE = 1e-3  # quaternions are published with a few digits
+UNIT_TOLERANCE = 1e-3
+"""How far a quaternion's length may be from 1; quaternions are published with a few digits."""
 
 Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
 
-def _unit(q: Sequence[float]) -> Quaternion:
-    """`q` scaled to length 1 where it nearly is; otherwise as it is, for `validate` to refuse."""
-    norm = math.sqrt(sum(c * c for c in q))
-    # Within rounding it is left alone, so that a scene read back equals the one written.
+def _unit(orientation: Sequence[float]) -> Quaternion:
+    """A quaternion scaled to length 1 where its length is nearly 1; others are left for ``validate`` to refuse."""
+    norm = math.sqrt(sum(component * component for component in orientation))
+    # A length of 1 within rounding is left alone, so that a scene read back equals the one written.
     if 1e-12 < abs(norm - 1) <= UNIT_TOLERANCE:
-        q = [c / norm for c in q]
-    x, y, z, w = (float(c) for c in q)
+        orientation = [component / norm for component in orientation]
+    x, y, z, w = (float(component) for component in orientation)
     return x, y, z, w
 
 
 def facing(boresight: Vector3) -> Quaternion:
-    """Orientation of a gateway that looks along `boresight`, its y axis as far up (world +z) as that allows.
+    """Orientation of a gateway whose +z points along a boresight, its y axis as far up (world +z) as that allows.
 
-    Looking straight up or down, its y axis is along world +y.
+    Where the boresight is straight up or down, the gateway's y axis is along world +y.
+
+    Args:
+        boresight: direction in the world frame, of any length.
+
+    Returns:
+        Unit quaternion (x, y, z, w), gateway frame to world.
 
     Raises:
-        InputError: a boresight of length zero.
+        InputError: a boresight of length zero, or one that is not finite.
 
     >>> [round(c, 3) for c in facing((0.0, 0.0, 1.0))]
     [0.0, 0.0, 0.0, 1.0]
@@ -55,21 +64,49 @@ def facing(boresight: Vector3) -> Quaternion:
     return float(q[0]), float(q[1]), float(q[2]), float(q[3])
 
 
+def boresight_of(orientation: Sequence[float] | Float[np.ndarray, " 4"]) -> Float[np.ndarray, " 3"]:
+    """The direction that a gateway of an orientation looks in.
+
+    Args:
+        orientation: unit quaternion (x, y, z, w), gateway frame to world.
+
+    Returns:
+        Unit vector of the gateway's +z in the world frame.
+
+    >>> boresight_of(facing((0.0, -2.0, 0.0))).round(6).tolist()
+    [0.0, -1.0, 0.0]
+    """
+    return Rotation.from_quat(orientation).apply([0, 0, 1])
+
+
 @dataclass(frozen=True)
 class Gateway:
     """The receiver: a uniform planar array at a fixed place.
 
     In the gateway's frame the array lies in the x–y plane, centred on the origin, boresight +z. Element
-    m = row·columns + column sits at spacing·λ·(column − (columns−1)/2, row − (rows−1)/2, 0): x runs fastest.
+    m = row · columns + column sits at spacing · λ · (column − (columns−1)/2, row − (rows−1)/2, 0): x runs fastest.
     Polarisation "V" is along the gateway's +y, "H" along its +x, so a gateway on a wall has its y axis up,
     as NeRF²'s has.
+
+    Attributes:
+        position: metres, world frame.
+        orientation: unit quaternion (x, y, z, w), gateway frame to world, as scipy's ``Rotation.from_quat`` reads it.
+        rows: number of elements along y.
+        columns: number of elements along x.
+        spacing: distance between neighbouring elements, wavelengths.
+        pattern: element response: "iso", "dipole", "hw_dipole" or "tr38901".
+        polarization: "V" or "H".
+
+    >>> gateway = Gateway(position=(0, 0, 1.5), orientation=facing((-1, 0, 0)), rows=2)
+    >>> gateway.rows * gateway.columns, gateway.boresight.round(6).tolist()
+    (8, [-1.0, 0.0, 0.0])
     """
 
-    position: Vector3  # m, world
-    orientation: Quaternion  # unit, (x, y, z, w), gateway frame to world, as scipy's Rotation.from_quat
+    position: Vector3
+    orientation: Quaternion
     rows: int = 4
     columns: int = 4
-    spacing: float = 0.5  # wavelengths
+    spacing: float = 0.5
     pattern: str = "iso"
     polarization: str = "V"
 
@@ -77,39 +114,71 @@ class Gateway:
         object.__setattr__(self, "position", tuple(map(float, self.position)))
         object.__setattr__(self, "orientation", _unit(self.orientation))
 
+    @property
+    def boresight(self) -> Float[np.ndarray, " 3"]:
+        """The direction the gateway looks in, a unit vector in the world frame."""
+        return boresight_of(self.orientation)
+
 
 @dataclass(frozen=True)
 class Transmitter:
     """The moving transmitter: a single antenna anywhere in an axis-aligned box.
 
     Its frame is Sionna RT's: "V" is along its +z, which is world +z for the identity orientation.
+
+    Attributes:
+        region_min: lowest corner of the box, metres, world frame.
+        region_max: highest corner of the box, metres, world frame.
+        pattern: antenna response: "iso", "dipole", "hw_dipole" or "tr38901".
+        polarization: "V" or "H".
+        orientation: unit quaternion (x, y, z, w), transmitter frame to world.
+
+    >>> Transmitter(region_min=(-4, -1, 0.5), region_max=(-2, 1, 2)).region.tolist()
+    [[-4.0, -1.0, 0.5], [-2.0, 1.0, 2.0]]
     """
 
-    region_min: Vector3  # m, world
-    region_max: Vector3  # m, world
+    region_min: Vector3
+    region_max: Vector3
     pattern: str = "iso"
     polarization: str = "V"
-    orientation: Quaternion = (0.0, 0.0, 0.0, 1.0)  # unit, (x, y, z, w), transmitter frame to world
+    orientation: Quaternion = (0.0, 0.0, 0.0, 1.0)
 
     def __post_init__(self) -> None:
         for corner in ("region_min", "region_max"):
             object.__setattr__(self, corner, tuple(map(float, getattr(self, corner))))
         object.__setattr__(self, "orientation", _unit(self.orientation))
 
+    @property
+    def region(self) -> Float[np.ndarray, "2 3"]:
+        """Lowest and highest corner of the box, metres, world frame."""
+        return np.array([self.region_min, self.region_max])
+
     def corners(self) -> Float[np.ndarray, "8 3"]:
-        """The corners of the region [m]."""
+        """All corners of the box, metres, world frame."""
         axes = zip(self.region_min, self.region_max, strict=True)
         return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(8, 3)
 
 
 @dataclass(frozen=True)
 class SceneObject:
-    """A triangle mesh in world metres, z up, of one radio material."""
+    """A triangle mesh of one radio material.
+
+    Attributes:
+        name: unique in its scene.
+        mesh: metres, world frame, z up.
+        material: a key of the scene's materials.
+        thickness: thickness of the slab that a surface stands for, metres; the material's if None.
+
+    >>> from scenes.shapes import sheet
+    >>> floor = SceneObject("floor", sheet((0, 0, 0), (4, 0, 0), (0, 3, 0)), "concrete", thickness=0.3)
+    >>> float(floor.mesh.area)
+    12.0
+    """
 
     name: str
     mesh: Trimesh
     material: str
-    thickness: float | None = None  # m; overrides the material's
+    thickness: float | None = None
 
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, SceneObject):
@@ -123,13 +192,29 @@ class SceneObject:
 
 @dataclass(frozen=True)
 class Scene:
-    """A place. `materials` holds every material an object is made of, at the scene's frequency.
+    """A place: a gateway, the region of a transmitter, and objects of radio materials.
 
-    `further_gateways` see the same transmitters, each in a dataset of its own: `by_gateway` lists them all.
+    Attributes:
+        name: name of the place.
+        frequency: hertz.
+        gateway: the receiver.
+        transmitter: the transmitter and the region it moves in.
+        objects: all objects of the place.
+        materials: every material an object is made of, at the scene's frequency, by name.
+        further_gateways: gateways that receive the same transmitters, each in a dataset of its own, by name.
+
+    >>> from scenes.materials import p2040_materials
+    >>> from scenes.shapes import sheet
+    >>> floor = SceneObject("floor", sheet((-5, -5, 0), (10, 0, 0), (0, 10, 0)), "concrete")
+    >>> gateway = Gateway(position=(0, 0, 1.5), orientation=facing((-1, 0, 0)))
+    >>> region = Transmitter(region_min=(-4, -1, 0.5), region_max=(-2, 1, 2))
+    >>> yard = Scene("yard", 915e6, gateway, region, (floor,), p2040_materials(["concrete"], 915e6))
+    >>> round(yard.wavelength, 3), yard.bounds.tolist()
+    (0.328, [[-5.0, -5.0, 0.0], [5.0, 5.0, 0.0]])
     """
 
     name: str
-    frequency: float  # Hz
+    frequency: float
     gateway: Gateway
     transmitter: Transmitter
     objects: tuple[SceneObject, ...]
@@ -137,18 +222,18 @@ class Scene:
     further_gateways: dict[str, Gateway] = field(default_factory=dict)
 
     def by_gateway(self) -> dict[str, Scene]:
-        """The place as each gateway has it; the first is "gateway1"."""
+        """The place once for each gateway, as the only one of its scene; the first is named "gateway1"."""
         gateways = {"gateway1": self.gateway, **self.further_gateways}
         return {name: replace(self, gateway=gateway, further_gateways={}) for name, gateway in gateways.items()}
 
     @property
     def wavelength(self) -> float:
-        """λ = c / f [m]."""
+        """λ = c / f, metres."""
         return SPEED_OF_LIGHT / self.frequency
 
     @property
     def bounds(self) -> Float[np.ndarray, "2 3"]:
-        """Lowest and highest corner of all objects [m]."""
-        low = np.min([o.mesh.bounds[0] for o in self.objects], axis=0)
-        high = np.max([o.mesh.bounds[1] for o in self.objects], axis=0)
+        """Lowest and highest corner of the box around all objects, metres, world frame."""
+        low = np.min([item.mesh.bounds[0] for item in self.objects], axis=0)
+        high = np.max([item.mesh.bounds[1] for item in self.objects], axis=0)
         return np.stack([low, high])

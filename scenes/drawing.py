@@ -12,6 +12,7 @@ from trimesh import Trimesh
 
 from scenes.description import Gateway, Scene, SceneObject
 from scenes.occupancy import closed_parts
+from scenes.shapes import bounding_box
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -65,7 +66,7 @@ def _describe_gateway(gateway: Gateway) -> dict[str, Any]:
     return {
         "position": list(gateway.position),
         "orientation": list(gateway.orientation),
-        "boresight": _rounded(Rotation.from_quat(gateway.orientation).apply([0, 0, 1])),
+        "boresight": _rounded(gateway.boresight),
         "rows": gateway.rows,
         "columns": gateway.columns,
         "spacing": gateway.spacing,
@@ -176,7 +177,7 @@ def _draw_plan(axes: Axes, scene: Scene) -> list[str]:
     arrow = {"color": "crimson", "lw": 2, "arrowstyle": "-|>"}
     for gateway in (scene.gateway, *scene.further_gateways.values()):
         x, y, _ = gateway.position
-        dx, dy, _ = 0.12 * size * Rotation.from_quat(gateway.orientation).apply([0, 0, 1])
+        dx, dy, _ = 0.12 * size * gateway.boresight
         axes.plot(x, y, "s", color="crimson", markersize=8, zorder=6)
         axes.annotate("", (x + dx, y + dy), (x, y), arrowprops=arrow, zorder=6)
     axes.autoscale_view()
@@ -218,13 +219,11 @@ def _draw_view(axes: Axes3D, scene: Scene) -> None:
     axes.add_collection3d(Line3DCollection(edges, colors="green", linewidths=1.4, zorder=3))
     gateways = (scene.gateway, *scene.further_gateways.values())
     for gateway in gateways:
-        boresight = Rotation.from_quat(gateway.orientation).apply([0, 0, 0.12 * np.max(high - low)])
+        boresight = 0.12 * np.max(high - low) * gateway.boresight
         axes.scatter(*gateway.position, color="crimson", marker="s", s=40, zorder=4)
         axes.quiver(*gateway.position, *boresight, color="crimson", linewidth=2, zorder=4)
-    shown = np.vstack(
-        [scene.bounds, corners, *(gateway.position for gateway in gateways)]
-    )  # outdoors the antennas may be above all objects
-    low, high = shown.min(axis=0), shown.max(axis=0)
+    # Outdoors the antennas may be above all objects.
+    low, high = bounding_box(np.vstack([scene.bounds, corners, *(gateway.position for gateway in gateways)]))
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     axes.set_xlabel("x [m]", labelpad=8)
     axes.set_ylabel("y [m]", labelpad=8)

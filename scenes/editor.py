@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 from viser import ClientHandle, SceneNodeHandle, TransformControlsEvent, TransformControlsHandle
 
 from scenes.description import Scene, facing
@@ -122,7 +121,7 @@ class Editor:
 
     def _edit_region(self) -> None:
         transmitter, api, gui = self.scene.transmitter, self._client.scene, self._client.gui
-        box = add_region(api, np.array([transmitter.region_min, transmitter.region_max]))
+        box = add_region(api, transmitter.region)
         with gui.add_folder("Transmitter region"):
             for name in ("region_min", "region_max"):
                 corner = getattr(transmitter, name)
@@ -141,7 +140,7 @@ class Editor:
             changed: dict[str, Any] = {name: corner}
             transmitter = replace(self.scene.transmitter, **changed)
             self.scene = replace(self.scene, transmitter=transmitter)
-            box.points = edges(np.array([transmitter.region_min, transmitter.region_max]))
+            box.points = edges(transmitter.region)
 
         @handle.on_update
         async def _(event) -> None:
@@ -224,5 +223,5 @@ class Editor:
 
 
 def _boresight(scene: Scene) -> Triple:
-    x, y, z = Rotation.from_quat(scene.gateway.orientation).apply([0, 0, 1]).round(4) + 0.0
+    x, y, z = scene.gateway.boresight.round(4) + 0.0
     return float(x), float(y), float(z)

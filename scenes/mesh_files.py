@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,21 @@ from trimesh import Trimesh
 from scenes.errors import InputError
 
 MESH_SUFFIXES = (".glb", ".gltf", ".obj", ".off", ".ply", ".stl")
+
+READER_ERRORS = (
+    ArithmeticError,
+    AssertionError,
+    AttributeError,
+    EOFError,
+    ImportError,
+    LookupError,
+    NotImplementedError,
+    OSError,
+    TypeError,
+    ValueError,
+    struct.error,
+)
+"""Errors that trimesh's readers raise on a damaged or unsupported file."""
 
 
 def default_up(path: Path) -> str:
@@ -42,7 +58,7 @@ def read_meshes(path: Path) -> list[tuple[str, Trimesh]]:
             for node, transform, key in sorted(nodes, key=lambda n: str(n[0]))
             if isinstance(loaded.geometry[key], Trimesh) and len(loaded.geometry[key].faces)
         ]
-    except Exception as error:  # trimesh's readers raise whatever their parsing trips over
+    except READER_ERRORS as error:
         raise InputError(f"{path}: not a readable {path.suffix[1:].upper()} file ({error})") from error
     if not meshes:
         raise InputError(f"{path}: holds no triangles (is it a point cloud?)")

@@ -7,10 +7,26 @@ from itertools import pairwise
 
 import numpy as np
 import trimesh
+from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
 Vector3 = Sequence[float] | np.ndarray
+
+
+def bounding_box(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "2 3"]:
+    """Lowest and highest corner of the axis-aligned box around points.
+
+    Args:
+        points: metres.
+
+    Returns:
+        The two corners, metres.
+
+    >>> bounding_box(np.array([[0.0, 2.0, 1.0], [1.0, 0.0, 1.0]])).tolist()
+    [[0.0, 0.0, 1.0], [1.0, 2.0, 1.0]]
+    """
+    return np.stack([points.min(axis=0), points.max(axis=0)])
 
 
 def box(low: Vector3, high: Vector3) -> Trimesh:

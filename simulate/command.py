@@ -16,12 +16,25 @@ from simulate.propagation import Propagation
 Output = Annotated[Path, arg(aliases=["-o"])]
 
 
+# The two classes have no docstring, so that the help shows that of their parents. They check nothing, since tyro would
+# turn an error at this point into a message without its sentence; the command makes the checked parents of them.
+
+
 @dataclass(frozen=True)
-class MeasurementOptions(Measurement):  # without a docstring, so that the help is that of Measurement
+class PropagationOptions(Propagation):
+    def __post_init__(self) -> None:
+        pass
+
+
+@dataclass(frozen=True)
+class MeasurementOptions(Measurement):
     snr_db: Annotated[float | None, arg(aliases=["--snr"])] = None
     gain_error_db: Annotated[float, arg(aliases=["--gain-error"])] = 0.0
     phase_error_deg: Annotated[float, arg(aliases=["--phase-error"])] = 0.0
     phase_noise_deg: Annotated[float, arg(aliases=["--phase-noise"])] = 0.0
+
+    def __post_init__(self) -> None:
+        pass
 
 
 def simulate(
@@ -31,7 +44,7 @@ def simulate(
     placement: Placement = "uniform",
     positions: Path | None = None,
     seed: int = 0,
-    propagation: OmitArgPrefixes[Propagation] = Propagation(),
+    propagation: OmitArgPrefixes[PropagationOptions] = PropagationOptions(),
     measurement: OmitArgPrefixes[MeasurementOptions] = MeasurementOptions(),
     power_db: bool = False,
     workers: int | None = None,
@@ -57,6 +70,7 @@ def simulate(
     from simulate.generate import generate
     from simulate.simulation import request_for
 
+    followed, errors = Propagation(**vars(propagation)), Measurement(**vars(measurement))
     if Path(scene).is_dir():
         folders: dict[Path, str | Scene] = {output: scene}
     else:
@@ -66,8 +80,7 @@ def simulate(
             folders = {output: place}
     for number, (folder, seen) in enumerate(folders.items()):
         # Each array has errors of its own.
-        request = request_for(
-            seen, spectra, placement, positions, seed, propagation, measurement, seed + number, power_db
-        )
+        draws = seed, followed, errors, seed + number
+        request = request_for(seen, spectra, placement, positions, *draws, power_db)
         generate(request, folder, workers, ray)
         print(f"{len(request.positions)} spectra: {folder}")

@@ -21,6 +21,7 @@ from PIL import Image
 from scenes.description import SPEED_OF_LIGHT
 from scenes.errors import InputError
 from simulate.array import PlanarArray
+from simulate.spectrum import spectrum_of
 
 ROWS, COLUMNS = 90, 360
 IN_MEMORY = 2 * 10**9
@@ -74,7 +75,7 @@ class Dataset:
     @property
     def spectra(self) -> Float[np.ndarray, "K 90 360"]:
         """Pictures as numbers in 0…1, the way every published loader reads them."""
-        return self.pictures.astype(np.float32) / 255
+        return spectrum_of(self.pictures)
 
 
 @dataclass(frozen=True)

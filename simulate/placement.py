@@ -33,7 +33,7 @@ def place(scene: Scene, kind: Placement, count: int, seed: int) -> Float[np.ndar
         InputError: the region has no free place.
     """
     generator = np.random.default_rng(seed)
-    region = np.array([scene.transmitter.region_min, scene.transmitter.region_max])
+    region = scene.transmitter.region
     if kind == "uniform":
         return free_positions(scene, region, count, generator)
     if kind == "grid":

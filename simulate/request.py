@@ -15,6 +15,7 @@ from jaxtyping import Float
 from scenes.description import Scene
 from scenes.errors import InputError
 from scenes.scene_yaml import read_scene
+from scenes.shapes import bounding_box
 from simulate.array import PlanarArray
 from simulate.dataset import read_points
 from simulate.measurement import Measurement
@@ -59,8 +60,7 @@ class Request:
     @property
     def region(self) -> Float[np.ndarray, "2 3"]:
         """Lowest and highest corner of the box that all transmitters are in, metres: the scene's region at least."""
-        region = np.array([self.scene.transmitter.region_min, self.scene.transmitter.region_max])
-        return np.array([np.minimum(region[0], self.positions.min(0)), np.maximum(region[1], self.positions.max(0))])
+        return bounding_box(np.vstack([self.scene.transmitter.region, self.positions]))
 
     def metadata(self) -> dict[str, Any]:
         """Everything the folder's content depends on."""

@@ -23,6 +23,21 @@ def picture(spectrum: Float[np.ndarray, "*batch 90 360"]) -> UInt8[np.ndarray, "
     return np.round(normalise(spectrum) * 255).astype(np.uint8)
 
 
+def spectrum_of(picture: UInt8[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray, "*batch 90 360"]:
+    """The normalised spectrum that an 8-bit picture holds: picture / 255, float32.
+
+    Args:
+        picture: 8-bit grey levels.
+
+    Returns:
+        Numbers from 0 to 1.
+
+    >>> spectrum_of(np.array([[0, 255]], np.uint8)).tolist()
+    [[0.0, 1.0]]
+    """
+    return picture.astype(np.float32) / 255
+
+
 def dominant_direction(spectrum: Float[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray, "*batch 3"]:
     """Unit vector (gateway frame) towards each spectrum's maximum: the dominant path's angle of arrival."""
     flat = spectrum.reshape(*spectrum.shape[:-2], -1).argmax(axis=-1)

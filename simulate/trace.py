@@ -82,8 +82,7 @@ class Tracer:
             if found is not None:
                 self._chains = found.renamed(self.ray_scene.identifiers)
             else:
-                if region is None:
-                    region = np.array([scene.transmitter.region_min, scene.transmitter.region_max])
+                region = scene.transmitter.region if region is None else region
                 self._chains = find_chains(self.ray_scene, region, seed, report)
         else:
             bytes_per_ray = BYTES_PER_CANDIDATE * max(1, propagation.max_depth) * len(self.elements)

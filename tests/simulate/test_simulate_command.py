@@ -1,7 +1,9 @@
 """``bisplat simulate`` as a user types it: several gateways, a receiver's errors, a folder made once more."""
 
+import sys
 from dataclasses import replace
 from pathlib import Path
+from unittest import mock
 
 import numpy as np
 import pytest
@@ -10,11 +12,10 @@ import bisplat
 from scenes.description import facing
 from scenes.errors import InputError
 from scenes.scene_yaml import write_scene
-from simulate.command import MeasurementOptions
+from simulate.command import MeasurementOptions, PropagationOptions
 from simulate.dataset import read_dataset
-from simulate.propagation import Propagation
 
-DIRECT = Propagation(max_depth=0)
+DIRECT = PropagationOptions(max_depth=0)
 
 
 @pytest.fixture(scope="module")
@@ -41,13 +42,8 @@ def test_each_gateway_gets_a_folder_of_the_same_positions(two_gateways, tmp_path
 
 def test_receivers_errors_are_as_large_as_asked_for_and_each_arrays_own(two_gateways, tmp_path):
     bisplat.simulate(str(two_gateways), tmp_path / "ideal", spectra=5, propagation=DIRECT)
-    bisplat.simulate(
-        str(two_gateways),
-        tmp_path / "real",
-        spectra=5,
-        propagation=DIRECT,
-        measurement=MeasurementOptions(phase_error_deg=10.0),
-    )
+    erring = MeasurementOptions(phase_error_deg=10.0)
+    bisplat.simulate(str(two_gateways), tmp_path / "real", spectra=5, propagation=DIRECT, measurement=erring)
     errors = []
     for name in ("gateway1", "west"):
         ideal, real = (read_dataset(tmp_path / kind / name).responses for kind in ("ideal", "real"))
@@ -68,3 +64,43 @@ def test_folder_made_once_more_is_the_same_with_its_own_settings(two_gateways, t
 def test_no_workers_is_wrong(two_gateways, tmp_path):
     with pytest.raises(InputError, match="workers: expected at least 1, found 0"):
         bisplat.simulate(str(two_gateways), tmp_path / "out", workers=0)
+
+
+def test_old_and_new_spellings_of_the_options_are_the_same(two_gateways, tmp_path):
+    common = ["simulate", str(two_gateways), "--max-depth", "0", "--no-specular", "--rays", "500"]
+    old = ["-n", "3", "--snr", "12", "--gain-error", "1", "--phase-error", "2", "--phase-noise", "3"]
+    new = [
+        "--spectra",
+        "3",
+        "--snr-db",
+        "12",
+        "--gain-error-db",
+        "1",
+        "--phase-error-deg",
+        "2",
+        "--phase-noise-deg",
+        "3",
+    ]
+    for name, options in (("old", old), ("new", new)):
+        with mock.patch.object(sys, "argv", ["bisplat", *common, "-o", str(tmp_path / name), *options]):
+            bisplat.main()
+    assert contents(tmp_path / "old") == contents(tmp_path / "new")
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "sentence"),
+    [
+        ("--workers", "0", "--workers: expected at least 1, found 0"),
+        ("-n", "1", "-n: expected a whole number of at least 2, found 1"),
+        ("--snr", "nan", "--snr-db: expected a finite number of dB, found nan"),
+        ("--phase-noise", "-1", "--phase-noise-deg: expected a standard deviation of 0 degrees or more, found -1.0"),
+        ("--max-depth", "-1", "--max-depth: expected a whole number of at least 0, found -1"),
+        ("--seed", "-1", "--seed: expected a whole number of at least 0, found -1"),
+    ],
+)
+def test_bad_value_is_one_sentence_that_names_the_option(option, value, sentence, two_gateways, tmp_path, capsys):
+    command = ["bisplat", "simulate", str(two_gateways), "-o", str(tmp_path / "out"), option, value]
+    with mock.patch.object(sys, "argv", command), pytest.raises(SystemExit) as end:
+        bisplat.main()
+    assert end.value.code == 1
+    assert capsys.readouterr().err == f"bisplat: {sentence}\n"
