@@ -30,6 +30,7 @@ from learn.models.helmholtz import HelmholtzField
 from learn.splits import BLOCK, EVERY, evenly, split
 from learn.training.run_folder import predict
 from simulate.dataset import Dataset, read_dataset
+from simulate.spectrum import spectrum_of
 
 MOST_TESTED = 300
 """Test spectra of the simulated dataset that are predicted, evenly spread over its test part."""
@@ -105,9 +106,9 @@ LADDER: dict[str, type[HelmholtzField]] = {
 
 def rungs(dataset: Dataset, known: np.ndarray, test: np.ndarray) -> dict[str, float]:
     """Median SSIM of every method over the test part; ``known`` and ``test`` are indices into the dataset."""
-    truth = dataset.pictures[test] / np.float32(255)
+    truth = spectrum_of(dataset.pictures[test])
     positions = dataset.positions[test]
-    pictures, places = dataset.pictures[known] / np.float32(255), dataset.positions[known]
+    pictures, places = spectrum_of(dataset.pictures[known]), dataset.positions[known]
 
     def median(prediction: np.ndarray) -> float:
         return float(np.median(ssim(prediction.astype(np.float32), truth)))

@@ -30,6 +30,7 @@ from learn.metrics import ssim
 from learn.models.helmholtz import HelmholtzField
 from learn.splits import SplitKind, evenly, split
 from simulate.dataset import Dataset, read_dataset
+from simulate.spectrum import spectrum_of
 
 NEAREST = 1, 2, 3, 4, 8, 16, 32
 """Numbers of nearest pictures that are weighted."""
@@ -54,7 +55,7 @@ def oracle(dataset: Dataset, kind: SplitKind, count: int, most: int | None) -> f
         most: take at most so many test pictures; None: all.
     """
     parts = split(dataset, kind, 0)
-    pictures = dataset.pictures / np.float32(255)
+    pictures = spectrum_of(dataset.pictures)
     mean = pictures[parts.known].mean(axis=0).ravel()
     best = []
     test = parts.test if most is None else evenly(parts.test, most)
@@ -78,7 +79,7 @@ def changes(dataset: Dataset, most: int | None) -> dict[str, str]:
     soon = second - first <= SOON
     near = distance < BINS[-1]
     first, second, distance, soon = first[near][:most], second[near][:most], distance[near][:most], soon[near][:most]
-    pictures = dataset.pictures / np.float32(255)
+    pictures = spectrum_of(dataset.pictures)
     alike = ssim(pictures[first], pictures[second])
     found = {}
     for low, high in pairwise(BINS):

@@ -24,7 +24,7 @@ from simulate.array import PlanarArray
 from simulate.dataset import read_dataset
 from simulate.placement import place
 from simulate.propagation import Propagation
-from simulate.spectrum import picture
+from simulate.spectrum import picture, spectrum_of
 from simulate.trace import Tracer
 
 EDGES = (0.0, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32)
@@ -63,7 +63,7 @@ def main(
     if smallest:
         positions, propagation = positions[:20], Propagation(max_depth=1, rays=10_000)
     responses = Tracer(lab(), propagation).responses(positions)
-    simulated = picture(PlanarArray().spectrum(responses)) / 255.0
+    simulated = spectrum_of(picture(PlanarArray().spectrum(responses)))
     found, expected = neighbours(positions, simulated), neighbours(dataset.positions, dataset.spectra.astype(float))
     result = {f"ssim_at_{name}": f"measured {expected[name]}, simulated {found[name]}" for name in found}
     print_figures(result, json_output, smallest)

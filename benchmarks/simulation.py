@@ -29,7 +29,7 @@ from scenes.lab import lab
 from simulate.array import PlanarArray
 from simulate.placement import place
 from simulate.propagation import Propagation
-from simulate.spectrum import picture
+from simulate.spectrum import picture, spectrum_of
 from simulate.trace import Tracer
 
 ARRAY = PlanarArray()
@@ -39,7 +39,7 @@ SMALLEST = Propagation(max_depth=1, rays=10_000)
 
 def pictures(responses: np.ndarray) -> np.ndarray:
     """Pictures [K, 90, 360], 0…1, that a dataset of these responses [K, elements] would hold."""
-    return picture(ARRAY.spectrum(responses)) / 255.0
+    return spectrum_of(picture(ARRAY.spectrum(responses)))
 
 
 class Loop:

@@ -107,12 +107,7 @@ def step_milliseconds(
     times = {
         "step": milliseconds(step, repeats),
         "renderer": milliseconds(lambda: learn.models.splat.splat(*inputs).square().sum().backward(), repeats),
-        "loss": milliseconds(
-            lambda: learn.models.loss.composite_loss(
-                prediction.clone().requires_grad_(), truth.float() / 255
-            ).backward(),
-            repeats,
-        ),
+        "loss": milliseconds(loss_backward, repeats),
         "optimiser": milliseconds(optimiser.step, repeats),
     }
     return times | {"networks": times["step"] - times["renderer"] - times["loss"] - times["optimiser"]}

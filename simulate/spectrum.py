@@ -7,6 +7,9 @@ from jaxtyping import Float, UInt8
 
 from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG, direction
 
+LARGEST_GREY = 255
+"""Grey level of an 8-bit picture that stands for 1."""
+
 
 def normalise(spectrum: Float[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray, "*batch 90 360"]:
     """Min–max normalise each spectrum to 0…1: what a NeRF² picture holds. A constant spectrum becomes zero.
@@ -20,7 +23,7 @@ def normalise(spectrum: Float[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray,
 
 def picture(spectrum: Float[np.ndarray, "*batch 90 360"]) -> UInt8[np.ndarray, "*batch 90 360"]:
     """8-bit grey NeRF² picture of a magnitude spectrum."""
-    return np.round(normalise(spectrum) * 255).astype(np.uint8)
+    return np.round(normalise(spectrum) * LARGEST_GREY).astype(np.uint8)
 
 
 def spectrum_of(picture: UInt8[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray, "*batch 90 360"]:
@@ -35,7 +38,7 @@ def spectrum_of(picture: UInt8[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray
     >>> spectrum_of(np.array([[0, 255]], np.uint8)).tolist()
     [[0.0, 1.0]]
     """
-    return picture.astype(np.float32) / 255
+    return picture / np.float32(LARGEST_GREY)
 
 
 def dominant_direction(spectrum: Float[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray, "*batch 3"]:

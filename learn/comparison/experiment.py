@@ -26,6 +26,7 @@ from learn.training.run_folder import device_name
 from scenes.atomic import write_atomically
 from scenes.errors import ParameterError
 from simulate.dataset import Dataset, read_dataset
+from simulate.spectrum import spectrum_of
 
 SPLIT_SEED = 0
 """Seed of the splits: the same for every method, and whatever the seed a method is fitted with."""
@@ -144,7 +145,7 @@ class Experiment:
         return any(key.items() <= row.items() for row in self.rows)
 
     def _spectra(self, indices: Int[np.ndarray, " K"]) -> Float[np.ndarray, "K 90 360"]:
-        return self.dataset.pictures[indices] / np.float32(255)
+        return spectrum_of(self.dataset.pictures[indices])
 
     def _keep(self, key: dict[str, Any], test: Int[np.ndarray, " K"], scores: Scores, cost: dict[str, Any]) -> None:
         """Write the scores of each test spectrum to per_sample/, then the row to results.jsonl."""

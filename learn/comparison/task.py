@@ -13,6 +13,7 @@ from jaxtyping import Complex, Float
 from learn.splits import Split, SplitKind, split
 from simulate.array import PlanarArray
 from simulate.dataset import Dataset
+from simulate.spectrum import spectrum_of
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,7 @@ class Task:
     @property
     def spectra(self) -> Float[np.ndarray, "n 90 360"]:
         """Spectra of the known positions, 0…1."""
-        return self.dataset.pictures[self.parts.known] / np.float32(255)
+        return spectrum_of(self.dataset.pictures[self.parts.known])
 
     @property
     def responses(self) -> Complex[np.ndarray, "n elements"] | None:

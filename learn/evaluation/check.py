@@ -38,7 +38,7 @@ class Check:
         dataset = self.dataset
         if dataset is None:
             return {}
-        corners = (dataset.positions.min(axis=0), dataset.positions.max(axis=0))
+        corners = bounding_box(dataset.positions)
         boresight = Rotation.from_quat(dataset.gateway_orientation).apply([0, 0, 1])
         return {
             "spectra": str(len(dataset.names)),

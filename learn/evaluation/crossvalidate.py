@@ -14,11 +14,12 @@ from learn.training.run_folder import Run, load_run
 from scenes.description import Scene
 from scenes.errors import InputError, ParameterError
 from scenes.scene_yaml import load_scene
+from scenes.shapes import bounding_box
 from simulate.array import PlanarArray
 from simulate.dataset import Dataset, read_dataset
 from simulate.placement import free_positions
 from simulate.request import propagation_of
-from simulate.spectrum import picture
+from simulate.spectrum import picture, spectrum_of
 
 if TYPE_CHECKING:  # importing it needs the ray tracer, which someone who only has measured data need not install
     from simulate.trace import Tracer
@@ -94,7 +95,7 @@ def crossvalidate(
             f"elements {gateway.spacing} wavelengths apart"
         )
     known = dataset.positions[run.split(dataset).known]
-    region = np.stack([known.min(axis=0), known.max(axis=0)])
+    region = bounding_box(known)
     drawn = free_positions(scene, region, positions, np.random.default_rng(seed))
     if tracer is None:
         from simulate.trace import Tracer
@@ -102,7 +103,7 @@ def crossvalidate(
         propagation, seed_of_rays = propagation_of(dataset.metadata)
         tracer = Tracer(scene, propagation, region, seed_of_rays)
     responses = tracer.responses(drawn)
-    truth = picture(run.array.spectrum(responses)) / np.float32(255)
+    truth = spectrum_of(picture(run.array.spectrum(responses)))
     prediction = run.predict(drawn)
     return CrossValidation(
         run_name=run.folder.name,

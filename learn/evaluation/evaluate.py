@@ -16,6 +16,7 @@ from learn.splits import evenly
 from learn.training.run_folder import Run, load_run
 from scenes.errors import InputError
 from simulate.dataset import Dataset, read_dataset, read_index
+from simulate.spectrum import spectrum_of
 
 JSON_NAMES = {
     "mean-picture": "mean_picture",
@@ -56,7 +57,7 @@ class Evaluation:
     @property
     def truth(self) -> Float[np.ndarray, "K 90 360"]:
         """The dataset's test spectra, 0…1, float32."""
-        return self.dataset.pictures[self.test] / np.float32(255)
+        return spectrum_of(self.dataset.pictures[self.test])
 
     def metrics(self) -> dict[str, Any]:
         """The content of metrics.json and of ``bisplat evaluate --json``: medians and means over the test spectra."""
@@ -104,9 +105,9 @@ def evaluate(
                 f"{len(both) - 1} more that it was"
             )
 
-    truth = tested_on.pictures[test] / np.float32(255)
+    truth = spectrum_of(tested_on.pictures[test])
     positions = tested_on.positions[test]
-    known_spectra, known_positions = known_data.pictures[known] / np.float32(255), known_data.positions[known]
+    known_spectra, known_positions = spectrum_of(known_data.pictures[known]), known_data.positions[known]
     prediction = run.predict(positions).spectra
     some = evenly(np.arange(len(test)), SAMPLES)
     scores = {

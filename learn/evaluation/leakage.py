@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 
 from learn.metrics import ssim
 from simulate.dataset import Dataset
+from simulate.spectrum import spectrum_of
 
 LEAKING_SSIM = 0.9
 """A split leaks when the nearest training spectrum has at least this median SSIM with the test spectrum."""
@@ -65,6 +66,6 @@ def leakage(dataset: Dataset) -> Leakage | None:
     if not (len(dataset.train) and len(dataset.test)):
         return None
     distance, near = cKDTree(dataset.positions[dataset.train]).query(dataset.positions[dataset.test])
-    copies = dataset.pictures[dataset.train[near]] / 255.0
-    truth = dataset.pictures[dataset.test] / 255.0
+    copies = spectrum_of(dataset.pictures[dataset.train[near]])
+    truth = spectrum_of(dataset.pictures[dataset.test])
     return Leakage(distance, ssim(copies, truth))

@@ -16,6 +16,7 @@ from learn.splits import evenly
 from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG
 from simulate.array import PlanarArray
 from simulate.dataset import Dataset
+from simulate.spectrum import LARGEST_GREY
 
 NEIGHBOURS = 32
 """Known positions a prediction is made from, the nearest."""
@@ -264,7 +265,7 @@ class HelmholtzField(SpectrumModel):
         """Predicted spectrum: made of the interpolated responses where there are any, else the interpolated picture."""
         if self.has_responses:
             return self.beamformer(self.responses(positions))
-        picture = (self.interpolated(positions)[0] / 255).clamp(0, 1)
+        picture = (self.interpolated(positions)[0] / LARGEST_GREY).clamp(0, 1)
         return picture.unflatten(-1, (len(ELEVATIONS_DEG), len(AZIMUTHS_DEG)))
 
     def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:

@@ -15,6 +15,7 @@ from learn.metrics import ssim
 from learn.models.base import SpectrumModel
 from learn.splits import Split, evenly
 from simulate.dataset import Dataset
+from simulate.spectrum import LARGEST_GREY, spectrum_of
 
 WARM_UP = 0.05
 """Share of the steps during which the learning rate rises linearly to its full value."""
@@ -37,14 +38,14 @@ class Training(L.LightningModule):
 
     def training_step(self, batch: list[Tensor], _: int) -> Tensor:
         positions, pictures = batch
-        value = self.model.loss(positions, pictures.float() / 255)
+        value = self.model.loss(positions, pictures.float() / LARGEST_GREY)
         self.log("loss", value, on_step=False, on_epoch=True, prog_bar=True, sync_dist=True)
         return value
 
     def validation_step(self, batch: list[Tensor], _: int) -> None:
         positions, pictures = batch
         prediction = self.model(positions).float().cpu().numpy()
-        self._validation.append(ssim(prediction, pictures.cpu().numpy() / np.float32(255)))
+        self._validation.append(ssim(prediction, spectrum_of(pictures.cpu().numpy())))
 
     def on_validation_epoch_end(self) -> None:
         value = float(np.median(np.concatenate(self._validation)))

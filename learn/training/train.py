@@ -23,7 +23,9 @@ from learn.training.config import Config, Steps, read_config, write_config
 from learn.training.lightning_module import Spectra
 from learn.training.run_folder import Run, build_model, load_run, load_weights, predict, save_weights, write_training
 from scenes.errors import ParameterError
+from scenes.shapes import bounding_box
 from simulate.dataset import Dataset, read_dataset
+from simulate.spectrum import spectrum_of
 
 
 def train(
@@ -155,7 +157,7 @@ def _fit_in_closed_form(model: SpectrumModel, dataset: Dataset, parts: Split, fo
     validation_ssim = 0.0
     if len(validated):
         prediction = predict(model, dataset.positions[validated]).spectra
-        validation_ssim = float(np.median(ssim(prediction, dataset.pictures[validated] / np.float32(255))))
+        validation_ssim = float(np.median(ssim(prediction, spectrum_of(dataset.pictures[validated]))))
     with status:
         model.fit(dataset, parts.known)
     write_training(folder, 0, time.perf_counter() - began, validation_ssim)
@@ -164,5 +166,5 @@ def _fit_in_closed_form(model: SpectrumModel, dataset: Dataset, parts: Split, fo
 
 def box_of(positions: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "2 3"]:
     """Corners of the box around positions; an extent of zero becomes a millimetre, so that it can be divided by."""
-    low, high = positions.min(axis=0), positions.max(axis=0)
+    low, high = bounding_box(positions)
     return np.stack([low, np.maximum(high, low + 1e-3)])

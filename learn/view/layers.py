@@ -13,6 +13,7 @@ from learn.view.chart import LINEAR, Colours, colour_of
 from learn.view.comparison import PREDICTED, TRUE
 from learn.view.hemisphere import EVERY_DEG, colours_of_dots, disc, dots, ellipses
 from learn.view.subject import Picture, Position, Subject
+from scenes.shapes import bounding_box
 from scenes.stage import add_gateway, add_objects, add_region, set_up
 from simulate.spectrum import dominant_direction
 
@@ -44,7 +45,7 @@ class Layers:
         api = client.scene
         gateway = np.asarray(subject.gateway.position)
         seen = np.vstack([subject.region, gateway] + ([] if subject.scene is None else [subject.scene.bounds]))
-        bounds = np.stack([seen.min(axis=0), seen.max(axis=0)])
+        bounds = bounding_box(seen)
         self._size = float(np.linalg.norm(bounds[1] - bounds[0]))
         self._radius = 0.09 * self._size
         set_up(client, bounds)

@@ -23,11 +23,12 @@ from learn.training.run_folder import Run, load_run
 from scenes.description import SPEED_OF_LIGHT, Gateway, Scene
 from scenes.errors import InputError
 from scenes.scene_yaml import load_scene
+from scenes.shapes import bounding_box
 from simulate.array import PlanarArray
 from simulate.dataset import NERF2_FREQUENCY, Dataset, read_dataset
 from simulate.propagation import Propagation
 from simulate.request import propagation_of
-from simulate.spectrum import picture
+from simulate.spectrum import picture, spectrum_of
 
 SCORED = 400
 """Test positions whose SSIM is shown, evenly spread over the test part."""
@@ -47,7 +48,7 @@ class Spectrum(NamedTuple):
     def of(cls, array: PlanarArray, responses: Complex[np.ndarray, " elements"]) -> Spectrum:
         """What an array makes of its element responses: the very picture a dataset would hold."""
         field = array.steering @ responses
-        return cls(picture(np.abs(field)) / np.float32(255), field)
+        return cls(spectrum_of(picture(np.abs(field))), field)
 
 
 @dataclass
@@ -82,7 +83,7 @@ class Subject:
         """Corners of the box of positions that predictions are made from, metres; None where nothing predicts."""
         if self.dataset is not None and self.parts is not None and len(self.parts.known):
             known = self.dataset.positions[self.parts.known]
-            return np.stack([known.min(axis=0), known.max(axis=0)])
+            return bounding_box(known)
         return None if self.run is None else self.run.model.region.double().cpu().numpy()
 
     @property
@@ -117,7 +118,7 @@ class Subject:
         assert self.dataset is not None
         responses = self.dataset.responses
         field = None if responses is None else self.array.steering @ responses[index]
-        return Spectrum(self.dataset.pictures[index] / np.float32(255), field)
+        return Spectrum(spectrum_of(self.dataset.pictures[index]), field)
 
     @property
     def has_primitives(self) -> bool:
@@ -144,7 +145,7 @@ class Subject:
             return np.zeros(0)
         predict = next(iter(self.predictors.values()))
         prediction = np.stack([predict(position) for position in self.dataset.positions[self.tested]])
-        return ssim(prediction.astype(float), self.dataset.pictures[self.tested] / 255)
+        return ssim(prediction.astype(float), spectrum_of(self.dataset.pictures[self.tested]))
 
     def field(self, position: Position) -> Complex[np.ndarray, "90 360"] | None:
         """The complex field whose magnitude the run's picture is, up to a common factor, where the model has one."""
@@ -181,7 +182,7 @@ class Subject:
         assert self.dataset is not None
         known, tree = self._known
         index = known[np.atleast_1d(tree.query(position, k=min(NEIGHBOURS, len(known)))[1])]
-        return self.dataset.positions[index], self.dataset.pictures[index] / np.float32(255)
+        return self.dataset.positions[index], spectrum_of(self.dataset.pictures[index])
 
 
 def subject(what: str) -> Subject:
@@ -194,7 +195,7 @@ def subject(what: str) -> Subject:
     folder = Path(what)
     if not folder.is_dir():
         scene = load_scene(what)
-        region = np.array([scene.transmitter.region_min, scene.transmitter.region_max])
+        region = scene.transmitter.region
         return Subject(scene.name, scene.gateway, region, scene, None, None, None, _other_gateways(scene))
     if not (folder / "config.json").exists():
         dataset = read_dataset(folder)
@@ -220,7 +221,7 @@ def _with_scene(name: str, dataset: Dataset, parts: Split, run: Run | None) -> S
     array = dataset.array
     position, orientation = tuple(dataset.gateway_position), tuple(dataset.gateway_orientation)
     gateway = Gateway(position, orientation, array.rows, array.columns, array.spacing)  # type: ignore[arg-type]
-    region = np.stack([dataset.positions.min(axis=0), dataset.positions.max(axis=0)])
+    region = bounding_box(dataset.positions)
     scene = None
     if "scene_file" not in dataset.metadata:
         missing = [
@@ -230,8 +231,7 @@ def _with_scene(name: str, dataset: Dataset, parts: Split, run: Run | None) -> S
         try:
             whole = load_scene(dataset.folder / dataset.metadata["scene_file"])
             scene, missing = seen_by(dataset, whole), _other_gateways(whole)
-            corners = np.vstack([region, scene.transmitter.region_min, scene.transmitter.region_max])
-            region = np.stack([corners.min(axis=0), corners.max(axis=0)])
+            region = bounding_box(np.vstack([region, scene.transmitter.region]))
         except (InputError, OSError) as error:
             missing = [f"The scene of this dataset is not there ({error}): no room, no tracing."]
     return Subject(name, scene.gateway if scene else gateway, region, scene, dataset, parts, run, missing)

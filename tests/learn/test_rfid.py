@@ -12,6 +12,7 @@ from learn.models.helmholtz import HelmholtzField
 from learn.splits import split
 from learn.training.run_folder import predict
 from simulate.dataset import read_dataset
+from simulate.spectrum import spectrum_of
 
 FOLDER = Path(__file__).parents[3] / "shared" / "data" / "rfid-s23-160"
 
@@ -61,6 +62,6 @@ def test_helmholtz_is_ahead_of_copying_and_sees_the_place_change(rfid, kind, bas
     field = HelmholtzField(np.zeros((2, 3)), rfid.array)
     field.fit(rfid, parts.known)
     prediction = predict(field, rfid.positions[parts.test]).spectra
-    found = np.median(ssim(prediction, rfid.pictures[parts.test] / np.float32(255)))
+    found = np.median(ssim(prediction, spectrum_of(rfid.pictures[parts.test])))
     assert found > median_ssim(rfid, kind, baseline) + ahead
     assert float(field.drift) < len(rfid.names)

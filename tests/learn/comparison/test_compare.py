@@ -26,7 +26,7 @@ from learn.splits import split
 from scenes.errors import InputError, ParameterError
 from simulate.array import PlanarArray
 from simulate.dataset import read_dataset
-from simulate.spectrum import normalise
+from simulate.spectrum import normalise, spectrum_of
 
 pytestmark = pytest.mark.usefixtures("small_models", "no_ceiling")
 
@@ -51,9 +51,9 @@ def test_table_has_the_scores_of_each_method_on_the_test_part(tiny, tmp_path, ro
     assert set(labels) == {"mean-picture", "nearest", CEILING} and labels[0] == CEILING
     dataset = read_dataset(tiny)
     parts = split(dataset, "files", 0)
-    known = dataset.pictures[parts.known] / np.float32(255)
+    known = spectrum_of(dataset.pictures[parts.known])
     copied = nearest(dataset.positions[parts.known], known, dataset.positions[parts.test])
-    expected = score(copied, dataset.pictures[parts.test] / np.float32(255))
+    expected = score(copied, spectrum_of(dataset.pictures[parts.test]))
     (row,) = (row for row in rows(tmp_path / "out") if row["label"] == "nearest")
     assert expected.summary().items() <= row.items() and row["test"] == 5
     lines = (tmp_path / "out" / "per_sample" / "nearest-0.csv").read_text().splitlines()

@@ -15,7 +15,7 @@ from learn.training.train import train
 from scenes.errors import InputError
 from simulate.array import PlanarArray
 from simulate.dataset import Dataset, read_dataset
-from simulate.spectrum import picture
+from simulate.spectrum import picture, spectrum_of
 
 ARRAY = PlanarArray()
 WAVELENGTH = 0.3276
@@ -192,7 +192,7 @@ def test_pictures_that_are_all_the_same_are_predicted_everywhere(waves):
     field = fitted(dataset, np.arange(20))
     with torch.no_grad():
         found = field(torch.from_numpy(waves.positions[30:33]).float()).numpy()
-    np.testing.assert_allclose(found, dataset.pictures[:3] / 255, atol=1e-3)
+    np.testing.assert_allclose(found, spectrum_of(dataset.pictures[:3]), atol=1e-3)
 
 
 def test_finds_where_the_waves_come_from():
@@ -215,7 +215,7 @@ def test_known_pictures_are_kept_and_far_away_the_mean_is_shown(waves):
     with torch.no_grad():
         known = field(torch.from_numpy(dataset.positions[:5]).float()).numpy()
         far, open_share = field.interpolated(torch.tensor([[100.0, 0, 0]]))
-    assert ssim(known, dataset.pictures[:5] / np.float32(255)).min() > 0.99
+    assert ssim(known, spectrum_of(dataset.pictures[:5])).min() > 0.99
     np.testing.assert_allclose(far[0], dataset.pictures[:100].reshape(100, -1).mean(0), atol=1e-3)
     assert float(open_share[0]) == pytest.approx(1.0)
 

@@ -29,7 +29,7 @@ from scenes.errors import InputError
 from simulate.array import PlanarArray
 from simulate.dataset import read_dataset
 from simulate.dataset_writer import write_index
-from simulate.spectrum import normalise
+from simulate.spectrum import normalise, spectrum_of
 
 pytestmark = pytest.mark.usefixtures("small_models")
 
@@ -210,7 +210,9 @@ def test_saved_weights_are_those_with_the_best_validation(tiny, tiny_config, fin
     run, dataset = load_run(finished_run), read_dataset(tiny)
     validation = run.split(dataset).validation
     found = np.median(
-        ssim(run.predict(dataset.positions[validation]).spectra.astype(float), dataset.pictures[validation] / 255)
+        ssim(
+            run.predict(dataset.positions[validation]).spectra.astype(float), spectrum_of(dataset.pictures[validation])
+        )
     )
     (path,) = (finished_run / "logs").rglob("metrics.csv")
     assert found == pytest.approx(pd.read_csv(path)["validation_ssim"].max(), abs=1e-4)
