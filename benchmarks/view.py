@@ -29,6 +29,7 @@ from websockets.sync.client import connect
 
 from learn.view.session import Session
 from learn.view.subject import Subject, subject
+from scenes.shapes import bounding_box
 from scenes.stage import on_screen
 
 DRAGS = 40
@@ -150,7 +151,7 @@ def handle(looked_at: Subject, position: np.ndarray, width: float, height: float
     """Pixel of the arrow along x of the transmitter's handle, in a canvas of so many pixels."""
     room = [] if looked_at.scene is None else [looked_at.scene.bounds]
     everything = np.vstack([looked_at.region, looked_at.gateway.position, *room])
-    bounds = np.stack([everything.min(axis=0), everything.max(axis=0)])
+    bounds = bounding_box(everything)
     arm = np.array([0.06 * np.linalg.norm(bounds[1] - bounds[0]), 0, 0])
     return on_screen(position + arm, bounds, width, height)
 

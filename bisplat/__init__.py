@@ -31,6 +31,7 @@ if TYPE_CHECKING:  # for type checkers and editors; at run time __getattr__ impo
     from scenes.description import SceneObject as SceneObject
     from scenes.description import Transmitter as Transmitter
     from scenes.errors import InputError as InputError
+    from scenes.mesh_import import import_scene as import_scene
     from scenes.scene_yaml import load_scene as load_scene
     from simulate.array import PlanarArray as PlanarArray
     from simulate.dataset import read_dataset as read_dataset
@@ -43,6 +44,7 @@ _HOMES = {
     "scenes.description": ("Gateway", "Scene", "SceneObject", "Transmitter"),
     "scenes.errors": ("InputError",),
     "scenes.scene_yaml": ("load_scene",),
+    "scenes.mesh_import": ("import_scene",),
     "simulate.array": ("PlanarArray",),
     "simulate.dataset": ("read_dataset",),
     "simulate.measurement": ("Measurement",),

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from jaxtyping import Int
 
 from scenes.errors import InputError
-from simulate.dataset import Dataset
+
+if TYPE_CHECKING:  # its import takes long, and the command line's help needs SplitKind alone
+    from simulate.dataset import Dataset
 
 SplitKind = Literal["files", "random", "blocked"]
 

@@ -51,11 +51,10 @@ def scene(
         view: edit the scene in the browser: gateway, transmitter region, materials.
         port: view only: of the page; the next free one where it is taken.
     """
-    from scenes import Gateway, Transmitter, load_scene
-    from scenes.description import facing
+    from scenes.description import Gateway, Transmitter, facing
     from scenes.drawing import describe_scene, draw_scene
     from scenes.mesh_import import import_scene, is_importable
-    from scenes.scene_yaml import write_scene
+    from scenes.scene_yaml import load_scene, write_scene
 
     if is_importable(scene):
         needed = {
@@ -68,9 +67,16 @@ def scene(
         missing = [name for name, value in needed.items() if value is None]
         if output is None or gateway is None or boresight is None or region_min is None or region_max is None:
             raise InputError(f"{scene}: importing a mesh needs {', '.join(missing)} too")
-        placed = Gateway(gateway, facing(boresight), pattern=pattern), Transmitter(region_min, region_max)
-        rules = [_rule(text) for text in material]
-        place, report = import_scene(Path(scene), rules, default_material, unit, up, frequency, *placed)
+        place, report = import_scene(
+            scene,
+            [_rule(text) for text in material],
+            default_material,
+            unit,
+            up,
+            frequency,
+            gateway=Gateway(gateway, facing(boresight), pattern=pattern),
+            transmitter=Transmitter(region_min, region_max),
+        )
         write_scene(place, output)
         for name, count in report.degenerate.items():
             print(f"bisplat: {name}: dropped {count} triangles without area", file=sys.stderr)

@@ -164,30 +164,48 @@ def _objects(
 
 
 def import_scene(
-    path: Path,
-    materials: Sequence[tuple[str, str]],
-    default_material: str | None,
-    unit: str,
-    up: str | None,
-    frequency: float,
+    path: Path | str,
+    materials: Sequence[tuple[str, str]] = (),
+    default_material: str | None = None,
+    unit: str = "m",
+    up: str | None = None,
+    frequency: float = 915e6,
+    *,
     gateway: Gateway,
     transmitter: Transmitter,
 ) -> tuple[Scene, ImportReport]:
-    """A scene made of a mesh or scene file, named for it, with a gateway and a transmitter region.
+    """Make a scene of a mesh or scene file, named for it, with a gateway and a transmitter region.
 
     Args:
-        path: of a mesh, of a Mitsuba or Sionna RT scene XML, or "sionna:" and the name of a built-in scene.
-        materials, default_material, unit, up: as of `import_mesh` and `import_mitsuba`.
+        path: a mesh, a Mitsuba or Sionna RT scene XML, or "sionna:" and the name of one of Sionna RT's own scenes.
+        materials: rules (node's name with * and ?, material); the first that matches counts.
+        default_material: the material of nodes that neither a rule nor the file gives one.
+        unit: the file's unit of length: m, cm, mm, in or ft.
+        up: the file's vertical axis, "y" or "z"; None: y for glTF, else z.
         frequency: Hz.
-        gateway: where it is and how it looks, in world metres (after unit and axes are converted).
-        transmitter: its region, in world metres.
+        gateway: the receiver, in world metres (after unit and axes are converted).
+        transmitter: the transmitter and its region, in world metres.
+
+    Returns:
+        The scene, and what was found on the way.
 
     Raises:
-        InputError: as `import_mesh`, `import_mitsuba`, `sionna_scene` and `validate`, or a material unknown at the
-            frequency.
+        InputError: a file that cannot be read, a node without a material, a material unknown at the frequency, or a
+            scene that ``scenes.validation.validate`` refuses.
+
+    >>> import tempfile
+    >>> from scenes.description import Gateway, Transmitter, facing
+    >>> from scenes.shapes import sheet
+    >>> gateway, transmitter = Gateway((0, 0, 1.5), facing((1, 0, 0))), Transmitter((1, -1, 0.5), (3, 1, 1.5))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = sheet((-5, -5, 0), (10, 0, 0), (0, 10, 0)).export(f"{folder}/yard.ply")
+    ...     scene, report = import_scene(
+    ...         f"{folder}/yard.ply", [("yard", "concrete")], gateway=gateway, transmitter=transmitter
+    ...     )
+    >>> scene.name, [(item.name, item.material) for item in scene.objects]
+    ('yard', [('yard', 'concrete')])
     """
-    if str(path).startswith(SIONNA):
-        path = sionna_scene(str(path))
+    path = sionna_scene(str(path)) if str(path).startswith(SIONNA) else Path(path)
     if path.suffix.lower() == ".xml":
         objects, resolved, report = import_mitsuba(path, frequency, materials, default_material, unit, up)
     else:

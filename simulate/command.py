@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
-from scenes.description import Scene
 from simulate.measurement import Measurement
-from simulate.placement import Placement
+from simulate.placement_kind import Placement
 from simulate.propagation import Propagation
+
+if TYPE_CHECKING:  # its import takes long, and the help does not need it
+    from scenes.description import Scene
 
 Output = Annotated[Path, arg(aliases=["-o"])]
 
@@ -66,7 +68,7 @@ def simulate(
         workers: trace with so many Ray workers at a time (needs bisplat-wrf[ray]).
         ray: address of a running Ray cluster to trace on.
     """
-    from scenes import load_scene
+    from scenes.scene_yaml import load_scene
     from simulate.generate import generate
     from simulate.simulation import request_for
 

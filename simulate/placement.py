@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -13,8 +12,7 @@ from scenes.description import Scene
 from scenes.errors import InputError, ParameterError
 from scenes.occupancy import blocking_object, inside_object
 from simulate.dataset import read_points
-
-Placement = Literal["uniform", "grid", "path"]
+from simulate.placement_kind import Placement
 
 PATH_STEP = 0.008
 """Metres between consecutive positions of ``path``: the median step of the measured RFID data."""

@@ -14,7 +14,8 @@ from scenes.validation import validate
 from simulate.dataset import Dataset, read_dataset
 from simulate.generate import generate
 from simulate.measurement import Measurement
-from simulate.placement import Placement, check_positions, place, read_positions
+from simulate.placement import check_positions, place, read_positions
+from simulate.placement_kind import Placement
 from simulate.propagation import Propagation
 from simulate.request import Request, read_request
 
@@ -60,8 +61,7 @@ def simulate(
         ParameterError: a parameter out of its range, or positions inside an object.
 
     >>> import tempfile
-    >>> from scenes import Gateway, Scene, SceneObject, Transmitter
-    >>> from scenes.description import facing
+    >>> from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
     >>> from scenes.materials import p2040_materials
     >>> from scenes.shapes import sheet
     >>> floor = SceneObject("floor", sheet((-5, -5, 0), (10, 0, 0), (0, 10, 0)), "concrete")

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from scipy.spatial.transform import Rotation
-
 from learn.evaluation.leakage import Leakage, leakage
+from scenes.description import boresight_of
+from scenes.shapes import bounding_box
 from simulate.dataset import Dataset, inspect
 
 
@@ -39,13 +39,12 @@ class Check:
         if dataset is None:
             return {}
         corners = bounding_box(dataset.positions)
-        boresight = Rotation.from_quat(dataset.gateway_orientation).apply([0, 0, 1])
         return {
             "spectra": str(len(dataset.names)),
             "training / test": f"{len(dataset.train)} / {len(dataset.test)}",
             "positions (m)": " to ".join(str(corner.round(3).tolist()) for corner in corners),
             "gateway at (m)": str(dataset.gateway_position.round(3).tolist()),
-            "gateway looks along": str(boresight.round(3).tolist()),
+            "gateway looks along": str(boresight_of(dataset.gateway_orientation).round(3).tolist()),
             "array": f"{dataset.array.rows} × {dataset.array.columns}, {dataset.array.spacing} wavelengths apart",
             "complex responses": "yes" if dataset.responses is not None else "no",
             "split": self.leakage.sentence() if self.leakage is not None else "none",

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from matplotlib.image import imread
 
-from scenes import load_scene
 from scenes.description import SceneObject
 from scenes.drawing import describe_scene, draw_scene
 from scenes.materials import p2040_material
+from scenes.scene_yaml import load_scene
 from scenes.shapes import box, sheet
 
 

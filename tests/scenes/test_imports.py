@@ -5,7 +5,7 @@ import sys
 
 
 def test_scenes_imports_stay_light():
-    code = "import sys, scenes, scenes.drawing, scenes.mesh_import; print('\\n'.join(sys.modules))"
+    code = "import sys, scenes.drawing, scenes.mesh_import; print('\\n'.join(sys.modules))"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     roots = {line.split(".")[0] for line in loaded.splitlines()}
     assert "scenes" in roots

@@ -8,13 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from scenes import load_scene
 from scenes.description import Gateway, Transmitter, facing
 from scenes.errors import InputError
 from scenes.materials import p2040_material
 from scenes.mesh_import import import_mitsuba, import_scene
 from scenes.mitsuba_xml import SIONNA, read_mitsuba, sionna_scene
-from scenes.scene_yaml import read_scene, write_scene
+from scenes.scene_yaml import load_scene, read_scene, write_scene
 from scenes.shapes import box
 
 GHZ = 3.5e9
@@ -303,7 +302,7 @@ def test_etoile_end_to_end(tmp_path):
     gateway = Gateway((0.0, -150.0, 30.0), facing((0.0, 1.0, 0.0)))
     region = Transmitter((-50.0, -50.0, 1.0), (-20.0, -20.0, 2.0))
     rules = [("Plane", "medium_dry_ground")]
-    scene, report = import_scene(Path("sionna:etoile"), rules, None, "m", None, GHZ, gateway, region)
+    scene, report = import_scene("sionna:etoile", rules, frequency=GHZ, gateway=gateway, transmitter=region)
     assert scene.name == "etoile" and len(scene.objects) == len(report.sizes) == 565
     assert set(scene.materials) == {"medium_dry_ground", "marble", "metal", "wood", "concrete"}
     assert scene.materials["marble"] == p2040_material("marble", GHZ, thickness=0.1)

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from scenes import load_scene
 from scenes.occupancy import inside_object
-from scenes.scene_yaml import BUILT_IN
+from scenes.scene_yaml import BUILT_IN, load_scene
 from scenes.validation import validate
 
 SHELL = ("floor", "ceiling", "wall", "window", "door")

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 import trimesh
 
-from scenes import load_scene
 from scenes.errors import InputError
-from scenes.scene_yaml import read_scene, write_scene
+from scenes.scene_yaml import load_scene, read_scene, write_scene
 from scenes.shapes import box
 from scenes.validation import validate
 

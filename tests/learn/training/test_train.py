@@ -209,11 +209,8 @@ def test_log_holds_the_loss_and_the_validation_ssim(finished_run):
 def test_saved_weights_are_those_with_the_best_validation(tiny, tiny_config, finished_run):
     run, dataset = load_run(finished_run), read_dataset(tiny)
     validation = run.split(dataset).validation
-    found = np.median(
-        ssim(
-            run.predict(dataset.positions[validation]).spectra.astype(float), spectrum_of(dataset.pictures[validation])
-        )
-    )
+    prediction = run.predict(dataset.positions[validation]).spectra
+    found = np.median(ssim(prediction, spectrum_of(dataset.pictures[validation])))
     (path,) = (finished_run / "logs").rglob("metrics.csv")
     assert found == pytest.approx(pd.read_csv(path)["validation_ssim"].max(), abs=1e-4)
 
