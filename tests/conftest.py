@@ -1,4 +1,4 @@
-"""What all tests share: Triton's interpreter where there is no GPU, and a headless Chromium for pages."""
+"""What all tests share: Triton's interpreter where there is no GPU, a small dataset and run, a headless Chromium."""
 
 import os
 import re
@@ -22,6 +22,19 @@ QUIET = (
     "--disable-sync --use-gl=angle --use-angle=swiftshader --enable-unsafe-swiftshader"
 ).split()
 """No GPU, no sandbox (root has none), nothing that looks for servers elsewhere."""
+
+
+@pytest.fixture(scope="session")
+def workplace(tmp_path_factory) -> Path:
+    """A folder with the dataset data/lab and the run runs/lab, which examples in docstrings use."""
+    import bisplat
+
+    folder = tmp_path_factory.mktemp("workplace")
+    coarse = bisplat.Propagation(max_depth=1, rays=20_000)
+    dataset = bisplat.simulate("lab", folder / "data" / "lab", n=40, propagation=coarse)
+    bisplat.train(dataset, folder / "runs" / "lab")
+    return folder
+
 
 PATIENCE = 60_000
 """Milliseconds; WebGL in software on a busy machine is slow."""
