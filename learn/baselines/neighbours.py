@@ -1,4 +1,4 @@
-"""Predictors without learning. A model that does not beat these has no reason to exist."""
+"""Baselines that learn nothing: the mean of the known spectra, the nearest one, and a weighted mean of near ones."""
 
 from __future__ import annotations
 
