@@ -127,7 +127,8 @@ def evaluate(run: Positional[Path], dataset: Path | None = None, index: Path | N
     if json:
         print(json_format.dumps(evaluation.metrics(), indent=2))
     else:
-        columns = {name: scores.summary() for name, scores in evaluation.scores.items()}
+        # Headings may break after a hyphen: a narrow terminal would cut inverse-distance short.
+        columns = {name.replace("-", "-\n"): scores.summary() for name, scores in evaluation.scores.items()}
         print_table(f"{len(evaluation.test)} test spectra", columns)
 
 

@@ -1,4 +1,4 @@
-"""Predictors without learning. A model must beat these to be of use."""
+"""Baselines that learn nothing: the mean of the known spectra, the nearest one, and a weighted mean of near ones."""
 
 from __future__ import annotations
 
