@@ -1,4 +1,4 @@
-"""bisplat-wrf in Python: from a scene to a ray-traced dataset, a trained model, and figures of how good it is.
+"""The Python interface of bisplat-wrf: ray-trace datasets of spectra, train models on them, and score the models.
 
 >>> import bisplat
 >>> scene = bisplat.load_scene("bedroom")
@@ -8,7 +8,7 @@
 >>> run.predict(dataset.positions[:3]).spectra.shape
 (3, 90, 360)
 
-Every name is imported when it is first used: ``import bisplat`` loads neither torch nor the ray tracer.
+Each name is imported when it is first used, so that ``import bisplat`` loads neither torch nor the ray tracer.
 """
 
 from __future__ import annotations

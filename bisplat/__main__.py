@@ -1,4 +1,8 @@
-"""The command line. Results go to files, progress to stderr, tables to stdout; errors are one sentence, exit 1."""
+"""The command line ``bisplat``.
+
+Commands write results to files, progress to stderr and tables to stdout. An error is one sentence on stderr, with exit
+status 1.
+"""
 
 from __future__ import annotations
 
@@ -16,11 +20,11 @@ from scenes.errors import InputError, ParameterError
 from simulate.command import simulate
 
 PROGRAM = "bisplat"
-DESCRIPTION = """From a mesh to ray-traced spatial spectra in NeRF² format, to a trained model, to honest figures."""
+DESCRIPTION = """Ray-trace spatial spectra in NeRF² format, train models on them, and measure the models' accuracy."""
 
 
 def main() -> None:
-    """Run a command; turn what a user can mend into one sentence."""
+    """Run a command, and report a mistake of the user as one sentence."""
     commands = (
         demo, scene, simulate, check, train, evaluate, crossvalidate, predict, export, compare, ablate, sweep, view
     )  # fmt: skip
@@ -31,22 +35,26 @@ def main() -> None:
         refuse(error.as_option())
     except InputError as error:
         refuse(str(error))
-    except BrokenPipeError:  # the reader of our output, such as head, has closed it
+    except BrokenPipeError:  # the program that reads the output, such as head, has closed it
         raise SystemExit(1) from None
     except OSError as error:
         refuse(f"{error.filename}: {error.strerror}" if error.filename else str(error))
     except KeyboardInterrupt:
-        print(f"{PROGRAM}: interrupted; the same command again goes on from here", file=sys.stderr)
+        print(f"{PROGRAM}: interrupted; run the same command again to continue", file=sys.stderr)
         raise SystemExit(130) from None
 
 
 def refuse(sentence: str) -> None:
-    """Say what is wrong and exit with status 1; with ``BISPLAT_TRACEBACK=1`` show where it was noticed too."""
+    """Print an error and exit with status 1; with ``BISPLAT_TRACEBACK=1`` also print the traceback.
+
+    Args:
+        sentence: the error.
+    """
     if os.environ.get("BISPLAT_TRACEBACK", "0") != "0":
         traceback.print_exc()
         hint = ""
     else:
-        hint = " (BISPLAT_TRACEBACK=1 shows where)"
+        hint = " (BISPLAT_TRACEBACK=1 shows the traceback)"
     print(f"{PROGRAM}: {sentence}{hint}", file=sys.stderr)
     raise SystemExit(1) from None
 

@@ -7,4 +7,4 @@ MAGNITUDE = "viridis"
 DIFFERENCE = "RdBu_r"
 PHASE = "twilight"
 LEAST_DB = -30.0
-"""dB below a spectrum's maximum, where the scale in decibels ends."""
+"""Lower end of the scale in decibels, dB relative to the spectrum's maximum."""

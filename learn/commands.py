@@ -10,7 +10,7 @@ from tyro.conf import Positional, arg
 
 from learn.models.registry import DEFAULT_MODEL, ModelName
 from learn.splits import SplitKind
-from scenes.errors import InputError
+
 from scenes.text_tables import print_table
 from simulate.command import Output
 
@@ -18,12 +18,12 @@ from simulate.command import Output
 def demo(
     output: Output = Path("runs/demo"), spectra: Annotated[int, arg(aliases=["-n"])] = 1000, steps: int = 1500
 ) -> None:
-    """The main job, end to end, on the built-in lab: simulate, train, evaluate, cross-validate, report.
+    """Run every step on the built-in lab: simulate, train, evaluate, cross-validate, write a report.
 
     Args:
-        output: folder for dataset/, run/, report.html and metrics.json.
-        spectra: spectra to simulate.
-        steps: optimiser steps.
+        output: folder for dataset/, run/, run-bisplat/, report.html and metrics.json.
+        spectra: number of spectra to simulate.
+        steps: number of optimiser steps of the BiSplat model.
     """
     from learn.demo import demo as run_demo
 
@@ -33,10 +33,10 @@ def demo(
 
 
 def check(dataset: Positional[Path], json: bool = False) -> None:
-    """Validate a NeRF² dataset folder, describe it, warn of a leaking split. Exit status 1 if it is invalid.
+    """Validate and describe a NeRF² dataset folder, and warn if its split leaks. Exit status 1 if it is invalid.
 
     Args:
-        dataset: the folder.
+        dataset: the dataset folder.
         json: print {"valid", "spectra", "problems", "warnings"} as JSON.
     """
     from learn.evaluation.check import check as check_folder
@@ -79,17 +79,18 @@ def train(
     Args:
         dataset: NeRF² dataset folder, simulated or measured.
         output: the run folder.
-        model: docs/model.md and docs/peers.md describe each.
-        split: the folder's own files, a random fifth for testing, or blocked: every fourth run of ten positions.
-        seed: draws split, initial weights and order of the spectra.
-        steps: optimiser steps; a model fitted in closed form (helmholtz) takes none.
-        batch_size: spectra per step.
-        learning_rate: of AdamW (default: the model's own).
+        model: name of the model; docs/model.md and docs/peers.md describe each.
+        split: how the test part is chosen. files: the folder's own index files; random: a random fifth of the spectra;
+            blocked: every fourth block of ten consecutive spectra.
+        seed: seed of the split, the initial weights and the order of the spectra.
+        steps: number of optimiser steps; a model fitted in closed form (helmholtz) takes none.
+        batch_size: number of spectra per step.
+        learning_rate: learning rate of AdamW (default: the model's own).
         bypass: branches of a BiSplat model to switch off, as the paper's ablation does: dynamic, delta, bst; or order,
             to blend the primitives in stored order instead of by depth.
-        init: a finished run of the same model to begin with, instead of random weights.
-        devices: GPUs per machine (processes, where there is no GPU).
-        nodes: machines; start this command on each, as Lightning's launchers do.
+        init: finished run of the same model whose weights training starts from, instead of random ones.
+        devices: number of GPUs per machine; without a GPU, number of processes.
+        nodes: number of machines; start this command on each, as Lightning's launchers do.
     """
     from learn.training.train import train as train_model
 
@@ -111,13 +112,13 @@ def train(
 
 
 def evaluate(run: Positional[Path], dataset: Path | None = None, index: Path | None = None, json: bool = False) -> None:
-    """Score a run on held-out spectra, beside baselines and the array's ceiling. Writes RUN/evaluation.
+    """Score a run, the baselines and the array's ceiling on the same held-out spectra. Writes RUN/evaluation.
 
     Args:
         run: the run folder.
-        dataset: another dataset folder to test on.
-        index: file with the names of the spectra to test on.
-        json: print the figures as JSON.
+        dataset: another dataset folder to test on (default: the one the run was trained on).
+        index: file with the names of the spectra to test on, one per line (default: the test part of the split).
+        json: print the scores as JSON.
     """
     from learn.evaluation.evaluate import evaluate as score_run
     from learn.reports.evaluation_report import write_evaluation
@@ -127,7 +128,7 @@ def evaluate(run: Positional[Path], dataset: Path | None = None, index: Path | N
     if json:
         print(json_format.dumps(evaluation.metrics(), indent=2))
     else:
-        # Headings may break after a hyphen: a narrow terminal would cut inverse-distance short.
+        # Headings may break after a hyphen: a narrow terminal would truncate inverse-distance.
         columns = {name.replace("-", "-\n"): scores.summary() for name, scores in evaluation.scores.items()}
         print_table(f"{len(evaluation.test)} test spectra", columns)
 
@@ -143,10 +144,10 @@ def crossvalidate(
 
     Args:
         run: the run folder.
-        scene: the place its dataset was simulated in.
-        positions: number of new positions, drawn in the box of the positions that the run learned from.
-        seed: seed that they are drawn with.
-        json: print the figures as JSON.
+        scene: scene that the run's dataset was simulated in: a built-in name or a YAML file.
+        positions: number of new positions, drawn in the bounding box of the positions that the run was trained on.
+        seed: seed of the new positions.
+        json: print the scores as JSON.
     """
     from learn.evaluation.crossvalidate import crossvalidate as compare_with_tracing
     from learn.reports.crossvalidation_report import write_crossvalidation
@@ -160,12 +161,12 @@ def crossvalidate(
 
 
 def predict(run: Positional[Path], positions: Path, output: Output) -> None:
-    """Predict spectra, and element responses where the model knows them, at given positions.
+    """Predict spectra, and element responses if the model predicts them, at given positions.
 
     Args:
         run: the run folder.
-        positions: CSV with the header x,y,z; metres, in the dataset's frame.
-        output: the .npz to write: spectra [K, 90, 360] float32, channels (the responses) [K, 16] complex64.
+        positions: CSV file with the header x,y,z; metres, in the dataset's world frame.
+        output: the .npz file to write: spectra [K, 90, 360] float32, channels (the responses) [K, elements] complex64.
     """
     from learn.training.run_folder import load_run
     from simulate.dataset import read_points
@@ -182,7 +183,7 @@ def predict(run: Positional[Path], positions: Path, output: Output) -> None:
 
 
 def export(run: Positional[Path], output: Output) -> None:
-    """Write a trained model as one file for other programs: positions [batch, 3] in, spectra [batch, 90, 360] out.
+    """Write a trained model as one file for other programs. It maps positions [batch, 3] to spectra [batch, 90, 360].
 
     Args:
         run: the run folder.
@@ -193,9 +194,3 @@ def export(run: Positional[Path], output: Output) -> None:
 
     export_model(load_run(run), output)
     print(f"model: {output}")
-
-
-def positive(**values: float) -> None:
-    for name, value in values.items():
-        if value <= 0:
-            raise InputError(f"--{name.replace('_', '-')}: expected a positive number, found {value}")

@@ -1,4 +1,4 @@
-"""The commands that measure tables: compare, ablate, sweep."""
+"""The commands that compare methods: compare, ablate, sweep."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ Split = Annotated[
     Literal["files", "random", "blocked"],
     arg(help="how the test part is chosen, as for train; random draws the same test part for every method."),
 ]
-Budget = Annotated[float, arg(help="minutes of training, for each method that learns.")]
-Seeds = Annotated[int, arg(help="how often each method is fitted.")]
+Budget = Annotated[float, arg(help="training time of each model that is trained by steps, minutes.")]
+Seeds = Annotated[int, arg(help="number of fits of each method, with seeds 0, 1, …")]
 Json = Annotated[bool, arg(help="print the table as JSON.")]
 
 
@@ -33,7 +33,7 @@ def compare(
     seeds: Seeds = 1,
     json: Json = False,
 ) -> None:
-    """Score models and baselines on one split. The same command again adds what is missing, and redraws.
+    """Score models and baselines on one split. The same command again adds missing rows and redraws the figures.
 
     Args:
         output: folder for table.html, ssim_cdf.png, results.jsonl, per_sample/ and the runs.
@@ -58,13 +58,14 @@ def ablate(
     primitives: int | None = None,
     json: Json = False,
 ) -> None:
-    """Score models with a part switched off at a time. The same command again goes on where it stopped.
+    """Score models with one part at a time switched off. The same command again continues where it stopped.
 
     Args:
         output: folder for ablation.png, results.jsonl, per_sample/ and the runs.
-        models: the models whose parts are switched off.
-        steps: training steps of each row and seed.
-        primitives: number of primitives of every row, then of the paper's rows alone (default: the models' own).
+        models: models whose parts are switched off.
+        steps: number of training steps of each row and seed.
+        primitives: number of primitives in every row; the table then has only the paper's rows (default: the models'
+            own numbers).
     """
     from learn.comparison.ablate import ablate as ablate_models
     from learn.reports.comparison_report import write_ablation
@@ -85,13 +86,13 @@ def sweep(
     init: Path | None = None,
     json: Json = False,
 ) -> None:
-    """Score methods against the number of training spectra. The same command again goes on where it stopped.
+    """Score methods against the number of training spectra. The same command again continues where it stopped.
 
     Args:
         output: folder for sweep.png, results.jsonl, per_sample/ and the runs.
-        sizes: numbers of training spectra; baselines also see a validation part cut in proportion.
+        sizes: numbers of training spectra; the validation part shrinks in proportion.
         models: as for compare.
-        init: a finished run (of a simulated place, say) whose model is then also trained on from its weights.
+        init: finished run, for example of a simulated dataset; its model is also trained starting from its weights.
     """
     from learn.comparison.sweep import sweep as sweep_sizes
     from learn.reports.comparison_report import write_sweep
@@ -102,7 +103,13 @@ def sweep(
 
 
 def print_averages(title: str, averages: Sequence[dict[str, Any]], json: bool) -> None:
-    """Print averages over the seeds as a table, or as a JSON object by the rows' names."""
+    """Print averages over the seeds.
+
+    Args:
+        title: title of the table.
+        averages: rows of ``Comparison.averages``.
+        json: print a JSON object, with the rows by their names, instead of a table.
+    """
     from learn.comparison.table import HEADINGS, average_name
 
     if json:

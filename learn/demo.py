@@ -1,4 +1,4 @@
-"""The main job, end to end: lab -> simulate -> train -> evaluate -> cross-validate -> report."""
+"""The demo: simulate spectra of the lab, train two models, evaluate and cross-validate them, and write a report."""
 
 from __future__ import annotations
 
@@ -21,22 +21,22 @@ from scenes.lab import lab
 from simulate.simulation import simulate
 
 BISPLAT_MODEL = "bisplat-aperture"
-"""The BiSplat model that the demo trains beside the default model."""
+"""The BiSplat model that the demo trains in addition to the default model."""
 
 DATA_SEED, FRESH_SEED = 0, 1_000_000
 FRESH_POSITIONS = 100
 
 
 def demo(folder: Path, spectra: int = 1000, steps: int = 1500) -> dict[str, Any]:
-    """Run everything into a folder, going on where an interrupted demo stopped.
+    """Run the demo, or continue an interrupted one.
 
     Args:
-        folder: gets dataset/, run/ (the default model), run-bisplat/, report.html and metrics.json.
-        spectra: spectra to simulate; a fifth of them is for testing.
-        steps: optimiser steps of the BiSplat model.
+        folder: output folder of dataset/, run/ (the default model), run-bisplat/, report.html and metrics.json.
+        spectra: number of spectra to simulate; a fifth of them is for testing.
+        steps: number of optimiser steps of the BiSplat model.
 
     Returns:
-        The content of metrics.json; figures are the default model's where no model is named.
+        The content of metrics.json; a score whose name has no model is the default model's.
     """
     began = time.monotonic()
     folder.mkdir(parents=True, exist_ok=True)

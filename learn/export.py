@@ -1,4 +1,4 @@
-"""A trained model as one file for other programs: transmitter positions in, spectra out, any number at a time."""
+"""Export of a trained model to one file for other programs, which maps transmitter positions to spectra."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any
 import torch
 from jaxtyping import Float
 from torch import Tensor
-from torch._higher_order_ops.scan import scan  # private: the only loop that torch exports to ONNX
+from torch._higher_order_ops.scan import scan  # a private module, but the only loop that torch exports to ONNX
 from torch.export import ExportedProgram, save
 
 from learn.training.run_folder import Run
@@ -20,24 +20,27 @@ from scenes.atomic import write_atomically
 from scenes.errors import InputError
 
 INPUT, OUTPUT = "positions", "spectra"
-"""Names in an ONNX file: float32 [batch, 3], metres in the dataset's frame, and float32 [batch, 90, 360]."""
+"""Names of the input and output in an ONNX file.
+
+The input is float32 [batch, 3], metres, in the dataset's world frame; the output is float32 [batch, 90, 360], 0…1.
+"""
 
 
 def export(run: Run, path: Path | str) -> None:
     """Write a run's model as ONNX (``.onnx``) or as a ``torch.export`` program (``.pt2``).
 
-    The batch size stays free. The renderer is the readable one, ``learn.models.splat.splat_reference``, whose memory
-    grows with primitives × pixels: predict a few spectra of ``bisplat`` at a time; ``bisplat-aperture`` renders few
-    pixels.
+    The batch size of the exported model is free. Its renderer is ``learn.models.splat.splat_reference``, whose memory
+    grows with primitives × pixels: with ``bisplat``, predict a few spectra at a time; ``bisplat-aperture`` renders
+    fewer pixels.
 
-    The run's own model stays where it is; a copy on the CPU is exported.
+    A copy of the model on the CPU is exported; the run's own model is not changed.
 
     Args:
         run: a finished run.
-        path: the file to write; its suffix says which format.
+        path: the file to write; its suffix determines the format.
 
     Raises:
-        InputError: another suffix, or ONNX is wanted and not installed.
+        InputError: the suffix is neither .onnx nor .pt2, or the packages for ONNX are not installed.
 
     >>> import bisplat
     >>> bisplat.export(bisplat.load_run("runs/lab"), "lab.pt2")
@@ -48,7 +51,7 @@ def export(run: Run, path: Path | str) -> None:
         raise InputError(f"{path}: expected a name that ends in .onnx or .pt2, found {path.name}")
     batch = {0: torch.export.Dim("batch")}
     model: Any = copy.deepcopy(run.model).cpu()
-    if hasattr(model, "solve"):  # of linear equations, which ONNX has no operator for
+    if hasattr(model, "solve"):  # ONNX has no operator that solves linear equations
         model.solve = solve_by_elimination
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
@@ -62,7 +65,17 @@ def export(run: Run, path: Path | str) -> None:
 
 
 def solve_by_elimination(matrix: Float[Tensor, "B N N"], right: Float[Tensor, "B N"]) -> Float[Tensor, "B N"]:
-    """Solve linear equations by Gauss-Jordan elimination, without pivoting: the matrices are positive definite."""
+    """Solve linear equations by Gauss-Jordan elimination.
+
+    It does not pivot, so the matrices must be positive definite.
+
+    Args:
+        matrix: the matrices.
+        right: the right-hand sides.
+
+    Returns:
+        The solutions [B, N].
+    """
 
     def eliminate(rows: Tensor, unit: Tensor) -> tuple[Tensor, Tensor]:
         pivot = (rows * unit[:, None]).sum(dim=1, keepdim=True)
@@ -84,11 +97,11 @@ def _write_onnx(program: ExportedProgram, path: Path) -> None:
     op: Any = opset18
 
     def stable_sort(values, stable=True, dim=-1, descending=False):
-        # Of equal values TopK puts the one with the lower index first.
+        # TopK puts the lower index first among equal values, so it is stable.
         return op.TopK(values, op.Shape(values), axis=dim, largest=0, sorted=1)
 
     def cumulative_product(values, dim, dtype=None):
-        # Of transmittances 1 − α ≥ 0, as e^{Σ ln}; ln 0 = −∞ gives the right 0.
+        # The factors are transmittances 1 − α ≥ 0, and the product is e^{Σ ln(1 − α)}; ln 0 = −∞ correctly gives 0.
         return op.Exp(op.CumSum(op.Log(values), op.Constant(value_int=dim)))
 
     for name in ("torch.onnx", "onnxscript", "onnx_ir"):
@@ -99,7 +112,7 @@ def _write_onnx(program: ExportedProgram, path: Path) -> None:
         output_names=[OUTPUT],
         dynamo=True,
         verbose=False,
-        # What PyTorch's own table of ONNX operators lacks.
+        # Operators that PyTorch's own table of ONNX operators lacks.
         custom_translation_table={
             torch.ops.aten.sort.stable: stable_sort,
             torch.ops.aten.cumprod.default: cumulative_product,

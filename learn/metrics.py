@@ -1,4 +1,4 @@
-"""How near a predicted spectrum is to the true one: the scores that every table reports."""
+"""Scores of predicted spectra against true ones; every table reports these."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ class Scores:
 
     Attributes:
         ssim: ``skimage.metrics.structural_similarity(prediction, truth, data_range=1)``, at most 1.
-        psnr: peak signal-to-noise ratio, dB, for a peak of 1; no more than 100 dB.
+        psnr: peak signal-to-noise ratio, dB, for a peak of 1; at most 100 dB.
         mae: mean absolute error, 0…1.
         aoa_error: angle between the directions of arrival of the two maxima, degrees.
 
-    >>> one = np.ones(3)
-    >>> Scores(ssim=one, psnr=30 * one, mae=0.02 * one, aoa_error=np.array([1.0, 2.0, 40.0])).summary()["psnr_mean"]
+    >>> ones = np.ones(3)
+    >>> Scores(ssim=ones, psnr=30 * ones, mae=0.02 * ones, aoa_error=np.array([1.0, 2.0, 40.0])).summary()["psnr_mean"]
     30.0
     """
 
@@ -32,7 +32,7 @@ class Scores:
     aoa_error: Float[np.ndarray, " K"]
 
     def summary(self) -> dict[str, float]:
-        """Medians, means and the 5th percentile over the K spectra, as a row of a table shows them."""
+        """Medians, means and the 5th percentile of the scores over the K spectra: a row of a table, by column name."""
         return {
             "ssim_median": float(np.median(self.ssim)),
             "ssim_mean": float(np.mean(self.ssim)),
@@ -48,7 +48,7 @@ def score(prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K
 
     Args:
         prediction: predicted spectra, 0…1.
-        truth: true spectra, 0…1, as a dataset's pictures over 255.
+        truth: true spectra, 0…1: the grey levels of a dataset's pictures divided by 255.
 
     Returns:
         All scores, computed in double precision.
@@ -62,21 +62,21 @@ def score(prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K
     (1.0, 100.0, [0.0, 10.0])
     """
     prediction, truth = prediction.astype(np.float64), truth.astype(np.float64)
-    squared = ((prediction - truth) ** 2).mean(axis=(1, 2))
+    squared_error = ((prediction - truth) ** 2).mean(axis=(1, 2))
     return Scores(
         ssim=ssim(prediction, truth),
-        psnr=-10 * np.log10(np.maximum(squared, 1e-10)),
+        psnr=-10 * np.log10(np.maximum(squared_error, 1e-10)),
         mae=np.abs(prediction - truth).mean(axis=(1, 2)),
         aoa_error=aoa_error(prediction, truth),
     )
 
 
 def ssim(prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K 90 360"]) -> Float[np.ndarray, " K"]:
-    """Structural similarity (SSIM) of each pair, as scikit-image computes it: the definition behind every table.
+    """Structural similarity (SSIM) of each pair, as scikit-image computes it. All tables report this value.
 
     Args:
         prediction: predicted spectra, 0…1.
-        truth: true spectra, 0…1, of the same float type: the result is computed in it.
+        truth: true spectra, 0…1, of the same float type; SSIM is computed in this type.
 
     >>> truth = np.random.default_rng(0).uniform(size=(1, 90, 360))
     >>> ssim(truth, truth).round(6).tolist(), ssim(1 - truth, truth).tolist() < [0.0]
@@ -90,7 +90,7 @@ def aoa_error(
 ) -> Float[np.ndarray, " K"]:
     """Great-circle angle between the directions of the two maxima, degrees.
 
-    Azimuth 359° and azimuth 0° are neighbours, and near boresight, where all azimuths meet, the angle stays right.
+    The angle is also right across azimuth 0°, and near boresight, where directions of different azimuths are close.
 
     Args:
         prediction: predicted spectra.

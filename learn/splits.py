@@ -10,7 +10,7 @@ from jaxtyping import Int
 
 from scenes.errors import InputError
 
-if TYPE_CHECKING:  # its import takes long, and the command line's help needs SplitKind alone
+if TYPE_CHECKING:  # importing it is slow, and the command line's help only needs SplitKind
     from simulate.dataset import Dataset
 
 SplitKind = Literal["files", "random", "blocked"]
@@ -19,15 +19,21 @@ TEST_FRACTION = 0.2
 """Share of the spectra that ``random`` holds out for testing, as the published loaders do (80/20)."""
 
 BLOCK, EVERY = 10, 4
-"""``blocked``: runs of ten consecutive positions, every fourth run held out."""
+"""``blocked`` holds out every fourth block of ten consecutive spectra for testing."""
 
 VALIDATION_FRACTION = 0.1
-"""Share of the training part that chooses the best checkpoint, so that the test part chooses nothing."""
+"""Share of the training part that is set aside to choose the best checkpoint. The test part chooses nothing."""
 
 
 @dataclass(frozen=True)
 class Split:
-    """Disjoint indices into a dataset."""
+    """Disjoint parts of a dataset, as indices of its spectra.
+
+    Attributes:
+        train: spectra that a model is trained on.
+        validation: spectra that choose the best checkpoint.
+        test: spectra that a model is scored on.
+    """
 
     train: Int[np.ndarray, " n_train"]
     validation: Int[np.ndarray, " n_validation"]
@@ -35,31 +41,32 @@ class Split:
 
     @property
     def known(self) -> Int[np.ndarray, " n_known"]:
-        """Training and validation part together: the spectra that a baseline may copy."""
+        """Training and validation part together, sorted: the spectra that a baseline may interpolate."""
         return np.sort(np.concatenate([self.train, self.validation]))
 
 
 def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None = None) -> Split:
     """Split a dataset.
 
-    ``files`` is the folder's own train_index.txt and test_index.txt. ``random`` draws 20 % for testing. ``blocked``
-    holds out every fourth run of ten consecutive positions. Measured positions follow a path: there ``random`` (and
-    most folders' own files) put a test position's neighbours in time into the training part, ``blocked`` does not.
+    ``files`` reads the folder's own train_index.txt and test_index.txt. ``random`` draws 20 % for testing. ``blocked``
+    holds out every fourth block of ten consecutive spectra. Measured positions follow a path: ``random``, and the
+    index files of most folders, put the spectra recorded just before and after a test spectrum into the training part;
+    ``blocked`` does so only at the ends of a block.
 
-    The validation part is 10 % of the training part; with ``blocked`` it consists of whole runs of ten positions.
+    The validation part is 10 % of the training part; with ``blocked`` it consists of whole blocks.
 
     Args:
         dataset: the spectra.
         kind: how the test part is chosen.
-        seed: draws the test part of ``random``, and every validation part.
+        seed: seed of the test part of ``random``, and of the validation part.
         train_size: number of training spectra to keep; a smaller part is contained in every larger one. The validation
-            part shrinks in proportion, since baselines copy from it too; the test part stays the same.
+            part shrinks in proportion, since baselines use it too; the test part stays the same. None: keep all.
 
     Returns:
         Disjoint parts, each sorted.
 
     Raises:
-        InputError: too few spectra for three parts, or fewer to train on than ``train_size``.
+        InputError: the dataset has too few spectra for three parts, or fewer training spectra than ``train_size``.
     """
     count = len(dataset.names)
     generator = np.random.default_rng(seed)
@@ -95,7 +102,11 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
 
 
 def evenly(indices: Int[np.ndarray, " n"], most: int) -> Int[np.ndarray, " m"]:
-    """At most ``most`` of the indices, evenly spread.
+    """At most ``most`` of the indices, evenly spread over them.
+
+    Args:
+        indices: indices in any order.
+        most: largest number of indices to return.
 
     >>> evenly(np.arange(10), 3).tolist()
     [0, 4, 9]

@@ -1,4 +1,8 @@
-"""Baselines that learn nothing: the mean of the known spectra, the nearest one, and a weighted mean of near ones."""
+"""Baselines without training: the mean of the known spectra, the nearest one, and a weighted mean of the four nearest.
+
+In all functions ``known`` are known spectra, 0…1, ``known_positions`` their transmitter positions, and ``positions``
+the transmitter positions to predict at, all in metres.
+"""
 
 from __future__ import annotations
 
@@ -7,12 +11,13 @@ from jaxtyping import Float
 from scipy.spatial import cKDTree
 
 NEIGHBOURS = 4
+"""Number of known spectra that ``inverse_distance`` averages."""
 
 
 def mean_picture(
     known: Float[np.ndarray, "n 90 360"], positions: Float[np.ndarray, "K 3"]
 ) -> Float[np.ndarray, "K 90 360"]:
-    """The mean of the known spectra, the same at every position."""
+    """The baseline mean-picture: the mean of the known spectra, the same at every position."""
     return np.broadcast_to(known.mean(axis=0), (len(positions), *known.shape[1:]))
 
 
@@ -21,7 +26,7 @@ def nearest(
     known: Float[np.ndarray, "n 90 360"],
     positions: Float[np.ndarray, "K 3"],
 ) -> Float[np.ndarray, "K 90 360"]:
-    """Copy of the spectrum at the nearest known position."""
+    """The baseline nearest: a copy of the spectrum at the nearest known position."""
     return known[cKDTree(known_positions).query(positions)[1]]
 
 
@@ -30,7 +35,7 @@ def inverse_distance(
     known: Float[np.ndarray, "n 90 360"],
     positions: Float[np.ndarray, "K 3"],
 ) -> Float[np.ndarray, "K 90 360"]:
-    """Mean of the spectra at the four nearest known positions, weighted by 1 / distance."""
+    """The baseline inverse-distance: the mean of the four nearest known spectra, weighted by 1 / distance."""
     distance, index = cKDTree(known_positions).query(positions, k=min(NEIGHBOURS, len(known)))
     weight = 1 / np.maximum(distance.reshape(len(positions), -1), 1e-9)
     weight /= weight.sum(axis=1, keepdims=True)

@@ -76,7 +76,7 @@ def test_row_is_made_once_and_missing_ones_are_added(tiny, tmp_path, rows):
 
 def test_folder_of_another_protocol_or_of_something_else_is_refused(tiny, tmp_path):
     compare(tiny, ("nearest",), budget=INSTANT, output=tmp_path / "out")
-    with pytest.raises(InputError, match="found one whose split is files, not random"):
+    with pytest.raises(InputError, match="with split random, found one with split files"):
         compare(tiny, ("nearest",), "random", INSTANT, output=tmp_path / "out")
     (tmp_path / "letters").mkdir()
     (tmp_path / "letters" / "love.txt").write_text("dear")
@@ -229,7 +229,7 @@ def test_ablation_has_the_papers_rows_and_ours(tiny, tmp_path, rows):
     assert (out / "ablation.png").stat().st_size > 5000
     configs = [json.loads(path.read_text()) for path in (out / "runs").glob("*/config.json")]
     assert len(configs) == 8 and {config["by_steps"]["steps"] for config in configs} == {2}
-    with pytest.raises(InputError, match="found one whose steps is 2, not 3"):
+    with pytest.raises(InputError, match="with steps 3, found one with steps 2"):
         ablate(tiny, ("bisplat",), "files", 3, 2, output=out)
 
 
