@@ -10,7 +10,6 @@ from tyro.conf import Positional, arg
 
 from learn.models.registry import DEFAULT_MODEL, ModelName
 from learn.splits import SplitKind
-
 from scenes.text_tables import print_table
 from simulate.command import Output
 

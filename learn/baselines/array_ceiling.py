@@ -23,7 +23,7 @@ STARTS, ITERATIONS = 4, 120
 """Number of random starts of a fit, and number of iterations of each."""
 
 FLOORS = (0.0, 0.03, 0.1)
-"""Trial values of the minimum that min–max normalisation subtracted from the magnitude, relative to maximum − minimum."""
+"""Trial values of the minimum that normalisation subtracted from the magnitude, relative to maximum − minimum."""
 
 EVERY_DEG = 6
 """The fit uses every sixth row and column of a spectrum; a 4 × 4 array resolves no finer detail."""

@@ -1,4 +1,4 @@
-"""What each part of a model contributes to its score, over several seeds."""
+"""Ablation: the score of a model with one part at a time switched off, over several seeds."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ OURS: dict[str, dict[str, int]] = {
     "16 clusters": {"clusters": 16},
     "144 clusters": {"clusters": 144},
 }
-"""Sizes of bisplat-aperture whose rows its table has beside the paper's: label and arguments of the model."""
+"""Further rows of the table of bisplat-aperture: label, and options of the model."""
 
 
 def variants(model: str, primitives: int | None = None) -> Iterator[tuple[str, TrainedModel]]:
-    """Rows of a model's table: the paper's rows, then those of bisplat-aperture alone.
+    """Rows of a model's table: the paper's rows, then, for bisplat-aperture, further rows.
 
     Args:
         model: the model whose parts are switched off.
-        primitives: number of primitives of every row, which the labels then name, without the rows of bisplat-aperture
-            alone; None: the model's own number.
+        primitives: number of primitives in every row; the labels then name it, and there are no further rows. None:
+            the model's own number.
 
     Yields:
         The label of a row, and its unfitted method.
@@ -59,23 +59,23 @@ def ablate(
     primitives: int | None = None,
     output: Path | str | None = None,
 ) -> Comparison:
-    """Train models with a part switched off at a time, and score them. Draws nothing.
+    """Train models with one part at a time switched off, and score them. Makes no figures.
 
     Args:
         dataset: a dataset, or its folder; as for ``compare``.
         models: the models whose parts are switched off.
         split: how the test part is chosen.
-        steps: training steps of each row and seed: the same for all, so that rows differ in the part alone.
-        seeds: how often each row is trained.
-        primitives: number of primitives of every row, then of the paper's rows alone; None: the models' own numbers,
-            which take long without a GPU.
+        steps: number of training steps, the same for every row and seed, so that rows only differ in the part.
+        seeds: number of trainings of each row, with seeds 0, 1, …
+        primitives: number of primitives in every row; the table then has only the paper's rows. None: the models' own
+            numbers, which are slow to train without a GPU.
         output: as for ``compare``.
 
     Returns:
-        Everything measured in the folder; the labels say what is switched off.
+        All rows measured in the folder; the labels say what is switched off.
 
     Raises:
-        InputError: as ``compare``.
+        InputError: as for ``compare``.
         ParameterError: ``steps`` or ``seeds`` is not positive.
 
     >>> comparison = ablate("data/lab", models=("bisplat",), split="files", steps=2, seeds=1, primitives=20)

@@ -48,18 +48,18 @@ class Kriging(MeanPicture):
 
 
 class KrigingResponses(MeanPicture):
-    """Kriging of the element responses: the dataset's own, or else those that reproduce its spectra best.
+    """Kriging of the element responses.
 
-    Responses found from spectra have an unknown common phase; it is chosen so that the phase of the element that is
-    strongest on average is zero.
+    If the dataset has no responses, those that reproduce its spectra best are used. Their common phase is unknown; it
+    is chosen such that the element with the largest mean magnitude has phase zero.
     """
 
     def fit(self, task: Task) -> None:
         responses = task.responses
         if responses is None:
             responses = responses_of(task.spectra, task.array)
-            strongest = responses[:, np.abs(responses).mean(axis=0).argmax()]
-            responses = responses * np.exp(-1j * np.angle(strongest))[:, None]
+            strongest_element = responses[:, np.abs(responses).mean(axis=0).argmax()]
+            responses = responses * np.exp(-1j * np.angle(strongest_element))[:, None]
             responses /= np.linalg.norm(responses, axis=1, keepdims=True)
         self._predict = krige_responses(task.positions, responses, task.array, task.seed)
 
@@ -71,3 +71,4 @@ BASELINES: dict[str, Callable[[], Method]] = {
     "kriging": Kriging,
     "kriging-responses": KrigingResponses,
 }
+"""The baselines by name."""

@@ -1,4 +1,4 @@
-"""How many training steps fit into a budget of minutes: a few steps, a validation and a checkpoint are timed."""
+"""Time of a training step, from which the number of steps that fit into a budget of minutes follows."""
 
 from __future__ import annotations
 
@@ -18,12 +18,17 @@ from learn.training.train import box_of
 
 
 def seconds_per_step(config: Config, by_steps: Steps, task: Task) -> float:
-    """Time of a training step with its share of a validation and a checkpoint, measured on throwaway weights.
+    """Measure the time of a training step, including its share of a validation and a checkpoint.
+
+    The measurement trains a model of its own for four steps.
 
     Args:
-        config: which model is trained, and on what.
+        config: settings of the run: which model is trained, on which dataset.
         by_steps: its batch size and learning rate.
-        task: the spectra to time with.
+        task: known spectra to measure with.
+
+    Returns:
+        Seconds per step.
     """
     module = Training(build_model(config, box_of(task.positions), task.array), by_steps.learning_rate, 100)
     device = "cuda" if torch.cuda.is_available() else "cpu"
@@ -32,21 +37,22 @@ def seconds_per_step(config: Config, by_steps: Steps, task: Task) -> float:
     batch = np.arange(by_steps.batch_size) % len(task.parts.train)
     positions = torch.from_numpy(task.positions[batch]).float().to(device)
     spectra = torch.from_numpy(task.spectra[batch]).to(device)
-    times = []
+    step_seconds = []
     for _ in range(4):
         began = time.perf_counter()
         optimiser.zero_grad()
-        value = module.model.loss(positions, spectra)
-        value.backward()
+        loss = module.model.loss(positions, spectra)
+        loss.backward()
         optimiser.step()
-        value.item()  # waits for a GPU
-        times.append(time.perf_counter() - began)
+        loss.item()  # waits for the GPU
+        step_seconds.append(time.perf_counter() - began)
     began = time.perf_counter()
     with torch.no_grad():
         prediction = module.model(positions).cpu().numpy()
     ssim(prediction, spectra.cpu().numpy())
-    validation = (time.perf_counter() - began) / len(batch) * min(Spectra.VALIDATED, len(task.parts.validation))
+    seconds_per_spectrum = (time.perf_counter() - began) / len(batch)
+    validation_seconds = seconds_per_spectrum * min(Spectra.VALIDATED, len(task.parts.validation))
     began = time.perf_counter()
     torch.save([module.state_dict(), optimiser.state_dict()], BytesIO())
-    checkpoint = 2 * (time.perf_counter() - began)  # the last and the best
-    return float(np.median(times[1:])) + (validation + checkpoint) / STEPS_PER_VALIDATION
+    checkpoint_seconds = 2 * (time.perf_counter() - began)  # the last and the best checkpoint are both written
+    return float(np.median(step_seconds[1:])) + (validation_seconds + checkpoint_seconds) / STEPS_PER_VALIDATION

@@ -1,4 +1,4 @@
-"""Every method and baseline on one split, scored by the same code."""
+"""Comparison of models and baselines on one split, scored by the same code."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from scenes.errors import ParameterError
 from simulate.dataset import Dataset
 
 Models = Sequence[str] | Mapping[str, str | Method | Callable[[], Method]]
-"""Methods by their names, or what is fitted under a name: see ``compare``."""
+"""Names of methods, or a dictionary from names to methods; ``compare`` describes both."""
 
 
 def compare(
@@ -28,28 +28,27 @@ def compare(
     seeds: int = 1,
     output: Path | str | None = None,
 ) -> Comparison:
-    """Fit and score methods on one split, and measure the array's ceiling. Draws nothing.
+    """Fit and score methods on one split, and measure the array's ceiling. Makes no figures.
 
-    Called again with the same ``output`` it measures only what is missing there, and returns all that is there.
+    A second call with the same ``output`` measures only the rows that are missing there, and returns all rows.
 
     Args:
         dataset: a dataset, or its folder.
         models: names of methods (``learn.comparison.methods.method_names`` lists them) or of classes
-            ("module:Class"); or a dictionary from the names that the table shows to such a name, to a class with
-            ``fit`` and ``predict``, to a function that makes such an object, or to such an object, which is copied for
-            each seed. None: every method.
+            ("module:Class"); or a dictionary whose keys are the labels in the table and whose values are such a name, a
+            class with ``fit`` and ``predict``, a function that returns an object with both, or such an object, which
+            is copied for each seed. None: every baseline and model.
         split: how the test part is chosen; "random" draws the same test part for every method.
-        budget: minutes of training, for each method that learns.
-        seeds: how often each method is fitted.
-        output: folder for results.jsonl, per_sample/ and runs/; None: a new temporary folder, which ``folder`` of the
-            result names and which is not deleted.
+        budget: training time of each model that is trained by steps, minutes.
+        seeds: number of fits of each method, with seeds 0, 1, …
+        output: folder for results.jsonl, per_sample/ and runs/; None: a new temporary folder, which is not deleted and
+            whose path is the ``folder`` of the result.
 
     Returns:
-        Everything measured in the folder.
+        All rows measured in the folder.
 
     Raises:
-        InputError: the dataset cannot be read, or the folder holds an experiment with other settings, or something
-            else.
+        InputError: the dataset cannot be read, or the folder holds an experiment with other settings, or other files.
         ParameterError: a method is unknown, or ``budget`` or ``seeds`` is not positive.
 
     >>> import numpy as np
@@ -78,7 +77,10 @@ def compare(
 
 
 def makers(models: Models) -> dict[str, Callable[[], Method]]:
-    """What makes a new, unfitted method, by the name that a table shows.
+    """Functions that make new, unfitted methods, by the label of their rows.
+
+    Args:
+        models: as for ``compare``.
 
     Raises:
         ParameterError: a method is unknown, or has no ``fit``.

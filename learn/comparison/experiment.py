@@ -1,4 +1,4 @@
-"""A folder of measured rows: each row is one method, fitted and scored once, and is never measured again."""
+"""A folder of measured rows: each row is one method that was fitted and scored. No row is measured twice."""
 
 from __future__ import annotations
 
@@ -29,20 +29,20 @@ from simulate.dataset import Dataset, read_dataset
 from simulate.spectrum import spectrum_of
 
 SPLIT_SEED = 0
-"""Seed of the splits: the same for every method, and whatever the seed a method is fitted with."""
+"""Seed of the split, the same for every method and for every seed that a method is fitted with."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What all rows of a folder have in common, as its protocol.json has it.
+    """Settings that all rows of a folder have in common; protocol.json records them.
 
     Attributes:
-        dataset: the dataset's folder, absolute.
+        dataset: absolute path of the dataset's folder.
         split: how the test part is chosen.
         split_seed: seed of the split.
-        minutes: training time of each method that learns; None: as long as the steps take.
-        steps: training steps of each model that is trained by steps; None: as many as fit into the minutes.
-        device: what the methods are trained on.
+        minutes: training time of each model that is trained by steps; None: no limit, ``steps`` is set.
+        steps: number of training steps of each such model; None: as many as fit into ``minutes``.
+        device: name of the GPU, or number of CPU threads, that methods are trained on.
     """
 
     dataset: str
@@ -54,15 +54,15 @@ class Settings:
 
 
 class Experiment:
-    """A folder with protocol.json, results.jsonl, per_sample/, and what the methods leave in runs/.
+    """A folder with protocol.json, results.jsonl, per_sample/, and the methods' own folders in runs/.
 
     Args:
-        folder: a new folder, or that of an experiment begun before with the same settings.
-        dataset: the dataset that is trained and tested on.
-        settings: what protocol.json will say, or must say already.
+        folder: a new folder, or the folder of an earlier experiment with the same settings.
+        dataset: the dataset that methods are trained and tested on.
+        settings: the settings; a protocol.json that is there already must hold the same ones.
 
     Raises:
-        InputError: the folder holds an experiment with other settings, or something else.
+        InputError: the folder holds an experiment with other settings, or other files.
     """
 
     def __init__(self, folder: Path, dataset: Dataset, settings: Settings):
@@ -75,7 +75,7 @@ class Experiment:
 
     @property
     def rows(self) -> list[dict[str, Any]]:
-        """The rows measured so far, in that order."""
+        """The rows measured so far, in the order they were measured."""
         path = self.folder / "results.jsonl"
         return [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
 
@@ -85,8 +85,8 @@ class Experiment:
         """Measure the rows that are missing: all methods with the first seed, then all with the next one.
 
         Args:
-            methods: what makes a new, unfitted method, by the label of its rows.
-            seeds: how often each method is fitted, with the seeds 0, 1, …
+            methods: functions that make new, unfitted methods, by the label of their rows.
+            seeds: number of fits of each method, with seeds 0, 1, …
             sizes: numbers of training spectra; None: all of the training part.
 
         Raises:
@@ -133,13 +133,13 @@ class Experiment:
         self._keep(key, test, scores, cost)
 
     def measure_ceiling(self) -> None:
-        """Measure the row of the array's ceiling. It is fitted to the test spectra: a bound, and not a method."""
+        """Measure the row of the array's ceiling, which is fitted to the test spectra: it is a bound, not a method."""
         key = {"label": CEILING, "seed": 0, "train_size": None}
         if self._has(key):
             return
-        some = evenly(split(self.dataset, self.settings.split, self.settings.split_seed).test, SAMPLES)
-        truth = self._spectra(some)
-        self._keep(key, some, score(array_ceiling(truth, self.dataset.array), truth), {})
+        test = evenly(split(self.dataset, self.settings.split, self.settings.split_seed).test, SAMPLES)
+        truth = self._spectra(test)
+        self._keep(key, test, score(array_ceiling(truth, self.dataset.array), truth), {})
 
     def _has(self, key: dict[str, Any]) -> bool:
         return any(key.items() <= row.items() for row in self.rows)
@@ -153,8 +153,8 @@ class Experiment:
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(["name", "ssim", "psnr_db", "mae", "aoa_error_deg"])
         columns = (scores.ssim, scores.psnr, scores.mae, scores.aoa_error)
-        for index, *figures in zip(test, *columns, strict=True):
-            writer.writerow([self.dataset.names[index], *(f"{figure:.6f}" for figure in figures)])
+        for index, *values in zip(test, *columns, strict=True):
+            writer.writerow([self.dataset.names[index], *(f"{value:.6f}" for value in values)])
         write_atomically(self.folder / "per_sample" / f"{row_name(key)}.csv", text.getvalue().encode())
         row = {**key, "test": len(test), **scores.summary(), **cost, "date": datetime.date.today().isoformat()}
         path = self.folder / "results.jsonl"
@@ -170,18 +170,17 @@ def begin(
     minutes: float | None = None,
     steps: int | None = None,
 ) -> Experiment:
-    """Open the experiment of a folder, new or begun before.
+    """Begin an experiment in a new folder, or continue the one in a folder.
 
     Args:
         dataset: a dataset, or its folder.
         split: how the test part is chosen.
         output: the experiment's folder; None: a new temporary folder.
-        minutes: training time of each method that learns.
-        steps: training steps of each model that is trained by steps.
+        minutes: training time of each model that is trained by steps; None: ``steps`` is set.
+        steps: number of training steps of each such model; None: ``minutes`` is set.
 
     Raises:
-        InputError: the dataset cannot be read, or the folder holds an experiment with other settings, or something
-            else.
+        InputError: the dataset cannot be read, or the folder holds an experiment with other settings, or other files.
     """
     dataset = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
     settings = Settings(str(dataset.folder.resolve()), split, SPLIT_SEED, minutes, steps, device_name())
@@ -219,11 +218,11 @@ def summary(rows: Sequence[dict[str, Any]], by: Callable[[dict[str, Any]], Any])
 
     Args:
         rows: measured rows.
-        by: what the rows of one group have in common.
+        by: function from a row to the key of its group.
 
     Returns:
-        For each group the mean of every figure; ``ssim_spread``, the standard deviation of ``ssim_median`` over the
-        seeds (0 for a single one); and ``seeds``, the number of rows.
+        For each group the mean of every number; ``ssim_spread``, the standard deviation of ``ssim_median`` over the
+        seeds (0 for a single seed); and ``seeds``, the number of rows.
 
     >>> rows = [{"label": "mlp", "seed": 0, "ssim_median": 0.5}, {"label": "mlp", "seed": 1, "ssim_median": 0.75}]
     >>> summary(rows, lambda row: row["label"])["mlp"]["ssim_median"]
@@ -234,8 +233,8 @@ def summary(rows: Sequence[dict[str, Any]], by: Callable[[dict[str, Any]], Any])
         groups.setdefault(by(row), []).append(row)
     result = {}
     for name, group in groups.items():
-        figures = [key for key, value in group[0].items() if isinstance(value, int | float) and key != "seed"]
-        result[name] = {key: float(np.mean([row[key] for row in group])) for key in figures}
+        numbers = [key for key, value in group[0].items() if isinstance(value, int | float) and key != "seed"]
+        result[name] = {key: float(np.mean([row[key] for row in group])) for key in numbers}
         medians = [row["ssim_median"] for row in group]
         result[name] |= {"seeds": len(group), "ssim_spread": float(np.std(medians, ddof=1)) if len(group) > 1 else 0.0}
     return result

@@ -1,4 +1,4 @@
-"""The methods of a comparison by name: baselines, every model of the registry, or a class of one's own."""
+"""The methods of a comparison by name: baselines, models of the registry, and classes of the user's own."""
 
 from __future__ import annotations
 
@@ -26,15 +26,22 @@ def method_names() -> list[str]:
 
 
 def is_reduced(name: str) -> bool:
-    """Whether a model is compared at a reduced size, there being no GPU."""
+    """Whether a model is compared at a reduced size because there is no GPU.
+
+    Args:
+        name: name of a method.
+    """
     return name in MODELS and bool(MODELS[name].options_without_gpu) and not torch.cuda.is_available()
 
 
 def method_named(name: str) -> Callable[[], Method]:
-    """What makes a method: a baseline, a model, or a class of one's own given as ``module:Class``.
+    """The function that makes a new, unfitted method.
+
+    Args:
+        name: name of a baseline or a model, or a class of the user's own as ``module:Class``.
 
     Raises:
-        ParameterError: no such method; or the module cannot be imported, and the message says why.
+        ParameterError: the method is unknown, or its module cannot be imported; the message says why.
     """
     if name in BASELINES:
         return BASELINES[name]
@@ -46,7 +53,7 @@ def method_named(name: str) -> Callable[[], Method]:
         raise ParameterError("models", f"expected one of {', '.join(method_names())}, or module:Class, found {name}")
     try:
         return getattr(importlib.import_module(module), attribute)
-    except Exception as error:  # whatever the module raises while it is imported
+    except Exception as error:  # the user's module can raise anything while it is imported
         place = extract_tb(error.__traceback__)[-1]
         found = f"{type(error).__name__}: {error} ({place.filename}, line {place.lineno})"
         raise ParameterError("models", f"expected a class at {name}, found {found}") from error

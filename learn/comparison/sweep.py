@@ -1,4 +1,4 @@
-"""Accuracy against the number of training spectra, always on the same test part."""
+"""Accuracy against the number of training spectra, with the same test part for all."""
 
 from __future__ import annotations
 
@@ -26,24 +26,24 @@ def sweep(
     init: Run | Path | str | None = None,
     output: Path | str | None = None,
 ) -> Comparison:
-    """Fit and score methods on training parts of several sizes. Draws nothing.
+    """Fit and score methods on training parts of several sizes. Makes no figures.
 
     Args:
         dataset: a dataset, or its folder; as for ``compare``.
         sizes: numbers of training spectra; each smaller training part is contained in every larger one.
         models: as for ``compare``.
         split: how the test part is chosen.
-        budget: minutes of training, for each method that learns.
-        seeds: how often each method is fitted.
-        init: a finished run, or its folder. Its model is then also trained on from its weights, in rows labelled
+        budget: training time of each model that is trained by steps, minutes.
+        seeds: number of fits of each method, with seeds 0, 1, …
+        init: a finished run, or its folder. Its model is also trained starting from its weights, in rows labelled
             "MODEL from FOLDER".
         output: as for ``compare``.
 
     Returns:
-        Everything measured in the folder; "train_size" of a row is the number of training spectra.
+        All rows measured in the folder; "train_size" of a row is the number of training spectra.
 
     Raises:
-        InputError: as ``compare``, or the run cannot be read, or the training part has fewer spectra than a size.
+        InputError: as for ``compare``, or the run cannot be read, or a size is larger than the training part.
         ParameterError: a method is unknown, or a size, ``budget`` or ``seeds`` is not positive.
 
     >>> comparison = sweep("data/lab", sizes=(5, 10), models=("nearest",))

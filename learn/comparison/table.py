@@ -22,16 +22,16 @@ HEADINGS = {
     "training_seconds": "train (s)",
     "milliseconds_per_spectrum": "ms each",
 }
-"""Headings of the figures that a printed table shows."""
+"""Headings of a printed table, by the keys of a row."""
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """Measured rows, as a table that pandas takes as it is: ``pandas.DataFrame(comparison)``.
+    """Measured rows. ``pandas.DataFrame(comparison)`` makes a table of them.
 
     Attributes:
         folder: the experiment's folder, with results.jsonl, per_sample/ and runs/.
-        settings: dataset, split, training time and device that the rows have in common.
+        settings: dataset, split, training time and device, which the rows have in common.
         rows: a flat dictionary for each method, seed and size, in the order they were measured: "label", "seed",
             "train_size" (None: all of the training part), "test" (number of test spectra), "ssim_median",
             "ssim_mean", "ssim_p05", "psnr_mean" (dB), "mae_mean", "aoa_error_median_deg", "date", and, except for the
@@ -56,7 +56,7 @@ class Comparison:
 
     @classmethod
     def of(cls, experiment: Experiment) -> Comparison:
-        """Everything that has been measured in an experiment's folder, by this call and earlier ones."""
+        """All rows that were measured in an experiment's folder, by this call and earlier ones."""
         return cls(experiment.folder, experiment.settings, experiment.rows)
 
     def __len__(self) -> int:
@@ -68,24 +68,24 @@ class Comparison:
     def averages(self) -> list[dict[str, Any]]:
         """Averages over the seeds, a flat dictionary for each method and size, in the order they were measured.
 
-        Each has the figures of ``rows``, "seeds" (their number) and "ssim_spread" (the standard deviation of
-        "ssim_median" over the seeds, 0 for a single one).
+        Each has the keys of ``rows`` with numbers, "seeds" (number of seeds) and "ssim_spread" (standard deviation of
+        "ssim_median" over the seeds, 0 for a single seed).
         """
         groups = summary(self.rows, lambda row: (row["label"], row["train_size"]))
         return [{"label": label, **figures, "train_size": size} for (label, size), figures in groups.items()]
 
     def table(self) -> list[dict[str, Any]]:
-        """``averages``, the highest median SSIM first."""
+        """``averages``, with the highest median SSIM first."""
         return sorted(self.averages(), key=lambda row: -row["ssim_median"])
 
     def per_sample(self, row: Mapping[str, Any]) -> dict[str, Float[np.ndarray, " K"]]:
-        """Scores of the K test spectra behind a row: "ssim", "psnr_db", "mae", "aoa_error_deg".
+        """Scores of the K test spectra of a row: "ssim", "psnr_db", "mae", "aoa_error_deg".
 
         Args:
             row: one of ``rows``.
 
         Raises:
-            OSError: the row's file in ``folder`` is gone.
+            OSError: the row's file in ``folder`` does not exist any more.
         """
         with (self.folder / "per_sample" / f"{row_name(row)}.csv").open(newline="") as file:
             table = list(csv.DictReader(file))
@@ -97,7 +97,7 @@ class Comparison:
         return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
 
     def _repr_html_(self) -> str:
-        """The table of a notebook."""
+        """The table as a notebook shows it."""
         head, *body = _cells(self.table())
         rows = ["".join(f"<th>{cell}</th>" for cell in head)]
         rows += ["".join(f"<td>{escape(cell)}</td>" for cell in line) for line in body]
@@ -105,7 +105,7 @@ class Comparison:
 
 
 def average_name(row: Mapping[str, Any]) -> str:
-    """Name of one of the ``averages``: the label, and the size where there is one.
+    """Name of one of the ``averages``: its label, and its number of training spectra if it has one.
 
     >>> average_name({"label": "mlp", "train_size": 200})
     'mlp, 200'
@@ -114,7 +114,7 @@ def average_name(row: Mapping[str, Any]) -> str:
 
 
 def _cells(averages: Sequence[Mapping[str, Any]]) -> list[list[str]]:
-    """The texts of a table, its headings first; a figure that no row has gets no column."""
+    """Texts of the cells of a table, headings first, without the columns that no row has a value for."""
     shown = [key for key in HEADINGS if any(key in row for row in averages)]
     lines = [["", *(HEADINGS[key] for key in shown)]]
     for row in averages:

@@ -1,4 +1,7 @@
-"""What a compared method is given, and what it has to do: ``fit`` and ``predict`` (docs/compare.md has an example)."""
+"""The interface of a compared method: it is given a ``Task``, and has ``fit`` and ``predict``.
+
+docs/compare.md has an example.
+"""
 
 from __future__ import annotations
 
@@ -18,17 +21,17 @@ from simulate.spectrum import spectrum_of
 
 @dataclass(frozen=True)
 class Task:
-    """What a method may learn from, and for how long.
+    """The spectra that a method learns from, and how long it may train.
 
     Attributes:
-        dataset: the spectra; a method must not look at the test part.
-        kind: how the split is made.
-        split_seed: draws the split.
+        dataset: the dataset; a method must not use its test part.
+        kind: how the test part is chosen.
+        split_seed: seed of the split.
         train_size: number of training spectra, drawn from the training part; None: all of it.
-        seed: draws everything random in the method itself.
-        minutes: training time; None: as long as ``steps`` take.
-        steps: training steps of a model trained by steps; None: as many as fit into ``minutes``.
-        folder: the method's own folder, which is kept, so that an interrupted training goes on.
+        seed: seed of everything that is random in the method itself.
+        minutes: training time; None: no limit, ``steps`` is set.
+        steps: number of training steps of a model trained by steps; None: as many as fit into ``minutes``.
+        folder: the method's own folder; it is kept, so that an interrupted training can continue.
     """
 
     dataset: Dataset
@@ -47,17 +50,17 @@ class Task:
 
     @property
     def positions(self) -> Float[np.ndarray, "n 3"]:
-        """Known transmitter positions, metres."""
+        """Transmitter positions of the known spectra (training and validation part), metres, world frame."""
         return self.dataset.positions[self.parts.known]
 
     @property
     def spectra(self) -> Float[np.ndarray, "n 90 360"]:
-        """Spectra of the known positions, 0…1."""
+        """The known spectra, 0…1."""
         return spectrum_of(self.dataset.pictures[self.parts.known])
 
     @property
     def responses(self) -> Complex[np.ndarray, "n elements"] | None:
-        """Known element responses, where the dataset has them."""
+        """Element responses of the known spectra; None: the dataset has none."""
         return None if self.dataset.responses is None else self.dataset.responses[self.parts.known]
 
     @property
@@ -67,14 +70,14 @@ class Task:
 
 
 class Method(Protocol):
-    """Anything that predicts spectra from known ones.
+    """A method that learns from known spectra and predicts others.
 
     A method may also have the attributes ``parameters`` (number of trainable parameters) and ``seconds`` (training
-    time); tables show them where they exist.
+    time); tables show them if they exist.
     """
 
     def fit(self, task: Task) -> None:
-        """Learn from the known spectra."""
+        """Learn from the known spectra of a task."""
 
     def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
-        """Predicted spectra, 0…1."""
+        """Predict spectra, 0…1, at transmitter positions in metres, world frame."""

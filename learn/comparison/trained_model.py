@@ -19,12 +19,12 @@ from learn.training.train import train_run
 
 @dataclass
 class TrainedModel:
-    """A model trained as ``bisplat train`` does, for the task's steps or as many as fit into its minutes.
+    """A model, trained as by ``bisplat train``, for the task's steps or as many steps as fit into its minutes.
 
     Attributes:
         model: its name in the registry.
-        options: arguments of the model that differ from its usual ones.
-        init: folder of a finished run of the same model to begin with.
+        options: options of the model that differ from its registry entry's.
+        init: folder of a finished run of the same model whose weights training starts from; None: random weights.
     """
 
     model: str
@@ -66,5 +66,5 @@ class TrainedModel:
 
     @property
     def seconds(self) -> float:
-        """Training time, also of a training that was interrupted and resumed."""
+        """Training time, seconds, including the time before an interruption."""
         return json.loads((self._run.folder / "training.json").read_text())["seconds"]

@@ -1,4 +1,4 @@
-"""Is a folder a NeRF² dataset that can be learned from, and is its own train/test split worth a score?"""
+"""Check whether a folder is a valid NeRF² dataset, and whether its own split leaks."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from simulate.dataset import Dataset, inspect
 
 @dataclass(frozen=True)
 class Check:
-    """What is wrong with a dataset folder, and what is in it.
+    """Result of the check of a dataset folder.
 
     Attributes:
-        problems: a sentence for each thing that makes the folder unusable.
-        warnings: a sentence for each thing that does not, a split that leaks among them.
+        problems: one sentence for each fault that makes the folder unusable.
+        warnings: one sentence for each fault that does not, for example that the split leaks.
         dataset: the dataset; None: there are problems.
-        leakage: how near and how alike the test spectra and their nearest training spectra are; None: there are
-            problems, or no training or no test part.
+        leakage: distance and similarity between the test spectra and their nearest training spectra; None: there are
+            problems, or the training or test part is empty.
     """
 
     problems: list[str]
@@ -34,7 +34,7 @@ class Check:
         return not self.problems
 
     def description(self) -> dict[str, str]:
-        """What the dataset holds, by the name of each property; empty where there are problems."""
+        """Properties of the dataset, by name; empty if there are problems."""
         dataset = self.dataset
         if dataset is None:
             return {}
@@ -58,7 +58,7 @@ def check(folder: Path | str) -> Check:
         folder: the dataset's folder.
 
     Returns:
-        All problems and warnings; a bad folder is no error here.
+        All problems and warnings. An invalid folder raises no error.
 
     >>> found = check("data/lab")
     >>> found.valid, found.problems

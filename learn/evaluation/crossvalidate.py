@@ -1,4 +1,4 @@
-"""Cross-validation: the model's prediction against fresh ray tracing, at positions that are in no dataset."""
+"""Cross-validation: a model's predictions against fresh ray tracing at new positions, which are in no dataset."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from simulate.placement import free_positions
 from simulate.request import propagation_of
 from simulate.spectrum import picture, spectrum_of
 
-if TYPE_CHECKING:  # importing it needs the ray tracer, which someone who only has measured data need not install
+if TYPE_CHECKING:  # importing it needs the ray tracer, which users of measured data need not install
     from simulate.trace import Tracer
 
 
@@ -34,11 +34,11 @@ class CrossValidation:
         scene_name: name of the scene that was traced.
         positions: new transmitter positions, metres, world frame.
         known_positions: transmitter positions of the n spectra that the run learned from, metres, world frame.
-        prediction: spectra that the model predicts, 0…1, float32.
-        truth: spectra of the traced responses in eight bits, as a dataset holds them, 0…1, float32.
+        prediction: predicted spectra, 0…1, float32.
+        truth: spectra of the traced responses, rounded to eight bits as in a dataset, 0…1, float32.
         scores: scores of the prediction.
-        correlation: |⟨ŷ, y⟩| / (‖ŷ‖ ‖y‖) of the predicted responses ŷ and the traced responses y, 0…1; the common
-            factor that a spectrum does not determine has no influence on it. None: the model predicts no responses.
+        correlation: |⟨ŷ, y⟩| / (‖ŷ‖ ‖y‖) of the predicted responses ŷ and the traced responses y, 0…1; it does not
+            depend on the common factor that a spectrum leaves open. None: the model predicts no responses.
     """
 
     run_name: str
@@ -52,10 +52,10 @@ class CrossValidation:
 
     def metrics(self) -> dict[str, Any]:
         """The content of crossvalidation.json and of ``bisplat crossvalidate --json``: medians and means over K."""
-        figures: dict[str, Any] = {**self.scores.summary(), "positions": len(self.positions)}
+        metrics: dict[str, Any] = {**self.scores.summary(), "positions": len(self.positions)}
         if self.correlation is not None:
-            figures["channel_correlation_median"] = float(np.median(self.correlation))
-        return figures
+            metrics["channel_correlation_median"] = float(np.median(self.correlation))
+        return metrics
 
 
 def crossvalidate(
@@ -66,17 +66,17 @@ def crossvalidate(
     Args:
         run: a trained run, or its folder.
         scene: the scene that the run's dataset was simulated in: a scene, the name of a built-in one, or a YAML file.
-        positions: number of new positions, drawn uniformly in the box of the positions that the run learned from.
-        seed: seed that the positions are drawn with.
-        tracer: tracer of the scene, where the caller has one. None: one is made, with the propagation settings of the
-            dataset's metadata.
+        positions: number of new positions, drawn uniformly in the bounding box of the positions that the run learned
+            from.
+        seed: seed of the new positions.
+        tracer: a tracer of the scene. None: a new one with the propagation settings of the dataset's metadata.
 
     Returns:
         The predicted and the traced spectra, and the scores.
 
     Raises:
-        InputError: the run, its dataset or the scene cannot be read, the scene has no gateway where the dataset's is,
-            or the gateway has another array.
+        InputError: the run, its dataset or the scene cannot be read, the scene has no gateway with the position and
+            orientation of the dataset's, or the gateway has another array.
         ParameterError: ``positions`` is not positive.
 
     >>> fresh = crossvalidate("runs/lab", "lab", positions=5)
@@ -118,17 +118,22 @@ def crossvalidate(
 
 
 def seen_by(dataset: Dataset, scene: Scene) -> Scene:
-    """The scene with that one of its gateways that the dataset was simulated for.
+    """The scene with the one of its gateways that the dataset was simulated for.
+
+    Args:
+        dataset: a simulated dataset.
+        scene: its scene, with one or more gateways.
 
     Raises:
         InputError: no gateway of the scene has the position and the orientation of the dataset's.
     """
-    for seen in scene.by_gateway().values():
-        gateway = seen.gateway
-        moved = np.linalg.norm(np.subtract(gateway.position, dataset.gateway_position))
-        alike = abs(np.dot(gateway.orientation, dataset.gateway_orientation))  # q and −q are one orientation
-        if moved < 1e-3 and alike > 1 - 1e-5:
-            return seen
+    for scene_of_gateway in scene.by_gateway().values():
+        gateway = scene_of_gateway.gateway
+        distance = np.linalg.norm(np.subtract(gateway.position, dataset.gateway_position))
+        # The absolute value, since the quaternions q and −q are the same orientation.
+        orientation_product = abs(np.dot(gateway.orientation, dataset.gateway_orientation))
+        if distance < 1e-3 and orientation_product > 1 - 1e-5:
+            return scene_of_gateway
     raise InputError(
         f"{scene.name}: expected a gateway at {dataset.gateway_position.round(3).tolist()}, oriented as in "
         f"{dataset.folder / 'gateway_info.yml'}, found {list(scene.gateway.position)}"
@@ -138,7 +143,11 @@ def seen_by(dataset: Dataset, scene: Scene) -> Scene:
 def correlation(
     predicted: Complex[np.ndarray, "K elements"], responses: Complex[np.ndarray, "K elements"]
 ) -> Float[np.ndarray, " K"]:
-    """|⟨ŷ, y⟩| / (‖ŷ‖ ‖y‖) over the elements, 0…1.
+    """Correlation |⟨ŷ, y⟩| / (‖ŷ‖ ‖y‖) over the elements, 0…1.
+
+    Args:
+        predicted: predicted responses ŷ.
+        responses: traced responses y.
 
     >>> responses = np.array([[1, 1j]])
     >>> correlation(2j * responses, responses).round(6).tolist(), correlation(responses.conj(), responses).tolist()

@@ -1,4 +1,4 @@
-"""Score a run on held-out spectra, beside the baselines and the array's ceiling on the same spectra."""
+"""Scores of a run, the baselines and the array's ceiling on the same held-out spectra."""
 
 from __future__ import annotations
 
@@ -35,9 +35,9 @@ class Evaluation:
         run_name: name of the run's folder.
         dataset: the dataset tested on.
         test: indices of the test spectra in ``dataset``.
-        known_positions: transmitter positions of the n spectra that the run learned from, and that the baselines copy
-            or average; metres, world frame.
-        prediction: spectra that the model predicts, 0…1, float32.
+        known_positions: transmitter positions of the n spectra that the run and the baselines learned from, metres,
+            world frame.
+        prediction: predicted spectra, 0…1, float32.
         scores: scores by name: "model", "mean-picture", "nearest" and "inverse-distance" of all K test spectra,
             "array's ceiling" of at most 50 of them, evenly spread.
     """
@@ -72,9 +72,9 @@ def evaluate(
 
     Args:
         run: a trained run, or its folder.
-        dataset: another dataset, or its folder. The run is tested on all of its spectra that the run was not trained
-            on, or on those of ``index``. None: the test part of the dataset that the run was trained on.
-        index: a file with the names of the spectra to test on, one a line.
+        dataset: another dataset, or its folder; the run is tested on all of its spectra. None, or the dataset that the
+            run was trained on: the run is tested on the test part of its split.
+        index: a file with the names of the spectra to test on instead, one per line.
 
     Returns:
         The predictions and the scores.
@@ -101,20 +101,20 @@ def evaluate(
         both = np.intersect1d(test, known) if same else np.array([])
         if len(both):
             raise InputError(
-                f"{index}: expected names of spectra the run was not trained on, found {tested_on.names[both[0]]} and "
-                f"{len(both) - 1} more that it was"
+                f"{index}: expected names of spectra that the run was not trained on, found "
+                f"{tested_on.names[both[0]]} and {len(both) - 1} more that it was trained on"
             )
 
     truth = spectrum_of(tested_on.pictures[test])
     positions = tested_on.positions[test]
     known_spectra, known_positions = spectrum_of(known_data.pictures[known]), known_data.positions[known]
     prediction = run.predict(positions).spectra
-    some = evenly(np.arange(len(test)), SAMPLES)
+    ceiling_rows = evenly(np.arange(len(test)), SAMPLES)
     scores = {
         "model": score(prediction, truth),
         "mean-picture": score(mean_picture(known_spectra, positions), truth),
         "nearest": score(nearest(known_positions, known_spectra, positions), truth),
         "inverse-distance": score(inverse_distance(known_positions, known_spectra, positions), truth),
-        CEILING: score(array_ceiling(truth[some], run.array), truth[some]),
+        CEILING: score(array_ceiling(truth[ceiling_rows], run.array), truth[ceiling_rows]),
     }
     return Evaluation(run.folder.name, tested_on, test, known_positions, prediction, scores)
