@@ -76,7 +76,7 @@ class WavesAndEdges(SquaredExponential):
 
     def _law(self, distance, faded, length):
         waves = torch.sinc(2 * distance / self.wavelength)
-        return (waves if self.has_responses else waves**2) * self._faded(distance, length)
+        return (waves if self.has_responses else waves**2) * self._fading(distance, length)
 
 
 class WavesEdgesAndDrift(WavesAndEdges):
@@ -115,7 +115,7 @@ def rungs(dataset: Dataset, known: np.ndarray, test: np.ndarray) -> dict[str, fl
 
     found = {
         "nearest": median(nearest(places, pictures, positions)),
-        "inverse distance": median(inverse_distance(places, pictures, positions)),
+        "inverse-distance": median(inverse_distance(places, pictures, positions)),
     }
     of: dict[str, Dataset] = {"pictures": replace(dataset, responses=None)}
     if dataset.responses is not None:

@@ -1,4 +1,4 @@
-"""BiSplat-WRF and BiSplat-WRF+ (the paper), and BiSplat-aperture (ours): transmitter position -> spectrum.
+"""The paper's models BiSplat-WRF and BiSplat-WRF+, and our BiSplat-aperture.
 
 Symbols are the paper's: N_p primitives, N_c clusters, φ azimuth, θ elevation, ρ in-plane rotation, c_i complex
 coefficient. docs/model.md lists what the paper leaves open and what was chosen.
@@ -25,34 +25,35 @@ from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG
 from simulate.array import PlanarArray
 
 Bypass = Literal["dynamic", "delta", "bst", "order"]
-"""The branches of the paper's ablation table, and "order": blending in the order the primitives are stored in."""
+"""Branches that can be switched off: those of the paper's ablation table, and "order", the ordering by depth."""
 
 W_SCALE_COARSE, W_SCALE_FINE = 0.5, 1.0
-"""w_scale of the hierarchy-based mixing: small for coarse primitives, to keep the background stable."""
-
+"""w_scale of the hierarchy-based mixing: smaller for coarse primitives, to keep the background stable."""
 
 SCALE_LEAST, SCALE_MOST = 0.5, 60.0
 """Bounds of a primitive's standard deviation, degrees: half a pixel, and a sixth of a turn."""
 
 
 class BiSplatWRF(SpectrumModel):
-    """The paper's model; the defaults are BiSplat-WRF's, the registry has those of BiSplat-WRF+.
+    """The paper's model. The defaults are those of BiSplat-WRF; the registry has those of BiSplat-WRF+.
 
     Args:
-        region: corners (min, max) of the box of training positions, metres; scales the input of TX-PE to −1…1.
-        array: the gateway's array; this model does not look at it.
-        primitives: N_p.
-        clusters: N_c, a square number.
+        region: corners (min, max) of the box of training positions, metres, world frame; it is scaled to −1…1 before
+            TX-PE.
+        array: the gateway's array; this model does not use it.
+        primitives: number of primitives N_p.
+        clusters: number of clusters N_c, a square number.
         ffn_width: width of the static network, the dynamic network and the delta decoder.
-        ffn_layers: residual layers of each of them.
-        transformer_layers: encoder layers of the BST.
-        transformer_heads: attention heads of the BST.
+        ffn_layers: number of residual layers of each of them.
+        transformer_layers: number of encoder layers of the BST.
+        transformer_heads: number of attention heads of the BST.
         transformer_ffn_width: width of the feed-forward networks inside the BST's encoder layers.
-        tx_order: octaves L of TX-PE.
-        bypass: branches whose output is zeroed (BST: replaced by its linear projection).
+        tx_order: number of octaves L of TX-PE.
+        bypass: branches whose output is replaced: by zero for "dynamic" and "delta", by the BST's linear projection for
+            "bst"; "order" blends the primitives in stored order instead of by depth.
 
     Raises:
-        ParameterError: an unknown branch in ``bypass``.
+        ParameterError: ``bypass`` names an unknown branch.
     """
 
     azimuths: Tensor
@@ -97,7 +98,7 @@ class BiSplatWRF(SpectrumModel):
         self.delta = ResidualFFN(gs_pe + tx_pe + ffn_width, 4, ffn_width, ffn_layers)
 
     def _grid(self) -> tuple[Float[Tensor, " W"], Float[Tensor, " H"]]:
-        """Columns and rows the field is rendered at, degrees: here the spectrum's own."""
+        """Azimuths and elevations that the field is rendered at, degrees: those of a spectrum."""
         return torch.tensor(AZIMUTHS_DEG).float(), torch.tensor(ELEVATIONS_DEG).float()
 
     @property
@@ -105,7 +106,7 @@ class BiSplatWRF(SpectrumModel):
         return True
 
     def splats(self, positions: Float[Tensor, "B 3"]) -> Splats:
-        """What the primitives become for each transmitter.
+        """The primitives as they are blended for each transmitter position.
 
         Args:
             positions: transmitter positions, metres, world frame.
@@ -126,12 +127,12 @@ class BiSplatWRF(SpectrumModel):
             phase = phase + phase_mod
         coefficient = torch.stack([amplitude * phase.cos(), amplitude * phase.sin()], dim=-1)
 
-        # Offsets are added to the unconstrained attributes, so that scales stay positive and opacities in (0, 1).
+        # Offsets are added to the unconstrained parameters, so that scales stay positive and opacities in (0, 1).
         offset = positions.new_zeros(positions.shape[0], len(azimuth), 4)
         if "delta" not in self.bypass:
             offset = self.delta(*encodings, features)
         rotation = primitives.rotation + offset[..., 0]
-        # Bounded, since a primitive that shrinks to nothing takes the gradient with it.
+        # The scale is bounded, since a primitive that shrinks to zero no longer gets a gradient.
         scale = (primitives.scale_raw + offset[..., 1:3].tanh()).exp().clamp(SCALE_LEAST, SCALE_MOST)
         opacity = (primitives.opacity_raw + offset[..., 3]).sigmoid()
 
@@ -140,25 +141,26 @@ class BiSplatWRF(SpectrumModel):
         return Splats(azimuth, elevation, depth, scale, rotation, opacity, coefficient)
 
     def field(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B H W 2"]:
-        """The complex field F(φ, θ) of each transmitter on this model's grid, real and imaginary part."""
+        """The complex field F(φ, θ) of each transmitter position on this model's grid (real, imaginary)."""
         return splat(*self.splats(positions), self.azimuths, self.elevations)
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted spectrum: SPS = |F|² at every pixel, fitted directly to the normalised spectra."""
+        """Predicted spectrum: SPS = |F|² at every pixel, which is fitted directly to the normalised spectra."""
         return power(self.field(positions))
 
 
 class BiSplatAperture(BiSplatWRF):
-    """BiSplat-WRF whose field the array receives, so that every prediction is a spectrum this array could measure.
+    """BiSplat-WRF whose field is received by the array, so that each prediction is a spectrum the array can measure.
 
-    An array of MN elements cannot see more than an MN-dimensional slice of the field:
-    y_m = Σ_directions a_m(φ,θ) F(φ,θ) cosθ ΔΩ, then S = |Σ_m y_m e^{-jk u·d_m}| / √(MN), min–max normalised as the
-    dataset's spectra are. The field is splatted on a 6° grid only, finer than a 4 × 4 array resolves.
+    The responses of an array of MN elements are MN projections of the field on the array manifold a_m:
+    y_m = Σ a_m(φ,θ) F(φ,θ) cosθ ΔφΔθ over all directions. The spectrum is S = |Σ_m y_m e^{-jk u·d_m}| / √(MN), min–max
+    normalised like the dataset's spectra. The field is splatted on a 6° grid, which is finer than a 4 × 4 array
+    resolves.
 
     Args:
-        region: as ``BiSplatWRF``.
+        region: as for ``BiSplatWRF``.
         array: the gateway's array.
-        options: as ``BiSplatWRF``.
+        options: as for ``BiSplatWRF``.
     """
 
     STEP_DEG = 6
@@ -181,9 +183,9 @@ class BiSplatAperture(BiSplatWRF):
         return True
 
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
-        """Element responses y, real and imaginary; their scale and common phase are arbitrary."""
+        """Element responses y (real, imaginary); their scale and common phase are arbitrary."""
         return (self.field(positions).flatten(1) @ self.aperture).unflatten(-1, (-1, 2))
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted spectrum: the array's magnitude spectrum of ``responses``, min–max normalised."""
+        """Predicted spectrum: the array's spectrum of ``responses``, min–max normalised."""
         return self.beamformer(self.responses(positions))

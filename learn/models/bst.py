@@ -1,4 +1,4 @@
-"""The bilinear spatial transformer (BST): every primitive learns of all others through an angular grid."""
+"""The bilinear spatial transformer (BST), through which the primitives exchange features on an angular grid."""
 
 from __future__ import annotations
 
@@ -19,39 +19,44 @@ def bilinear_weights(
     w_ij = max(0, 1 − d_φ/Δφ) · max(0, 1 − |θ_i − θ_j|/Δθ), with the periodic d_φ = min(|φ_i − φ_j|, 360° − |…|),
     on a √N_c × √N_c grid with Δφ = 360°/√N_c and Δθ = 90°/√N_c.
 
-    The paper does not give the grid's offset in elevation. Ours puts the points at the cells' centres,
-    θ_j = (j + ½)Δθ: with θ_j = jΔθ a primitive at boresight would have no weight at all.
+    The paper does not give the grid's offset in elevation. Here the grid points are the centres of the cells,
+    θ_j = (j + ½)Δθ; with θ_j = jΔθ a primitive at boresight would have no weight at all.
 
     Args:
-        azimuth: φ_i in degrees, any turn.
-        elevation: θ_i in degrees, 0…90.
+        azimuth: φ_i, degrees, periodic.
+        elevation: θ_i, degrees, 0…90.
         clusters: N_c, a square number.
+
+    Raises:
+        ValueError: ``clusters`` is not a square number.
     """
     side = math.isqrt(clusters)
     if side * side != clusters:
         raise ValueError(f"expected a square number of clusters, found {clusters}")
     step_azimuth, step_elevation = 360 / side, 90 / side
     index = torch.arange(side, device=azimuth.device, dtype=azimuth.dtype)
-    apart = (azimuth[:, None] - index * step_azimuth).remainder(360)
-    apart = torch.minimum(apart, 360 - apart)
-    in_azimuth = (1 - apart / step_azimuth).clamp_min(0)
-    in_elevation = (1 - (elevation[:, None] - (index + 0.5) * step_elevation).abs() / step_elevation).clamp_min(0)
-    return (in_elevation[:, :, None] * in_azimuth[:, None, :]).flatten(1)
+    azimuth_distance = (azimuth[:, None] - index * step_azimuth).remainder(360)
+    azimuth_distance = torch.minimum(azimuth_distance, 360 - azimuth_distance)
+    elevation_distance = (elevation[:, None] - (index + 0.5) * step_elevation).abs()
+    azimuth_weight = (1 - azimuth_distance / step_azimuth).clamp_min(0)
+    elevation_weight = (1 - elevation_distance / step_elevation).clamp_min(0)
+    return (elevation_weight[:, :, None] * azimuth_weight[:, None, :]).flatten(1)
 
 
 class BilinearSpatialTransformer(nn.Module):
-    """Local features -> cluster features (bilinear) -> transformer -> global-aware features (bilinear).
+    """Gathers local features f_i on the grid, transforms them, and interpolates global-aware features f'_i.
 
-    g_j = Σ_i w_ij f_i / Σ_i w_ij;  G' = Transformer(G);  f'_i = Σ_j w_ij g'_j / Σ_j w_ij.
+    g_j = Σ_i w_ij f_i / Σ_i w_ij;  G' = Transformer(G);  f'_i = Σ_j w_ij g'_j / Σ_j w_ij, with w_ij of
+    ``bilinear_weights``.
 
     Args:
         inputs: length of GS-PE and TX-PE together.
-        width: length of f_i, g_j, f'_i.
+        width: length of f_i, g_j and f'_i.
         clusters: N_c.
-        layers: encoder layers.
-        heads: attention heads.
+        layers: number of encoder layers.
+        heads: number of attention heads.
         ffn_width: width of the encoder layers' own feed-forward networks.
-        bypass: use the linear projection f_i as the output (the paper's ablation).
+        bypass: return the local features f_i (the paper's ablation).
     """
 
     def __init__(self, inputs: int, width: int, clusters: int, layers: int, heads: int, ffn_width: int, bypass: bool):
@@ -71,11 +76,12 @@ class BilinearSpatialTransformer(nn.Module):
         elevation: Float[Tensor, " N_p"],
         *encodings: Float[Tensor, "#B #N_p _inputs"],
     ) -> Float[Tensor, "B N_p width"] | Interpolated:
+        """Features of the primitives at (azimuth, elevation), degrees, with the encodings GS-PE and TX-PE."""
         local = self.project(*encodings)
         if self.transformer is None:
             return local
         weights = bilinear_weights(azimuth, elevation, self.clusters)
-        # A grid point that no primitive is near has no feature: 0, not 0/0.
+        # A grid point without a primitive nearby gets the feature 0 instead of 0/0.
         gather = weights / weights.sum(0).clamp_min(1e-6)
         spread = weights / weights.sum(1, keepdim=True)
         return Interpolated(spread, self.transformer(gather.T @ local))

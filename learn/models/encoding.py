@@ -7,18 +7,18 @@ from jaxtyping import Float
 from torch import Tensor
 
 PRIMITIVE_ORDER = 8
-"""L of GS-PE: primitives' coordinates are learned and need fine resolution; 3 · (2·8 + 1) = 51 numbers."""
+"""L of GS-PE, large because the primitives' coordinates are learned precisely; it gives 3 · (2·8 + 1) = 51 numbers."""
 
 TX_ORDER = 6
-"""L of the paper's TX-PE: measured transmitter positions are imprecise; 3 · (2·6 + 1) = 39 numbers."""
+"""L of TX-PE, smaller because measured transmitter positions are imprecise; it gives 3 · (2·6 + 1) = 39 numbers."""
 
 
 def positional_encoding(t: Float[Tensor, "*batch 3"], order: int) -> Float[Tensor, "*batch encoded"]:
     """γ(t) = [t, {sin(2^k π t)}, {cos(2^k π t)}], k = 0 … L−1, element-wise.
 
     Args:
-        t: coordinates, about −1…1.
-        order: L.
+        t: coordinates, scaled to about −1…1.
+        order: number of octaves L.
 
     Returns:
         3 · (2L + 1) numbers per coordinate vector.

@@ -1,4 +1,4 @@
-"""Kriging under the Helmholtz equation: what the known spectra say about the places between them."""
+"""Kriging of element responses or spectra with a covariance that solves the Helmholtz equation."""
 
 from __future__ import annotations
 
@@ -19,65 +19,80 @@ from simulate.dataset import Dataset
 from simulate.spectrum import LARGEST_GREY
 
 NEIGHBOURS = 32
-"""Known positions a prediction is made from, the nearest."""
+"""Number of known positions, the nearest ones, that a prediction is made from."""
 
 FITTED_ON = 200
-"""Terms of the likelihood, evenly spread over the order of the known positions."""
+"""Number of terms of the likelihood, evenly spread over the known positions in random order."""
 
 FAR = 1e6
-"""Metres. A known position with fewer than ``NEIGHBOURS`` others before it gets stand-ins this far away, whose
-covariance with everything is zero."""
+"""Metres. In the likelihood, a known position with fewer than ``NEIGHBOURS`` predecessors gets additional neighbours
+at multiples of this distance, whose covariance with everything is zero."""
 
 DIRECTIONS = 100
-"""Directions of the plane waves, spread evenly over the sphere."""
+"""Number of directions of the plane waves, spread evenly over the sphere."""
 
 EVENNESS = 0.03
-"""Weight of the penalty −mean(log s_j) beside the mean log-likelihood: directions on which the spectra give no evidence
-keep equal shares."""
+"""Weight of the penalty −mean(log s_j), which is added to the negative mean log-likelihood: directions that the spectra
+do not determine keep equal shares."""
 
 ITERATIONS = 60
 """Largest number of iterations of the likelihood's optimiser."""
 
 STRAY, STRAY_LEAST = 0.2, 1e-3
-"""Standard deviation of the transmitter's path from the straight line between consecutive known positions: a share of
-the line's length, plus a minimum in metres."""
+"""Standard deviation of the transmitter's path from the straight line between consecutive known positions: a fraction
+of the line's length, plus a minimum in metres."""
 
 LEGS = 64
-"""A leg is the path between two consecutive known positions; a prediction averages over so many likeliest legs."""
+"""A leg is the path between two consecutive known positions; a prediction averages over this number of most probable
+legs."""
 
 DRIFT_MOST = 1e9
 """Upper bound of the drift T, in spectra; a larger T would not change any prediction."""
 
 NUGGET_LEAST = 1e-6
-"""Share of the variance; keeps two spectra of one position apart."""
+"""Lower bound of the nugget ν, relative to the variance; it keeps the covariance of two spectra at one position
+invertible."""
 
 
 class HelmholtzField(SpectrumModel):
-    """Every element's response as a random field over the transmitter's position, interpolated (simple kriging).
+    """Interpolates every element's response as a random field over the transmitter's position (simple kriging).
 
-    By reciprocity y_m(r) is the field at r of a source at element m: around the transmitter, where nothing is but
-    air, it solves ∇²y + k²y = 0 and is a sum of plane waves. If the waves from direction u_j bring the share s_j of
-    the power and have random phases, if a wave is valid over a length ℓ (edges of shadows, curvature), and the place
-    changes over T spectra while it is measured (people, doors, the tag's attitude), two responses have the covariance
+    By reciprocity, y_m(r) is the field at r of a source at element m. In the air around the transmitter this field
+    solves ∇²y + k²y = 0, so it is a sum of plane waves. The model assumes that the waves from direction u_j have random
+    phases and the share s_j of the power, that a plane wave is valid over a length ℓ (shadow edges and curved
+    wavefronts limit it), and that the scene changes over T spectra while it is measured (people, doors, the tag's
+    orientation). Two responses then have the covariance κ, and the prediction from the nearest known positions is
 
         κ(Δ, τ) = Σ_j s_j e^{jk u_j·Δ} · e^(−|Δ|/ℓ − τ/T),   y(r) = κ(r)ᴴ (K + ν I)⁻¹ y_known
 
-    over the nearest known positions. Δ is the difference of two positions, τ how many spectra were recorded between
-    them, in the dataset's order. When an asked position would have been recorded is not known; it is taken to lie on
-    the path between two consecutive known positions; legs of the path that pass nearer are likelier
-    (``expected_fading``).
+    Δ is the difference of two positions, and τ the number of spectra recorded between them, in the dataset's order. The
+    τ of a new position is unknown: the position is assumed to lie on the path between two consecutive known
+    positions, and nearer legs of this path are more probable (``expected_fading``).
 
-    The shares s_j, the length ℓ, the drift T and the nugget ν (the share of the variance that is noise) are those of
-    highest likelihood (Vecchia 1988), the shares pulled a little towards waves from all sides alike, for which the sum
-    is sin(k|Δ|) / k|Δ| (Cook et al. 1955). Simulated places do not change; for them T is found to be so large that
-    the factor e^(−τ/T) is 1.
+    The shares s_j, the length ℓ, the drift T and the nugget ν (noise variance relative to the field's variance)
+    maximise the likelihood (Vecchia 1988). A penalty pulls the shares a little towards equal ones, for which the sum
+    is sin(k|Δ|) / k|Δ| (Cook et al. 1955). A simulated scene does not change; the fit then finds a T so large that
+    e^(−τ/T) is 1.
 
-    Where a dataset has pictures alone, these are interpolated about their mean under |κ|², the covariance of the power
-    |y|² of a Gaussian field (Reed 1962).
+    If a dataset has no responses, its spectra are interpolated about their mean with the covariance |κ|², which is that
+    of the power |y|² of a Gaussian field (Reed 1962).
 
     Args:
-        region: as ``SpectrumModel``; this model does not use it.
+        region: as for ``SpectrumModel``; this model does not use it.
         array: the gateway's array.
+
+    Attributes:
+        places: n known transmitter positions, metres, world frame.
+        times: index of each known spectrum in its dataset.
+        values: responses (real, imaginary), scaled to a mean square magnitude of 1, or 8-bit pictures; flattened.
+        mean: mean of ``values`` over the known spectra; zero for responses.
+        wavelength: metres.
+        directions: unit vectors u_j, world frame.
+        shares: s_j, which add up to 1.
+        length: ℓ, metres.
+        drift: T, number of spectra.
+        nugget: ν.
+        solve: solver of the kriging equations, from (matrices, right-hand sides) to solutions.
     """
 
     places: Tensor
@@ -99,31 +114,31 @@ class HelmholtzField(SpectrumModel):
         self.register_buffer("times", torch.zeros(0))
         self.register_buffer("values", torch.zeros(0, self._responses))
         self.register_buffer("mean", torch.zeros(self._responses))
+        # The export to ONNX replaces this solver.
         self.solve: Callable[[Tensor, Tensor], Tensor] = torch.linalg.solve
-        """Solver of the kriging equations, batches of (matrix, right side); export puts one that ONNX knows here."""
-        self.register_buffer("directions", _all_sides(DIRECTIONS), persistent=False)
+        self.register_buffer("directions", _evenly_spread_directions(DIRECTIONS), persistent=False)
         self.register_buffer("shares", torch.full((DIRECTIONS,), 1 / DIRECTIONS))
         for name in ("wavelength", "length", "drift", "nugget"):
             self.register_buffer(name, torch.ones(()))
 
     @property
     def has_responses(self) -> bool:
-        """Whether element responses are interpolated; otherwise the pictures are."""
+        """Whether element responses are interpolated; otherwise spectra are."""
         return self.values.shape[1] == self._responses
 
     def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
-        """Keep the known spectra, to interpolate them, and find the likeliest s, ℓ, T and ν.
+        """Keep the known spectra, to interpolate them, and find the s, ℓ, T and ν of highest likelihood.
 
         Args:
-            dataset: its responses where it has them, else its pictures.
+            dataset: a dataset; its responses are interpolated if it has any, otherwise its spectra.
             known: indices of the spectra to interpolate.
         """
         self._keep(dataset, np.unique(known))
-        if len(self.places) > 1:  # the law cannot be fitted to a single spectrum
-            self._find_law()
+        if len(self.places) > 1:  # the covariance cannot be fitted to a single spectrum
+            self._fit_covariance()
 
     def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"]:
-        """Share of the field's variance that the known spectra leave open: 0 at a known position, 1 far from all."""
+        """Kriging variance relative to the field's variance: about 0 at a known position, 1 far from all of them."""
         return self.interpolated(positions)[1]
 
     def _keep(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
@@ -138,52 +153,57 @@ class HelmholtzField(SpectrumModel):
             self.values = torch.from_numpy(dataset.pictures[known]).flatten(1)
             self.mean = torch.from_numpy(dataset.pictures[known].mean(axis=0, dtype=np.float64).ravel()).float()
 
-    def _find_law(self) -> None:
-        # Vecchia's likelihood: the known positions in a random order, each given the nearest of those before it, so
-        # that the first ones tell of large distances and the last ones of small. The variance is profiled out.
+    def _fit_covariance(self) -> None:
+        # Vecchia's likelihood: the known positions are put into a random order, and each is predicted from the nearest
+        # of its predecessors. The first ones thus determine the covariance at large distances, the last ones at small
+        # distances. The variance is profiled out.
         order = torch.randperm(len(self.places), generator=torch.Generator().manual_seed(0))
         rank = torch.from_numpy(evenly(np.arange(1, len(order)), FITTED_ON))
-        one = order[rank]
-        distance = _distance(self.places[one], self.places[order])
+        predicted = order[rank]
+        distance = _distance(self.places[predicted], self.places[order])
         distance[torch.arange(len(order)) >= rank[:, None]] = torch.inf
-        distance, near = distance.topk(min(NEIGHBOURS, len(order) - 1), largest=False)
-        near = order[near]
-        centre, others = self.places[one][:, None].double(), self.places[near].double()
-        nowhere = FAR * torch.arange(1, near.shape[1] + 1).double()[None, :, None]
-        others = torch.where(distance.isinf()[..., None], nowhere, others)
-        times = self.times[near][..., None].double()
-        among, since = _distance(times, times), _distance(times, self.times[one][:, None, None].double())
-        products = torch.stack([self._products(*members) for members in zip(one, near, strict=True)])
+        distance, neighbours = distance.topk(min(NEIGHBOURS, len(order) - 1), largest=False)
+        neighbours = order[neighbours]
+        position, neighbour_positions = self.places[predicted][:, None].double(), self.places[neighbours].double()
+        stand_ins = FAR * torch.arange(1, neighbours.shape[1] + 1).double()[None, :, None]
+        neighbour_positions = torch.where(distance.isinf()[..., None], stand_ins, neighbour_positions)
+        neighbour_times = self.times[neighbours][..., None].double()
+        time_between_neighbours = _distance(neighbour_times, neighbour_times)
+        time_to_neighbours = _distance(neighbour_times, self.times[predicted][:, None, None].double())
+        products = torch.stack([self._products(*pair) for pair in zip(predicted, neighbours, strict=True)])
 
         if not products.any():
             return  # all spectra are the same
 
         def cost(parameters: np.ndarray) -> tuple[float, np.ndarray]:
-            leaf = torch.from_numpy(parameters).requires_grad_()
-            shares, (length, drift, nugget) = leaf[:-3].softmax(dim=0), leaf[-3:].exp()
-            covariance = self._covariance(others, others, self._faded(among, drift), shares, length)
+            unconstrained = torch.from_numpy(parameters).requires_grad_()
+            shares, (length, drift, nugget) = unconstrained[:-3].softmax(dim=0), unconstrained[-3:].exp()
+            fading = self._fading(time_between_neighbours, drift)
+            covariance = self._covariance(neighbour_positions, neighbour_positions, fading, shares, length)
             covariance = covariance + nugget * torch.eye(covariance.shape[-1])
-            towards = self._covariance(others, centre, self._faded(since, drift), shares, length)[..., :1]
-            weights = torch.cholesky_solve(towards, torch.linalg.cholesky(covariance))
+            fading = self._fading(time_to_neighbours, drift)
+            cross_covariance = self._covariance(neighbour_positions, position, fading, shares, length)[..., :1]
+            weights = torch.cholesky_solve(cross_covariance, torch.linalg.cholesky(covariance))
             residual = torch.cat([torch.ones_like(weights[:, :1]), -weights], dim=1)
-            error = (residual.mT @ products @ residual).squeeze()
-            variance = 1 + nugget - (weights * towards).sum(dim=(1, 2))
-            unlikeliness = (error / variance).mean().log() + variance.log().mean()
-            value = unlikeliness - EVENNESS * shares.log().mean()
-            (gradient,) = torch.autograd.grad(value, leaf)
-            return float(value.detach()), gradient.numpy()
+            squared_error = (residual.mT @ products @ residual).squeeze()
+            variance = 1 + nugget - (weights * cross_covariance).sum(dim=(1, 2))
+            negative_log_likelihood = (squared_error / variance).mean().log() + variance.log().mean()
+            objective = negative_log_likelihood - EVENNESS * shares.log().mean()
+            (gradient,) = torch.autograd.grad(objective, unconstrained)
+            return float(objective.detach()), gradient.numpy()
 
         start = np.append(np.zeros(DIRECTIONS), np.log([10 * float(self.wavelength), 100 * len(order), 0.1]))
         bounds = [(-10.0, 10.0)] * DIRECTIONS
         bounds += [tuple(start[-3] + np.log([0.001, 10.0])), (0.0, np.log(DRIFT_MOST)), (np.log(NUGGET_LEAST), 0.0)]
-        found = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": ITERATIONS})
-        self.shares = torch.from_numpy(found.x[:-3]).softmax(dim=0).float()
-        self.length, self.drift, self.nugget = torch.from_numpy(np.exp(found.x[-3:])).float()
+        minimum = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": ITERATIONS})
+        self.shares = torch.from_numpy(minimum.x[:-3]).softmax(dim=0).float()
+        self.length, self.drift, self.nugget = torch.from_numpy(np.exp(minimum.x[-3:])).float()
 
     def _rows(self, members: Int[Tensor, "*b n"]) -> Float[Tensor, "*b N C"]:
-        """The values that kriging weights: the members' values minus the mean; for responses y, also those of −jy.
+        """The rows that kriging sums with real weights: the members' values minus the mean; for responses also −jy.
 
-        Multiplying y by a conjugated complex weight w is then a sum with two real weights: Re w for y, Im w for −jy.
+        The product of y with a conjugated complex weight w is then a sum with the real weights Re w for y and Im w for
+        −jy.
         """
         values = self.values[members].float() - self.mean
         if not self.has_responses:
@@ -191,85 +211,95 @@ class HelmholtzField(SpectrumModel):
         real, imaginary = values.unflatten(-1, (-1, 2)).unbind(-1)
         return torch.cat([values, torch.stack([imaginary, -real], dim=-1).flatten(-2)], dim=-2)
 
-    def _products(self, one: Int[Tensor, ""], near: Int[Tensor, " n"]) -> Float[Tensor, "N N"]:
-        """Mean products of one member's values with itself and its neighbours' rows, as the likelihood needs them."""
-        rows = torch.cat([self._rows(one[None])[:1], self._rows(near)])
+    def _products(self, member: Int[Tensor, ""], neighbours: Int[Tensor, " n"]) -> Float[Tensor, "N N"]:
+        """Products of the rows of a member and its neighbours, averaged over the values, for the likelihood."""
+        rows = torch.cat([self._rows(member[None])[:1], self._rows(neighbours)])
         return (rows @ rows.T).double() / rows.shape[1]
 
     def _covariance(
         self,
         a: Float[Tensor, "*b n 3"],
         b: Float[Tensor, "*b m 3"],
-        faded: Float[Tensor, "*b n m"],
+        fading: Float[Tensor, "*b n m"],
         shares: Float[Tensor, " J"],
         length: Float[Tensor, ""],
     ) -> Float[Tensor, "*b N M"]:
-        """κ between the rows of the positions a and b (for pictures |κ|²), times the factor ``faded`` of the drift."""
+        """κ (for spectra |κ|²) between the rows of the positions a and b; ``fading`` is the drift's factor in it."""
         wavenumbers = 2 * torch.pi / self.wavelength * self.directions.to(a.dtype).T
         phase_a, phase_b = a @ wavenumbers, b @ wavenumbers
         cosine, sine = phase_b.cos().mT, phase_b.sin().mT
         real = (shares * phase_a.cos()) @ cosine + (shares * phase_a.sin()) @ sine
         imaginary = (shares * phase_a.sin()) @ cosine - (shares * phase_a.cos()) @ sine
-        faded = faded * self._faded(_distance(a, b), length)
+        fading = fading * self._fading(_distance(a, b), length)
         if not self.has_responses:
-            return (real.square() + imaginary.square()) * faded
-        real, imaginary = real * faded, imaginary * faded
+            return (real.square() + imaginary.square()) * fading
+        real, imaginary = real * fading, imaginary * fading
         return torch.cat([torch.cat([real, -imaginary], dim=-1), torch.cat([imaginary, real], dim=-1)], dim=-2)
 
-    def _faded(self, apart: Tensor, scale: Tensor) -> Tensor:
-        """The factor e^(−separation/scale) of κ (for pictures of |κ|², its square); separation in space or in time."""
-        return torch.exp(-apart / scale * (1 if self.has_responses else 2))
+    def _fading(self, separation: Tensor, scale: Tensor) -> Tensor:
+        """The factor e^(−separation/scale) of κ (for spectra its square, in |κ|²); a separation in space or time."""
+        return torch.exp(-separation / scale * (1 if self.has_responses else 2))
 
     def expected_fading(self, positions: Float[Tensor, "B 3"], near: Int[Tensor, "B n"]) -> Float[Tensor, "B n"]:
-        """Expected factor e^(−τ/T) of κ (for pictures of |κ|², its square) between asked positions and known ones.
+        """Expected factor e^(−τ/T) of κ (for spectra its square, in |κ|²) between new and known positions.
 
-        The time of an asked position is unknown. The position is taken to lie on one of the legs between consecutive
+        The time of a new position is unknown. The position is assumed to lie on one of the legs between consecutive
         known positions. A leg's probability is its duration times the density, at the position, of a normal
         distribution in three dimensions around the leg's straight line.
+
+        Args:
+            positions: new positions, metres, world frame.
+            near: indices of known positions, for each new position.
         """
         if len(self.places) < 2:
             return torch.ones_like(near, dtype=positions.dtype)
-        legs, took = self.places.diff(dim=0), self.times.diff()
-        ahead = positions[:, None] - self.places[:-1]
-        share = ((ahead * legs).sum(dim=-1) / legs.square().sum(dim=-1).clamp_min(1e-12)).clamp(0, 1)
+        legs, leg_duration = self.places.diff(dim=0), self.times.diff()
+        from_leg_start = positions[:, None] - self.places[:-1]
+        leg_fraction = ((from_leg_start * legs).sum(dim=-1) / legs.square().sum(dim=-1).clamp_min(1e-12)).clamp(0, 1)
         leg_length = torch.linalg.vector_norm(legs, dim=-1)
-        stray = STRAY * leg_length + STRAY_LEAST
+        deviation = STRAY * leg_length + STRAY_LEAST
         # Integral of the unnormalised density: a tube around the leg and half a ball at each of its ends.
-        tube_volume = 2 * torch.pi * leg_length * stray**2 + (2 * torch.pi) ** 1.5 * stray**3
-        distance = torch.linalg.vector_norm(ahead - share[..., None] * legs, dim=-1) / stray
-        likely, leg = (took.log() - distance.square() / 2 - tube_volume.log()).topk(min(LEGS, len(legs)), dim=1)
-        times = self.times[leg] + share.gather(1, leg) * took[leg]
-        apart = (times[:, None, :] - self.times[near][:, :, None]).abs()
-        return (self._faded(apart, self.drift) * likely.softmax(dim=1)[:, None]).sum(dim=-1)
+        tube_volume = 2 * torch.pi * leg_length * deviation**2 + (2 * torch.pi) ** 1.5 * deviation**3
+        distance = torch.linalg.vector_norm(from_leg_start - leg_fraction[..., None] * legs, dim=-1) / deviation
+        log_probability = leg_duration.log() - distance.square() / 2 - tube_volume.log()
+        log_probability, leg = log_probability.topk(min(LEGS, len(legs)), dim=1)
+        times = self.times[leg] + leg_fraction.gather(1, leg) * leg_duration[leg]
+        time_between = (times[:, None, :] - self.times[near][:, :, None]).abs()
+        return (self._fading(time_between, self.drift) * log_probability.softmax(dim=1)[:, None]).sum(dim=-1)
 
     def interpolated(self, positions: Float[Tensor, "B 3"]) -> tuple[Float[Tensor, "B C"], Float[Tensor, " B"]]:
-        """Interpolated values, and the share of their variance that the known spectra leave open, 0…1."""
+        """Interpolated values (flattened, in the units of ``values``), and their ``uncertainty``.
+
+        Args:
+            positions: transmitter positions, metres, world frame.
+        """
         near = _distance(positions, self.places).topk(min(NEIGHBOURS, len(self.places)), largest=False).indices
-        around = self.places[near] - positions[:, None]  # small numbers: large coordinates would cost precision
+        # Coordinates relative to the new position are small, and single precision suffices for them.
+        relative_positions = self.places[near] - positions[:, None]
+        origin = torch.zeros_like(relative_positions[:, :1])
         times = self.times[near][..., None]
-        among = self._faded(_distance(times, times), self.drift)
-        since = self.expected_fading(positions, near)[..., None]
-        covariance = self._covariance(around, around, among, self.shares, self.length)
+        fading = self._fading(_distance(times, times), self.drift)
+        covariance = self._covariance(relative_positions, relative_positions, fading, self.shares, self.length)
         covariance = covariance + self.nugget * torch.eye(covariance.shape[-1], device=covariance.device)
-        asked = torch.zeros_like(around[:, :1])
-        towards = self._covariance(around, asked, since, self.shares, self.length)[..., 0]
-        weights = self.solve(covariance, towards)
+        fading = self.expected_fading(positions, near)[..., None]
+        cross_covariance = self._covariance(relative_positions, origin, fading, self.shares, self.length)[..., 0]
+        weights = self.solve(covariance, cross_covariance)
         values = (weights[:, None] @ self._rows(near)).squeeze(1) + self.mean
-        return values, (1 - (weights * towards).sum(dim=-1)).clamp(0, 1)
+        return values, (1 - (weights * cross_covariance).sum(dim=-1)).clamp(0, 1)
 
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
-        """Element responses y, real and imaginary, up to one scale for all; only where responses are interpolated."""
+        """Element responses y (real, imaginary), up to one factor for all; only if responses are interpolated."""
         return self.interpolated(positions)[0].unflatten(-1, (-1, 2))
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted spectrum: made of the interpolated responses where there are any, else the interpolated picture."""
+        """Predicted spectrum: that of the interpolated responses, or the interpolated spectrum if there are none."""
         if self.has_responses:
             return self.beamformer(self.responses(positions))
-        picture = (self.interpolated(positions)[0] / LARGEST_GREY).clamp(0, 1)
-        return picture.unflatten(-1, (len(ELEVATIONS_DEG), len(AZIMUTHS_DEG)))
+        spectrum = (self.interpolated(positions)[0] / LARGEST_GREY).clamp(0, 1)
+        return spectrum.unflatten(-1, (len(ELEVATIONS_DEG), len(AZIMUTHS_DEG)))
 
     def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
-        """As ``torch.nn.Module`` does; the kept spectra take the shape they have in the file."""
+        """As ``torch.nn.Module.load_state_dict``; the buffers of known spectra take the shapes in the file."""
         for name in ("places", "times", "values", "mean"):
             if name in state_dict:
                 setattr(self, name, torch.empty_like(state_dict[name]))
@@ -277,12 +307,12 @@ class HelmholtzField(SpectrumModel):
 
 
 def _distance(a: Float[Tensor, "*b n d"], b: Float[Tensor, "*b m d"]) -> Float[Tensor, "*b n m"]:
-    # By differences: torch.cdist's faster way is exact to millimetres only.
+    # Differences are taken explicitly, since the faster method of torch.cdist is only exact to millimetres.
     return torch.linalg.vector_norm(a[..., :, None, :] - b[..., None, :, :], dim=-1)
 
 
-def _all_sides(count: int) -> Float[Tensor, "count 3"]:
-    # A Fibonacci spiral: every direction represents the same solid angle.
+def _evenly_spread_directions(count: int) -> Float[Tensor, "count 3"]:
+    # A Fibonacci spiral, on which every direction represents the same solid angle.
     index = torch.arange(count) + 0.5
     z, azimuth = 1 - 2 * index / count, torch.pi * (1 + 5**0.5) * index
     across = (1 - z.square()).sqrt()

@@ -1,4 +1,4 @@
-"""Networks without rendering: position -> spectrum, and position -> element responses -> spectrum."""
+"""Networks without rendering, which predict the spectrum or the element responses from the transmitter's position."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ class SpectrumMLP(SpectrumModel):
     """Predicts each pixel of the spectrum, 0…1, from the transmitter's position (TX-PE).
 
     Args:
-        region: as ``SpectrumModel``.
+        region: as for ``SpectrumModel``.
         array: the gateway's array; this model does not use it.
-        order: octaves of TX-PE.
+        order: number of octaves of TX-PE.
     """
 
     def __init__(self, region: Float[np.ndarray, "2 3"], array: PlanarArray, order: int = TX_ORDER):
@@ -35,12 +35,12 @@ class SpectrumMLP(SpectrumModel):
 
 
 class ResponseMLP(SpectrumModel):
-    """Predicts the complex element responses from the transmitter's position (TX-PE); the array makes the spectrum.
+    """Predicts the complex element responses from the transmitter's position (TX-PE), and the spectrum from these.
 
     Args:
-        region: as ``SpectrumModel``.
+        region: as for ``SpectrumModel``.
         array: the gateway's array.
-        order: octaves of TX-PE.
+        order: number of octaves of TX-PE.
     """
 
     def __init__(self, region: Float[np.ndarray, "2 3"], array: PlanarArray, order: int = TX_ORDER):
@@ -54,7 +54,7 @@ class ResponseMLP(SpectrumModel):
         return True
 
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
-        """Element responses (real, imaginary), up to their scale and common phase."""
+        """Element responses (real, imaginary); their scale and common phase are arbitrary."""
         return self.network(positional_encoding(self.scaled(positions), self.order)).unflatten(-1, (-1, 2))
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:

@@ -1,6 +1,6 @@
-"""NeRF² (Zhao et al., MobiCom 2023): a spectrum's pixels by marching rays from the gateway through a radiance field.
+"""NeRF² (Zhao et al., MobiCom 2023): rays are marched from the gateway through a radiance field, one for each pixel.
 
-Written from the paper's equations; docs/peers.md says what differs from the published code.
+It is written from the paper's equations; docs/peers.md says what differs from the published code.
 """
 
 from __future__ import annotations
@@ -19,30 +19,31 @@ from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG
 from simulate.array import PlanarArray
 
 ORDER = 10
-"""Octaves of all three encodings."""
+"""Number of octaves of all three encodings."""
 
 FAR = 5.0
-"""Metres from the gateway to a ray's last voxel."""
+"""Distance from the gateway to a ray's last voxel, metres."""
 
 PATH_LOSS = 0.025
 """λ / 4π at 915 MHz, metres."""
 
 RAYS_AT_ONCE = 2048
+"""Number of rays that a prediction marches at a time."""
 
 
 class NeRF2(SpectrumModel):
     """R(ω) = Σ_n PATH_LOSS / r_n · Π_{j<n} e^{−δ_j Δr + jψ_j Δr} · s_n e^{jφ_n}, S = |R|, voxels n along the ray ω.
 
-    The attenuation network gives (δ, ψ) and a feature of each voxel; the radiance network turns feature, direction and
-    transmitter position into the signal (s, φ) the voxel sends back along the ray.
+    The attenuation network predicts (δ, ψ) and a feature of each voxel. The radiance network predicts, from the
+    feature, the direction and the transmitter's position, the signal (s, φ) that the voxel sends back along the ray.
 
     Args:
-        region: as ``SpectrumModel``.
+        region: as for ``SpectrumModel``.
         array: the gateway's array; this model does not use it.
-        samples: voxels per ray.
-        rays: rays per training step, drawn from all of the batch's pixels.
-        width: of both networks.
-        layers: of the attenuation network.
+        samples: number of voxels per ray.
+        rays: number of rays per training step, drawn from all pixels of the batch.
+        width: width of both networks.
+        layers: number of layers of the attenuation network.
     """
 
     directions: Tensor
@@ -76,7 +77,14 @@ class NeRF2(SpectrumModel):
     def voxels(
         self, directions: Float[Tensor, "R 3"]
     ) -> tuple[Float[Tensor, "R samples 2"], Float[Tensor, "R samples width"]]:
-        """Raw attenuations and features of the voxels along rays; the transmitter has no part in them."""
+        """Outputs of the attenuation network for the voxels along rays; they do not depend on the transmitter.
+
+        Args:
+            directions: unit vectors of the rays, gateway frame.
+
+        Returns:
+            Unconstrained (δ, ψ), and features.
+        """
         radius = torch.linspace(0, FAR, self.samples, device=directions.device)
         encoded = positional_encoding(directions[:, None] * radius[:, None] / FAR, ORDER)
         x = self.inward(encoded).relu()
@@ -94,8 +102,15 @@ class NeRF2(SpectrumModel):
         feature: Float[Tensor, "R samples width"],
         transmitters: Float[Tensor, "#R 3"],
     ) -> Float[Tensor, " R"]:
-        """|R| of each ray, each with its transmitter (positions scaled to −1…1)."""
-        raw = self.signal(
+        """Received magnitude |R| of each ray.
+
+        Args:
+            directions: unit vectors of the rays, gateway frame.
+            attenuation: from ``voxels``.
+            feature: from ``voxels``.
+            transmitters: position of each ray's transmitter, scaled to −1…1.
+        """
+        signal = self.signal(
             self.radiance(
                 feature,
                 positional_encoding(directions, ORDER)[:, None],
@@ -103,28 +118,34 @@ class NeRF2(SpectrumModel):
             )
         )
         step = FAR / (self.samples - 1)
-        loss, turn = attenuation[..., 0].abs() * step, attenuation[..., 1].sigmoid() * 2 * math.pi * step
-        # What lies nearer than voxel n: sums over j < n.
+        loss, phase_shift = attenuation[..., 0].abs() * step, attenuation[..., 1].sigmoid() * 2 * math.pi * step
+        # Only voxels j < n attenuate and delay the signal of voxel n.
         transmittance = torch.exp(loss - loss.cumsum(-1))
-        phase = turn.cumsum(-1) - turn + raw[..., 1].sigmoid() * 2 * math.pi
-        radius = step * torch.arange(1, self.samples + 1, device=raw.device)
-        amplitude = PATH_LOSS / radius * transmittance * raw[..., 0].abs()
+        phase = phase_shift.cumsum(-1) - phase_shift + signal[..., 1].sigmoid() * 2 * math.pi
+        radius = step * torch.arange(1, self.samples + 1, device=signal.device)
+        amplitude = PATH_LOSS / radius * transmittance * signal[..., 0].abs()
         real, imaginary = (amplitude * phase.cos()).sum(-1), (amplitude * phase.sin()).sum(-1)
         return (real**2 + imaginary**2).clamp_min(1e-20).sqrt()
 
     def loss(self, positions: Float[Tensor, "B 3"], spectra: Float[Tensor, "B 90 360"]) -> Float[Tensor, ""]:
-        """Mean squared error of random rays of the batch."""
-        which = torch.randint(len(positions), (self.rays,), device=positions.device)
+        """Mean squared error of random pixels of the batch.
+
+        Args:
+            positions: transmitter positions, metres, world frame.
+            spectra: true spectra, 0…1.
+        """
+        sample = torch.randint(len(positions), (self.rays,), device=positions.device)
         pixel = torch.randint(len(self.directions), (self.rays,), device=positions.device)
         directions = self.directions[pixel]
-        found = self.received(directions, *self.voxels(directions), self.scaled(positions)[which])
-        return (found - spectra.flatten(1)[which, pixel]).square().mean()
+        magnitude = self.received(directions, *self.voxels(directions), self.scaled(positions)[sample])
+        return (magnitude - spectra.flatten(1)[sample, pixel]).square().mean()
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted spectra; voxels are computed once for all transmitters."""
-        scaled = self.scaled(positions)
-        pieces = []
+        """Predicted spectra; the voxels are computed once for all transmitters."""
+        transmitters = self.scaled(positions)
+        pixels = []
         for directions in self.directions.split(RAYS_AT_ONCE):
             attenuation, feature = self.voxels(directions)
-            pieces.append(torch.stack([self.received(directions, attenuation, feature, one[None]) for one in scaled]))
-        return torch.cat(pieces, dim=1).unflatten(1, (len(ELEVATIONS_DEG), len(AZIMUTHS_DEG)))
+            magnitudes = [self.received(directions, attenuation, feature, each[None]) for each in transmitters]
+            pixels.append(torch.stack(magnitudes))
+        return torch.cat(pixels, dim=1).unflatten(1, (len(ELEVATIONS_DEG), len(AZIMUTHS_DEG)))

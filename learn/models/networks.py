@@ -1,4 +1,4 @@
-"""The residual feed-forward network that the static network, dynamic network and delta decoder are made of."""
+"""The residual feed-forward network of which the static network, dynamic network and delta decoder are instances."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from torch import Tensor, nn
 
 
 class Interpolated(NamedTuple):
-    """Features at primitives, f'_i = Σ_j w_ij g'_j, kept as what they are made of.
+    """Features of primitives, f'_i = Σ_j w_ij g'_j, stored as weights and values until they are needed.
 
     Attributes:
-        weights: w_ij, rows that add up to 1.
-        values: g'_j, at the grid's points.
+        weights: interpolation weights w_ij; each row adds up to 1.
+        values: features g'_j of the grid points.
     """
 
     weights: Float[Tensor, "N_p N_c"]
     values: Float[Tensor, "B N_c width"]
 
     def __call__(self) -> Float[Tensor, "B N_p width"]:
-        """The features."""
+        """The features f'_i."""
         return self.weights @ self.values
 
 
@@ -28,11 +28,11 @@ Part = Float[Tensor, "*#batch _inputs"] | Interpolated
 
 
 class LinearOfParts(nn.Linear):
-    """W [x_1; x_2; …] + b of parts that broadcast against each other: b + Σ_k W_k x_k.
+    """Linear layer W [x_1; x_2; …] + b = b + Σ_k W_k x_k, whose inputs x_k broadcast against each other.
 
-    The same as ``nn.Linear`` of their concatenation, but what all transmitters (or all primitives) have in common is
-    multiplied once instead of once for each, and what is interpolated is multiplied at the few points between which it
-    is interpolated.
+    The result equals ``nn.Linear`` of their concatenation. It is faster: an input that all transmitters (or all
+    primitives) share is multiplied once instead of once for each, and an ``Interpolated`` input is multiplied at the
+    grid points, which are fewer than the primitives.
     """
 
     def forward(self, *parts: Part) -> Float[Tensor, "*batch outputs"]:
@@ -40,7 +40,7 @@ class LinearOfParts(nn.Linear):
         weights = self.weight.split([value.shape[-1] for value in values], dim=1)
         total: Tensor | None = None
         for part, value, weight in zip(parts, values, weights, strict=True):
-            # The bias goes with the first; rows of interpolation weights add up to 1 and leave it what it is.
+            # The first product includes the bias; interpolation keeps it, since rows of the weights add up to 1.
             product = nn.functional.linear(value, weight, self.bias if total is None else None)
             product = part.weights @ product if isinstance(part, Interpolated) else product
             total = product if total is None else total + product
@@ -52,10 +52,10 @@ class ResidualFFN(nn.Module):
     """x ← W_in x, then ``layers`` times x ← x + GELU(W_l LayerNorm(x)), then W_out x.
 
     Args:
-        inputs: number of inputs, of all parts together.
+        inputs: number of inputs of all parts together.
         outputs: number of outputs.
-        width: hidden width (the paper: 128; 256 for BiSplat-WRF+).
-        layers: number of residual layers (the paper: 4; 12 for BiSplat-WRF+).
+        width: hidden width (in the paper 128, and 256 for BiSplat-WRF+).
+        layers: number of residual layers (in the paper 4, and 12 for BiSplat-WRF+).
     """
 
     def __init__(self, inputs: int, outputs: int, width: int, layers: int):

@@ -1,4 +1,4 @@
-"""The planar Gaussian primitives: what each one is, and the paper's initialisation."""
+"""The planar Gaussian primitives, their learned attributes and the paper's initialisation."""
 
 from __future__ import annotations
 
@@ -7,25 +7,34 @@ from jaxtyping import Float
 from torch import Tensor, nn
 
 COARSE_FRACTION = 0.3
-"""The first 30 % of the primitives are coarse, the others fine."""
+"""Fraction of the primitives that are coarse, the first ones; the others are fine."""
 
 COARSE_DEPTHS, FINE_DEPTHS = (20.0, 50.0), (1.0, 20.0)
+"""Ranges of the initial depths, without unit."""
+
 NEAR, FAR = 0.1, 100.0
-"""Depths between which z_norm runs from 0 to 1 (paper: z_norm = (d − 0.1) / (100 − 0.1))."""
+"""Depths at which z_norm is 0 and 1: z_norm = (d − 0.1) / (100 − 0.1) in the paper."""
 
 SCALE_MIN, SCALE_MAX = 2.0, 10.0
-"""s_min and s_max in degrees; the paper gives no value (docs/model.md)."""
+"""s_min and s_max, degrees; the paper gives no values (docs/model.md)."""
 
 INITIAL_OPACITY = 0.3
+"""Initial opacity of every primitive."""
 
 
 class Primitives(nn.Module):
-    """N_p planar Gaussians parallel to the (φ, θ) plane, with a depth; every attribute is learned.
+    """N_p planar Gaussians parallel to the (φ, θ) plane, each with a depth. All attributes are learned.
 
-    Unconstrained parameters are stored; the properties give the physical values. Angles are degrees.
+    The parameters ``*_raw`` are unconstrained; the properties compute the physical values from them.
+
+    Args:
+        count: number of primitives N_p.
 
     Attributes:
-        coarse: which primitives belong to the coarse group, fixed at initialisation.
+        coarse: whether each primitive belongs to the coarse group, which is fixed at initialisation.
+        rotation: ρ, radians.
+        scale_raw: logarithm of the standard deviations in degrees.
+        opacity_raw: logit of the opacity.
     """
 
     coarse: Tensor
@@ -50,20 +59,20 @@ class Primitives(nn.Module):
 
     @property
     def azimuth(self) -> Float[Tensor, " N_p"]:
-        """φ in [0, 360) degrees; the parameter may leave that range, the angle is periodic."""
+        """φ, degrees, in [0, 360); the parameter may leave this range, since the angle is periodic."""
         return self.azimuth_raw.remainder(360)
 
     @property
     def elevation(self) -> Float[Tensor, " N_p"]:
-        """θ in (0, 90) degrees."""
+        """θ, degrees, in (0, 90)."""
         return 90 * self.elevation_raw.sigmoid()
 
     @property
     def depth(self) -> Float[Tensor, " N_p"]:
-        """d > 0, a monotonic proxy of the scatterer's distance: it orders the blending."""
+        """d > 0, without unit: a monotonic proxy of the scatterer's distance, by which the blending is ordered."""
         return self.depth_raw.exp()
 
     @property
     def coordinates(self) -> Float[Tensor, "N_p 3"]:
-        """(φ, θ, d) scaled to about −1…1, the input of GS-PE. One turn of φ is one period of γ's slowest wave."""
+        """(φ, θ, d) scaled to about −1…1, the input of GS-PE. A turn of φ is one period of GS-PE's lowest octave."""
         return torch.stack([self.azimuth / 180 - 1, self.elevation / 45 - 1, self.depth / 25 - 1], dim=-1)

@@ -1,7 +1,7 @@
-"""Every model by its name: the class that builds it, how it is fitted, and the settings that are its own.
+"""The table of models: the class of each model, how it is fitted, and its own defaults.
 
-This table needs no torch: the command line, ``compare``, ``load_run`` and the docs take their model names from it. A
-new model is one file with a ``SpectrumModel`` and one line here.
+The command line, ``compare`` and ``load_run`` take the names of models from this table, which needs no torch. A new
+model is one file with a subclass of ``SpectrumModel``, and one entry here (docs/model.md has an example).
 """
 
 from __future__ import annotations
@@ -24,12 +24,13 @@ class ModelEntry:
 
     Attributes:
         builds: the class, as ``module:Class``; it is called with (region, array, **options).
-        summary: what the model does, for help texts and docs.
-        fit: ``steps``: trained by gradient steps on batches of spectra; ``closed form``: by its own ``fit``.
-        learning_rate: of AdamW, for a model trained by steps.
+        summary: what the model does, for a reader.
+        fit: ``steps``: the model is trained by gradient steps on batches of spectra; ``closed form``: its method
+            ``fit`` fits it.
+        learning_rate: learning rate of AdamW, for a model trained by steps.
         options: arguments of the class that differ from the class's own defaults.
-        options_without_gpu: further arguments where there is no GPU, in tables whose budget a CPU could not keep
-            otherwise; such rows are marked "(reduced)".
+        options_without_gpu: further arguments for ``compare`` if there is no GPU, for a model that is too slow on a
+            CPU otherwise; its rows are marked "(reduced)".
     """
 
     builds: str
@@ -43,7 +44,7 @@ class ModelEntry:
 MODELS: dict[str, ModelEntry] = {
     "helmholtz": ModelEntry(
         builds="learn.models.helmholtz:HelmholtzField",
-        summary="kriging of element responses (of spectra, where there are none) under the Helmholtz equation",
+        summary="kriging of element responses, or of spectra if there are none, under the Helmholtz equation",
         fit="closed form",
     ),
     "bisplat": ModelEntry(
@@ -54,7 +55,7 @@ MODELS: dict[str, ModelEntry] = {
     "bisplat-plus": ModelEntry(
         builds="learn.models.bisplat:BiSplatWRF",
         summary="BiSplat-WRF+ of the paper: 2,000 planar Gaussians and deeper networks",
-        learning_rate=3e-4,  # its deep networks collapse at the small model's rate
+        learning_rate=3e-4,  # at the smaller model's rate its deep networks collapse
         options={
             "primitives": 2000,
             "ffn_width": 256,
@@ -67,7 +68,7 @@ MODELS: dict[str, ModelEntry] = {
         builds="learn.models.bisplat:BiSplatAperture",
         summary="BiSplat-WRF whose field is received by the array, so that it predicts element responses",
         learning_rate=2e-3,
-        options={"tx_order": 3},  # shorter waves in TX-PE learn the training positions by heart
+        options={"tx_order": 3},  # with more octaves of TX-PE it overfits to the training positions
     ),
     "mlp": ModelEntry(builds="learn.models.mlp:SpectrumMLP", summary="a network from position to pixels"),
     "mlp-responses": ModelEntry(
@@ -81,11 +82,12 @@ MODELS: dict[str, ModelEntry] = {
     ),
     "swiftwrf": ModelEntry(
         builds="learn.models.swiftwrf:SwiftWRF",
-        summary="the idea of SwiftWRF: planar Gaussians that a network deforms, added up without depth",
+        summary="the idea of SwiftWRF: planar Gaussians that a network deforms, summed without depth order",
     ),
 }
 
 DEFAULT_MODEL = "helmholtz"
+"""The model of ``train`` if none is named."""
 
 if TYPE_CHECKING:
     ModelName = str
@@ -118,7 +120,11 @@ def model_class(name: str) -> type[SpectrumModel]:
 
 
 def check_options(name: str, options: Mapping[str, Any]) -> None:
-    """Make sure that a model's class takes these options.
+    """Check that a model's class takes these options.
+
+    Args:
+        name: name of the model.
+        options: arguments of its class, by name.
 
     Raises:
         ParameterError: no model has this name, or the model has no such option.
@@ -130,7 +136,7 @@ def check_options(name: str, options: Mapping[str, Any]) -> None:
         parameters = inspect.signature(vars(each)["__init__"]).parameters.values()
         known += [parameter.name for parameter in parameters if parameter.kind is not inspect.Parameter.VAR_KEYWORD]
         if all(parameter.kind is not inspect.Parameter.VAR_KEYWORD for parameter in parameters):
-            break  # no further options are handed on to a base class
+            break  # this class passes no further options on to its base class
     known = [option for option in known if option not in ("self", "region", "array")]
     for option in options:
         if option not in known:

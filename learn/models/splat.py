@@ -1,7 +1,7 @@
-"""Depth-ordered splatting of complex coefficients on the (φ, θ) plane, azimuth periodic.
+"""Depth-ordered splatting of complex coefficients on the (φ, θ) plane, with periodic azimuth.
 
-``splat_reference`` reads like the equations; ``splat`` gives the same by the fastest way for the tensors' device.
-Complex numbers are pairs (real, imaginary) along the last axis, which every compiler and exporter understands.
+``splat_reference`` follows the equations; ``splat`` computes the same by the fastest renderer for the tensors' device.
+Complex numbers are pairs (real, imaginary) along the last axis, which all compilers and exporters support.
 """
 
 from __future__ import annotations
@@ -16,7 +16,17 @@ from learn.models.splat_cpu import splat_cpu
 
 
 class Splats(NamedTuple):
-    """Primitives as they are blended for transmitters: the first arguments of ``splat``. Degrees; ρ in radians."""
+    """Primitives as they are blended for B transmitters: the first arguments of ``splat``, which describes them.
+
+    Attributes:
+        azimuth: φ_i, degrees.
+        elevation: θ_i, degrees.
+        depth: d_i.
+        scale: standard deviations, degrees.
+        rotation: ρ_i, radians.
+        opacity: o_i.
+        coefficient: c_i (real, imaginary).
+    """
 
     azimuth: Float[Tensor, " N_p"]
     elevation: Float[Tensor, " N_p"]
@@ -43,31 +53,36 @@ def splat(
     Args:
         azimuth: φ_i, degrees, in [0, 360).
         elevation: θ_i, degrees.
-        depth: d_i; equal depths keep the order they are given in.
+        depth: d_i; primitives of equal depth keep their order.
         scale: standard deviations (s_x, s_y) along the rotated axes, degrees.
         rotation: ρ_i, radians.
         opacity: o_i in (0, 1).
-        coefficient: c_i, real and imaginary part.
-        azimuths: the grid's columns, once round from 0° in equal steps.
-        elevations: the grid's rows, degrees.
+        coefficient: c_i (real, imaginary).
+        azimuths: azimuths of the grid's columns, degrees: 0, step, 2·step, … 360 − step.
+        elevations: elevations of the grid's rows, degrees.
     """
     order = torch.argsort(depth, stable=True)
     azimuth, elevation = azimuth[order], elevation[order]
     conic = conic_of(scale[:, order], rotation[:, order])
     opacity, coefficient = opacity[:, order], coefficient[:, order]
     if torch.compiler.is_exporting():
-        renderer = splat_reference  # operators that any runtime knows
+        renderer = splat_reference  # it only uses operators that every runtime has
     elif azimuth.device.type == "cpu":
         renderer = splat_cpu
     elif azimuth.device.type == "cuda":
-        from learn.models.splat_triton import splat_triton as renderer  # Triton comes with torch's CUDA builds only
+        from learn.models.splat_triton import splat_triton as renderer  # only CUDA builds of torch include Triton
     else:
         renderer = splat_reference
     return renderer(azimuth, elevation, conic, opacity, coefficient, azimuths, elevations)
 
 
 def conic_of(scale: Float[Tensor, "B N_p 2"], rotation: Float[Tensor, "B N_p"]) -> tuple[Tensor, Tensor, Tensor]:
-    """a, b, c of Σ⁻¹ = [[a, b], [b, c]], Σ = R(ρ) diag(s_x², s_y²) R(ρ)ᵀ."""
+    """The entries a, b, c of Σ⁻¹ = [[a, b], [b, c]], with Σ = R(ρ) diag(s_x², s_y²) R(ρ)ᵀ, per square degree.
+
+    Args:
+        scale: standard deviations (s_x, s_y), degrees.
+        rotation: ρ, radians.
+    """
     cos, sin = rotation.cos(), rotation.sin()
     inverse_x, inverse_y = scale.pow(-2).unbind(-1)
     return (
@@ -86,7 +101,17 @@ def splat_reference(
     azimuths: Float[Tensor, " W"],
     elevations: Float[Tensor, " H"],
 ) -> Float[Tensor, "B H W 2"]:
-    """The equations for primitives in depth order, every primitive at every pixel: simple, slow, and large."""
+    """The field of primitives that are in depth order already; every primitive is evaluated at every pixel.
+
+    Args:
+        azimuth: as for ``splat``.
+        elevation: as for ``splat``.
+        conic: a, b, c of ``conic_of``.
+        opacity: as for ``splat``.
+        coefficient: as for ``splat``.
+        azimuths: as for ``splat``.
+        elevations: as for ``splat``.
+    """
     alpha = opacity[..., None] * gaussian(azimuth, elevation, conic, pixel_grid(azimuths, elevations))
     return blend(alpha, coefficient).unflatten(1, (len(elevations), len(azimuths)))
 
@@ -97,9 +122,15 @@ def gaussian(
     conic: tuple[Float[Tensor, "B N_p"], Float[Tensor, "B N_p"], Float[Tensor, "B N_p"]],
     pixels: Float[Tensor, "P 2"],
 ) -> Float[Tensor, "B N_p P"]:
-    """G_i(p) = exp(−½ (p − μ_i)ᵀ Σ_i⁻¹ (p − μ_i)) on the chart with periodic azimuth.
+    """G_i(p) = exp(−½ (p − μ_i)ᵀ Σ_i⁻¹ (p − μ_i)) on the (φ, θ) plane.
 
-    A primitive near 0° also covers 359°: φ − φ_i is taken in [−180°, 180°).
+    φ − φ_i is wrapped into [−180°, 180°), so that a primitive near azimuth 0° also covers 359°.
+
+    Args:
+        azimuth: φ_i, degrees.
+        elevation: θ_i, degrees.
+        conic: a, b, c of ``conic_of``.
+        pixels: (φ, θ) of the pixels, degrees.
     """
     d_azimuth = (pixels[:, 0] - azimuth[:, None] + 180).remainder(360) - 180
     d_elevation = pixels[:, 1] - elevation[:, None]
@@ -108,13 +139,18 @@ def gaussian(
 
 
 def blend(alpha: Float[Tensor, "B N_p P"], coefficient: Float[Tensor, "B N_p 2"]) -> Float[Tensor, "B P 2"]:
-    """F(p) = Σ_i c_i α_i(p) Π_{j<i} (1 − α_j(p)), primitives front to back; real and imaginary part alike."""
+    """F(p) = Σ_i c_i α_i(p) Π_{j<i} (1 − α_j(p)), with the primitives in order from front to back.
+
+    Args:
+        alpha: α_i(p).
+        coefficient: c_i (real, imaginary).
+    """
     transmittance = torch.cumprod(1 - alpha, dim=1)
     transmittance = torch.cat([torch.ones_like(alpha[:, :1]), transmittance[:, :-1]], dim=1)
     return (alpha * transmittance).transpose(1, 2) @ coefficient
 
 
 def pixel_grid(azimuths: Float[Tensor, " W"], elevations: Float[Tensor, " H"]) -> Float[Tensor, "H*W 2"]:
-    """(φ, θ) of every pixel of a grid, row by row (a row has one elevation), degrees."""
+    """(φ, θ) of every pixel of a grid, degrees, row by row; a row has one elevation."""
     grid_elevation, grid_azimuth = torch.meshgrid(elevations, azimuths, indexing="ij")
     return torch.stack([grid_azimuth.flatten(), grid_elevation.flatten()], dim=-1)

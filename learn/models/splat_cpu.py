@@ -1,14 +1,16 @@
-"""The reference renderer's arithmetic as a compiled loop: for each row of pixels, primitives front to back.
+"""The reference renderer as a compiled loop on the CPU: for each row of pixels, over the primitives from front to back.
 
-Three things make it fast. A primitive is visited only where its weight α exceeds ``CUTOFF``. Along a row the exponent
-is a quadratic in the column, so that the Gaussian follows from two multiplications per pixel (forward differences)
-instead of an exponential. And nothing of size primitives × pixels is ever stored: backward walks the rows again.
+Three things make it fast. A primitive is only visited where its Gaussian exceeds ``CUTOFF``. Along a row the exponent
+is quadratic in the column, so that two multiplications per pixel (forward differences) replace an exponential. No array
+of size primitives × pixels is stored; the backward pass goes over the rows again instead.
 
-With S = Re(ḡ C) the pixel's share of the loss's change, g the gradient at the pixel and w_i = T_i α_i:
+Let g be the gradient of the loss at a pixel, S = Re(ḡ F) the pixel's contribution, T_i the transmittance in front of
+primitive i, and w_i = T_i α_i. Then
 
     ∂S/∂α_i = T_i Re(ḡ c_i) − (Σ_{k>i} w_k Re(ḡ c_k)) / (1 − α_i)
 
-The sum over the primitives behind i is the total, known from the field, minus the sum over those in front.
+The sum over the primitives behind i is the sum over all of them, which the field gives, minus the sum over i and those
+in front.
 """
 
 from __future__ import annotations
@@ -27,17 +29,21 @@ CUTOFF = 1e-8
 """A primitive is left out where its Gaussian is below this; the field's error is below CUTOFF · Σ|o_i c_i|."""
 
 LEVEL = -2 * math.log(CUTOFF)
+"""Squared Mahalanobis distance at which a Gaussian equals ``CUTOFF``."""
 
 
 @numba.njit(cache=True, inline="always")
 def _span(d_elevation, azimuth, a, b, c, step):
-    """Columns [first, last] of a row in which G ≥ CUTOFF, and the Gaussian there: value, ratio, ratio of ratios."""
+    """Columns first … last of a row in which G ≥ CUTOFF, and the forward differences of G from the first column on.
+
+    These are the value of G, its ratio to the next value, and the constant ratio of successive ratios.
+    """
     level = LEVEL - (c - b * b / a) * d_elevation * d_elevation
     if level < 0:
         return 0, -1, 0.0, 0.0, 0.0
     half = math.sqrt(level / a)
     middle = -b * d_elevation / a
-    # φ − φ_i lies in [−180°, 180°): the nearer way round.
+    # φ − φ_i is wrapped into [−180°, 180°).
     low, high = max(middle - half, -180.0), min(middle + half, 180.0)
     first = math.ceil((azimuth + low) / step)
     last = math.floor((azimuth + high) / step)
@@ -77,7 +83,8 @@ def _forward(azimuth, elevation, a, b, c, opacity, real, imaginary, rows, column
 @numba.njit(cache=True, parallel=True)
 def _backward(azimuth, elevation, a, b, c, opacity, real, imaginary, rows, columns, step, field, gradient, groups):
     batch, count = a.shape
-    # One sum per task, added up at the end: tasks run side by side, and the result must not depend on their order.
+    # Each task has sums of its own, which are added up at the end, so that the result does not depend on the order in
+    # which parallel tasks run.
     sums = np.zeros((batch * groups, 8, count))
     for task in numba.prange(batch * groups):
         sample, group = task // groups, task % groups
@@ -161,11 +168,16 @@ def splat_cpu(
     azimuths: Float[Tensor, " W"],
     elevations: Float[Tensor, " H"],
 ) -> Float[Tensor, "B H W 2"]:
-    """``learn.models.splat.splat_reference`` for primitives in depth order, on a grid that goes once round from φ = 0.
+    """As ``learn.models.splat.splat_reference``, in double precision, with the cut-off ``CUTOFF``.
 
     Args:
+        azimuth: φ_i, degrees, in [0, 360), of primitives in depth order.
+        elevation: θ_i, degrees.
         conic: a, b, c of Σ⁻¹ = [[a, b], [b, c]], per square degree.
-        azimuths: 0, step, 2·step, … 360° − step.
+        opacity: o_i in (0, 1).
+        coefficient: c_i (real, imaginary).
+        azimuths: azimuths of the grid's columns, degrees: 0, step, 2·step, … 360 − step.
+        elevations: elevations of the grid's rows, degrees.
     """
     rows, columns = elevations.double().numpy(), len(azimuths)
     return _Splat.apply(azimuth, elevation, *conic, opacity, *coefficient.unbind(-1), rows, columns, 360.0 / columns)

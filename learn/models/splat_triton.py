@@ -1,10 +1,10 @@
-"""The reference renderer's arithmetic as two Triton kernels for CUDA: a program blends one tile of pixels.
+"""The reference renderer as a forward and a backward Triton kernel for CUDA; a program blends one tile of pixels.
 
-A program walks the primitives front to back, as ``learn.models.splat_cpu`` does, and leaves out those whose weight
-stays below ``CUTOFF`` all over its tile. Nothing of size primitives × pixels is stored: backward walks them again, and
-each tile leaves its share of every primitive's gradient, which are then added up in a fixed order.
+A program goes over the primitives from front to back, like ``learn.models.splat_cpu``, and skips those whose Gaussian
+is below ``CUTOFF`` in the whole tile. No array of size primitives × pixels is stored: the backward kernel goes over the
+primitives again and writes one gradient per tile and primitive; these are added up in a fixed order.
 
-Where there is no GPU, Triton's interpreter runs the same code: tests/learn/test_splat_triton.py.
+Without a GPU, Triton's interpreter runs the same code, as tests/learn/models/test_splat_triton.py does.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ TILE_ROWS, TILE_COLUMNS = 8, 32
 
 @triton.jit
 def _tile(rows, height, width, step, TILE_ROWS: tl.constexpr, TILE_COLUMNS: tl.constexpr):
-    """Pixels of this program: offsets into a spectrum, which are inside it, their angles, and the tile's extent."""
+    """The tile of this program: offsets of its pixels in a field, whether they are inside it, angles, and bounds."""
     across = tl.cdiv(width, TILE_COLUMNS)
     tile = tl.program_id(0)
     row = (tile // across) * TILE_ROWS + tl.arange(0, TILE_ROWS)
@@ -46,10 +46,10 @@ def _wrapped(angle):
 
 @triton.jit
 def _reaches(azimuth, elevation, own, low, high, middle, half):
-    """Whether a primitive's ellipse G = CUTOFF reaches the tile."""
-    near = tl.abs(_wrapped(middle - azimuth)) <= half + tl.load(own + 6)
-    reach = tl.load(own + 7)
-    return near & (elevation + reach >= low) & (elevation - reach <= high)
+    """Whether a primitive's ellipse G = CUTOFF overlaps the tile."""
+    overlaps_azimuth = tl.abs(_wrapped(middle - azimuth)) <= half + tl.load(own + 6)
+    elevation_reach = tl.load(own + 7)
+    return overlaps_azimuth & (elevation + elevation_reach >= low) & (elevation - elevation_reach <= high)
 
 
 @triton.jit
@@ -107,7 +107,7 @@ def _backward(
             d_azimuth, d_elevation, value = _gaussian(azimuth, elevation, a, b, c, phi, theta)
             alpha = tl.load(own + 3) * value
             weight = transmittance * alpha
-            # The notation of learn.models.splat_cpu: the share of the primitive, and of all that is behind it.
+            # ∂S/∂α_i of learn.models.splat_cpu: share = Re(ḡ c_i), and behind is the sum over the primitives behind.
             share = g_real * tl.load(own + 4) + g_imaginary * tl.load(own + 5)
             behind -= weight * share
             d_alpha = transmittance * share - behind / tl.maximum(1 - alpha, 1e-6)
@@ -128,7 +128,7 @@ class _Splat(torch.autograd.Function):
     @staticmethod
     def forward(ctx, azimuth, elevation, a, b, c, opacity, real, imaginary, rows, columns):
         centres = torch.stack([azimuth, elevation], dim=-1).float().contiguous()
-        # How far the ellipse G = CUTOFF reaches along both axes.
+        # Half the extent of the ellipse G = CUTOFF in azimuth and in elevation, degrees.
         determinant = a * c - b * b
         reaches = (LEVEL * c / determinant).sqrt(), (LEVEL * a / determinant).sqrt()
         attributes = torch.stack([a, b, c, opacity, real, imaginary, *reaches], dim=-1).float().contiguous()
@@ -161,12 +161,15 @@ def splat_triton(
     azimuths: Float[Tensor, " W"],
     elevations: Float[Tensor, " H"],
 ) -> Float[Tensor, "B H W 2"]:
-    """``learn.models.splat.splat_reference`` for primitives in depth order, on a grid that goes once round from φ = 0.
-
-    In single precision, whatever the input's.
+    """As ``learn.models.splat.splat_reference``, in single precision, with the cut-off ``CUTOFF``.
 
     Args:
+        azimuth: φ_i, degrees, in [0, 360), of primitives in depth order.
+        elevation: θ_i, degrees.
         conic: a, b, c of Σ⁻¹ = [[a, b], [b, c]], per square degree.
-        azimuths: 0, step, 2·step, … 360° − step.
+        opacity: o_i in (0, 1).
+        coefficient: c_i (real, imaginary).
+        azimuths: azimuths of the grid's columns, degrees: 0, step, 2·step, … 360 − step.
+        elevations: elevations of the grid's rows, degrees.
     """
     return _Splat.apply(azimuth, elevation, *conic, opacity, *coefficient.unbind(-1), elevations, len(azimuths))

@@ -1,6 +1,6 @@
-"""The idea of SwiftWRF: planar Gaussians that the transmitter's position deforms, added up without depth.
+"""The idea of SwiftWRF: planar Gaussians, summed without depth order, that a network deforms by transmitter position.
 
-Written from the idea in plain torch, not from the authors' code; docs/peers.md says what differs.
+It is written in plain torch from the idea, not from the authors' code; docs/peers.md says what differs.
 """
 
 from __future__ import annotations
@@ -18,19 +18,23 @@ from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG
 from simulate.array import PlanarArray
 
 WIDTH, LAYERS = 128, 4
+"""Width and number of residual layers of the deformation network."""
 
 FAINT = 1e-9
-"""So small an opacity that Π (1 − FAINT) is 1 and alpha blending becomes addition."""
+"""Opacity of every Gaussian, so small that Π (1 − FAINT) is 1 and alpha blending becomes addition."""
 
 MOVED_DEG = 30.0
-"""Largest distance that the deformation moves a Gaussian, degrees."""
+"""Largest distance that the deformation moves a Gaussian along each axis, degrees."""
 
 
 class SwiftWRF(SpectrumModel):
-    """S(φ, θ) = Σ_i c_i G_i(φ, θ); centre, scales, rotation and colour c_i are deformed by a network of (i, position).
+    """S(φ, θ) = Σ_i c_i G_i(φ, θ), with Gaussians G_i and real coefficients ("colours") c_i.
+
+    A network deforms centre, scales, rotation and colour of each Gaussian, given its centre and the transmitter's
+    position.
 
     Args:
-        region: as ``SpectrumModel``.
+        region: as for ``SpectrumModel``.
         array: the gateway's array; this model does not use it.
         primitives: number of Gaussians.
     """
@@ -50,31 +54,33 @@ class SwiftWRF(SpectrumModel):
         self.deformation = ResidualFFN(inputs, 6, WIDTH, LAYERS)
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        where = self.centre / self.centre.new_tensor([180.0, 45.0]) - 1
+        """Predicted spectrum: the sum of the deformed Gaussians."""
+        scaled_centre = self.centre / self.centre.new_tensor([180.0, 45.0]) - 1
         encodings = (
-            positional_encoding(where, PRIMITIVE_ORDER)[None],
+            positional_encoding(scaled_centre, PRIMITIVE_ORDER)[None],
             positional_encoding(self.scaled(positions), TX_ORDER)[:, None],
         )
-        moved, grown, turned, brightened = self.deformation(*encodings).split([2, 2, 1, 1], dim=-1)
-        centre = self.centre + MOVED_DEG * moved.tanh()
-        scale = (self.scale_raw + grown.tanh()).exp().clamp(0.5, 60.0)
-        rotation = self.rotation + turned[..., 0]
-        colour = (self.colour + brightened[..., 0]) / FAINT
+        d_centre, d_scale, d_rotation, d_colour = self.deformation(*encodings).split([2, 2, 1, 1], dim=-1)
+        centre = self.centre + MOVED_DEG * d_centre.tanh()
+        scale = (self.scale_raw + d_scale.tanh()).exp().clamp(0.5, 60.0)
+        rotation = self.rotation + d_rotation[..., 0]
+        colour = (self.colour + d_colour[..., 0]) / FAINT
         coefficient = torch.stack([colour, torch.zeros_like(colour)], dim=-1)
         opacity = torch.full_like(rotation, FAINT)
-        none = torch.zeros_like(self.rotation)  # no depth
+        depth = torch.zeros_like(self.rotation)  # equal depths: the order has no effect on a sum
+        # One call per spectrum, since the renderer assumes that all spectra of a batch have the same centres.
         fields = [
             splat(
-                centre[one, :, 0].remainder(360),
-                centre[one, :, 1],
-                none,
-                scale[[one]],
-                rotation[[one]],
-                opacity[[one]],
-                coefficient[[one]],
+                centre[sample, :, 0].remainder(360),
+                centre[sample, :, 1],
+                depth,
+                scale[[sample]],
+                rotation[[sample]],
+                opacity[[sample]],
+                coefficient[[sample]],
                 self.azimuths,
                 self.elevations,
             )
-            for one in range(len(positions))  # the renderer shares centres among spectra; here each has its own
+            for sample in range(len(positions))
         ]
         return torch.cat(fields)[..., 0]

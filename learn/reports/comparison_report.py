@@ -1,4 +1,4 @@
-"""What ``bisplat compare``, ``ablate`` and ``sweep`` draw."""
+"""The figures and the page of ``bisplat compare``, ``ablate`` and ``sweep``."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ COST_COLUMNS = {
 
 
 def write_comparison(comparison: Comparison, folder: Path) -> None:
-    """Write table.html, the averages over the seeds with the best first, and ssim_cdf.png (and .pdf) of the first seed.
+    """Write table.html, the averages over the seeds, and ssim_cdf.png (and .pdf), the SSIM of the first seed.
 
     Args:
-        comparison: what ``compare`` returned.
-        folder: where to; it must exist.
+        comparison: the result of ``compare``.
+        folder: folder to write to; it must exist.
     """
     rows = {row["label"]: row for row in comparison.table()}
-    first = {row["label"]: row for row in reversed(comparison.rows)}
-    ssim = {label: comparison.per_sample(first[label])["ssim"] for label in rows}
+    first_seed_rows = {row["label"]: row for row in reversed(comparison.rows)}
+    ssim = {label: comparison.per_sample(first_seed_rows[label])["ssim"] for label in rows}
     draw_ssim_distribution(ssim, folder / "ssim_cdf.png")
     write_page(
         folder / "table.html",
@@ -40,11 +40,11 @@ def write_comparison(comparison: Comparison, folder: Path) -> None:
 
 
 def write_ablation(comparison: Comparison, folder: Path) -> None:
-    """Write ablation.png (and .pdf): the median SSIM of every row, mean and standard deviation over the seeds.
+    """Write ablation.png (and .pdf): median SSIM of every row, mean and standard deviation over the seeds.
 
     Args:
-        comparison: what ``ablate`` returned.
-        folder: where to; it must exist.
+        comparison: the result of ``ablate``.
+        folder: folder to write to; it must exist.
     """
     rows = comparison.averages()[::-1]
     figure = Figure(figsize=(7.5, 0.8 + 0.3 * len(rows)), layout="constrained")
@@ -58,11 +58,11 @@ def write_ablation(comparison: Comparison, folder: Path) -> None:
 
 
 def write_sweep(comparison: Comparison, folder: Path) -> None:
-    """Write sweep.png (and .pdf): the median SSIM against the number of training spectra, mean and spread over seeds.
+    """Write sweep.png (and .pdf): median SSIM against training spectra, mean and standard deviation over the seeds.
 
     Args:
-        comparison: what ``sweep`` returned.
-        folder: where to; it must exist.
+        comparison: the result of ``sweep``.
+        folder: folder to write to; it must exist.
     """
     averages = comparison.averages()
     figure = Figure(figsize=(6.4, 4.2), layout="constrained")

@@ -1,4 +1,4 @@
-"""The report of ``bisplat crossvalidate``: a page, its figures and the metrics."""
+"""The report of ``bisplat crossvalidate``: a page, its figures, and the metrics as JSON."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ def write_crossvalidation(fresh: CrossValidation, folder: Path) -> None:
     """Write crossvalidation.html, crossvalidation.json, and the figures as PNG and PDF.
 
     Args:
-        fresh: what ``crossvalidate`` returned.
-        folder: folder of the report, made where it does not exist; the command takes the run's.
+        fresh: the result of ``crossvalidate``.
+        folder: folder of the report, which is made if it does not exist; the command writes to the run folder.
     """
     folder.mkdir(parents=True, exist_ok=True)
     write_atomically(folder / "crossvalidation.json", (json.dumps(fresh.metrics(), indent=2) + "\n").encode())
@@ -41,11 +41,11 @@ def write_crossvalidation(fresh: CrossValidation, folder: Path) -> None:
 
 
 def page_values(fresh: CrossValidation, folder: Path) -> dict[str, Any]:
-    """What the template crossvalidation_part.html.j2 shows.
+    """Values that the template crossvalidation_part.html.j2 shows.
 
     Args:
-        fresh: what ``crossvalidate`` returned.
-        folder: folder that ``write_crossvalidation`` has drawn the figures into.
+        fresh: the result of ``crossvalidate``.
+        folder: folder in which ``write_crossvalidation`` has written the figures.
     """
     return {
         "fresh_rows": {"model, against fresh ray tracing": fresh.scores.summary()},

@@ -1,4 +1,4 @@
-"""The report of ``bisplat demo``: one page with the scene, two models beside the baselines, the cross-validation."""
+"""The report of ``bisplat demo``: one page with the scene, the scores of two models, and the cross-validation."""
 
 from __future__ import annotations
 
@@ -19,10 +19,11 @@ def write_demo(
     """Write report.html and its figure of both models, ssim_cdf.png.
 
     Args:
-        folder: the demo's folder, with scene.png in it; ``write_evaluation`` has written the first model's report to
-            ``run/evaluation`` and ``write_crossvalidation`` to ``run``.
-        evaluations: by the models' names, on the same test spectra; the page's examples are the first model's.
-        fresh: the first model's scores against fresh ray tracing.
+        folder: the demo's folder. It has scene.png, and ``write_evaluation`` and ``write_crossvalidation`` have written
+            the first model's reports to ``run/evaluation`` and ``run``.
+        evaluations: evaluations on the same test spectra, by the models' names; the page shows examples of the first
+            model.
+        fresh: cross-validation of the first model.
         metrics: the content of the demo's metrics.json.
     """
     run = folder / "run"

@@ -1,4 +1,4 @@
-"""The report of ``bisplat evaluate``: a page, its figures, the metrics and a table of the test spectra."""
+"""The report of ``bisplat evaluate``: a page, its figures, the metrics as JSON, and a CSV table of the test spectra."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ def write_evaluation(evaluation: Evaluation, folder: Path) -> None:
     """Write report.html, metrics.json, per_sample.csv, and the figures as PNG and PDF.
 
     Args:
-        evaluation: what ``evaluate`` returned.
-        folder: folder of the report, made where it does not exist.
+        evaluation: the result of ``evaluate``.
+        folder: folder of the report, which is made if it does not exist.
     """
     folder.mkdir(parents=True, exist_ok=True)
     write_atomically(folder / "metrics.json", (json.dumps(evaluation.metrics(), indent=2) + "\n").encode())
@@ -34,11 +34,11 @@ def write_evaluation(evaluation: Evaluation, folder: Path) -> None:
 
 
 def page_values(evaluation: Evaluation, folder: Path) -> dict[str, Any]:
-    """What the template evaluation_part.html.j2 shows.
+    """Values that the template evaluation_part.html.j2 shows.
 
     Args:
-        evaluation: what ``evaluate`` returned.
-        folder: folder that ``write_evaluation`` has drawn the figures into.
+        evaluation: the result of ``evaluate``.
+        folder: folder in which ``write_evaluation`` has written the figures.
     """
     return {
         "rows": {name: scores.summary() for name, scores in evaluation.scores.items()},
@@ -57,6 +57,6 @@ def _per_sample(evaluation: Evaluation) -> str:
     model, nearest = evaluation.scores["model"], evaluation.scores["nearest"]
     for row, index in enumerate(evaluation.test):
         position = evaluation.dataset.positions[index]
-        figures = (model.ssim[row], model.psnr[row], model.mae[row], model.aoa_error[row], nearest.ssim[row])
-        writer.writerow([evaluation.dataset.names[index], *position, *(f"{value:.6f}" for value in figures)])
+        scores = (model.ssim[row], model.psnr[row], model.mae[row], model.aoa_error[row], nearest.ssim[row])
+        writer.writerow([evaluation.dataset.names[index], *position, *(f"{value:.6f}" for value in scores)])
     return text.getvalue()

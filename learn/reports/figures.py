@@ -1,4 +1,4 @@
-"""Figures: spectra side by side, SSIM distributions, error over the transmitter region."""
+"""Figures for reports: spectra side by side, distributions of SSIM, errors over the transmitter region."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from learn.colours import DIFFERENCE, MAGNITUDE
 
 EXTENT = (-0.5, 359.5, 0.5, 90.5)
-"""Edges of a drawn spectrum in degrees of azimuth and elevation; row 0 (elevation 1°) is at the bottom."""
+"""Edges of a drawn spectrum: azimuth left, right, elevation bottom, top, degrees. Row 0 (1°) is at the bottom."""
 
 RANKS = {"worst": 0.0, "lower quartile": 0.25, "median": 0.5, "upper quartile": 0.75, "best": 1.0}
-"""Spectra that are drawn as examples: name, and share of the spectra that have a lower SSIM."""
+"""Spectra that are drawn as examples: name, and fraction of the spectra that have a lower SSIM."""
 
 
 def ranked(ssim: Float[np.ndarray, " K"]) -> list[tuple[str, int]]:
@@ -32,11 +32,11 @@ def ranked(ssim: Float[np.ndarray, " K"]) -> list[tuple[str, int]]:
 
 
 def save(figure: Figure, path: Path) -> None:
-    """Write a figure as PNG, and beside it, for papers, as PDF.
+    """Write a figure as PNG, and as PDF for papers.
 
     Args:
         figure: the figure.
-        path: the PNG; the PDF has the same name with the suffix .pdf.
+        path: path of the PNG; the PDF has the same name with the suffix .pdf.
     """
     figure.savefig(path, dpi=110)
     figure.savefig(path.with_suffix(".pdf"), dpi=200)
@@ -48,21 +48,21 @@ def draw_examples(
     ssim: Float[np.ndarray, " K"],
     path: Path,
 ) -> None:
-    """Draw five examples, from the worst to the best SSIM: predicted, true and difference beside each other.
+    """Draw five examples, from the worst to the best SSIM, each as predicted spectrum, true spectrum and difference.
 
     Args:
         prediction: predicted spectra, 0…1.
         truth: true spectra, 0…1.
         ssim: SSIM of each pair.
-        path: the PNG; a PDF is written beside it.
+        path: path of the PNG; the PDF has the same name with the suffix .pdf.
     """
     figure = Figure(figsize=(11, 7.4), layout="constrained")
     axes = figure.subplots(len(RANKS), 3, sharex=True, sharey=True)
     for row, (name, index) in zip(axes, ranked(ssim), strict=True):
-        pictures = (prediction[index], truth[index], prediction[index] - truth[index])
-        for axis, picture, diverging in zip(row, pictures, (False, False, True), strict=True):
+        panels = (prediction[index], truth[index], prediction[index] - truth[index])
+        for axis, panel, diverging in zip(row, panels, (False, False, True), strict=True):
             image = axis.imshow(
-                picture,
+                panel,
                 origin="lower",
                 extent=EXTENT,
                 aspect="auto",
@@ -88,24 +88,23 @@ def draw_examples_polar(
     ssim: Float[np.ndarray, " K"],
     path: Path,
 ) -> None:
-    """Draw the examples of ``draw_examples`` as polar charts: boresight in the middle, azimuth around.
+    """Draw the examples of ``draw_examples`` as polar charts, with boresight in the middle and azimuth as the angle.
 
     Args:
         prediction: predicted spectra, 0…1.
         truth: true spectra, 0…1.
         ssim: SSIM of each pair.
-        path: the PNG; a PDF is written beside it.
+        path: path of the PNG; the PDF has the same name with the suffix .pdf.
     """
     figure = Figure(figsize=(11, 7), layout="constrained")
     axes = figure.subplots(3, len(RANKS), subplot_kw={"projection": "polar"})
     azimuth = np.radians(np.arange(361) - 0.5)
     radius = (89.5 - np.arange(91)).clip(0)  # edges of the rows, degrees from boresight
     for column, (name, index) in zip(axes.T, ranked(ssim), strict=True):
-        pictures = (prediction[index], truth[index], prediction[index] - truth[index])
-        for axis, picture, diverging in zip(column, pictures, (False, False, True), strict=True):
-            cmap, least = (DIFFERENCE, -1) if diverging else (MAGNITUDE, 0)
-            shown = {"cmap": cmap, "vmin": least, "vmax": 1, "rasterized": True}
-            axis.pcolormesh(azimuth, radius, picture, **shown)
+        panels = (prediction[index], truth[index], prediction[index] - truth[index])
+        for axis, panel, diverging in zip(column, panels, (False, False, True), strict=True):
+            cmap, lowest = (DIFFERENCE, -1) if diverging else (MAGNITUDE, 0)
+            axis.pcolormesh(azimuth, radius, panel, cmap=cmap, vmin=lowest, vmax=1, rasterized=True)
             axis.set_xticks(np.radians([0, 90, 180, 270]))
             axis.set_yticks([30, 60, 90], ["", "", ""])
             axis.tick_params(labelsize="x-small", pad=-2)
@@ -120,11 +119,11 @@ def draw_examples_polar(
 
 
 def draw_ssim_distribution(ssim: dict[str, Float[np.ndarray, " K"]], path: Path) -> None:
-    """Draw the cumulative distribution of SSIM of everything that was compared.
+    """Draw the cumulative distribution of the SSIM of every method.
 
     Args:
-        ssim: SSIM of each test spectrum, by what predicted it.
-        path: the PNG; a PDF is written beside it.
+        ssim: SSIM of each test spectrum, by name of the method.
+        path: path of the PNG; the PDF has the same name with the suffix .pdf.
     """
     figure = Figure(figsize=(9, 4.2), layout="constrained")
     axis = figure.subplots()
@@ -145,7 +144,7 @@ def draw_ssim_distribution(ssim: dict[str, Float[np.ndarray, " K"]], path: Path)
 
 
 LARGEST_AOA_ERROR = 30.0
-"""Degrees; larger AoA errors have the same colour in the map."""
+"""Upper end of the colour scale of AoA errors in the map, degrees."""
 
 
 def draw_error_map(
@@ -159,10 +158,10 @@ def draw_error_map(
 
     Args:
         positions: test positions, metres, world frame.
-        ssim: SSIM at each.
-        aoa_error: angle between predicted and true direction of arrival at each, degrees.
-        known: training positions, metres, world frame; drawn as small dots.
-        path: the PNG; a PDF is written beside it.
+        ssim: SSIM at each test position.
+        aoa_error: angle between predicted and true direction of arrival at each test position, degrees.
+        known: positions of the known spectra, metres, world frame; they are drawn as small dots.
+        path: path of the PNG; the PDF has the same name with the suffix .pdf.
     """
     figure = Figure(figsize=(11, 8.4), layout="constrained")
     axes = figure.subplots(2, 2, squeeze=False)
@@ -197,13 +196,13 @@ def draw_error_over_distance(
     aoa_error: Float[np.ndarray, " K"],
     path: Path,
 ) -> None:
-    """Draw SSIM and AoA error against the distance to the nearest training position, with medians of fifths.
+    """Draw SSIM and AoA error against the distance to the nearest training position, with the median of every fifth.
 
     Args:
-        distance: from each test position to the nearest training position, metres.
+        distance: distance from each test position to the nearest training position, metres.
         ssim: SSIM at each test position.
-        aoa_error: angle between predicted and true direction of arrival at each, degrees.
-        path: the PNG; a PDF is written beside it.
+        aoa_error: angle between predicted and true direction of arrival at each test position, degrees.
+        path: path of the PNG; the PDF has the same name with the suffix .pdf.
     """
     figure = Figure(figsize=(11, 4.2), layout="constrained")
     axes = figure.subplots(1, 2)

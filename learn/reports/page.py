@@ -1,4 +1,4 @@
-"""Self-contained HTML pages in one look: figures inside the file, light and dark, readable on a phone and in print."""
+"""HTML pages in one style, each a single file with its figures inside, for light and dark screens and for print."""
 
 from __future__ import annotations
 
@@ -29,13 +29,18 @@ def write_page(path: Path, template: str, **values: Any) -> None:
     """Write an HTML page.
 
     Args:
-        path: the page.
+        path: path of the page.
         template: name of a file in ``learn/reports/templates``.
-        values: what the template shows.
+        values: values of the template's variables.
     """
     write_atomically(path, ENVIRONMENT.get_template(template).render(**values).encode())
 
 
 def embedded(folder: Path, names: tuple[str, ...]) -> dict[str, str]:
-    """The figures NAME.png of a folder, each as the base64 text that a page has inside."""
+    """Figures of a folder as base64 text, which a page embeds.
+
+    Args:
+        folder: the folder.
+        names: names of the figures; the files are NAME.png.
+    """
     return {name: base64.b64encode((folder / f"{name}.png").read_bytes()).decode() for name in names}

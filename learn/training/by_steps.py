@@ -1,4 +1,4 @@
-"""Training by gradient steps: Lightning runs the loop, chooses the best weights and resumes."""
+"""Training by gradient steps with Lightning, which runs the loop, keeps the best weights and resumes."""
 
 from __future__ import annotations
 
@@ -20,17 +20,22 @@ from learn.training.lightning_module import Spectra, Training
 from learn.training.run_folder import save_weights, write_training
 
 STEPS_PER_VALIDATION = 100
-"""Steps between validations. A longer epoch ends here; the next one draws from the whole training part again."""
+"""Number of steps between validations, and the largest number of steps per epoch. Each epoch draws its batches from the
+whole training part."""
 
 AVERAGED = 0.99
-"""Decay of the exponential average of the weights; the averaged weights are validated and saved."""
+"""Decay per step of the exponential average of the weights; the averaged weights are validated and saved."""
 
 GRADIENT_NORM = 1.0
 """Gradients are clipped to this norm."""
 
 
 class ProgressOnStderr(Callback):
-    """Steps, time left, loss and the current validation SSIM."""
+    """Shows steps, remaining time, loss and the last validation SSIM on stderr.
+
+    Args:
+        steps: number of optimiser steps of the whole training.
+    """
 
     def __init__(self, steps: int) -> None:
         self._steps = steps
@@ -49,8 +54,8 @@ class ProgressOnStderr(Callback):
         self._bar = self._progress.add_task("", total=self._steps, completed=trainer.global_step, figures="")
 
     def on_train_batch_end(self, trainer: L.Trainer, module: L.LightningModule, *_) -> None:
-        figures = {name: trainer.callback_metrics.get(name) for name in ("loss", "validation_ssim")}
-        text = "  ".join(f"{name} {float(value):.4f}" for name, value in figures.items() if value is not None)
+        metrics = {name: trainer.callback_metrics.get(name) for name in ("loss", "validation_ssim")}
+        text = "  ".join(f"{name} {float(value):.4f}" for name, value in metrics.items() if value is not None)
         self._progress.update(self._bar, completed=trainer.global_step, figures=text)
 
     def teardown(self, trainer: L.Trainer, module: L.LightningModule, stage: str) -> None:
@@ -60,27 +65,27 @@ class ProgressOnStderr(Callback):
 def train_by_steps(
     model: SpectrumModel, spectra: Spectra, by_steps: Steps, folder: Path, devices: int = 1, nodes: int = 1
 ) -> None:
-    """Train a model by gradient steps, from the folder's last checkpoint if there is one; then save its weights.
+    """Train a model by gradient steps, starting from the folder's last checkpoint if it has one, and save its weights.
 
     Args:
-        model: what is trained; ends with the weights of the best validation.
+        model: the model; at the end it has the weights of the best validation.
         spectra: batches for training and validation.
-        by_steps: how many steps, of what batch and learning rate.
-        folder: the run's.
-        devices: GPUs per machine (processes, where there is none).
-        nodes: machines.
+        by_steps: number of steps, batch size and learning rate.
+        folder: the run folder.
+        devices: number of GPUs per machine; without a GPU, number of processes.
+        nodes: number of machines.
 
     Raises:
-        KeyboardInterrupt: the process was told to stop (SIGINT, SIGTERM); the same call goes on from there.
+        KeyboardInterrupt: the process received SIGINT or SIGTERM; the same call resumes the training.
     """
     for name in ("lightning.pytorch", "lightning.fabric"):
         logging.getLogger(name).setLevel(logging.ERROR)
     warnings.filterwarnings("ignore", module="lightning")
     period = min(STEPS_PER_VALIDATION, by_steps.steps)
     batches = min(spectra.batches, period)
-    # Whole periods between validations, so that the last weights are validated too.
-    every = max(1, round(period / batches))
-    epochs = every * max(1, round(by_steps.steps / (every * batches)))
+    # The number of epochs is a multiple of the epochs between validations, so that the last weights are validated too.
+    epochs_per_validation = max(1, round(period / batches))
+    epochs = epochs_per_validation * max(1, round(by_steps.steps / (epochs_per_validation * batches)))
     steps = epochs * batches
     checkpoints = ModelCheckpoint(
         folder / "checkpoints",
@@ -90,8 +95,8 @@ def train_by_steps(
         save_last=True,
         enable_version_counter=False,
     )
-    timer = Timer()  # goes on counting when a run is resumed
-    # A folder for each start: CSVLogger deletes the log it finds.
+    timer = Timer()  # its state is in the checkpoint, so it includes the time before an interruption
+    # Each start of a training gets a new log folder, since CSVLogger deletes a log that it finds.
     attempt = len(list(folder.glob("logs/version_*")))
     trainer = L.Trainer(
         max_epochs=epochs,
@@ -100,9 +105,9 @@ def train_by_steps(
         devices=devices,
         num_nodes=nodes,
         use_distributed_sampler=False,  # Spectra shares the batches among the processes itself
-        # A branch that is bypassed gets no gradient, which DDP must be told.
+        # A branch that is bypassed gets no gradient; this strategy of DDP allows that.
         strategy="auto" if devices * nodes == 1 else "ddp_find_unused_parameters_true",
-        check_val_every_n_epoch=every,
+        check_val_every_n_epoch=epochs_per_validation,
         num_sanity_val_steps=0,
         gradient_clip_val=GRADIENT_NORM,
         callbacks=[EMAWeightAveraging(decay=AVERAGED), checkpoints, timer, ProgressOnStderr(steps)],
@@ -123,7 +128,7 @@ def train_by_steps(
             weights_only=False,
         )
     except SystemExit:
-        # Lightning leaves the program on SIGINT and SIGTERM, with any status, and has further SIGINTs ignored.
+        # On SIGINT and SIGTERM, Lightning raises SystemExit with various statuses and ignores later SIGINTs.
         signal.signal(signal.SIGINT, on_interrupt)
         raise KeyboardInterrupt from None
     if trainer.is_global_zero:

@@ -1,4 +1,4 @@
-"""The settings of a run, and config.json and split.json, which record them. Needs no torch."""
+"""The settings of a run, and the files config.json and split.json that record them. This module needs no torch."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from simulate.array import PlanarArray
 
 @dataclass(frozen=True, kw_only=True)
 class Steps:
-    """How a model is trained by gradient steps.
+    """Settings of training by gradient steps.
 
     Attributes:
-        steps: optimiser steps, rounded to whole epochs.
-        batch_size: spectra per step.
-        learning_rate: of AdamW, after warm-up.
-        init: folder of a finished run of the same model whose weights to begin with; None: random weights.
+        steps: number of optimiser steps, rounded to whole validation periods.
+        batch_size: number of spectra per step.
+        learning_rate: learning rate of AdamW after the warm-up.
+        init: folder of a finished run of the same model whose weights training starts from; None: random weights.
     """
 
     steps: int = 1500
@@ -35,17 +35,17 @@ class Steps:
 
 @dataclass(frozen=True, kw_only=True)
 class Config:
-    """Settings of a run; the same settings on the same data give the same weights.
+    """Settings of a run. The same settings on the same dataset give the same weights.
 
     Attributes:
-        dataset: folder trained on, absolute.
-        model: name in ``learn.models.registry``.
+        dataset: absolute path of the dataset folder.
+        model: name of the model in ``learn.models.registry``.
         split: how the test part is chosen.
-        seed: draws the initial weights and the order of the spectra.
-        split_seed: draws the split.
-        train_size: train on so many spectra of the training part, drawn at random; None: on all.
-        options: arguments of the model that differ from its registry entry's.
-        by_steps: for a model trained by steps; None for a model fitted in closed form.
+        seed: seed of the initial weights and the order of the spectra.
+        split_seed: seed of the split.
+        train_size: number of training spectra, drawn at random from the training part; None: all of them.
+        options: options of the model that differ from its registry entry's.
+        by_steps: settings of training by steps; None: the model is fitted in closed form.
     """
 
     dataset: str
@@ -58,11 +58,11 @@ class Config:
     by_steps: Steps | None = None
 
     def __post_init__(self) -> None:
-        # As JSON has them, so that settings read back equal those written.
+        # Options are converted as JSON does it (tuples to lists), so that settings read back equal those written.
         object.__setattr__(self, "options", json.loads(json.dumps(self.options)))
 
     def settings(self) -> dict[str, Any]:
-        """Everything in one flat mapping, by the names a user knows."""
+        """All settings in one flat dictionary, by the names of the parameters of ``train``."""
         content = asdict(self)
         return {**content.pop("options"), **(content.pop("by_steps") or {}), **content}
 
@@ -71,11 +71,11 @@ def write_config(folder: Path, config: Config, array: PlanarArray, split: Split,
     """Write config.json and split.json.
 
     Args:
-        folder: the run's.
+        folder: the run folder.
         config: its settings.
         array: the gateway's array.
         split: indices into ``names``.
-        names: of the dataset's spectra.
+        names: names of the dataset's spectra.
     """
     content = {
         **asdict(config),
@@ -91,8 +91,14 @@ def write_config(folder: Path, config: Config, array: PlanarArray, split: Split,
 def read_config(folder: Path) -> tuple[Config, PlanarArray]:
     """Read config.json.
 
+    Args:
+        folder: the run folder.
+
+    Returns:
+        The settings and the gateway's array.
+
     Raises:
-        InputError: no such file, or not what ``write_config`` writes.
+        InputError: the folder has no config.json, or not one that ``write_config`` writes.
     """
     path = folder / "config.json"
     if not path.is_file():

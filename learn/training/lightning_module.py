@@ -1,4 +1,4 @@
-"""What Lightning runs: the training and validation step, the optimiser with its schedule, and the batches."""
+"""Lightning's view of a training: training and validation step, optimiser with its schedule, and batches."""
 
 from __future__ import annotations
 
@@ -18,15 +18,15 @@ from simulate.dataset import Dataset
 from simulate.spectrum import LARGEST_GREY, spectrum_of
 
 WARM_UP = 0.05
-"""Share of the steps during which the learning rate rises linearly to its full value."""
+"""Fraction of the steps during which the learning rate rises linearly to its full value."""
 
 
 class Training(L.LightningModule):
-    """A model being trained by AdamW: linear warm-up, then a half cosine down to zero.
+    """Trains a model by AdamW, whose learning rate rises linearly and then falls to zero along half a cosine.
 
     Args:
         model: the model.
-        learning_rate: of AdamW after the warm-up.
+        learning_rate: learning rate of AdamW after the warm-up.
         steps: number of optimiser steps.
     """
 
@@ -38,9 +38,9 @@ class Training(L.LightningModule):
 
     def training_step(self, batch: list[Tensor], _: int) -> Tensor:
         positions, pictures = batch
-        value = self.model.loss(positions, pictures.float() / LARGEST_GREY)
-        self.log("loss", value, on_step=False, on_epoch=True, prog_bar=True, sync_dist=True)
-        return value
+        loss = self.model.loss(positions, pictures.float() / LARGEST_GREY)
+        self.log("loss", loss, on_step=False, on_epoch=True, prog_bar=True, sync_dist=True)
+        return loss
 
     def validation_step(self, batch: list[Tensor], _: int) -> None:
         positions, pictures = batch
@@ -48,9 +48,9 @@ class Training(L.LightningModule):
         self._validation.append(ssim(prediction, spectrum_of(pictures.cpu().numpy())))
 
     def on_validation_epoch_end(self) -> None:
-        value = float(np.median(np.concatenate(self._validation)))
+        ssim_median = float(np.median(np.concatenate(self._validation)))
         self._validation.clear()
-        self.log("validation_ssim", value, prog_bar=True)
+        self.log("validation_ssim", ssim_median, prog_bar=True)
 
     def configure_optimizers(self):
         optimiser = torch.optim.AdamW(self.parameters(), lr=self.learning_rate, weight_decay=0.0, fused=True)
@@ -62,7 +62,7 @@ class Training(L.LightningModule):
 
 
 class Batches(BatchSampler):
-    """Batches of indices; passes the epoch, which Lightning sets, on to the sampler that shuffles."""
+    """Batches of indices. Lightning sets the epoch here, and the sampler needs it to shuffle."""
 
     sampler: DistributedSampler
 
@@ -73,18 +73,18 @@ class Batches(BatchSampler):
 class Spectra(L.LightningDataModule):
     """Batches of (position, 8-bit picture).
 
-    The order of each epoch follows from seed and epoch alone. A resumed run therefore sees the batches that an
-    uninterrupted one would have seen, and the processes of a distributed run together see those of a single process.
+    The order of the spectra in an epoch only depends on the seed and the epoch. A resumed run therefore gets the same
+    batches as an uninterrupted one, and the processes of a distributed run together get those of a single process.
 
     Args:
         dataset: the spectra.
         parts: indices into the dataset; the training and the validation part are used.
-        batch_size: spectra per step, of all processes together.
-        seed: draws the order.
+        batch_size: number of spectra per step, of all processes together.
+        seed: seed of the order.
     """
 
     VALIDATED, VALIDATED_AT_ONCE = 128, 16
-    """Largest number of validation spectra, evenly spread over the validation part, and how many make a batch."""
+    """Largest number of validation spectra, evenly spread over the validation part, and number of them in a batch."""
 
     def __init__(self, dataset: Dataset, parts: Split, batch_size: int, seed: int):
         super().__init__()
@@ -92,7 +92,7 @@ class Spectra(L.LightningDataModule):
 
     @property
     def batches(self) -> int:
-        """Steps per epoch; spectra that do not fill a last batch are left out of that epoch."""
+        """Number of steps per epoch; spectra that do not fill the last batch are left out of that epoch."""
         return max(1, len(self._parts.train) // self._batch_size)
 
     def train_dataloader(self) -> DataLoader:
@@ -106,11 +106,11 @@ class Spectra(L.LightningDataModule):
 
     def val_dataloader(self) -> DataLoader:
         data = self._data(evenly(self._parts.validation, self.VALIDATED))
-        # Every process validates the same few spectra, so that all have the same figure.
+        # Every process validates the same spectra, so that all get the same validation SSIM.
         batches = BatchSampler(SequentialSampler(data), self.VALIDATED_AT_ONCE, drop_last=False)
         return DataLoader(data, batch_size=None, sampler=batches)
 
     def _data(self, part: Int[np.ndarray, " n"]) -> Subset:
-        """The dataset's arrays without copying them: they may be mapped from a file larger than memory."""
+        """A part of the dataset's arrays, which are not copied: they may be mapped from a file larger than memory."""
         positions = torch.from_numpy(self._dataset.positions.astype(np.float32))
         return Subset(TensorDataset(positions, torch.from_numpy(self._dataset.pictures)), part.tolist())

@@ -1,10 +1,10 @@
-"""A run folder: everything needed to use a trained model again.
+"""A run folder, which holds everything that is needed to use a trained model.
 
-config.json          what was trained, on what, with which settings and versions
+config.json          settings, the model's ``options``, the settings ``by_steps`` of training by steps, array, versions
 split.json           names of the training, validation and test spectra
-weights.safetensors  the best checkpoint's weights; once it is there, training is finished
+weights.safetensors  weights of the best checkpoint; the training is finished if this file exists
 training.json        steps, seconds, device, date, validation SSIM
-checkpoints/         best.ckpt and last.ckpt of Lightning, to resume from
+checkpoints/         Lightning's best.ckpt and last.ckpt, from which a training resumes
 logs/                CSV and TensorBoard
 """
 
@@ -32,19 +32,19 @@ from simulate.array import PlanarArray
 from simulate.dataset import Dataset, read_dataset
 
 PREDICT_AT_ONCE = {"cpu": 16, "cuda": 1024}
-"""Positions per batch of a prediction."""
+"""Number of positions per batch of a prediction, by type of device."""
 
 
 def build_model(config: Config, region: Float[np.ndarray, "2 3"], array: PlanarArray) -> SpectrumModel:
-    """The untrained model that a configuration names.
+    """Build the untrained model of a run.
 
     Args:
-        config: its ``model`` and ``options`` are used.
-        region: corners (min, max) of the box of training positions, metres.
+        config: settings of the run, of which ``model`` and ``options`` are used.
+        region: corners (min, max) of the box of training positions, metres, world frame.
         array: the gateway's array.
 
     Raises:
-        ParameterError: no such model, or an option that the model does not have.
+        ParameterError: the model is unknown, or does not have one of the options.
     """
     check_options(config.model, config.options)
     build: Any = model_class(config.model)
@@ -53,12 +53,12 @@ def build_model(config: Config, region: Float[np.ndarray, "2 3"], array: PlanarA
 
 @dataclass(frozen=True)
 class Prediction:
-    """What a model says of K transmitter positions.
+    """A model's prediction for K transmitter positions.
 
     Attributes:
         spectra: predicted spectra, min–max normalised, 0…1.
-        responses: complex element responses, each up to one unknown common factor; None where the model predicts
-            spectra alone.
+        responses: predicted element responses, up to one unknown common factor per position; None: the model predicts
+            no responses.
     """
 
     spectra: Float[np.ndarray, "K 90 360"]
@@ -66,11 +66,11 @@ class Prediction:
 
 
 def predict(model: SpectrumModel, positions: Float[np.ndarray, "K 3"]) -> Prediction:
-    """Predict with a model on its own device, a few positions at a time.
+    """Predict with a model on its own device, in batches of positions.
 
     Args:
         model: any model.
-        positions: metres, in the frame of the dataset the model was trained on.
+        positions: transmitter positions, metres, in the world frame of the dataset that the model was trained on.
     """
     device = model.region.device
     spectra, responses = [], []
@@ -88,10 +88,10 @@ class Run:
     """A trained model with its settings.
 
     Attributes:
-        folder: where it was read from.
-        config: what it was trained with.
+        folder: the run folder.
+        config: settings of the run.
         array: the gateway's array.
-        model: the trained model, in evaluation mode, on the GPU where there is one.
+        model: the trained model, in evaluation mode, on the GPU if there is one.
 
     >>> import bisplat
     >>> run = bisplat.load_run("runs/lab")
@@ -106,48 +106,59 @@ class Run:
 
     @property
     def name(self) -> str:
-        """The folder's own name, for tables and pages."""
+        """Name of the run folder without its parents, for tables and pages."""
         return self.folder.resolve().name
 
     def predict(self, positions: Float[np.ndarray, "K 3"]) -> Prediction:
-        """Predict the spectra, and the element responses where the model knows them, in one pass of the model.
+        """Predict spectra, and element responses if the model predicts them.
 
         Args:
-            positions: metres, in the frame of the dataset trained on.
+            positions: transmitter positions, metres, in the world frame of the dataset of this run.
         """
         return predict(self.model, positions)
 
     def dataset(self) -> Dataset:
-        """The dataset trained on, read from its folder.
+        """The dataset of this run, read from its folder.
 
         Raises:
-            InputError: the folder is not there any more, or is not valid.
+            InputError: the folder does not exist any more, or is not valid.
         """
         return read_dataset(self.config.dataset)
 
     def split(self, dataset: Dataset) -> Split:
-        """The spectra this run was trained, validated and tested on.
+        """The spectra that this run was trained, validated and tested on.
+
+        Args:
+            dataset: the dataset of this run.
 
         Raises:
-            InputError: the dataset lacks some of them.
+            InputError: the dataset lacks some of these spectra.
         """
         parts = json.loads((self.folder / "split.json").read_text())
         index_of = {name: index for index, name in enumerate(dataset.names)}
         missing = [name for names in parts.values() for name in names if name not in index_of]
         if missing:
             raise InputError(
-                f"{dataset.folder}: expected the dataset {self.folder} was trained on, found no spectrum {missing[0]}"
+                f"{dataset.folder}: expected the dataset that {self.folder} was trained on, found no spectrum "
+                f"{missing[0]}"
             )
         return Split(**{part: np.array([index_of[name] for name in names], dtype=int) for part, names in parts.items()})
 
 
 def device_name() -> str:
-    """What this process trains on, for a reader."""
+    """Name of the GPU, or number of CPU threads, that this process trains on."""
     return torch.cuda.get_device_name() if torch.cuda.is_available() else f"{torch.get_num_threads()} CPU threads"
 
 
 def write_training(folder: Path, steps: int, seconds: float, validation_ssim: float) -> None:
-    """Write training.json: what training took, and the validation SSIM of the weights kept."""
+    """Write training.json.
+
+    Args:
+        folder: the run folder.
+        steps: number of optimiser steps.
+        seconds: training time, seconds.
+        validation_ssim: median SSIM on the validation part of the weights that are kept.
+    """
     content = {
         "steps": steps,
         "seconds": round(seconds, 1),
@@ -159,16 +170,25 @@ def write_training(folder: Path, steps: int, seconds: float, validation_ssim: fl
 
 
 def save_weights(folder: Path, model: SpectrumModel) -> None:
-    """Write weights.safetensors."""
+    """Write weights.safetensors.
+
+    Args:
+        folder: the run folder.
+        model: the trained model.
+    """
     tensors = {name: tensor.detach().cpu().contiguous() for name, tensor in model.state_dict().items()}
     write_atomically(folder / "weights.safetensors", save(tensors))
 
 
 def load_weights(model: SpectrumModel, folder: Path) -> None:
-    """Load a finished run's weights into a model, except the region, by which positions are scaled.
+    """Load the weights of a finished run into a model, which keeps its own region for scaling positions.
+
+    Args:
+        model: a model of the same class and size.
+        folder: folder of the finished run.
 
     Raises:
-        InputError: no finished run, or one of another model.
+        InputError: the folder is no finished run, or one of another model or size.
     """
     source = load_run(folder).model.state_dict()
     try:
@@ -180,10 +200,13 @@ def load_weights(model: SpectrumModel, folder: Path) -> None:
 
 
 def load_run(folder: Path | str) -> Run:
-    """Load a trained run, onto the GPU where there is one.
+    """Load a finished run, onto the GPU if there is one.
+
+    Args:
+        folder: the run folder.
 
     Raises:
-        InputError: not a run folder, training is not finished, or the weights are not this model's.
+        InputError: the folder is not a run folder, its training is not finished, or the weights are another model's.
 
     >>> import bisplat
     >>> bisplat.load_run("runs/lab").array
@@ -194,7 +217,7 @@ def load_run(folder: Path | str) -> Run:
     path = folder / "weights.safetensors"
     if not path.is_file():
         raise InputError(
-            f"{folder}: expected a finished run, found no weights.safetensors; run its bisplat train again"
+            f"{folder}: expected a finished run, found no weights.safetensors; the same bisplat train again finishes it"
         )
     model = build_model(config, np.zeros((2, 3)), array)
     try:

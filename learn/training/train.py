@@ -1,4 +1,4 @@
-"""Train a model on a dataset folder into a run folder; the same call again resumes."""
+"""Training of a model on a dataset into a run folder; the same call again resumes an interrupted training."""
 
 from __future__ import annotations
 
@@ -46,24 +46,27 @@ def train(
     """Train a model on a dataset. The same call again resumes an interrupted run, or loads a finished one.
 
     Args:
-        dataset: what to train on, or its folder.
+        dataset: the dataset, or its folder.
         output: the run folder.
-        model: name of a model (``learn.models.registry``).
-        split: the folder's own ``files``, a ``random`` fifth for testing, or ``blocked``: every fourth run of ten
-            consecutive positions.
-        seed: of split, initial weights and order of the spectra.
-        options: arguments of the model that differ from its usual ones, e.g. {"primitives": 250} or
-            {"bypass": ["bst"]}.
-        steps: optimiser steps; a model fitted in closed form takes none.
-        batch_size: spectra per step.
-        learning_rate: of AdamW; None: the model's own.
-        init: folder of a finished run of the same model to begin with, instead of random weights.
-        devices: GPUs per machine (processes, where there is no GPU).
-        nodes: machines; the launcher of the cluster makes this call on each.
+        model: name of a model in ``learn.models.registry``.
+        split: how the test part is chosen. ``files``: the folder's own index files; ``random``: a random fifth of the
+            spectra; ``blocked``: every fourth block of ten consecutive spectra.
+        seed: seed of the split, the initial weights and the order of the spectra.
+        options: options of the model that differ from its defaults, e.g. {"primitives": 250} or {"bypass": ["bst"]}.
+        steps: number of optimiser steps; a model fitted in closed form takes none.
+        batch_size: number of spectra per step.
+        learning_rate: learning rate of AdamW; None: the model's own.
+        init: folder of a finished run of the same model whose weights training starts from; None: random weights.
+        devices: number of GPUs per machine; without a GPU, number of processes.
+        nodes: number of machines; the launcher of the cluster makes this call on each.
+
+    Returns:
+        The trained run.
 
     Raises:
-        ParameterError: an unknown model, an option the model does not have, or a number out of range.
-        InputError: a bad dataset, too few spectra for the split, or an output folder of something else.
+        ParameterError: the model is unknown, the model does not have one of the options, or a number is out of range.
+        InputError: the dataset is not valid or has too few spectra for the split, or the output folder holds other
+            files or a run with other settings.
 
     >>> import bisplat
     >>> run = bisplat.train("data/lab", "runs/example", model="mlp-responses", steps=2)
@@ -92,31 +95,32 @@ def train(
 
 
 def train_run(config: Config, folder: Path, devices: int = 1, nodes: int = 1, dataset: Dataset | None = None) -> None:
-    """Train by the settings of a run, go on with one that was interrupted, or return at once if it is finished.
+    """Train with the settings of a run. An interrupted run is resumed; a finished one is left as it is.
 
-    An interrupted run goes on from its last epoch and ends with the weights it would have had.
+    An interrupted run resumes from its last checkpoint, and ends with the weights of an uninterrupted run.
 
     Args:
-        config: the settings.
-        folder: the run's.
-        devices: GPUs per machine (processes, where there is none); Lightning starts one process for each.
-        nodes: machines; the launcher of the cluster starts this program on each.
-        dataset: the configuration's dataset where it has been read already.
+        config: settings of the run.
+        folder: the run folder.
+        devices: number of GPUs per machine; without a GPU, number of processes. Lightning starts one process for each.
+        nodes: number of machines; the launcher of the cluster starts this program on each.
+        dataset: the dataset of ``config`` if it has been read already; None: it is read.
 
     Raises:
-        ParameterError: an option the model does not have, or a number out of range.
-        InputError: the dataset is bad, or the folder holds something else than this very run.
+        ParameterError: the model does not have one of the options, or a number is out of range.
+        InputError: the dataset is not valid or has too few spectra for the split, or the folder holds other files or
+            a run with other settings.
     """
     _check(config, devices, nodes)
     dataset = dataset or read_dataset(config.dataset)
-    first = getattr(rank_zero_only, "rank", 0) == 0  # of several processes, only the first one writes
-    if first:
+    is_first_process = getattr(rank_zero_only, "rank", 0) == 0  # the only one of several processes that writes
+    if is_first_process:
         begun = read_config(folder)[0].settings() if (folder / "config.json").exists() else None
         claim(folder, "run", config.settings(), begun)
     parts = split(dataset, config.split, config.split_seed, config.train_size)
     if (folder / "weights.safetensors").exists():
         return
-    if first:
+    if is_first_process:
         write_config(folder, config, dataset.array, parts, dataset.names)
     L.seed_everything(config.seed, verbose=False)
     model = build_model(config, box_of(dataset.positions[parts.known]), dataset.array)
@@ -130,7 +134,11 @@ def train_run(config: Config, folder: Path, devices: int = 1, nodes: int = 1, da
 
 
 def _check(config: Config, devices: int, nodes: int) -> None:
-    """Refuse numbers out of range and options that the model does not have, before any folder is made."""
+    """Check numbers and the model's options, before any folder is made.
+
+    Raises:
+        ParameterError: a number is out of range, or the model does not have one of the options.
+    """
     check_options(config.model, config.options)
     numbers: dict[str, float] = {"devices": devices, "nodes": nodes}
     if config.by_steps is not None:
@@ -148,9 +156,12 @@ def _check(config: Config, devices: int, nodes: int) -> None:
 
 
 def _fit_in_closed_form(model: SpectrumModel, dataset: Dataset, parts: Split, folder: Path) -> None:
-    """Fit to the training part and score the validation part; then fit to both, as every interpolation does."""
+    """Fit a model to the training part and score it on the validation part; then fit it to both parts.
+
+    The baselines interpolate both parts too.
+    """
     began = time.perf_counter()
-    status = Console(stderr=True).status("fitting the law of the field")
+    status = Console(stderr=True).status("fitting the covariance of the field")
     with status:
         model.fit(dataset, parts.train)
     validated = evenly(parts.validation, Spectra.VALIDATED)
@@ -165,6 +176,10 @@ def _fit_in_closed_form(model: SpectrumModel, dataset: Dataset, parts: Split, fo
 
 
 def box_of(positions: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "2 3"]:
-    """Corners of the box around positions; an extent of zero becomes a millimetre, so that it can be divided by."""
+    """Corners (min, max) of the bounding box of positions, metres; an extent below 1 mm becomes 1 mm.
+
+    Args:
+        positions: positions, metres.
+    """
     low, high = bounding_box(positions)
     return np.stack([low, np.maximum(high, low + 1e-3)])

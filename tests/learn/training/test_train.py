@@ -353,7 +353,7 @@ def test_dataset_that_lost_spectra_the_run_was_trained_on_is_refused(tmp_path, t
         (run / name).write_bytes((finished_run / name).read_bytes())
     config = json.loads((finished_run / "config.json").read_text()) | {"dataset": str(shorter)}
     (run / "config.json").write_text(json.dumps(config))
-    with pytest.raises(InputError, match=f"{shorter}: expected the dataset {run} was trained on"):
+    with pytest.raises(InputError, match=f"{shorter}: expected the dataset that {run} was trained on"):
         evaluate(run)
 
 
