@@ -1,7 +1,7 @@
-"""Spectra drawn for a screen in milliseconds: panels with axes and colour bars, rectangular or polar.
+"""Fast drawing of spectra for the viewer: rectangular or polar panels with axes and colour bars.
 
-Axes and colour bars are drawn once, and a new spectrum only fills its panel. Matplotlib, which draws the figures of
-the reports, takes some hundred milliseconds for it.
+Axes and colour bars are drawn once, and a new spectrum only fills its panel. This takes milliseconds; Matplotlib, which
+draws the figures of the reports, takes some hundred milliseconds.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Colours(NamedTuple):
         name: Matplotlib's name of the colour map.
         low: value of the first colour.
         high: value of the last colour.
-        unit: written after the values at the colour bar.
+        unit: text after the values at the colour bar.
     """
 
     name: str
@@ -61,10 +61,10 @@ class Panel:
 
     Attributes:
         title: text above the spectrum.
-        values: values in the unit of ``colours``; None: there is nothing to draw, and the title says why.
+        values: values in the unit of ``colours``; None: there is no spectrum, and the title says why.
         colours: colours of the values.
         brightness: factor 0…1 on the colour of each pixel; None: 1.
-        marks: directions to mark with a ring: azimuth and elevation in degrees, and the ring's RGB.
+        marks: directions that are marked with a ring: azimuth and elevation in degrees, and RGB of the ring.
     """
 
     title: str
@@ -75,18 +75,29 @@ class Panel:
 
 
 def draw(panels: Sequence[Panel], kind: Kind) -> UInt8[np.ndarray, "H W 3"]:
-    """Draw panels below each other, as one RGB image."""
+    """Draw panels below each other.
+
+    Args:
+        panels: at least one panel.
+        kind: "rectangular" or "polar".
+
+    Returns:
+        One RGB image.
+    """
     return np.concatenate([_draw(panel, kind) for panel in panels])
 
 
-def in_decibels(picture: Float[np.ndarray, "90 360"]) -> Float[np.ndarray, "90 360"]:
-    """20 log10 of a spectrum over its maximum, and at least ``LEAST_DB``.
+def in_decibels(spectrum: Float[np.ndarray, "90 360"]) -> Float[np.ndarray, "90 360"]:
+    """20 log10 of a spectrum divided by its maximum, dB; values below ``LEAST_DB`` become ``LEAST_DB``.
+
+    Args:
+        spectrum: a spectrum, 0…1.
 
     >>> in_decibels(np.array([[0.5, 0.05, 0.0]])).round(3).tolist()
     [[0.0, -20.0, -30.0]]
     """
-    most = max(float(picture.max()), 1e-12)
-    return 20 * np.log10(np.maximum(picture / most, 10 ** (LEAST_DB / 20)))
+    maximum = max(float(spectrum.max()), 1e-12)
+    return 20 * np.log10(np.maximum(spectrum / maximum, 10 ** (LEAST_DB / 20)))
 
 
 def _draw(panel: Panel, kind: Kind) -> UInt8[np.ndarray, "H W 3"]:
@@ -98,8 +109,8 @@ def _draw(panel: Panel, kind: Kind) -> UInt8[np.ndarray, "H W 3"]:
         if panel.brightness is not None:
             colour = (colour * panel.brightness[..., None]).astype(np.uint8)
     plot = _placed(colour, kind)
-    place = image[TOP : TOP + plot.shape[0], LEFT : LEFT + plot.shape[1]]
-    np.copyto(place, plot, where=_inside(kind)[..., None])
+    plot_area = image[TOP : TOP + plot.shape[0], LEFT : LEFT + plot.shape[1]]
+    np.copyto(plot_area, plot, where=_inside(kind)[..., None])
     drawn = Image.fromarray(image)
     pen = ImageDraw.Draw(drawn)
     pen.text((6, 18), panel.title, fill=INK, font=_font(13), anchor="ls")
@@ -114,7 +125,12 @@ _SIZE = (len(ELEVATIONS_DEG), len(AZIMUTHS_DEG))
 
 
 def colour_of(values: Float[np.ndarray, "*shape"], colours: Colours) -> UInt8[np.ndarray, "*shape 3"]:
-    """RGB of values; a value beyond an end of the scale gets the colour of that end."""
+    """RGB of values; a value outside the range of the colour map gets the colour of the nearer end.
+
+    Args:
+        values: values in the unit of ``colours``.
+        colours: colour map and its range.
+    """
     index = np.clip((values - colours.low) / (colours.high - colours.low), 0, 1) * 255
     return _table(colours.name)[index.astype(np.uint8)]
 
@@ -126,11 +142,11 @@ def _table(name: str) -> UInt8[np.ndarray, "256 3"]:
 
 @cache
 def _font(size: int) -> ImageFont.FreeTypeFont:
-    return ImageFont.truetype(findfont("DejaVu Sans"), size)  # Matplotlib brings this font along
+    return ImageFont.truetype(findfont("DejaVu Sans"), size)  # Matplotlib includes this font
 
 
 def _placed(colour: UInt8[np.ndarray, "90 360 3"], kind: Kind) -> UInt8[np.ndarray, "H W 3"]:
-    """The image of a spectrum's colours: elevation 90° is the top row, or the middle of the disc."""
+    """The plot of a spectrum's colours: elevation 90° is the top row, or the middle of the disc."""
     if kind == "rectangular":
         return colour[::-1]
     rows, columns, _ = _polar()
@@ -139,7 +155,7 @@ def _placed(colour: UInt8[np.ndarray, "90 360 3"], kind: Kind) -> UInt8[np.ndarr
 
 @cache
 def _polar() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """For each pixel of a polar panel: the spectrum's row and column there, and whether the pixel is on the disc.
+    """Row and column of the spectrum for each pixel of a polar panel, and whether the pixel is on the disc.
 
     Azimuth 0° is on the right, azimuth 90° at the top.
     """
@@ -159,7 +175,7 @@ def _inside(kind: Kind) -> np.ndarray:
 
 
 def _where(azimuth: float, elevation: float, kind: Kind) -> tuple[float, float]:
-    """Pixel (x, y) of a direction given in degrees."""
+    """Pixel (x, y) of a direction; azimuth and elevation are in degrees."""
     if kind == "rectangular":
         return LEFT + azimuth + 0.5, TOP + 90.5 - elevation
     radius = DIAMETER / 2 * (1 - elevation / 90)

@@ -1,4 +1,4 @@
-"""A predicted spectrum beside the true one: the panels that show them, and the numbers below."""
+"""Comparison of a predicted spectrum with the true one: the panels that show them, and the numbers below."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from learn.view.chart import (
     Panel,
     in_decibels,
 )
-from learn.view.subject import Picture, Spectrum
+from learn.view.subject import Spectrum, SpectrumArray
 from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG
 
 PREDICTED, TRUE = (230, 120, 0), (0, 150, 220)
@@ -30,35 +30,38 @@ class Angle(NamedTuple):
     """A direction of arrival.
 
     Attributes:
-        azimuth: 0…359 degrees.
-        elevation: 1…90 degrees.
+        azimuth: φ, 0…359 degrees.
+        elevation: θ, 1…90 degrees.
     """
 
     azimuth: int
     elevation: int
 
 
-def dominant(picture: Picture) -> Angle:
+def dominant(spectrum: SpectrumArray) -> Angle:
     """The direction of a spectrum's maximum.
+
+    Args:
+        spectrum: a spectrum, in any unit.
 
     >>> spectrum = np.zeros((90, 360))
     >>> spectrum[39, 200] = 1  # row 0 is 1 degree of elevation
     >>> dominant(spectrum)
     Angle(azimuth=200, elevation=40)
     """
-    row, column = np.unravel_index(picture.argmax(), picture.shape)
+    row, column = np.unravel_index(spectrum.argmax(), spectrum.shape)
     return Angle(int(AZIMUTHS_DEG[column]), int(ELEVATIONS_DEG[row]))
 
 
 def panels(
     by: str, predicted: Spectrum | None, name: str, truth: Spectrum | None, in_phase: bool, in_db: bool
 ) -> list[Panel]:
-    """Panels of the predicted spectrum, the true one and their difference, with the same colours for the first two.
+    """Panels of the predicted spectrum, the true one and their difference. The first two have the same colour scale.
 
     Args:
-        by: what the prediction is made by.
-        predicted: the predicted spectrum; None: nothing predicts, and there is no panel for it.
-        name: what the true spectrum is called, e.g. "recorded, spectrum 00001".
+        by: name of the method that predicts.
+        predicted: the predicted spectrum; None: there is no method that predicts, and no panel for it.
+        name: name of the true spectrum, e.g. "recorded, spectrum 00001".
         truth: the true spectrum; None: there is none, and its panel says so.
         in_phase: show the phase of the complex field instead of the magnitude.
         in_db: show magnitudes in dB, below the maximum of each spectrum.
@@ -74,18 +77,18 @@ def panels(
 
     def panel(title: str, spectrum: Spectrum | None, field: Field | None, ink: tuple[int, int, int]) -> Panel:
         if spectrum is None:
-            return Panel(f"{title}: none here", None, colours)
-        marks = ((*dominant(spectrum.picture), ink),)
+            return Panel(f"{title}: none at this position", None, colours)
+        marks = ((*dominant(spectrum.values), ink),)
         if not in_phase:
-            values = in_decibels(spectrum.picture) if in_db else spectrum.picture
+            values = in_decibels(spectrum.values) if in_db else spectrum.values
             return Panel(title, values, colours, marks=marks)
         if field is None:
-            return Panel(f"{title}: pictures have no phase", None, colours)
+            return Panel(f"{title}: no phase is known", None, colours)
         return Panel(
             f"{title}, phase",
             np.degrees(np.angle(field)),
             colours,
-            0.15 + 0.85 * np.clip(spectrum.picture, 0, 1),
+            0.15 + 0.85 * np.clip(spectrum.values, 0, 1),
             marks,
         )
 
@@ -104,14 +107,13 @@ def panels(
 
 
 def in_phase_with(field: Field | None, other: Field | None) -> Field | None:
-    """A field times the one phase factor that brings it nearest to another field.
+    """A field times the phase factor e^{jα} that minimises ‖field e^{jα} − other‖, which has α = ∠⟨field, other⟩.
 
-    A model that is trained on spectra does not know the common phase of its field. The factor is e^{j∠⟨field, other⟩},
-    which minimises ‖field e^{jα} − other‖.
+    The common phase of a predicted field is arbitrary, since a spectrum does not determine it.
 
     Args:
-        field: the field to turn; None: returned as it is.
-        other: the field to compare it with; None: ``field`` is returned as it is.
+        field: the field to turn; None is returned as None.
+        other: the field to compare it with; None: ``field`` is returned unchanged.
 
     >>> other = np.full((90, 360), 1j)
     >>> bool(np.allclose(in_phase_with(-2j * other, other), 2 * other))
@@ -126,18 +128,18 @@ def numbers(predicted: Spectrum | None, name: str, truth: Spectrum | None, milli
     """The numbers below the panels, as Markdown.
 
     Args:
-        predicted: the predicted spectrum; None: nothing predicts.
-        name: what the true spectrum is called.
+        predicted: the predicted spectrum; None: there is none.
+        name: name of the true spectrum.
         truth: the true spectrum; None: there is none.
-        milliseconds: how long the prediction took.
+        milliseconds: duration of the prediction, milliseconds.
     """
     lines = []
     for label, spectrum in (("predicted", predicted), (name.split(",")[0], truth)):
         if spectrum is not None:
-            azimuth, elevation = dominant(spectrum.picture)
+            azimuth, elevation = dominant(spectrum.values)
             lines.append(f"{label}: dominant direction azimuth {azimuth}°, elevation {elevation}°")
     if predicted is not None and truth is not None:
-        scores = score(predicted.picture[None], truth.picture[None])
+        scores = score(predicted.values[None], truth.values[None])
         lines.append(f"**SSIM {scores.ssim[0]:.3f}**, directions {scores.aoa_error[0]:.1f}° apart")
     if predicted is not None:
         lines.append(f"predicted in {milliseconds:.0f} ms")

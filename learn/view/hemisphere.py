@@ -14,7 +14,7 @@ from learn.view.chart import LINEAR, Colours, colour_of
 from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG, direction
 
 EVERY_DEG = 3
-"""Degrees between neighbouring dots of a spectrum."""
+"""Angle between neighbouring dots of a spectrum, degrees."""
 
 RADIANS = Colours(PHASE, -np.pi, np.pi, "")
 
@@ -23,10 +23,10 @@ def dots(radius: float) -> tuple[Float[np.ndarray, "dots 3"], tuple[np.ndarray, 
     """Dots spread evenly over the hemisphere.
 
     Args:
-        radius: of the hemisphere, metres.
+        radius: radius of the hemisphere, metres.
 
     Returns:
-        Positions of the dots, metres, gateway frame; and rows and columns of the pixels of a spectrum that they show.
+        Positions of the dots, metres, gateway frame, and the row and column of a spectrum that each dot shows.
     """
     rows, columns = [], []
     for row in range(0, len(ELEVATIONS_DEG), EVERY_DEG):
@@ -39,17 +39,17 @@ def dots(radius: float) -> tuple[Float[np.ndarray, "dots 3"], tuple[np.ndarray, 
 
 
 class Ellipses(NamedTuple):
-    """N_p ellipses on the hemisphere, one standard deviation of a primitive each.
+    """N_p ellipses on the hemisphere, whose semi-axes are one standard deviation of a primitive.
 
-    Each is a disc of radius 1 in the x–y plane, stretched, then turned, then moved.
+    Each is a disc of radius 1 in the x–y plane that is first stretched, then turned, then moved.
 
     Attributes:
         centres: positions on the hemisphere, metres, gateway frame.
-        turns: quaternions (w, x, y, z), viser's order.
-        stretches: factors along the disc's axes x and y, metres, and 1 along z.
-        colours: RGB; the hue is the phase of the primitive's coefficient, the brightness its magnitude over the
-            largest one.
-        opacities: opacity over the largest one, 0…1.
+        turns: rotations as quaternions (w, x, y, z), which is viser's order.
+        stretches: semi-axes along the disc's x and y, metres, and 1 along z.
+        colours: RGB; the hue is the phase of the primitive's coefficient, and the brightness is its magnitude divided
+            by the largest magnitude.
+        opacities: opacity divided by the largest opacity, 0…1.
     """
 
     centres: Float[np.ndarray, "N_p 3"]
@@ -62,25 +62,26 @@ class Ellipses(NamedTuple):
 def ellipses(splats: Splats, radius: float) -> Ellipses:
     """A model's primitives as ellipses on the hemisphere.
 
-    Magnitudes and opacities are relative to the largest one, since a model of normalised spectra determines no scale.
+    Magnitudes and opacities are relative to the largest one, since normalised spectra determine no scale.
 
     Args:
-        splats: the primitives for one transmitter.
-        radius: of the hemisphere, metres.
+        splats: the primitives for one transmitter position.
+        radius: radius of the hemisphere, metres.
     """
     azimuth, elevation = (np.radians(axis.double().numpy()) for axis in (splats.azimuth, splats.elevation))
-    scale, rotation, opacity, pair = (each[0].double().numpy() for each in splats[3:])
+    scale, rotation, opacity, real_imaginary = (each[0].double().numpy() for each in splats[3:])
     towards = direction(azimuth, elevation)
     east = np.stack([-np.sin(azimuth), np.cos(azimuth), np.zeros_like(azimuth)], axis=-1)
     north = np.cross(towards, east)
-    # In azimuth and elevation a degree is a degree; on the sphere a degree of azimuth is shorter by cos θ.
-    cosine, sine, narrow = np.cos(rotation), np.sin(rotation), np.cos(elevation)
-    on_chart = np.array([[narrow * cosine, -narrow * sine], [sine, cosine]])  # east and north of either axis
-    axes = radius * np.radians(scale)[:, None] * on_chart.transpose(2, 0, 1)
-    inclined, lengths, _ = np.linalg.svd(axes)  # directions and lengths of the ellipse's own axes
-    first = inclined[:, 0, 0, None] * east + inclined[:, 1, 0, None] * north
+    # On the sphere, a degree of azimuth is shorter than a degree of elevation by the factor cos θ.
+    cosine, sine, azimuth_factor = np.cos(rotation), np.sin(rotation), np.cos(elevation)
+    # East and north components of the two axes along which the Gaussian has its standard deviations.
+    axis_directions = np.array([[azimuth_factor * cosine, -azimuth_factor * sine], [sine, cosine]])
+    axes = radius * np.radians(scale)[:, None] * axis_directions.transpose(2, 0, 1)
+    semi_axis_directions, lengths, _ = np.linalg.svd(axes)  # of the ellipse on the sphere
+    first = semi_axis_directions[:, 0, 0, None] * east + semi_axis_directions[:, 1, 0, None] * north
     turns = Rotation.from_matrix(np.stack([first, np.cross(towards, first), towards], axis=-1)).as_quat()
-    coefficient = pair[:, 0] + 1j * pair[:, 1]
+    coefficient = real_imaginary[:, 0] + 1j * real_imaginary[:, 1]
     magnitude = np.abs(coefficient) / max(np.abs(coefficient).max(), 1e-12)
     colours = (colour_of(np.angle(coefficient), RADIANS) * (0.2 + 0.8 * magnitude[:, None])).astype(np.uint8)
     stretches = np.concatenate([lengths, np.ones((len(lengths), 1))], axis=1)
@@ -96,6 +97,9 @@ def ellipses(splats: Splats, radius: float) -> Ellipses:
 def disc(corners: int = 24) -> tuple[Float[np.ndarray, "vertices 3"], UInt32[np.ndarray, "faces 3"]]:
     """Vertices and triangles of a disc of radius 1 in the x–y plane.
 
+    Args:
+        corners: number of corners of the polygon that approximates the disc.
+
     >>> vertices, faces = disc(corners=6)
     >>> vertices.shape, faces.shape
     ((7, 3), (6, 3))
@@ -107,6 +111,13 @@ def disc(corners: int = 24) -> tuple[Float[np.ndarray, "vertices 3"], UInt32[np.
     return np.concatenate([rim, np.zeros((1, 3))]).astype(np.float32), faces.astype(np.uint32)
 
 
-def colours_of_dots(picture: Float[np.ndarray, "90 360"], pixel: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
-    """RGB of each dot, of a spectrum 0…1 and the pixels from ``dots``."""
-    return colour_of(picture[pixel], LINEAR)
+def colours_of_dots(
+    spectrum: Float[np.ndarray, "90 360"], pixel: tuple[np.ndarray, np.ndarray]
+) -> UInt8[np.ndarray, "dots 3"]:
+    """RGB of each dot.
+
+    Args:
+        spectrum: the spectrum to show, 0…1.
+        pixel: rows and columns from ``dots``.
+    """
+    return colour_of(spectrum[pixel], LINEAR)

@@ -1,4 +1,4 @@
-"""The 3D view of a tab: room, gateway, hemisphere, transmitter, positions, directions, paths; a checkbox for each."""
+"""The 3D view of a tab: scene, gateway, hemisphere, transmitter, positions, directions, paths, and their checkboxes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from viser import BatchedMeshHandle, ClientHandle, PointCloudHandle, SceneNodeHa
 from learn.view.chart import LINEAR, Colours, colour_of
 from learn.view.comparison import PREDICTED, TRUE
 from learn.view.hemisphere import EVERY_DEG, colours_of_dots, disc, dots, ellipses
-from learn.view.subject import Picture, Position, Subject
+from learn.view.subject import Position, SpectrumArray, Subject
 from scenes.shapes import bounding_box
 from scenes.stage import add_gateway, add_objects, add_region, set_up
 from simulate.spectrum import dominant_direction
@@ -21,31 +21,31 @@ if TYPE_CHECKING:
     from simulate.trace import TracedPath
 
 PATHS_SHOWN = 40
-"""Number of traced paths that are drawn, the strongest ones."""
+"""Largest number of traced paths that are drawn; these are the strongest ones."""
 
 PATH_COLOURS = Colours("plasma", -30.0, 0.0, " dB")
-"""Colours of traced paths, by their gain relative to the strongest path."""
+"""Colours of traced paths by their gain relative to the strongest path, dB."""
 
 
 class Layers:
-    """What is drawn in 3D, and the checkboxes that hide it.
+    """The objects of the 3D view, and the checkboxes that hide them.
 
     Args:
         client: the tab.
-        subject: the run, dataset or scene that is looked at.
-        position: of the transmitter at the beginning, metres, world frame.
-        changed: called when primitives are switched on or off, so that the caller calls ``show`` again.
+        subject: the run, dataset or scene that is shown.
+        position: initial position of the transmitter, metres, world frame.
+        changed: function that is called when primitives are switched on or off; the caller then calls ``show`` again.
 
     Attributes:
-        transmitter: handle that the user drags.
+        transmitter: the transmitter's handle, which the user drags.
     """
 
     def __init__(self, client: ClientHandle, subject: Subject, position: Position, changed: Callable[[], None]):
         self._subject, self._client = subject, client
         api = client.scene
         gateway = np.asarray(subject.gateway.position)
-        seen = np.vstack([subject.region, gateway] + ([] if subject.scene is None else [subject.scene.bounds]))
-        bounds = bounding_box(seen)
+        scene_bounds = [] if subject.scene is None else [subject.scene.bounds]
+        bounds = bounding_box(np.vstack([subject.region, gateway, *scene_bounds]))
         self._size = float(np.linalg.norm(bounds[1] - bounds[0]))
         self._radius = 0.09 * self._size
         set_up(client, bounds)
@@ -61,10 +61,10 @@ class Layers:
         region = add_region(api, subject.region)
 
         self._dots, self._pixel = dots(self._radius)
-        nothing = np.zeros((len(self._dots), 3), np.uint8)
-        size = 0.5 * self._radius * np.radians(EVERY_DEG)
-        style = {"point_size": float(size), "point_shape": "circle", "point_shading": "flat"}
-        self._sphere = api.add_point_cloud("/gateway/spectrum", self._dots, nothing, **style)  # type: ignore[arg-type]
+        black = np.zeros((len(self._dots), 3), np.uint8)
+        dot_size = 0.5 * self._radius * np.radians(EVERY_DEG)
+        style = {"point_size": float(dot_size), "point_shape": "circle", "point_shading": "flat"}
+        self._sphere = api.add_point_cloud("/gateway/spectrum", self._dots, black, **style)  # type: ignore[arg-type]
         point = np.zeros((1, 2, 3), np.float32)
         self._predicted = api.add_line_segments(
             "/gateway/predicted", point, PREDICTED, thickness=5, thickness_units="screen"
@@ -90,28 +90,32 @@ class Layers:
             self._switch(client, "spectrum on the hemisphere", [self._sphere])
             self._switch(client, "dominant directions", [self._predicted, self._true])
             self._switch(client, "traced paths", [self._paths] if subject.scene else [])
-            drawn = subject.has_primitives
-            self._primitives = client.gui.add_checkbox("primitives (colour: phase)", False, visible=drawn)
+            visible = subject.has_primitives
+            self._primitives = client.gui.add_checkbox("primitives (colour: phase)", False, visible=visible)
         self._primitives.on_update(lambda event: changed())
         self._on_sphere.on_update(lambda event: self._colour_sphere())
-        self._pictures: tuple[Picture | None, Picture | None] = None, None
+        self._spectra: tuple[SpectrumArray | None, SpectrumArray | None] = None, None
 
     def show(
-        self, position: Position, predicted: Picture | None, true: Picture | None, paths: Sequence[TracedPath] | None
+        self,
+        position: Position,
+        predicted: SpectrumArray | None,
+        true: SpectrumArray | None,
+        paths: Sequence[TracedPath] | None,
     ) -> None:
-        """Draw everything that depends on the transmitter.
+        """Draw everything that depends on the transmitter's position.
 
         Args:
-            position: of the transmitter, metres, world frame.
-            predicted: the predicted spectrum, 0…1; None: nothing predicts.
+            position: position of the transmitter, metres, world frame.
+            predicted: the predicted spectrum, 0…1; None: there is none.
             true: the recorded or traced spectrum, 0…1; None: there is none.
-            paths: traced paths, the strongest first; None: nothing is traced yet.
+            paths: traced paths, the strongest first; None: this position is not traced yet.
         """
-        self._pictures = predicted, true
+        self._spectra = predicted, true
         self._colour_sphere()
-        for node, picture in ((self._predicted, predicted), (self._true, true)):
-            node.points = self._ray(picture)
-        with self._client.atomic():  # the browser needs as many colours as points at any moment
+        for node, spectrum in ((self._predicted, predicted), (self._true, true)):
+            node.points = self._ray(spectrum)
+        with self._client.atomic():  # the browser must never see different numbers of points and colours
             self._paths.points, self._paths.colors = self._lines(paths or [])
         self._show_primitives(position)
 
@@ -136,22 +140,22 @@ class Layers:
             self._splats.visible = False
 
     def _colour_sphere(self) -> None:
-        predicted, true = self._pictures
-        first = predicted if self._on_sphere.value == "predicted" else true
-        picture = first if first is not None else true if true is not None else predicted
-        if picture is not None:
-            self._sphere.colors = colours_of_dots(picture, self._pixel)
+        predicted, true = self._spectra
+        chosen = predicted if self._on_sphere.value == "predicted" else true
+        spectrum = chosen if chosen is not None else true if true is not None else predicted
+        if spectrum is not None:
+            self._sphere.colors = colours_of_dots(spectrum, self._pixel)
 
-    def _ray(self, picture: Picture | None) -> Float[np.ndarray, "1 2 3"]:
-        """A line from the hemisphere towards a spectrum's maximum; a line of no length where there is no spectrum."""
-        if picture is None:
+    def _ray(self, spectrum: SpectrumArray | None) -> Float[np.ndarray, "1 2 3"]:
+        """A line from the hemisphere towards a spectrum's maximum; a line of length 0 if there is no spectrum."""
+        if spectrum is None:
             return np.zeros((1, 2, 3), np.float32)
-        towards = dominant_direction(picture)
+        towards = dominant_direction(spectrum)
         return np.array([[self._radius * towards, 0.5 * self._size * towards]], np.float32)
 
     def _lines(self, paths: Sequence[TracedPath]) -> tuple[np.ndarray, np.ndarray]:
         """Segments of the strongest paths, metres, and the colours of their ends."""
-        segments, colours = [np.zeros((1, 2, 3))], [np.zeros((1, 2, 3), np.uint8)]  # viser takes no empty array
+        segments, colours = [np.zeros((1, 2, 3))], [np.zeros((1, 2, 3), np.uint8)]  # viser does not accept empty arrays
         for path in list(paths)[:PATHS_SHOWN]:
             segments.append(np.stack([path.vertices[:-1], path.vertices[1:]], axis=1))
             gain = 20 * np.log10(abs(path.response) / abs(paths[0].response))
@@ -160,21 +164,23 @@ class Layers:
         return np.concatenate(segments).astype(np.float32), np.concatenate(colours)
 
     def _positions(self, client: ClientHandle) -> tuple[list[PointCloudHandle], list[PointCloudHandle]]:
-        """Draw the dataset's training and test positions, the latter grey until their scores are known."""
+        """Draw the dataset's known and test positions; the latter are grey until their scores are computed."""
         subject, api = self._subject, client.scene
         if subject.dataset is None or subject.parts is None:
             return [], []
-        size = 0.004 * self._size
+        dot_size = 0.004 * self._size
         known = subject.dataset.positions[subject.parts.known].astype(np.float32)
         tested = subject.dataset.positions[subject.tested].astype(np.float32)
         grey = np.full(tested.shape, 170, np.uint8)
+        style = {"point_size": dot_size, "point_shape": "circle"}
+        test_style = {**style, "point_size": 1.5 * dot_size}
         return (
-            [api.add_point_cloud("/positions/training", known, (110, 110, 130), point_size=size, point_shape="circle")],
-            [api.add_point_cloud("/positions/test", tested, grey, point_size=1.5 * size, point_shape="circle")],
+            [api.add_point_cloud("/positions/training", known, (110, 110, 130), **style)],  # type: ignore[arg-type]
+            [api.add_point_cloud("/positions/test", tested, grey, **test_style)],  # type: ignore[arg-type]
         )
 
     def colour_test_positions(self) -> None:
-        """Colour the test positions by their SSIM; scoring them takes seconds the first time."""
+        """Colour the test positions by their SSIM; the first call computes the scores, which takes seconds."""
         for node in self._tested:
             if len(self._subject.scores):
                 node.colors = colour_of(self._subject.scores, LINEAR)

@@ -1,4 +1,4 @@
-"""One browser tab: its transmitter, the predicted and the true spectrum there, and its controls."""
+"""One browser tab: its transmitter, the predicted and the true spectrum at its position, and its controls."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ from learn.view.subject import Position, Spectrum, Subject
 from learn.view.tracing import Traced, Tracing
 
 PLAY_SECONDS = 0.4
-"""Seconds between two positions of the recorded path when it is played."""
+"""Time between two positions when the recorded path is played, seconds."""
 
 AT_A_POSITION = 1e-4
-"""Metres; a transmitter nearer than this to a position of the dataset counts as being there."""
+"""Largest distance between the transmitter and a position of the dataset that counts as the same position, metres."""
 
 
 class Session:
-    """The panel and the 3D view of a tab, and the thread that keeps them up to date.
+    """The control panel and the 3D view of a tab, and the thread that keeps them up to date.
 
-    The transmitter and the controls belong to the tab; the subject and the ray tracer are shared by all tabs.
+    Each tab has its own transmitter and controls; all tabs share the subject and the ray tracer.
 
     Args:
         client: the tab.
-        subject: the run, dataset or scene that is looked at.
+        subject: the run, dataset or scene that is shown.
         tracing: the ray tracer; None: there is no scene.
     """
 
@@ -51,7 +51,7 @@ class Session:
         threading.Thread(target=self._layers.colour_test_positions, daemon=True).start()
 
     def close(self) -> None:
-        """End the tab's thread, and withdraw what it asked the ray tracer for."""
+        """End the tab's thread, and withdraw its request to the ray tracer."""
         self._open = False
         self._changed.set()
         if self._tracing is not None:
@@ -64,7 +64,7 @@ class Session:
         self._gui = gui
         for sentence in subject.missing:
             gui.add_markdown(f"**Note.** {sentence}")
-        self._image: GuiImageHandle | None = None  # made when there is a first picture
+        self._image: GuiImageHandle | None = None  # made when the first panels are drawn
         self._numbers = gui.add_markdown("", order=-2)
         self._state = gui.add_markdown("", order=-1)
         with gui.add_folder("Transmitter"):
@@ -97,7 +97,7 @@ class Session:
         self._changed.set()
 
     async def _typed(self, event) -> None:
-        if event.client is not None:  # the user typed it; this program sets it without a client
+        if event.client is not None:  # the user typed it; an event of this program has no client
             self._move_to(np.array(self._place.value))
 
     async def _chosen(self, event) -> None:
@@ -113,9 +113,9 @@ class Session:
         self._write_place()
 
     def _advance(self) -> None:
-        following = int(self._number.value) % int(self._number.max)
-        self._number.value = following + 1  # type: ignore[misc]
-        self._go_to(following)
+        next_index = int(self._number.value) % int(self._number.max)
+        self._number.value = next_index + 1  # type: ignore[misc]
+        self._go_to(next_index)
 
     def _move_to(self, position: Position) -> None:
         self._position = position
@@ -124,9 +124,9 @@ class Session:
         self._changed.set()
 
     def _write_place(self) -> None:
-        """Show the transmitter's position in its input field.
+        """Write the transmitter's position into its input field.
 
-        Not called while the user types there, who may be about to type the next coordinate.
+        It is not called after the user typed a coordinate, since the user may be typing the next one.
         """
         self._place.value = tuple(self._position.round(4))  # type: ignore[misc, assignment]
 
@@ -152,18 +152,18 @@ class Session:
                 self._changed.clear()
                 try:
                     self._show(self._position)
-                except Exception as error:  # this thread must live on, or the tab would never change again
+                except Exception as error:  # if this thread ended, the tab would never change again
                     logging.getLogger("bisplat").exception(
                         "the viewer cannot show the transmitter at %s", self._position
                     )
                     self._numbers.content = f"**Cannot be shown:** {error}"
 
     def _true_at(self, position: Position) -> tuple[str, Spectrum | None, Traced | None]:
-        """The true spectrum at a position: the recorded one where there is one, else the traced one.
+        """The true spectrum at a position: the recorded one if there is one, otherwise the traced one.
 
         Returns:
-            What the spectrum is called, the spectrum, and everything traced at this very position; None for what is
-            not there or not traced yet.
+            The name of the spectrum; the spectrum (None: there is none, or it is not traced yet); and the result of
+            ray tracing at exactly this position (None: it is not traced yet).
         """
         traced = self._traced
         if traced is not None and not np.array_equal(traced.position, position):
@@ -180,12 +180,12 @@ class Session:
         began = time.perf_counter()
         subject = self._subject
         predictors = subject.predictors
-        picture = predictors[self._by.value](position) if predictors else None
+        prediction = predictors[self._by.value](position) if predictors else None
         milliseconds = 1e3 * (time.perf_counter() - began)
         name, truth, traced = self._true_at(position)
         in_phase = self._quantity.value == "phase"
         field = subject.field(position) if in_phase and self._by.value == next(iter(predictors), None) else None
-        predicted = None if picture is None else Spectrum(picture, field)
+        predicted = None if prediction is None else Spectrum(prediction, field)
         drawn = panels(self._by.value, predicted, name, truth, in_phase, self._scale.value == "dB")
         image = draw(drawn, cast(Kind, self._kind.value))
         if self._image is None:
@@ -193,15 +193,15 @@ class Session:
         else:
             self._image.image = image
         self._numbers.content = numbers(predicted, name, truth, milliseconds) + self._warning(position)
-        self._layers.show(position, picture, truth.picture if truth else None, traced.paths if traced else None)
+        self._layers.show(position, prediction, truth.values if truth else None, traced.paths if traced else None)
 
     def _warning(self, position: Position) -> str:
-        """Sentences for a position where the prediction extrapolates, or where the ray tracer may lack paths."""
+        """Warnings at a position where the prediction extrapolates, or where the ray tracer may miss paths."""
         subject, warnings = self._subject, ""
         if subject.known_region is not None and outside(position, subject.known_region):
-            warnings += "  \n**outside the box of positions the prediction is made from**"
+            warnings += "  \n**The position is outside the bounding box of the known positions.**"
         if self._tracing is not None and outside(position, subject.region):
-            warnings += "  \n**outside the transmitter region: ray tracing may lack paths**"
+            warnings += "  \n**The position is outside the transmitter region: ray tracing may miss paths.**"
         return warnings
 
 
@@ -209,8 +209,8 @@ def outside(position: Position, box: Float[np.ndarray, "2 3"]) -> bool:
     """Whether a position is outside a box.
 
     Args:
-        position: metres.
-        box: corners (min, max), metres.
+        position: a position, metres, world frame.
+        box: corners (min, max) of the box, metres, world frame.
 
     >>> box = np.array([[0.0, 0.0, 0.0], [4.0, 3.0, 2.0]])
     >>> outside(np.array([1.0, 1.0, 1.0]), box), outside(np.array([1.0, 3.5, 1.0]), box)

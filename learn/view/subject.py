@@ -1,4 +1,4 @@
-"""What is looked at: a run, a dataset or a scene, with what of the other two goes with it."""
+"""The subject of the viewer: a run with its dataset and scene, a dataset with its scene, or a scene."""
 
 from __future__ import annotations
 
@@ -31,39 +31,49 @@ from simulate.request import propagation_of
 from simulate.spectrum import picture, spectrum_of
 
 SCORED = 400
-"""Test positions whose SSIM is shown, evenly spread over the test part."""
+"""Largest number of test positions whose SSIM is shown; they are evenly spread over the test part."""
 
-
-Picture = Float[np.ndarray, "90 360"]
+SpectrumArray = Float[np.ndarray, "90 360"]
 Position = Float[np.ndarray, " 3"]
 
 
 class Spectrum(NamedTuple):
-    """A picture 0…1, and the complex field it is the magnitude of, where that is known (up to a common factor)."""
+    """A spectrum, and the complex field whose magnitude it is.
 
-    picture: Picture
+    Attributes:
+        values: the spectrum, 0…1.
+        field: the field, up to a common factor; None: it is not known.
+    """
+
+    values: SpectrumArray
     field: Complex[np.ndarray, "90 360"] | None = None
 
     @classmethod
     def of(cls, array: PlanarArray, responses: Complex[np.ndarray, " elements"]) -> Spectrum:
-        """What an array makes of its element responses: the very picture a dataset would hold."""
+        """The spectrum of element responses, rounded to eight bits as in a dataset.
+
+        Args:
+            array: the gateway's array.
+            responses: element responses.
+        """
         field = array.steering @ responses
         return cls(spectrum_of(picture(np.abs(field))), field)
 
 
 @dataclass
 class Subject:
-    """What the viewer shows; None where there is none of it.
+    """A run, dataset or scene that the viewer shows, with everything that belongs to it; None for what is missing.
 
     Attributes:
-        name: of the run, dataset or scene.
-        gateway: at the origin, looking up, where only a run is known.
-        region: corners of the box transmitters are in, metres: the scene's, widened to hold the dataset's positions.
-        scene: the place.
-        dataset: recorded or traced spectra.
-        parts: of the dataset: as the run has them, else the folder's own.
-        run: the trained model.
-        missing: a sentence on each thing that belongs to it and could not be read.
+        name: name of the run, dataset or scene.
+        gateway: the gateway; if only a run is known, it is at the origin and looks along +z.
+        region: corners (min, max) of the box of transmitters, metres, world frame: the scene's transmitter region,
+            enlarged to contain the dataset's positions.
+        scene: the scene.
+        dataset: the dataset.
+        parts: parts of the dataset: those of the run, or without a run the folder's own.
+        run: the run.
+        missing: one sentence for each part of the subject that could not be read.
     """
 
     name: str
@@ -76,11 +86,11 @@ class Subject:
     missing: list[str]
 
     def __post_init__(self) -> None:
-        self._one_at_a_time = Lock()  # tabs share the model
+        self._one_at_a_time = Lock()  # all tabs share the model
 
     @cached_property
     def known_region(self) -> Float[np.ndarray, "2 3"] | None:
-        """Corners of the box of positions that predictions are made from, metres; None where nothing predicts."""
+        """Corners (min, max) of the box of known positions, metres, world frame; None: nothing predicts."""
         if self.dataset is not None and self.parts is not None and len(self.parts.known):
             known = self.dataset.positions[self.parts.known]
             return bounding_box(known)
@@ -88,7 +98,7 @@ class Subject:
 
     @property
     def wavelength(self) -> float:
-        """Metres; at NeRF²'s frequency where only a run is known."""
+        """Wavelength, metres; if only a run is known, at the frequency of NeRF²'s measurements."""
         if self.dataset is not None:
             return self.dataset.wavelength
         return self.scene.wavelength if self.scene is not None else SPEED_OF_LIGHT / NERF2_FREQUENCY
@@ -100,21 +110,25 @@ class Subject:
 
     @property
     def propagation(self) -> tuple[Propagation, int]:
-        """The mechanisms the ray tracer follows and the seed of its rays: as the dataset was made."""
+        """Propagation settings of the ray tracer and seed of its rays: those the dataset was made with."""
         return propagation_of(self.dataset.metadata if self.dataset else {})
 
     @property
-    def predictors(self) -> dict[str, Callable[[Position], Picture]]:
-        """Ways to predict a spectrum: the run's model, and the copying it has to beat."""
-        found: dict[str, Callable[[Position], Picture]] = {}
+    def predictors(self) -> dict[str, Callable[[Position], SpectrumArray]]:
+        """Functions that predict a spectrum, by name: the run's model and two baselines."""
+        predictors: dict[str, Callable[[Position], SpectrumArray]] = {}
         if self.run is not None:
-            found[self.run.config.model] = self._by_model
+            predictors[self.run.config.model] = self._by_model
         if self.dataset is not None and self.parts is not None and len(self.parts.known):
-            found |= {"inverse-distance": self._by_distance, "nearest": self._by_copying}
-        return found
+            predictors |= {"inverse-distance": self._by_distance, "nearest": self._by_copying}
+        return predictors
 
     def recorded(self, index: int) -> Spectrum:
-        """A spectrum of the dataset."""
+        """A spectrum of the dataset.
+
+        Args:
+            index: index of the spectrum in the dataset.
+        """
         assert self.dataset is not None
         responses = self.dataset.responses
         field = None if responses is None else self.array.steering @ responses[index]
@@ -122,11 +136,11 @@ class Subject:
 
     @property
     def has_primitives(self) -> bool:
-        """Whether ``splats`` has something to show."""
+        """Whether there is a run whose model has primitives."""
         return self.run is not None and self.run.model.has_primitives
 
     def splats(self, position: Position) -> Splats:
-        """The model's primitives for a transmitter."""
+        """The model's primitives for a transmitter position, metres, world frame."""
         assert self.run is not None
         model = self.run.model
         with self._one_at_a_time, torch.inference_mode():
@@ -140,7 +154,7 @@ class Subject:
 
     @cached_property
     def scores(self) -> Float[np.ndarray, " K"]:
-        """SSIM of the first of the predictors at the ``tested``."""
+        """SSIM of the first of the ``predictors`` for the spectra ``tested``; empty if there are none."""
         if self.dataset is None or not self.predictors or not len(self.tested):
             return np.zeros(0)
         predict = next(iter(self.predictors.values()))
@@ -148,7 +162,11 @@ class Subject:
         return ssim(prediction.astype(float), spectrum_of(self.dataset.pictures[self.tested]))
 
     def field(self, position: Position) -> Complex[np.ndarray, "90 360"] | None:
-        """The complex field whose magnitude the run's picture is, up to a common factor, where the model has one."""
+        """The complex field of the run's prediction, up to a common factor; None: the model has no field.
+
+        Args:
+            position: position of the transmitter, metres, world frame.
+        """
         run = self.run
         if run is None:
             return None
@@ -160,16 +178,16 @@ class Subject:
             field = run.model.field(torch.from_numpy(position[None]).float().to(run.model.region.device))
             return None if field is None else torch.view_as_complex(field[0].double().contiguous()).cpu().numpy()
 
-    def _by_model(self, position: Position) -> Picture:
+    def _by_model(self, position: Position) -> SpectrumArray:
         assert self.run is not None
         with self._one_at_a_time:
             return self.run.predict(position[None]).spectra[0]
 
-    def _by_distance(self, position: Position) -> Picture:
-        return inverse_distance(*self._near(position), position[None])[0]
+    def _by_distance(self, position: Position) -> SpectrumArray:
+        return inverse_distance(*self._nearest_known(position), position[None])[0]
 
-    def _by_copying(self, position: Position) -> Picture:
-        return nearest(*self._near(position), position[None])[0]
+    def _by_copying(self, position: Position) -> SpectrumArray:
+        return nearest(*self._nearest_known(position), position[None])[0]
 
     @cached_property
     def _known(self) -> tuple[np.ndarray, cKDTree]:
@@ -177,8 +195,8 @@ class Subject:
         known = self.parts.known
         return known, cKDTree(self.dataset.positions[known])
 
-    def _near(self, position: Position) -> tuple[np.ndarray, np.ndarray]:
-        """Positions and pictures of the known spectra that interpolation looks at."""
+    def _nearest_known(self, position: Position) -> tuple[np.ndarray, np.ndarray]:
+        """Positions and spectra of the nearest known spectra, which are all that the baselines use."""
         assert self.dataset is not None
         known, tree = self._known
         index = known[np.atleast_1d(tree.query(position, k=min(NEIGHBOURS, len(known)))[1])]
@@ -186,11 +204,14 @@ class Subject:
 
 
 def subject(what: str) -> Subject:
-    """Find out what is meant: a run folder, a dataset folder, or a scene by name or file.
+    """Read the subject of the viewer.
+
+    Args:
+        what: a run folder, a dataset folder, the name of a built-in scene, or a scene's YAML file.
 
     Raises:
-        InputError: none of these, or one that cannot be read. What belongs to a run or a dataset and cannot be read
-            is ``missing`` instead.
+        InputError: ``what`` is none of these, or cannot be read. If the dataset of a run, or the scene of a dataset,
+            cannot be read, there is no error, but a sentence in ``missing``.
     """
     folder = Path(what)
     if not folder.is_dir():
@@ -210,8 +231,8 @@ def subject(what: str) -> Subject:
         region = run.model.region.double().cpu().numpy()
         gateway = Gateway((0, 0, 0), (0, 0, 0, 1), run.array.rows, run.array.columns, run.array.spacing)
         missing = [
-            f"The dataset of this run is not there ({error}): no recorded spectra and no scene. The gateway is drawn "
-            "at the origin, looking up."
+            f"The dataset of this run is not there ({error}), so there are no recorded spectra and no scene. The "
+            "gateway is drawn at the origin, with its boresight upwards."
         ]
         return Subject(folder.name, gateway, region, None, None, None, run, missing)
     return _with_scene(folder.name, dataset, parts, run)
@@ -225,20 +246,20 @@ def _with_scene(name: str, dataset: Dataset, parts: Split, run: Run | None) -> S
     scene = None
     if "scene_file" not in dataset.metadata:
         missing = [
-            "The dataset does not say which scene it was made in (a measured one has none): no room, no tracing."
+            "The dataset does not say which scene it was made in (a measured one has none), so there is no ray tracing."
         ]
     else:
         try:
-            whole = load_scene(dataset.folder / dataset.metadata["scene_file"])
-            scene, missing = seen_by(dataset, whole), _other_gateways(whole)
+            complete_scene = load_scene(dataset.folder / dataset.metadata["scene_file"])
+            scene, missing = seen_by(dataset, complete_scene), _other_gateways(complete_scene)
             region = bounding_box(np.vstack([region, scene.transmitter.region]))
         except (InputError, OSError) as error:
-            missing = [f"The scene of this dataset is not there ({error}): no room, no tracing."]
+            missing = [f"The scene of this dataset is not there ({error}), so there is no ray tracing."]
     return Subject(name, scene.gateway if scene else gateway, region, scene, dataset, parts, run, missing)
 
 
 def _other_gateways(scene: Scene) -> list[str]:
-    """What is not shown of a scene of several gateways."""
+    """A sentence that says that other gateways of the scene are not shown; empty if there are none."""
     if not scene.further_gateways:
         return []
-    return [f"The scene has {len(scene.by_gateway())} gateways; spectra here are those of the one that is drawn."]
+    return [f"The scene has {len(scene.by_gateway())} gateways; the viewer shows the spectra of the one that is drawn."]

@@ -1,4 +1,4 @@
-"""Ray tracing for the viewer: one tracer in a thread of its own, which all tabs share."""
+"""Ray tracing for the viewer, by one tracer in its own thread, which all tabs share."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from scenes.description import Scene
 from simulate.array import PlanarArray
 from simulate.propagation import Propagation
 
-if TYPE_CHECKING:  # importing it needs the ray tracer, which a viewer without a scene does without
+if TYPE_CHECKING:  # importing it needs the ray tracer, which a viewer without a scene does not need
     from simulate.trace import TracedPath, Tracer
 
 
 @dataclass(frozen=True)
 class Traced:
-    """What the ray tracer found for one transmitter.
+    """Result of ray tracing for one transmitter position.
 
     Attributes:
-        position: of the transmitter, metres, world frame.
+        position: position of the transmitter, metres, world frame.
         spectrum: the spectrum of the traced responses.
-        paths: the paths, the strongest first.
+        paths: the paths, with the strongest first.
     """
 
     position: Position
@@ -35,59 +35,63 @@ class Traced:
 
 
 class Tracing:
-    """Traces a transmitter when a tab asks for it.
+    """Traces transmitter positions that tabs request.
 
-    Before the first one the tracer looks for the chains of reflections in the scene, which takes some ten seconds;
-    from then on a transmitter takes milliseconds.
+    Before the first position, the tracer searches for the chains of interactions in the scene, which takes some ten
+    seconds; after that, a position takes milliseconds.
 
     Args:
         scene: the scene that is traced.
-        propagation: the effects that are traced.
-        region: corners (min, max) of the box that holds all transmitters, metres.
+        propagation: propagation settings.
+        region: corners (min, max) of the box of transmitter positions, metres, world frame.
         seed: seed of the rays.
 
     Attributes:
-        state: what the tracer is doing, or why it cannot trace, for the page; empty: it is ready.
+        state: a sentence for the page on what the tracer is doing, or why it cannot trace; empty: it is ready.
     """
 
     def __init__(self, scene: Scene, propagation: Propagation, region: np.ndarray, seed: int = 1):
         self.state = "ray tracing: finding paths"
         self._arguments = scene, propagation, region, seed
         self._array = PlanarArray.of(scene.gateway)
-        self._wanted: dict[object, tuple[Position, Callable[[Traced], None]]] = {}
-        self._asked = Condition()
-        Thread(target=self._trace_what_is_wanted, daemon=True, name="tracing").start()  # a daemon: Ctrl-C does not wait
+        self._requests: dict[object, tuple[Position, Callable[[Traced], None]]] = {}
+        self._condition = Condition()
+        Thread(target=self._trace_requests, daemon=True, name="tracing").start()  # Ctrl-C does not wait for a daemon
 
     def request(self, tab: object, position: Position, done: Callable[[Traced], None]) -> None:
-        """Ask for a position to be traced. It replaces what the same tab asked for before and has not got yet.
+        """Request the tracing of a position. The request replaces a pending one of the same tab.
 
         Args:
-            tab: who asks.
-            position: of the transmitter, metres, world frame.
-            done: called with the result, in the tracing thread.
+            tab: the tab that makes the request.
+            position: position of the transmitter, metres, world frame.
+            done: function that is called with the result, in the tracing thread.
         """
-        with self._asked:
-            self._wanted[tab] = position, done
-            self._asked.notify()
+        with self._condition:
+            self._requests[tab] = position, done
+            self._condition.notify()
 
     def forget(self, tab: object) -> None:
-        """Withdraw what a tab has asked for, since it is closed."""
-        with self._asked:
-            self._wanted.pop(tab, None)
+        """Withdraw the pending request of a tab.
 
-    def _trace_what_is_wanted(self) -> None:
+        Args:
+            tab: the tab, which is being closed.
+        """
+        with self._condition:
+            self._requests.pop(tab, None)
+
+    def _trace_requests(self) -> None:
         try:
             tracer = self._prepared()
             self.state = ""
             while True:
-                with self._asked:
-                    while not self._wanted:
-                        self._asked.wait()
-                    tab = next(iter(self._wanted))  # the tab that has waited longest
-                    position, done = self._wanted.pop(tab)
+                with self._condition:
+                    while not self._requests:
+                        self._condition.wait()
+                    tab = next(iter(self._requests))  # the tab that has waited longest
+                    position, done = self._requests.pop(tab)
                 spectrum = Spectrum.of(self._array, tracer.responses(position[None])[0])
                 done(Traced(position, spectrum, tracer.paths(position)))
-        except Exception as error:  # the page says why there is no tracing, and shows everything else
+        except Exception as error:  # the page says why there is no ray tracing, and still shows everything else
             logging.getLogger("bisplat").exception("ray tracing for the viewer has ended")
             self.state = f"no ray tracing: {error}"
 

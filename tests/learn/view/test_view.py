@@ -59,25 +59,25 @@ def test_decibels_end_at_the_lowest():
 
 
 def test_difference_is_between_what_is_shown_on_one_scale(wave):
-    other = Spectrum(0.5 * wave.picture, wave.field)
+    other = Spectrum(0.5 * wave.values, wave.field)
     first, second, difference = panels("m", other, "recorded, spectrum 1", wave, in_phase=False, in_db=False)
     assert first.colours == second.colours
-    np.testing.assert_allclose(difference.values, -0.5 * wave.picture)
+    np.testing.assert_allclose(difference.values, -0.5 * wave.values)
     assert panels("m", other, "x", wave, False, in_db=True)[2].values == pytest.approx(0)  # both over their maximum
 
 
 def test_common_phase_is_no_difference(wave):
-    turned = Spectrum(wave.picture, wave.field * np.exp(2j))
+    turned = Spectrum(wave.values, wave.field * np.exp(2j))
     drawn = panels("m", turned, "x", wave, in_phase=True, in_db=False)
     assert np.abs(drawn[2].values).max() < 1e-6
     np.testing.assert_allclose(in_phase_with(turned.field, wave.field), wave.field, atol=1e-9)
-    pictures = panels("m", Spectrum(wave.picture), "x", wave, in_phase=True, in_db=False)
+    pictures = panels("m", Spectrum(wave.values), "x", wave, in_phase=True, in_db=False)
     assert len(pictures) == 2 and pictures[0].values is None and "no phase" in pictures[0].title
 
 
 def test_numbers_name_the_maxima_and_what_is_between(wave, plane_waves):
     moved = seen(plane_waves((1, 210, 40)))
-    assert dominant(wave.picture) == (200, 40)
+    assert dominant(wave.values) == (200, 40)
     text = numbers(moved, "ray-traced", wave, 12.0)
     assert "predicted: dominant direction azimuth 210°, elevation 40°" in text
     assert "ray-traced: dominant direction azimuth 200°, elevation 40°" in text
