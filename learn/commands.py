@@ -10,7 +10,6 @@ from tyro.conf import Positional, arg
 
 from learn.models.registry import DEFAULT_MODEL, ModelName
 from learn.splits import SplitKind
-from scenes.errors import InputError
 from scenes.text_tables import print_table
 from simulate.command import Output
 
@@ -193,9 +192,3 @@ def export(run: Positional[Path], output: Output) -> None:
 
     export_model(load_run(run), output)
     print(f"model: {output}")
-
-
-def positive(**values: float) -> None:
-    for name, value in values.items():
-        if value <= 0:
-            raise InputError(f"--{name.replace('_', '-')}: expected a positive number, found {value}")

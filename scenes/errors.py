@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from difflib import get_close_matches
 
@@ -40,6 +41,25 @@ class ParameterError(InputError):
         """
         dashes = "-" if len(self.parameter) == 1 else "--"
         return f"{dashes}{self.parameter.replace('_', '-')}: {self.message}"
+
+
+def require_positive(**values: float) -> None:
+    """Refuse parameters that are not positive, finite numbers.
+
+    Args:
+        values: numbers by the names of their parameters.
+
+    Raises:
+        ParameterError: one of them is zero, negative, infinite or not a number.
+
+    >>> require_positive(budget=5.0, seeds=0)
+    Traceback (most recent call last):
+    ...
+    scenes.errors.ParameterError: seeds: expected a positive number, found 0
+    """
+    for name, value in values.items():
+        if not (math.isfinite(value) and value > 0):
+            raise ParameterError(name, f"expected a positive number, found {value}")
 
 
 def did_you_mean(word: object, known: Iterable[str]) -> str:
