@@ -36,10 +36,20 @@ HERTZ = {"hz": 1.0, "khz": 1e3, "mhz": 1e6, "ghz": 1e9}
 
 
 def load_scene(name_or_path: str | Path) -> Scene:
-    """The built-in place of that name, or the scene a .yaml file describes.
+    """The built-in place of a name, or the scene that a .yaml file describes.
+
+    Args:
+        name_or_path: "lab", "conference", "bedroom", "office", or the path of a scene YAML.
+
+    Returns:
+        The scene.
 
     Raises:
-        InputError: neither of the two, or a file `read_scene` refuses.
+        InputError: neither of the two, or a file that ``read_scene`` refuses.
+
+    >>> lab = load_scene("lab")
+    >>> lab.gateway.position, len(lab.objects) > 20
+    ((7.2, 3.0, 1.4), True)
     """
     text = str(name_or_path)
     if text in BUILT_IN:

@@ -28,6 +28,11 @@ class PlanarArray:
         rows: number of elements along y.
         columns: number of elements along x.
         spacing: distance between neighbours in wavelengths.
+
+    >>> array = PlanarArray()
+    >>> y = array.manifold(np.radians(200.0), np.radians(40.0))  # a plane wave from azimuth 200°, elevation 40°
+    >>> y.shape, array.spectrum(y).shape
+    ((16,), (90, 360))
     """
 
     rows: int = 4

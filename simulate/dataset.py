@@ -90,8 +90,29 @@ class Inspection:
 def read_dataset(folder: Path | str) -> Dataset:
     """Read and check a NeRF² dataset folder.
 
+    Args:
+        folder: the dataset folder.
+
+    Returns:
+        The dataset.
+
     Raises:
-        InputError: the first problem ``inspect`` finds.
+        InputError: the first problem that ``inspect`` finds.
+
+    >>> import tempfile
+    >>> from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
+    >>> from scenes.materials import p2040_materials
+    >>> from scenes.shapes import sheet
+    >>> from simulate.propagation import Propagation
+    >>> from simulate.simulation import simulate
+    >>> floor = SceneObject("floor", sheet((-5, -5, 0), (10, 0, 0), (0, 10, 0)), "concrete")
+    >>> gateway, region = Gateway((0, 0, 1.5), facing((-1, 0, 0))), Transmitter((-4, -1, 0.5), (-2, 1, 2))
+    >>> yard = Scene("yard", 915e6, gateway, region, (floor,), p2040_materials(["concrete"], 915e6))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = simulate(yard, folder, n=3, propagation=Propagation(max_depth=0))
+    ...     dataset = read_dataset(folder)
+    >>> dataset.names, dataset.spectra.shape, dataset.array.elements
+    (['00001', '00002', '00003'], (3, 90, 360), 16)
     """
     inspection = inspect(Path(folder))
     if inspection.dataset is None:
@@ -101,7 +122,14 @@ def read_dataset(folder: Path | str) -> Dataset:
 
 
 def inspect(folder: Path) -> Inspection:
-    """Read a folder, collecting every problem instead of stopping at the first."""
+    """Read a folder, collecting every problem instead of stopping at the first.
+
+    Args:
+        folder: the dataset folder.
+
+    Returns:
+        The problems, the warnings, and the dataset where there are no problems.
+    """
     problems: list[str] = []
     warnings: list[str] = []
     if not folder.is_dir():
