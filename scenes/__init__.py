@@ -1,4 +1,4 @@
-"""The places: descriptions, meshes, radio materials, built-in rooms, mesh import.
+"""Scenes: descriptions, meshes, radio materials, built-in places, mesh import.
 
-Needs neither the ray tracer nor torch.
+This package imports neither the ray tracer nor torch.
 """

@@ -1,4 +1,4 @@
-"""Writing files so that a reader, or a run killed at any moment, sees the old one or the whole new one."""
+"""Write files so that a reader, also after a run was killed, sees either the old file or the whole new one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A scene as a picture and as plain data, for the user to see whether it is the place that was meant."""
+"""A drawing of a scene, and its description as plain data, by which the user can check it."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ NUMBERED = 50  # objects; more numbers would hide the plan
 
 
 def describe_scene(scene: Scene) -> dict[str, Any]:
-    """What is where, as data that `json.dumps` takes: lengths in metres, frequency in hertz."""
+    """A scene as data that ``json.dumps`` takes: lengths in metres, frequency in hertz."""
     transmitter = scene.transmitter
     return {
         "name": scene.name,
@@ -87,8 +87,12 @@ def _is_closed(mesh: Trimesh) -> bool:
 def draw_scene(scene: Scene, path: str | Path) -> None:
     """Write a PNG of the plan and of a view from above, objects in their materials' colours.
 
-    What hangs within the top tenth of the height is left out, and so is the side of the room that faces the
-    viewer, so that one can look in.
+    Triangles within the top tenth of the height are left out, and so is the side of the room that faces the viewer,
+    so that the inside is visible.
+
+    Args:
+        scene: the scene.
+        path: the PNG file.
     """
     from matplotlib.figure import Figure
     from matplotlib.patches import Patch
@@ -133,7 +137,7 @@ def enclosing(scene: Scene, item: SceneObject, triangles: Float[np.ndarray, "n 3
 
 
 def _label_place(item: SceneObject, taken: list[np.ndarray], apart: float) -> np.ndarray:
-    """The centre of the object in plan, or a point of it that is `apart` metres from the labels so far."""
+    """The centre of the object in plan, or a point of it that is ``apart`` metres from the labels so far."""
     low, high = item.mesh.bounds[:, :2]
     for s, t in ((0.5, 0.5), (0.15, 0.15), (0.85, 0.85), (0.15, 0.85), (0.85, 0.15)):
         place = low + (high - low) * [s, t]

@@ -1,6 +1,6 @@
 """``bisplat scene --view``: place and turn the gateway, move the region's corners, give objects materials, save.
 
-A tab edits a scene of its own. What it would save is ``Editor.scene``; nothing is written but by its button.
+Each tab edits a scene of its own, ``Editor.scene``. A scene is written only when its user presses the button.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from scenes.stage import add_gateway, add_objects, add_region, edges, set_up, wx
 
 Triple = tuple[float, float, float]
 CHOSEN = (255, 140, 0)
-"""Of the object whose material is shown."""
+"""Colour (RGB, 0…255) of the object whose material is shown."""
 
 
 class Editor:
     """A tab in which a scene is edited.
 
     Args:
-        client: the tab.
-        scene: to begin with.
-        folder: where it will be saved, unless the user names another.
+        client: the browser tab.
+        scene: the scene to begin with.
+        folder: the folder that it is saved to, unless the user names another.
 
     Attributes:
-        scene: as edited so far.
+        scene: the scene as edited so far.
     """
 
     def __init__(self, client: ClientHandle, scene: Scene, folder: Path):
@@ -51,13 +51,13 @@ class Editor:
         self._edit_gateway()
         self._edit_region()
         self._edit_materials()
-        for label, where in (("walls, floor, ceiling", "/walls"), ("furniture", "/furniture")):
-            self._switch(label, [node for nodes in self._objects.values() for node in nodes if where in node.name])
+        for label, group in (("walls, floor, ceiling", "/walls"), ("furniture", "/furniture")):
+            self._switch(label, [node for nodes in self._objects.values() for node in nodes if group in node.name])
         self._folder = gui.add_text("save to folder", str(folder))
         gui.add_button("Save scene.yaml").on_click(lambda event: self.save())
 
     def save(self) -> None:
-        """Write the scene to the folder named in the panel; what is in the way is said there, and nothing is lost."""
+        """Write the scene to the folder named in the panel; an error is shown as a notification."""
         try:
             path = write_scene(self.scene, self._folder.value)
         except (InputError, OSError) as error:

@@ -1,13 +1,14 @@
-"""The error a user sees: one sentence, no traceback."""
+"""Errors that the command line prints as one sentence, without a traceback."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from difflib import get_close_matches
 
 
 class InputError(ValueError):
-    """Something the user gave is wrong.
+    """A file, name or value that the user gave is wrong.
 
     The message is one sentence that names the file and the key or row, says what was expected and what was
     found. The command line prints it as it is and exits with status 1.
@@ -42,8 +43,31 @@ class ParameterError(InputError):
         return f"{dashes}{self.parameter.replace('_', '-')}: {self.message}"
 
 
+def require_positive(**values: float) -> None:
+    """Refuse parameters that are not positive, finite numbers.
+
+    Args:
+        values: numbers by the names of their parameters.
+
+    Raises:
+        ParameterError: one of them is zero, negative, infinite or not a number.
+
+    >>> require_positive(budget=5.0, seeds=0)
+    Traceback (most recent call last):
+    ...
+    scenes.errors.ParameterError: seeds: expected a positive number, found 0
+    """
+    for name, value in values.items():
+        if not (math.isfinite(value) and value > 0):
+            raise ParameterError(name, f"expected a positive number, found {value}")
+
+
 def did_you_mean(word: object, known: Iterable[str]) -> str:
-    """The end of an error message about an unknown `word`: the nearest known one, or all of them."""
+    """The end of an error message about an unknown word: the nearest known word, or all of them.
+
+    >>> did_you_mean("concrte", ["concrete", "wood"])
+    'did you mean "concrete"?'
+    """
     known = sorted(known)
     nearest = get_close_matches(str(word), known, n=1)
     return f'did you mean "{nearest[0]}"?' if nearest else f"known are {', '.join(known)}"

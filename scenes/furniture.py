@@ -1,8 +1,8 @@
-"""Furniture of the built-in places, as the ray tracer should see it.
+"""Furniture of the built-in places, in the form that suits the ray tracer.
 
-Geometric optics holds for surfaces of about a wavelength (33 cm at 915 MHz) and more: legs, edges, feet and chairs are
-left out, since a mirror-like reflection off them is not physics. A board is one sheet, not a box: the ray tracer's
-material already is a slab with a thickness, and two faces would make it two slabs.
+Geometric optics holds for surfaces of about a wavelength (33 cm at 915 MHz) and more. Legs, edges, feet and chairs are
+left out, since they do not reflect like mirrors. A board is one sheet, not a box: the ray tracer's material already is
+a slab with a thickness, and two faces would make it two slabs.
 """
 
 from __future__ import annotations
@@ -25,15 +25,15 @@ def furnished(name: str, objects: Sequence[SceneObject], gateway: Gateway, trans
 
 
 def table(x: float, y: float, length: float, width: float, height: float = 0.74) -> Trimesh:
-    """A table's board, its lower left corner at (x, y)."""
+    """A table's board, its corner of lowest x and y at (x, y); metres."""
     return sheet((x, y, height), (length, 0, 0), (0, width, 0))
 
 
 def panel(x: float, y: float, length: float, bottom: float, top: float, degrees: float = 0.0) -> Trimesh:
-    """An upright sheet centred on (x, y), along x before it is turned: a screen, whiteboard, partition, radiator."""
+    """An upright sheet centred on (x, y), along x before it is turned; metres, degrees."""
     return turned(sheet((x - length / 2, y, bottom), (length, 0, 0), (0, 0, top - bottom)), degrees)
 
 
 def shelf(x: float, y: float, length: float, width: float, heights: Sequence[float]) -> Trimesh:
-    """Boards one above the other, open to all sides."""
+    """Horizontal boards one above the other, without sides; metres."""
     return union(*(table(x, y, length, width, height) for height in heights))

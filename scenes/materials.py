@@ -9,26 +9,38 @@ from scenes.errors import InputError, did_you_mean
 
 RGB = tuple[float, float, float]
 
-# How far outside its stated range the power law may be used, as a fraction of the range's end.
-# 915 MHz (RFID, LoRa) is 8.5 % below the 1 GHz where most rows begin.
 EXTRAPOLATION = 0.10
+"""How far outside its stated range the power law may be used, as a fraction of the range's end. 915 MHz (RFID, LoRa) is
+8.5 % below the 1 GHz where most rows begin."""
 
 
 @dataclass(frozen=True)
 class RadioMaterial:
-    """What the ray tracer needs to know of a surface.
+    """Radio properties of a surface.
 
-    A triangle stands for a homogeneous slab of this material. `thickness` is that of a wall drawn as a single
-    sheet; for furniture drawn as a closed shell it is the thickness of the board or plate it is made of.
+    A triangle stands for a homogeneous slab of this material.
+
+    Attributes:
+        name: name of the material.
+        relative_permittivity: real part ε_r, at least 1.
+        conductivity: σ, S/m.
+        thickness: of the slab, metres: of a wall drawn as a single sheet the wall's, of furniture drawn as a closed
+            shell that of its boards or plates.
+        scattering_coefficient: fraction S of the reflected amplitude that is diffuse, 0…1.
+        xpd_coefficient: share K_x of the diffuse energy that changes polarisation, 0…1.
+        color: red, green and blue for drawings, each 0…1.
+
+    Raises:
+        InputError: a value out of its range.
     """
 
     name: str
-    relative_permittivity: float  # ε_r, real part
-    conductivity: float  # σ [S/m]
-    thickness: float  # [m]
-    scattering_coefficient: float = 0.0  # S in [0, 1]: fraction of the reflected amplitude that is diffuse
-    xpd_coefficient: float = 0.0  # K_x in [0, 1]: share of the diffuse energy that changes polarisation
-    color: RGB = (0.6, 0.6, 0.6)  # for drawings, each in 0..1
+    relative_permittivity: float
+    conductivity: float
+    thickness: float
+    scattering_coefficient: float = 0.0
+    xpd_coefficient: float = 0.0
+    color: RGB = (0.6, 0.6, 0.6)
 
     def __post_init__(self) -> None:
         checks = (
@@ -48,14 +60,24 @@ class RadioMaterial:
 
 @dataclass(frozen=True)
 class P2040Row:
-    """One row of ITU-R P.2040-3, Table 3, with the board thickness and the colour we take by default."""
+    """One row of ITU-R P.2040-3, Table 3, with a default thickness and a colour.
+
+    Attributes:
+        a: factor of ε_r = a f^b, f in GHz.
+        b: exponent of ε_r.
+        c: factor of σ = c f^d in S/m, f in GHz.
+        d: exponent of σ.
+        range_ghz: lowest and highest frequency of the row, GHz.
+        thickness: default thickness of a slab, metres.
+        color: red, green and blue for drawings, each 0…1.
+    """
 
     a: float
     b: float
     c: float
     d: float
     range_ghz: tuple[float, float]
-    thickness: float  # [m]
+    thickness: float
     color: RGB
 
 
@@ -82,20 +104,25 @@ P2040 = {
 
 
 def material_names() -> tuple[str, ...]:
-    """Names that `p2040_material` knows, in the order of the recommendation's table."""
+    """Names that ``p2040_material`` knows, in the order of the recommendation's table."""
     return tuple(P2040)
 
 
 def p2040_material(
     name: str, frequency: float, thickness: float | None = None, scattering_coefficient: float = 0.0
 ) -> RadioMaterial:
-    """The material `name` at `frequency` [Hz] by the power law of ITU-R P.2040-3, section 2.1.4:
+    """A material by the power law of ITU-R P.2040-3, section 2.1.4:
 
         ε_r = a f^b,    σ = c f^d  [S/m],    f in GHz.
 
     Args:
-        thickness: slab thickness [m]; without it, a usual one for the material.
+        name: of ``material_names``.
+        frequency: hertz.
+        thickness: slab thickness, metres; the material's default if None.
         scattering_coefficient: fraction S of the reflected amplitude that is scattered diffusely.
+
+    Returns:
+        The material.
 
     Raises:
         InputError: unknown name, or a frequency more than 10 % outside the row's stated range.
@@ -122,5 +149,16 @@ def p2040_material(
 
 
 def p2040_materials(names: Iterable[str], frequency: float) -> dict[str, RadioMaterial]:
-    """Each named material at `frequency` [Hz], by name."""
+    """Several materials of ITU-R P.2040 at one frequency.
+
+    Args:
+        names: of ``material_names``; repeated names are allowed.
+        frequency: hertz.
+
+    Returns:
+        Each material, by its name.
+
+    Raises:
+        InputError: as ``p2040_material``.
+    """
     return {name: p2040_material(name, frequency) for name in sorted(set(names))}

@@ -1,4 +1,4 @@
-"""Mesh files as they are: every mesh with its name, in the file's own unit and axes."""
+"""Read mesh files: every mesh with its name, in the file's own unit and axes."""
 
 from __future__ import annotations
 
@@ -38,6 +38,12 @@ def read_meshes(path: Path) -> list[tuple[str, Trimesh]]:
     """Every mesh of a file with its node's name, node transforms applied, in the file's own unit and axes.
 
     Vertices and triangles are as the file has them: nothing is merged or dropped.
+
+    Args:
+        path: the mesh file.
+
+    Returns:
+        Pairs of a name and a mesh, in the order of the names.
 
     Raises:
         InputError: no such file, an unsupported format, an unreadable file, or one without triangles.

@@ -21,25 +21,30 @@ from scenes.validation import validate
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 # (x, y, z) -> (x, -z, y)
 Y_UP_TO_Z_UP = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
-# A triangle less than this high [m] has no normal worth the name, so nothing can be reflected off it.
 SLIVER = 1e-6
+"""Metres; a triangle less than this high has no well-defined normal, so nothing can be reflected off it."""
 
 
 @dataclass(frozen=True)
 class ImportReport:
-    """What an import found."""
+    """Sizes of imported objects, and the triangles that were dropped.
 
-    sizes: dict[str, tuple[float, float, float]]  # m along x, y, z, per object
-    degenerate: dict[str, int]  # triangles without area that were dropped, per object that had any
+    Attributes:
+        sizes: metres along x, y and z, by the object's name.
+        degenerate: number of triangles without area that were dropped, by the name of each object that had any.
+    """
+
+    sizes: dict[str, tuple[float, float, float]]
+    degenerate: dict[str, int]
 
 
 def is_importable(name: str) -> bool:
-    """Whether `import_scene` reads it by its name: a mesh, a scene XML, or "sionna:" and a name."""
+    """Whether ``import_scene`` reads files of this name: a mesh, a scene XML, or "sionna:" and a name."""
     return name.startswith(SIONNA) or Path(name).suffix.lower() in (*MESH_SUFFIXES, ".xml")
 
 
 def _material_of(name: str, stem: str, materials: Sequence[tuple[str, str]], default: str | None) -> str | None:
-    """First match wins; the node's name goes before the file's."""
+    """Material of the first pattern that matches the node's name, or else the file's name."""
     for candidate in (name, stem):
         for pattern, material in materials:
             if fnmatchcase(candidate, pattern):
@@ -54,9 +59,10 @@ def import_mesh(
     unit: str = "m",
     up: str | None = None,
 ) -> tuple[list[SceneObject], ImportReport]:
-    """Read GLB/GLTF (an object per node), OBJ (per `o` and `g`), PLY, STL or OFF (one) into world metres.
+    """Read GLB/GLTF (an object per node), OBJ (per ``o`` and ``g``), PLY, STL or OFF (one) into world metres.
 
     Args:
+        path: the mesh file.
         materials: (glob pattern, material) pairs; the first pattern that matches an object's name, and then
             the first that matches the file's name without its ending, gives its material.
         default_material: for objects that nothing matches.
@@ -68,7 +74,7 @@ def import_mesh(
         The objects in order of their names, repeated names numbered, and what was found on the way.
 
     Raises:
-        InputError: a file `read_meshes` refuses, an unknown unit, axis or material, objects without a
+        InputError: a file ``read_meshes`` refuses, an unknown unit, axis or material, objects without a
             material, or an object of which no triangle has any area.
     """
     path = Path(path)
@@ -92,15 +98,18 @@ def import_mitsuba(
     """Read a scene file of Mitsuba 3 or Sionna RT (an object per shape) into world metres.
 
     Args:
-        frequency: Hz.
-        materials, unit, up: as of `import_mesh`; a pattern that matches goes before the file's own material.
+        path: the scene file.
+        frequency: hertz.
+        materials: as of ``import_mesh``; a pattern that matches takes precedence over the file's own material.
         default_material: for shapes that neither a pattern nor the file gives a radio material.
+        unit: as of ``import_mesh``.
+        up: as of ``import_mesh``.
 
     Returns:
         The objects in the order of the file, the materials they are made of, and what was found on the way.
 
     Raises:
-        InputError: as `read_mitsuba`, `MitsubaShape.radio_material` and `import_mesh`.
+        InputError: as ``read_mitsuba``, ``MitsubaShape.radio_material`` and ``import_mesh``.
     """
     _check_options(path, materials, default_material, unit, up)
     shapes = read_mitsuba(path)
@@ -116,7 +125,7 @@ def import_mitsuba(
 
 
 def _name_in(materials: dict[str, RadioMaterial], material: RadioMaterial) -> str:
-    """The material's name among `materials`, where it is added; numbered if another one has its name."""
+    """The material's name among ``materials``, where it is added; numbered if another one has its name."""
     name, count = material.name, 1
     while materials.setdefault(name, named := replace(material, name=name)) != named:
         count += 1

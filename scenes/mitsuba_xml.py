@@ -23,9 +23,10 @@ from scenes.shapes import box, sheet, union
 
 SIONNA = "sionna:"  # before the name of one of Sionna RT's own scenes
 SHAPES = ("ply", "obj", "rectangle", "cube")
-# Elements that hold no shape. Anything else may (include, alias), and a scene that lacks a wall looks fine.
+# Elements that hold no shape. Others may hold one (include, alias) and are refused, since a missing wall is easily
+# overlooked.
 WITHOUT_SHAPES = ("default", "bsdf", "texture", "medium", "sensor", "emitter", "integrator")
-# What a material leaves out is as in Sionna RT, so that both programs trace the same place.
+# A material's missing values are those of Sionna RT, so that both programs trace the same place.
 SIONNA_DEFAULTS = {
     "thickness": 0.1,  # m
     "relative_permittivity": 1.0,
@@ -33,25 +34,35 @@ SIONNA_DEFAULTS = {
     "scattering_coefficient": 0.0,
     "xpd_coefficient": 0.0,
 }
-GREY = (0.6, 0.6, 0.6)  # colours are for drawings only, so those of the file are left aside
+GREY = (0.6, 0.6, 0.6)  # colours are for drawings only, so those of the file are ignored
 COLORS = ("color", "reflectance", "base_color")
 
 
 @dataclass(frozen=True)
 class MitsubaShape:
-    """A shape of a scene file, its transform applied, in the file's own unit and axes."""
+    """A shape of a scene file.
 
-    name: str  # its id without the "mesh-" that Blender's exporter adds, as in Sionna RT
+    Attributes:
+        name: its id without the "mesh-" that Blender's exporter adds, as in Sionna RT.
+        mesh: its triangles, transform applied, in the file's own unit and axes.
+        bsdf: the XML element of its material; None if it has none.
+        source: the start of every message about it.
+    """
+
+    name: str
     mesh: Trimesh
     bsdf: Element | None
-    where: str  # the start of every message about it
+    source: str
 
     def radio_material(self, frequency: float, default: str | None = None) -> RadioMaterial:
-        """What the file says the shape is made of, named by its bsdf's id without "mat-" and "itu_".
+        """The material that the file gives the shape, named by its bsdf's id without "mat-" and "itu_".
 
         Args:
-            frequency: Hz.
-            default: P.2040 name for a shape of which the file says nothing a radio wave would notice.
+            frequency: hertz.
+            default: P.2040 name for a shape that the file gives no radio material.
+
+        Returns:
+            The material.
 
         Raises:
             InputError: no radio material and no default, an unknown material or property, a value out of
@@ -60,7 +71,7 @@ class MitsubaShape:
         bsdf = Element("bsdf", type="none") if self.bsdf is None else self.bsdf
         kind, mat = bsdf.get("type"), bsdf.get("id", "").removeprefix("mat-")
         name = re.sub("^itu[_-]", "", mat)
-        where = f'{self.where}: bsdf "{bsdf.get("id", kind)}"'
+        label = f'{self.source}: bsdf "{bsdf.get("id", kind)}"'
         given = {child.get("name"): child for child in bsdf if child.tag in ("float", "integer", "string")}
         row = name.replace(" ", "_")
         known = ["thickness", "scattering_coefficient", "xpd_coefficient"]
@@ -70,29 +81,35 @@ class MitsubaShape:
             row = given.pop("type").get("value", "") if "type" in given else row
             if row not in material_names():
                 suggestion = did_you_mean(row, material_names())
-                raise InputError(f'{where}: expected a material of ITU-R P.2040, found "{row}"; {suggestion}')
+                raise InputError(f'{label}: expected a material of ITU-R P.2040, found "{row}"; {suggestion}')
         elif default is not None:
             return p2040_material(default, frequency)
         else:
             raise InputError(
-                f'{self.where}: expected an itu-radio-material, a radio-material or an id such as "mat-itu_concrete", '
-                f"found {'no bsdf' if self.bsdf is None else _shown(bsdf)}; or say what it is with --material"
+                f'{self.source}: expected an itu-radio-material, a radio-material or an id such as "mat-itu_concrete", '
+                f"found {'no bsdf' if self.bsdf is None else _shown(bsdf)}; or give it one by a material rule"
             )
         if kind in ("radio-material", "itu-radio-material"):  # all others describe looks too
             for key in given.keys() - {*known, *COLORS}:
-                raise InputError(f'{where}: unknown property "{key}"; {did_you_mean(key, known)}')
+                raise InputError(f'{label}: unknown property "{key}"; {did_you_mean(key, known)}')
         values: dict[str, Any] = {key: SIONNA_DEFAULTS[key] for key in known}
-        values |= {key: _numbers(given[key], "value", (1,), where)[0] for key in known if key in given}
+        values |= {key: _numbers(given[key], "value", (1,), label)[0] for key in known if key in given}
         try:
             if kind == "radio-material":
                 return RadioMaterial(name or self.name, color=GREY, **values)
             return replace(p2040_material(row, frequency), name=name or row, **values)
         except InputError as error:
-            raise InputError(f"{self.where}: {error}") from None
+            raise InputError(f"{self.source}: {error}") from None
 
 
 def sionna_scene(name: str) -> Path:
-    """The file of one of Sionna RT's own scenes, "sionna:etoile" or another, in the installed package.
+    """The file of one of Sionna RT's own scenes, in the installed package.
+
+    Args:
+        name: "sionna:" and the scene's name, such as "sionna:etoile".
+
+    Returns:
+        Path of the scene XML.
 
     Raises:
         InputError: Sionna RT is not installed, or has no scene of that name.
@@ -108,12 +125,18 @@ def sionna_scene(name: str) -> Path:
 
 
 def read_mitsuba(path: Path) -> list[MitsubaShape]:
-    """Every shape of a Mitsuba 3 or Sionna RT scene file: ply, obj, rectangle and cube.
+    """Read every shape of a Mitsuba 3 or Sionna RT scene file: ply, obj, rectangle and cube.
 
-    `to_world` is applied and `$name` replaced by its <default>. Sensors, emitters and integrators are ignored.
+    ``to_world`` is applied and ``$name`` replaced by its <default>. Sensors, emitters and integrators are ignored.
+
+    Args:
+        path: the scene XML.
+
+    Returns:
+        The shapes, in the order of the file.
 
     Raises:
-        InputError: no such file, malformed XML, an element, shape or transform of another kind, a `$name`
+        InputError: no such file, malformed XML, an element, shape or transform of another kind, a ``$name``
             without a default, a mesh that cannot be read, or an unknown reference.
     """
     try:
@@ -158,7 +181,7 @@ def _replace_names(root: Element, path: Path) -> None:
 
 def _shape(element: Element, index: int, path: Path, bsdfs: dict[str, Element]) -> MitsubaShape:
     name = element.get("id", element.get("name", f"shape_{index + 1}")).removeprefix("mesh-")
-    where = f'{path}: shape "{name}"'
+    label = f'{path}: shape "{name}"'
     kind = element.get("type", "")
     if kind == "rectangle":
         mesh = sheet((-1, -1, 0), (2, 0, 0), (0, 2, 0))
@@ -167,28 +190,28 @@ def _shape(element: Element, index: int, path: Path, bsdfs: dict[str, Element]) 
     elif kind in SHAPES:
         filename = next((s.get("value", "") for s in element.findall("string") if s.get("name") == "filename"), "")
         if Path(filename).suffix.lower() != f".{kind}":
-            raise InputError(f'{where}: expected the filename of a .{kind} mesh, found "{filename}"')
+            raise InputError(f'{label}: expected the filename of a .{kind} mesh, found "{filename}"')
         try:
             mesh = union(*(part for _, part in read_meshes(path.parent / filename)))
         except InputError as error:
-            raise InputError(f"{where}: expected a mesh, found {error}") from None
+            raise InputError(f"{label}: expected a mesh, found {error}") from None
     else:
-        raise InputError(f'{where}: expected one of {", ".join(SHAPES)}, found type "{kind}"')
+        raise InputError(f'{label}: expected one of {", ".join(SHAPES)}, found type "{kind}"')
 
     made_of = element.findall("bsdf")
     for ref in element.findall("ref"):
         wanted = ref.get("id", "")
         if wanted not in bsdfs:
             suggestion = did_you_mean(wanted, bsdfs or ("none",))
-            raise InputError(f'{where}: expected the id of a bsdf, found "{wanted}"; {suggestion}')
+            raise InputError(f'{label}: expected the id of a bsdf, found "{wanted}"; {suggestion}')
         made_of.append(bsdfs[wanted])
     if len(made_of) > 1:
-        raise InputError(f"{where}: expected one bsdf, found {len(made_of)}")
-    mesh.apply_transform(_to_world(element, where))
-    return MitsubaShape(name, mesh, made_of[0] if made_of else None, where)
+        raise InputError(f"{label}: expected one bsdf, found {len(made_of)}")
+    mesh.apply_transform(_to_world(element, label))
+    return MitsubaShape(name, mesh, made_of[0] if made_of else None, label)
 
 
-def _numbers(element: Element, key: str, counts: tuple[int, ...], where: str) -> list[float]:
+def _numbers(element: Element, key: str, counts: tuple[int, ...], label: str) -> list[float]:
     """An attribute's numbers, separated by blanks or commas."""
     text = element.get(key, "")
     try:
@@ -197,43 +220,43 @@ def _numbers(element: Element, key: str, counts: tuple[int, ...], where: str) ->
         values = []
     if len(values) not in counts or not all(map(math.isfinite, values)):
         count = " or ".join(map(str, counts))
-        raise InputError(f'{where}: {_shown(element)}: expected {count} numbers as {key}, found "{text}"')
+        raise InputError(f'{label}: {_shown(element)}: expected {count} numbers as {key}, found "{text}"')
     return values
 
 
-def _vector(element: Element, missing: float, where: str) -> list[float]:
+def _vector(element: Element, missing: float, label: str) -> list[float]:
     """value="x y z", one value for all three, or the attributes x, y and z."""
     if "value" in element.attrib:
-        values = _numbers(element, "value", (1, 3), where)
+        values = _numbers(element, "value", (1, 3), label)
         return values if len(values) == 3 else values * 3
-    return [_numbers(element, axis, (1,), where)[0] if axis in element.attrib else missing for axis in "xyz"]
+    return [_numbers(element, axis, (1,), label)[0] if axis in element.attrib else missing for axis in "xyz"]
 
 
-def _to_world(shape: Element, where: str) -> Float[np.ndarray, "4 4"]:
+def _to_world(shape: Element, label: str) -> Float[np.ndarray, "4 4"]:
     """The shape's transform; of several steps the first in the file is the first applied."""
     world = np.eye(4)
     for transform in shape.findall("transform"):
         if transform.get("name") != "to_world":
-            raise InputError(f"{where}: expected a transform to_world, found {_shown(transform)}")
+            raise InputError(f"{label}: expected a transform to_world, found {_shown(transform)}")
         for step in transform:
             matrix = np.eye(4)
             if step.tag == "translate":
-                matrix[:3, 3] = _vector(step, 0.0, where)
+                matrix[:3, 3] = _vector(step, 0.0, label)
             elif step.tag == "scale":
-                matrix[:3, :3] = np.diag(_vector(step, 1.0, where))
+                matrix[:3, :3] = np.diag(_vector(step, 1.0, label))
             elif step.tag == "rotate":
-                axis, (angle,) = np.array(_vector(step, 0.0, where)), _numbers(step, "angle", (1,), where)
+                axis, (angle,) = np.array(_vector(step, 0.0, label)), _numbers(step, "angle", (1,), label)
                 if not axis.any():
-                    raise InputError(f"{where}: <rotate>: expected an axis as x, y and z, found none")
+                    raise InputError(f"{label}: <rotate>: expected an axis as x, y and z, found none")
                 turn = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis), degrees=True)
                 matrix[:3, :3] = turn.as_matrix()
             elif step.tag == "matrix":
-                values = _numbers(step, "value", (9, 16), where)
+                values = _numbers(step, "value", (9, 16), label)
                 size = math.isqrt(len(values))
                 matrix[:size, :size] = np.reshape(values, (size, size))
             else:
-                raise InputError(f"{where}: expected translate, rotate, scale or matrix, found {_shown(step)}")
+                raise InputError(f"{label}: expected translate, rotate, scale or matrix, found {_shown(step)}")
             world = matrix @ world
     if np.linalg.matrix_rank(world[:3, :3]) < 3 or not np.array_equal(world[3], [0, 0, 0, 1]):
-        raise InputError(f"{where}: expected a transform that keeps three dimensions, found {world.tolist()}")
+        raise InputError(f"{label}: expected a transform that keeps three dimensions, found {world.tolist()}")
     return world

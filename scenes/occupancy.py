@@ -9,7 +9,8 @@ from trimesh import Trimesh
 
 from scenes.description import Scene
 
-CHUNK = 200_000  # point-triangle pairs at a time: bounds the memory of the solid angles
+CHUNK = 200_000
+"""Point-triangle pairs computed at a time, which bounds the memory of the solid angles."""
 
 
 def winding_number(points: Float[np.ndarray, "n 3"], triangles: Float[np.ndarray, "t 3 3"]) -> Float[np.ndarray, " n"]:
@@ -19,8 +20,15 @@ def winding_number(points: Float[np.ndarray, "n 3"], triangles: Float[np.ndarray
 
         tan(Ω/2) = a·(b × c) / (|a||b||c| + (a·b)|c| + (b·c)|a| + (c·a)|b|)
 
-    with a, b, c from the point to the corners. Unlike counting a ray's crossings it has no bad directions: a
-    ray along an edge or a face, common among boxes, would be counted wrongly.
+    with a, b, c from the point to the corners. Counting the crossings of a ray instead would fail where the ray runs
+    along an edge or a face, which is common among boxes.
+
+    Args:
+        points: metres.
+        triangles: corners of the surface's triangles, metres.
+
+    Returns:
+        The winding number of each point.
     """
 
     def dot(u: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -40,13 +48,13 @@ def winding_number(points: Float[np.ndarray, "n 3"], triangles: Float[np.ndarray
 
 
 def closed_parts(mesh: Trimesh) -> list[Trimesh]:
-    """The connected components of `mesh` that bound a volume; sheets and open shells have none."""
-    # Meshes come with corners repeated per face or per normal; unmerged, nothing would look closed.
+    """The connected components of a mesh that bound a volume, wound consistently; sheets and open shells have none."""
+    # Files repeat corners per face or per normal; without merging them no component would be closed.
     merged = Trimesh(mesh.vertices, mesh.faces, process=False)
     merged.merge_vertices()
     parts = list(merged.split(only_watertight=True, repair=False))
     for part in parts:
-        trimesh.repair.fix_winding(part)  # triangles that face both ways would cancel
+        trimesh.repair.fix_winding(part)  # the solid angles of triangles wound in opposite senses would cancel
     return parts
 
 
@@ -58,20 +66,27 @@ def _inside(points: Float[np.ndarray, "n 3"], part: Trimesh) -> Bool[np.ndarray,
 
 
 def blocking_object(scene: Scene, points: Float[np.ndarray, "n 3"]) -> list[str | None]:
-    """The name of the object each point [m, world] lies inside, or None.
+    """The object that each point lies inside.
 
     Only closed components of a mesh have an inside. A closed component that holds the gateway and the whole
     transmitter region is the room, not an obstacle.
+
+    Args:
+        scene: the scene.
+        points: metres, world frame.
+
+    Returns:
+        The object's name for each point, None for points outside every object.
     """
-    # Shrunk by a thousandth, so that a region that reaches the walls is still held by the room.
+    # The region is shrunk by a thousandth, so that a region that reaches the walls is still inside the room.
     corners = scene.transmitter.corners()
     corners = corners + 1e-3 * (corners.mean(axis=0) - corners)
-    witnesses = np.vstack([corners, scene.gateway.position])
+    antenna_points = np.vstack([corners, scene.gateway.position])
     points = np.asarray(points, dtype=float)
     blocker: list[str | None] = [None] * len(points)
     for item in scene.objects:
         for part in closed_parts(item.mesh):
-            if _inside(witnesses, part).all():
+            if _inside(antenna_points, part).all():
                 continue
             for index in np.flatnonzero(_inside(points, part)):
                 blocker[index] = item.name
@@ -79,5 +94,5 @@ def blocking_object(scene: Scene, points: Float[np.ndarray, "n 3"]) -> list[str 
 
 
 def inside_object(scene: Scene, points: Float[np.ndarray, "n 3"]) -> Bool[np.ndarray, " n"]:
-    """Whether each point [m, world] lies inside an object; see `blocking_object`."""
+    """Whether each point (metres, world frame) lies inside an object, by ``blocking_object``."""
     return np.array([name is not None for name in blocking_object(scene, points)], dtype=bool)

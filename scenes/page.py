@@ -12,13 +12,13 @@ from collections.abc import Callable
 
 from viser import ClientHandle, ViserServer
 
-from scenes.errors import InputError
+from scenes.errors import ParameterError
 
 HOST = "127.0.0.1"
 
 
 def serve(title: str, port: int, open_tab: Callable[[ClientHandle], Callable[[], None] | None]) -> None:
-    """Serve until interrupted; says its address, with another port where this one is taken.
+    """Serve a page until interrupted, and print its address; takes the next free port where this one is taken.
 
     Args:
         title: of the page's panel.
@@ -26,12 +26,12 @@ def serve(title: str, port: int, open_tab: Callable[[ClientHandle], Callable[[],
         open_tab: builds a browser tab, which has a state of its own; returns what to call when it is closed, if any.
 
     Raises:
-        InputError: a port this user may not have.
+        ParameterError: a port that this user may not open.
     """
     if not 0 < port < 65536 or not _allowed(port):
-        raise InputError(f"--port: expected a port from 1 to 65535 that this user may open, found {port}")
+        raise ParameterError("port", f"expected a port from 1 to 65535 that this user may open, found {port}")
     logging.getLogger("websockets").setLevel(logging.CRITICAL)  # a browser that goes away is no error
-    with contextlib.redirect_stdout(io.StringIO()):  # viser's own words on the address
+    with contextlib.redirect_stdout(io.StringIO()):  # hides viser's own message with the address
         server = ViserServer(host=HOST, port=port, label=title, verbose=False)
     closing: dict[int, Callable[[], None]] = {}
 

@@ -17,11 +17,11 @@ from scenes.shapes import sheet
 Side = Literal["south", "north", "west", "east"]
 
 BEHIND = 0.05
-"""Metres that a pane sits behind its wall and reaches beyond its opening: nothing lies in the wall's plane, and no ray
-slips past."""
+"""Metres that a pane sits behind its wall and reaches beyond its opening, so that nothing lies in the wall's plane and
+no ray passes between pane and wall."""
 
 GAP = 0.002
-"""Metres between things that would touch: surfaces in one plane would be hit in an arbitrary order."""
+"""Metres between objects that would touch, since surfaces in one plane would be hit in an arbitrary order."""
 
 
 @dataclass(frozen=True)

@@ -36,10 +36,20 @@ HERTZ = {"hz": 1.0, "khz": 1e3, "mhz": 1e6, "ghz": 1e9}
 
 
 def load_scene(name_or_path: str | Path) -> Scene:
-    """The built-in place of that name, or the scene a .yaml file describes.
+    """The built-in place of a name, or the scene that a .yaml file describes.
+
+    Args:
+        name_or_path: "lab", "conference", "bedroom", "office", or the path of a scene YAML.
+
+    Returns:
+        The scene.
 
     Raises:
-        InputError: neither of the two, or a file `read_scene` refuses.
+        InputError: neither of the two, or a file that ``read_scene`` refuses.
+
+    >>> lab = load_scene("lab")
+    >>> lab.gateway.position, len(lab.objects) > 20
+    ((7.2, 3.0, 1.4), True)
     """
     text = str(name_or_path)
     if text in BUILT_IN:
@@ -73,9 +83,9 @@ def _frequency(section: Section) -> float:
     return frequency
 
 
-def _gateway(value: object, where: str) -> Gateway:
+def _gateway(value: object, label: str) -> Gateway:
     optional = ("rows", "columns", "spacing", "pattern", "polarization")
-    s = Section(value, where, ("position", "orientation"), optional)
+    s = Section(value, label, ("position", "orientation"), optional)
     return Gateway(
         position=s.numbers("position", 3),
         orientation=s.numbers("orientation", 4),
@@ -95,12 +105,12 @@ def _transmitter(value: object, source: str) -> Transmitter:
 
 def _material(name: str, value: object, frequency: float, source: str) -> RadioMaterial:
     """From ε_r and σ, or from a row of P.2040; the rest is optional in both."""
-    where = f"{source}: materials.{name}"
+    label = f"{source}: materials.{name}"
     optional = ("thickness", "scattering_coefficient", "xpd_coefficient", "color")
     if isinstance(value, dict) and "p2040" in value:
-        s = Section(value, where, ("p2040",), optional)
+        s = Section(value, label, ("p2040",), optional)
     else:
-        s = Section(value, where, ("relative_permittivity", "conductivity", "thickness"), optional[1:])
+        s = Section(value, label, ("relative_permittivity", "conductivity", "thickness"), optional[1:])
     given = s.optional(
         relative_permittivity=s.number,
         conductivity=s.number,
@@ -114,7 +124,7 @@ def _material(name: str, value: object, frequency: float, source: str) -> RadioM
             given = asdict(p2040_material(s.text("p2040"), frequency)) | given
         return RadioMaterial(**(given | {"name": name}))
     except InputError as error:
-        raise InputError(f"{where}: {error}") from None
+        raise InputError(f"{label}: {error}") from None
 
 
 def _p2040(name: str, own: Collection[str], frequency: float) -> RadioMaterial:
@@ -125,8 +135,8 @@ def _p2040(name: str, own: Collection[str], frequency: float) -> RadioMaterial:
 
 def _object(value: object, index: int, folder: Path, source: str) -> SceneObject:
     name = value.get("name") if isinstance(value, dict) else None
-    where = f"{source}: objects[{index}]" + (f' ("{name}")' if name else "")
-    s = Section(value, where, ("name", "mesh", "material"), ("thickness",))
+    label = f"{source}: objects[{index}]" + (f' ("{name}")' if name else "")
+    s = Section(value, label, ("name", "mesh", "material"), ("thickness",))
     path = folder / s.text("mesh")
     try:
         meshes = [mesh for _, mesh in read_meshes(path)]
@@ -139,14 +149,20 @@ def _object(value: object, index: int, folder: Path, source: str) -> SceneObject
 
 
 def read_scene(path: str | Path) -> Scene:
-    """Read a scene YAML; docs/format.md lists its keys, `write_scene` writes an example of each.
+    """Read a scene YAML; docs/format.md lists its keys.
 
     Mesh paths are relative to the file. Meshes are in world metres and z up (glTF: metres and y up, as its
-    specification says). An object's material is a key of `materials` or a name of ITU-R P.2040.
+    specification says). An object's material is a key of ``materials`` or a name of ITU-R P.2040.
+
+    Args:
+        path: the YAML file.
+
+    Returns:
+        The scene.
 
     Raises:
         InputError: no such file, malformed YAML, a key that is unknown, missing or of the wrong type, an
-            unknown material, a mesh that cannot be read, or a scene that `validate` refuses.
+            unknown material, a mesh that cannot be read, or a scene that ``validate`` refuses.
     """
     path = Path(path)
     try:
@@ -201,10 +217,17 @@ def read_scene(path: str | Path) -> Scene:
 def write_scene(scene: Scene, folder: str | Path) -> Path:
     """Write folder/scene.yaml and folder/meshes/<object>.ply; read back, the scene is equal.
 
-    The same scene gives the same bytes. The YAML appears last and at once, so a folder that has one is whole.
+    The same scene gives the same bytes. The YAML is written last and atomically, so a folder that has one is whole.
+
+    Args:
+        scene: the scene.
+        folder: a folder without a scene.yaml.
+
+    Returns:
+        Path of the YAML.
 
     Raises:
-        InputError: the folder has a scene.yaml already, or `validate` refuses the scene.
+        InputError: the folder has a scene.yaml already, or ``validate`` refuses the scene.
     """
     folder = Path(folder)
     path = folder / "scene.yaml"
@@ -244,7 +267,7 @@ def write_scene(scene: Scene, folder: str | Path) -> Path:
 
 
 def _plain(value: Any) -> Any:
-    """Tuples as lists and numpy scalars as Python's, which is all that YAML knows."""
+    """The value with tuples as lists and numpy scalars as Python's, since YAML has only these types."""
     if isinstance(value, dict):
         return {key: _plain(v) for key, v in value.items()}
     if isinstance(value, list | tuple):
@@ -253,7 +276,7 @@ def _plain(value: Any) -> Any:
 
 
 def _ply(mesh: Trimesh) -> bytes:
-    """Binary PLY in double precision: trimesh's own writer rounds to single, so would change the scene."""
+    """Binary PLY in double precision; trimesh's writer rounds to single precision, which would change the scene."""
     header = (
         "ply\nformat binary_little_endian 1.0\n"
         f"element vertex {len(mesh.vertices)}\nproperty double x\nproperty double y\nproperty double z\n"

@@ -30,7 +30,7 @@ def bounding_box(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "2 3"]:
 
 
 def box(low: Vector3, high: Vector3) -> Trimesh:
-    """Closed axis-aligned box between two corners: 8 vertices, 12 triangles, normals outwards."""
+    """Closed axis-aligned box between two corners (metres): 8 vertices, 12 triangles, normals outwards."""
     return trimesh.creation.box(bounds=np.array([low, high], dtype=float))
 
 
@@ -38,9 +38,14 @@ def sheet(corner: Vector3, u: Vector3, v: Vector3, openings: Sequence[Sequence[f
     """Rectangle corner + s·u + t·v, s and t in [0, 1], one triangle thick, normal along u × v.
 
     Args:
-        corner, u, v: metres; u and v are perpendicular, each as long as its side.
-        openings: rectangles left out, each (s0, s1, t0, t1) in metres along u and v from the corner;
-            they must not overlap.
+        corner: metres.
+        u: one side, metres.
+        v: the other side, perpendicular to u, metres.
+        openings: rectangles left out, each (s0, s1, t0, t1) in metres along u and v from the corner; they must not
+            overlap.
+
+    Returns:
+        The sheet; no two of its triangles overlap.
     """
     width, height = float(np.linalg.norm(u)), float(np.linalg.norm(v))
     # Cut along every edge of every opening and keep the cells that lie in none: no overlap, no T-junction.
@@ -61,7 +66,7 @@ def sheet(corner: Vector3, u: Vector3, v: Vector3, openings: Sequence[Sequence[f
 
 
 def union(*parts: Trimesh) -> Trimesh:
-    """Several parts as one mesh. Parts stay separate shells: leave a gap rather than let them touch."""
+    """Several parts as one mesh; parts that touch stay separate shells, so leave a gap between them."""
     offsets = np.cumsum([0, *(len(p.vertices) for p in parts[:-1])])
     faces = [p.faces + offset for p, offset in zip(parts, offsets, strict=True)]
     return Trimesh(np.vstack([p.vertices for p in parts]), np.vstack(faces), process=False)

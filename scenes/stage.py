@@ -14,21 +14,20 @@ from scenes.drawing import enclosing
 
 GATEWAY, REGION = (220, 20, 60), (40, 160, 80)
 WALL_OPACITY = 0.18
-"""Of floor, walls and ceiling: one looks in from outside."""
-
+"""Opacity of floor, walls and ceiling, through which the inside is seen from outside."""
 
 FIELD_OF_VIEW = 45.0
-"""Vertical, degrees."""
+"""Vertical field of view of the camera, degrees."""
 
 
 def wxyz(orientation: Quaternion) -> tuple[float, float, float, float]:
-    """A quaternion in viser's order."""
+    """A quaternion in viser's order, from scipy's."""
     x, y, z, w = orientation
     return w, x, y, z
 
 
 def xyzw(orientation: np.ndarray) -> Quaternion:
-    """A quaternion of viser's in ours."""
+    """A quaternion in scipy's order, from viser's."""
     w, x, y, z = (float(c) for c in orientation)
     return x, y, z, w
 
@@ -42,12 +41,12 @@ def add_objects(api: SceneApi, scene: Scene) -> dict[str, list[SceneNodeHandle]]
         colour = np.array(scene.materials[item.material].color)
         encloses = enclosing(scene, item, item.mesh.triangles)
         nodes[item.name] = []
-        for where, chosen, opacity in (("walls", encloses, WALL_OPACITY), ("furniture", ~encloses, None)):
+        for group, chosen, opacity in (("walls", encloses, WALL_OPACITY), ("furniture", ~encloses, None)):
             if chosen.any():
                 corners = np.asarray(item.mesh.triangles[chosen], np.float32).reshape(-1, 3)
                 nodes[item.name].append(
                     api.add_mesh_simple(
-                        f"/{where}/{item.name}",
+                        f"/{group}/{item.name}",
                         corners,
                         np.arange(len(corners), dtype=np.uint32).reshape(-1, 3),
                         color=colour,

@@ -7,7 +7,12 @@ from rich.table import Table
 
 
 def print_table(title: str, columns: dict[str, dict]) -> None:
-    """A column for each thing, a row for each of its figures."""
+    """Print a table.
+
+    Args:
+        title: of the table.
+        columns: the cells of each column by the name of their row; the first column has all rows.
+    """
     table = Table(title=title)
     table.add_column("")
     for name in columns:
@@ -19,7 +24,12 @@ def print_table(title: str, columns: dict[str, dict]) -> None:
 
 
 def print_rows(title: str, rows: list[dict]) -> None:
-    """A row for each thing."""
+    """Print a table.
+
+    Args:
+        title: of the table.
+        rows: the cells of each row by the name of their column; all rows have the same columns.
+    """
     table = Table(title=title)
     for name in rows[0]:
         table.add_column(name)

@@ -13,10 +13,11 @@ from scenes.occupancy import blocking_object
 
 
 def validate(scene: Scene, source: str) -> None:
-    """Check what no type can.
+    """Check a scene's numbers, names and materials, and that no gateway is inside an object.
 
     Args:
-        source: where the scene comes from, the start of every message: a file name or a built-in's name.
+        scene: the scene to check.
+        source: the start of every message: the file's name or the scene's.
 
     Raises:
         InputError: a number that is not finite, a frequency, size or spacing that is not positive, an

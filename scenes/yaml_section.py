@@ -1,4 +1,4 @@
-"""Reading a YAML mapping by hand-written rules, so that every mistake is told with its place."""
+"""Read a YAML mapping key by key; every error names the place in the file."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from scenes.errors import InputError, did_you_mean
 
 
 class UniqueKeyLoader(yaml.SafeLoader):
-    """PyYAML's safe loader, except that a key given twice is an error and not a silent last-one-wins."""
+    """PyYAML's safe loader, except that a key given twice is an error."""
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         seen = set()
@@ -23,14 +23,25 @@ class UniqueKeyLoader(yaml.SafeLoader):
 
 
 class Section:
-    """One mapping of a YAML file: its keys are checked at once, its values as they are read.
+    """One mapping of a YAML file: its keys are checked at once, its values when they are read.
 
-    `where` is the mapping's place in the file, the start of every message. Every reader raises `InputError`
-    where the value has the wrong type.
+    Args:
+        value: the mapping.
+        label: the mapping's place in the file, the start of every message.
+        required: keys that the mapping must have.
+        optional: keys that it may have.
+
+    Attributes:
+        label: as given.
+        values: the mapping.
+
+    Raises:
+        InputError: not a mapping, an unknown key or a missing key. Every reader raises it too, for a value of another
+            type than its own.
     """
 
-    def __init__(self, value: object, where: str, required: Collection[str], optional: Collection[str] = ()) -> None:
-        self.where = where
+    def __init__(self, value: object, label: str, required: Collection[str], optional: Collection[str] = ()) -> None:
+        self.label = label
         if not isinstance(value, dict):
             raise self.error(f"expected a mapping with {', '.join(required)}, found {shown(value)}")
         for key in value:
@@ -42,31 +53,36 @@ class Section:
         self.values: dict[str, Any] = value
 
     def error(self, message: str) -> InputError:
-        return InputError(f"{self.where}: {message}")
+        """The error with a message about this mapping."""
+        return InputError(f"{self.label}: {message}")
 
     def text(self, key: str) -> str:
+        """A text that is not empty."""
         value = self.values[key]
         if not isinstance(value, str) or not value:
             raise self.error(f"{key} must be a text, found {shown(value)}")
         return value
 
     def number(self, key: str) -> float:
+        """A number."""
         return self._number(self.values[key], key)
 
     def numbers(self, key: str, count: int) -> Any:
+        """A tuple of so many numbers."""
         value = self.values[key]
         if not isinstance(value, list) or len(value) != count:
             raise self.error(f"{key} must be a list of {count} numbers, found {shown(value)}")
         return tuple(self._number(v, f"{key}[{i}]") for i, v in enumerate(value))
 
     def count(self, key: str) -> int:
+        """A whole number."""
         value = self.values[key]
         if isinstance(value, bool) or not isinstance(value, int):
             raise self.error(f"{key} must be a whole number, found {shown(value)}")
         return value
 
     def optional(self, **readers: Callable[[str], Any]) -> dict[str, Any]:
-        """The keys that are there, each read by its reader; for the others the dataclass has its default."""
+        """The values of the keys that the mapping has, each read by its reader."""
         return {key: read(key) for key, read in readers.items() if key in self.values}
 
     def _number(self, value: object, key: str) -> float:
@@ -80,4 +96,5 @@ class Section:
 
 
 def shown(value: object) -> str:
+    """A value as error messages show it."""
     return "nothing" if value is None else repr(value)

@@ -25,6 +25,9 @@ def direction(
         azimuth: φ in radians.
         elevation: θ in radians.
 
+    Returns:
+        Unit vectors.
+
     >>> direction(np.radians(90.0), np.radians(0.0)).round(6).tolist()
     [0.0, 1.0, 0.0]
     """

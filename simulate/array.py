@@ -15,7 +15,7 @@ from scenes.description import Gateway
 from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG, direction
 
 LEAST_POWER_DB = -200.0
-"""Floor of a power spectrum, where the logarithm of nothing would be: far below any receiver's noise."""
+"""Lowest value of a power spectrum, given where the power is zero: far below any receiver's noise."""
 
 
 @dataclass(frozen=True)
@@ -28,6 +28,11 @@ class PlanarArray:
         rows: number of elements along y.
         columns: number of elements along x.
         spacing: distance between neighbours in wavelengths.
+
+    >>> array = PlanarArray()
+    >>> y = array.manifold(np.radians(200.0), np.radians(40.0))  # a plane wave from azimuth 200°, elevation 40°
+    >>> y.shape, array.spectrum(y).shape
+    ((16,), (90, 360))
     """
 
     rows: int = 4
@@ -66,6 +71,9 @@ class PlanarArray:
         Args:
             azimuth: φ in radians.
             elevation: θ in radians.
+
+        Returns:
+            The responses, of magnitude 1.
         """
         return np.exp(2j * np.pi * direction(azimuth, elevation) @ self.positions.T)
 
@@ -80,6 +88,9 @@ class PlanarArray:
 
         Args:
             responses: complex element responses y.
+
+        Returns:
+            The spectrum, row 0 at 1° elevation.
 
         >>> y = PlanarArray().manifold(np.radians(200.0), np.radians(40.0))
         >>> peak = np.unravel_index(PlanarArray().spectrum(y).argmax(), (90, 360))
@@ -97,6 +108,9 @@ class PlanarArray:
 
         Args:
             responses: complex element responses y, un-normalised.
+
+        Returns:
+            The power in dB.
 
         >>> y = 1e-3 * PlanarArray().manifold(np.radians(200.0), np.radians(40.0))  # −60 dB at every element
         >>> PlanarArray().power_db(y).max().round(2).item()

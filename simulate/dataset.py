@@ -31,7 +31,7 @@ UNIT_TOLERANCE = 1e-3
 """How far a quaternion's length may be from 1."""
 
 NERF2_FREQUENCY = 915e6
-"""Hz; the RFID band NeRF²'s folders were measured in, which they do not say."""
+"""Hertz, of the RFID band that NeRF²'s folders were measured in; the folders themselves do not name it."""
 
 
 @dataclass(frozen=True)
@@ -39,16 +39,16 @@ class Dataset:
     """A NeRF² dataset folder in memory; K spectra.
 
     Attributes:
-        folder: where it was read from.
-        names: the pictures' zero-padded names, e.g. "00001".
+        folder: the folder that it was read from.
+        names: zero-padded names of the pictures, such as "00001".
         pictures: 8-bit pictures, min–max normalised magnitude, row 0 = 1° elevation.
         positions: transmitter positions, metres, world frame.
         gateway_position: metres, world frame.
         gateway_orientation: unit quaternion (x, y, z, w), gateway frame to world.
         train: indices of the folder's own training spectra.
         test: indices of the folder's own test spectra.
-        responses: complex element responses, where the folder has them (ours do).
-        metadata: metadata.json, where the folder has one (ours do), else empty.
+        responses: complex element responses; None where the folder has none (simulated folders have them).
+        metadata: content of metadata.json; empty where the folder has none (simulated folders have it).
     """
 
     folder: Path
@@ -80,7 +80,13 @@ class Dataset:
 
 @dataclass(frozen=True)
 class Inspection:
-    """What ``inspect`` found: problems make a folder unusable, warnings do not."""
+    """Result of ``inspect``.
+
+    Attributes:
+        problems: sentences on errors that make the folder unusable.
+        warnings: sentences on oddities that do not.
+        dataset: the dataset, where there are no problems.
+    """
 
     problems: list[str]
     warnings: list[str]
@@ -90,8 +96,29 @@ class Inspection:
 def read_dataset(folder: Path | str) -> Dataset:
     """Read and check a NeRF² dataset folder.
 
+    Args:
+        folder: the dataset folder.
+
+    Returns:
+        The dataset.
+
     Raises:
-        InputError: the first problem ``inspect`` finds.
+        InputError: the first problem that ``inspect`` finds.
+
+    >>> import tempfile
+    >>> from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
+    >>> from scenes.materials import p2040_materials
+    >>> from scenes.shapes import sheet
+    >>> from simulate.propagation import Propagation
+    >>> from simulate.simulation import simulate
+    >>> floor = SceneObject("floor", sheet((-5, -5, 0), (10, 0, 0), (0, 10, 0)), "concrete")
+    >>> gateway, region = Gateway((0, 0, 1.5), facing((-1, 0, 0))), Transmitter((-4, -1, 0.5), (-2, 1, 2))
+    >>> yard = Scene("yard", 915e6, gateway, region, (floor,), p2040_materials(["concrete"], 915e6))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = simulate(yard, folder, n=3, propagation=Propagation(max_depth=0))
+    ...     dataset = read_dataset(folder)
+    >>> dataset.names, dataset.spectra.shape, dataset.array.elements
+    (['00001', '00002', '00003'], (3, 90, 360), 16)
     """
     inspection = inspect(Path(folder))
     if inspection.dataset is None:
@@ -101,7 +128,14 @@ def read_dataset(folder: Path | str) -> Dataset:
 
 
 def inspect(folder: Path) -> Inspection:
-    """Read a folder, collecting every problem instead of stopping at the first."""
+    """Read a folder, collecting every problem instead of stopping at the first.
+
+    Args:
+        folder: the dataset folder.
+
+    Returns:
+        The problems, the warnings, and the dataset where there are no problems.
+    """
     problems: list[str] = []
     warnings: list[str] = []
     if not folder.is_dir():
@@ -172,7 +206,13 @@ def _read_positions(path: Path, problems: list[str]) -> Float[np.ndarray, "K 3"]
 
 
 def read_points(path: Path) -> Float[np.ndarray, "n 3"]:
-    """Read a CSV of positions with the header x,y,z; metres, world frame.
+    """Read a CSV of positions with the header x,y,z.
+
+    Args:
+        path: the CSV.
+
+    Returns:
+        The positions, metres, world frame.
 
     Raises:
         InputError: no such file, another header, a row that is not three finite numbers, or no rows.
@@ -204,8 +244,8 @@ def read_points(path: Path) -> Float[np.ndarray, "n 3"]:
     return np.array(points, dtype=float)
 
 
-def _room_for(shape: tuple[int, ...]) -> UInt8[np.ndarray, "*shape"]:
-    """Zeros, in memory or in a mapped file that is gone when the process is."""
+def _zeros(shape: tuple[int, ...]) -> UInt8[np.ndarray, "*shape"]:
+    """Zeros, in memory or in a mapped temporary file that is removed when the process ends."""
     size = int(np.prod(shape))
     if size <= IN_MEMORY:
         return np.zeros(shape, np.uint8)
@@ -225,7 +265,7 @@ def _read_pictures(folder: Path, problems: list[str]) -> tuple[list[str], UInt8[
     )
     if not files:
         problems.append(f"{folder}: expected pictures 00001.png and on, found none")
-    pictures = _room_for((len(files), ROWS, COLUMNS))
+    pictures = _zeros((len(files), ROWS, COLUMNS))
     for index, path in enumerate(files):
         try:
             pictures[index] = read_picture(path)
@@ -236,6 +276,12 @@ def _read_pictures(folder: Path, problems: list[str]) -> tuple[list[str], UInt8[
 
 def read_picture(path: Path) -> UInt8[np.ndarray, "90 360"]:
     """Read one 8-bit grey spectrum picture.
+
+    Args:
+        path: the PNG file.
+
+    Returns:
+        Grey levels, row 0 at 1° elevation.
 
     Raises:
         InputError: not a readable PNG, or not 360 × 90 pixels of 8-bit grey.
@@ -259,7 +305,7 @@ def _read_index(path: Path, names: list[str], problems: list[str]) -> list[int]:
         return []
     if not names:
         return []  # a problem of the pictures, not of every row here
-    where = {name: index for index, name in enumerate(names)}
+    index_of = {name: index for index, name in enumerate(names)}
     index = []
     try:
         listed = path.read_text(encoding="utf-8").split()
@@ -267,15 +313,22 @@ def _read_index(path: Path, names: list[str], problems: list[str]) -> list[int]:
         problems.append(f"{path}: expected one picture name per line, found a file that is no text ({error})")
         return []
     for number, name in enumerate(listed, start=1):
-        if name not in where:
+        if name not in index_of:
             problems.append(f"{path}, row {number}: expected the name of a picture, found {name}, which is not there")
         else:
-            index.append(where[name])
+            index.append(index_of[name])
     return index
 
 
 def read_index(path: Path, dataset: Dataset) -> Int[np.ndarray, " n"]:
-    """Indices into ``dataset`` of the names in an index file.
+    """Read an index file.
+
+    Args:
+        path: one picture name per line.
+        dataset: the dataset that the names are of.
+
+    Returns:
+        Indices into the dataset.
 
     Raises:
         InputError: the file is missing, empty, or names a picture that is not there.
@@ -290,10 +343,10 @@ def read_index(path: Path, dataset: Dataset) -> Int[np.ndarray, " n"]:
 
 
 def _read_gateway(path: Path, problems: list[str]) -> tuple[Float[np.ndarray, 3], Float[np.ndarray, 4]]:
-    nowhere = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
+    default_pose = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
     if not path.is_file():
         problems.append(f"{path}: expected the gateway's position and orientation, found no such file")
-        return nowhere
+        return default_pose
     try:
         gateway = yaml.safe_load(path.read_text())["gateway1"]
         position = np.array(gateway["position"], dtype=float)
@@ -304,13 +357,13 @@ def _read_gateway(path: Path, problems: list[str]) -> tuple[Float[np.ndarray, 3]
         problems.append(
             f"{path}: expected gateway1 with position [x, y, z] and orientation [x, y, z, w], found something else"
         )
-        return nowhere
+        return default_pose
     length = float(np.linalg.norm(orientation))
     if abs(length - 1) > UNIT_TOLERANCE:
         problems.append(
             f"{path}, gateway1: expected an orientation quaternion of unit length, found length {length:.4g}"
         )
-        return nowhere
+        return default_pose
     return position, orientation / length
 
 

@@ -1,4 +1,4 @@
-"""A part of a dataset: consecutive positions traced, measured and drawn; the same bytes wherever it is made."""
+"""A part of a dataset: consecutive positions traced, measured and drawn; the same bytes on every machine."""
 
 from __future__ import annotations
 
@@ -19,12 +19,12 @@ if TYPE_CHECKING:  # needs the ray tracer
 
 @dataclass(frozen=True)
 class Part:
-    """What is written of some consecutive positions.
+    """The contents of the files of consecutive positions.
 
     Attributes:
         responses: complex element responses, as measured.
-        pictures: a PNG file each.
-        power: a TIFF file each, in dB; empty where none are wanted.
+        pictures: content of a PNG file for each position.
+        power: content of a TIFF file for each position, in dB; empty where the request wants none.
     """
 
     responses: Complex[np.ndarray, "n elements"]
@@ -33,7 +33,17 @@ class Part:
 
 
 def make_part(request: Request, tracer: Tracer, start: int, size: int) -> Part:
-    """Trace positions ``start`` … ``start + size − 1`` of a request (fewer at its end)."""
+    """Trace consecutive positions of a request.
+
+    Args:
+        request: the dataset to make.
+        tracer: of the request's scene.
+        start: index of the first position.
+        size: number of positions; fewer are traced at the end of the request.
+
+    Returns:
+        The part.
+    """
     positions = request.positions[start : start + size]
     numbers = np.arange(start, start + len(positions))
     responses = request.measurement.apply(tracer.responses(positions), numbers, request.measurement_seed)

@@ -1,4 +1,4 @@
-"""Writing the files of a NeRF² dataset folder, each at once or not at all. docs/format.md describes every file."""
+"""Write the files of a NeRF² dataset folder, each atomically. docs/format.md describes every file."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from scenes.atomic import write_atomically
 def encode_picture(picture: UInt8[np.ndarray, "90 360"]) -> bytes:
     """A PNG file of one spectrum picture: 8-bit grey."""
     buffer = BytesIO()
-    # Level 3: a third of the default's time for a sixth more bytes.
+    # Level 3 takes a third of the default level's time and gives a sixth more bytes.
     Image.fromarray(picture).save(buffer, format="PNG", compress_level=3)
     return buffer.getvalue()
 
@@ -26,13 +26,13 @@ def encode_picture(picture: UInt8[np.ndarray, "90 360"]) -> bytes:
 def encode_power(power_db: Float[np.ndarray, "90 360"]) -> bytes:
     """A TIFF file of a spectrum's absolute power in dB: one channel of float32, rows as in the pictures."""
     buffer = BytesIO()
-    # Uncompressed, as every reader takes it: such floats shrink by a fifth at most.
+    # Uncompressed, since every reader takes that, and compression would shrink such floats by a fifth at most.
     Image.fromarray(power_db.astype(np.float32)).save(buffer, format="TIFF")
     return buffer.getvalue()
 
 
 def write_positions(path: Path, positions: Float[np.ndarray, "K 3"]) -> None:
-    """Write tx_pos.csv: metres to a tenth of a millimetre more than any tape measures (6 decimals)."""
+    """Write tx_pos.csv: metres with 6 decimals."""
     text = StringIO()
     text.write("x,y,z\n")
     np.savetxt(text, positions, fmt="%.6f", delimiter=",")

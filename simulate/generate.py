@@ -1,9 +1,9 @@
 """Simulate a dataset: positions -> traced responses -> spectra -> a NeRF² folder, interruptible at any moment.
 
-A run first writes ``metadata.json``, which says exactly what is being made, then works through the positions in
-parts. Each finished part leaves its pictures and, as ``parts/NNNNN.npy``, its responses. The same command again finds
-the metadata equal, skips the finished parts and ends with the same bytes. The index files come last: a folder without
-them is not finished, and no loader takes it for a dataset.
+A run first writes ``metadata.json``, which records the request, then works through the positions in parts. Each
+finished part leaves its pictures and, as ``parts/NNNNN.npy``, its responses. The same request again finds the metadata
+equal, skips the finished parts and ends with the same bytes. The index files are written last, so that no loader takes
+an unfinished folder for a dataset.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ from simulate.request import Request
 from simulate.workers import parts_of_workers, require_ray
 
 PART = 100
-"""Positions per part: what a killed run loses at most."""
+"""Positions per part. A run that is killed loses one part at most."""
 
 TEST_FRACTION = 0.2
 
@@ -53,7 +53,9 @@ def generate(request: Request, folder: Path, workers: int | None = None, ray: st
     """Simulate a dataset into a folder, or finish one that the same request began.
 
     Args:
-        workers: how many Ray workers trace at a time; without it (and ``ray``) this process does.
+        request: the dataset to make.
+        folder: the dataset folder: a new one, an empty one, or one that the same request began.
+        workers: number of Ray workers that trace at a time; this process traces if neither this nor ``ray`` is given.
         ray: address of a running Ray cluster.
 
     Raises:
@@ -65,9 +67,9 @@ def generate(request: Request, folder: Path, workers: int | None = None, ray: st
     metadata = request.metadata()
     begun = _begun(folder, metadata)
     if begun and (folder / "test_index.txt").exists():
-        shutil.rmtree(folder / "parts", ignore_errors=True)  # of a run killed while it tidied up
+        shutil.rmtree(folder / "parts", ignore_errors=True)  # left by a run that was killed while it removed them
         return
-    import simulate.ray_tracer  # noqa: F401  one that cannot be used is refused before anything is written
+    import simulate.ray_tracer  # noqa: F401  a ray tracer that cannot be used is refused before anything is written
 
     if workers is not None or ray is not None:
         require_ray(ray)
@@ -97,13 +99,13 @@ def generate(request: Request, folder: Path, workers: int | None = None, ray: st
 
 
 def picture_names(count: int) -> list[str]:
-    """Zero-padded names from 1: five digits, more if needed."""
+    """Zero-padded names from 1 on, of five digits, or of more if needed."""
     digits = max(5, len(str(count)))
     return [f"{number:0{digits}d}" for number in range(1, count + 1)]
 
 
 def _begun(folder: Path, metadata: dict[str, Any]) -> bool:
-    """Whether the folder holds the beginnings of this very request; False: it is new or empty."""
+    """Whether the folder was begun by a request of the same metadata; False if it is new or empty."""
     # A run killed in its first moment leaves no more than the unfinished metadata.
     if not folder.exists() or (folder.is_dir() and {p.name for p in folder.iterdir()} <= {"metadata.json.tmp"}):
         return False
@@ -159,7 +161,7 @@ def _trace_parts(request: Request, names: list[str], folder: Path, workers: int 
                 write_atomically(folder / "spectrum" / f"{name}.png", picture)
                 if power is not None:
                     write_atomically(folder / "power_db" / f"{name}.tif", power)
-            # Last of all: it says that the part is finished.
+            # Written last, since this file marks the part as finished.
             buffer = BytesIO()
             np.save(buffer, part.responses)
             write_atomically(_part_file(folder, start), buffer.getvalue())
@@ -174,7 +176,7 @@ class RateColumn(ProgressColumn):
 
 
 def progress_bar() -> Progress:
-    """Progress on stderr: what, how far, how fast, how long still."""
+    """Progress on stderr: description, bar, count, spectra per second, time remaining."""
     return Progress(
         TextColumn("{task.description}"),
         BarColumn(),

@@ -30,7 +30,13 @@ FIX = (
 def llvm_version(library: Path) -> int | None:
     """Major version of a libLLVM, from its (resolved) file name, e.g. libLLVM-15.so.1 or libLLVM.so.19.1.
 
-    A library whose name does not tell is asked: ``LLVMGetVersion`` exists since LLVM 16. None: not usable.
+    A library whose name has no version is loaded and asked by ``LLVMGetVersion``, which exists since LLVM 16.
+
+    Args:
+        library: path of the library.
+
+    Returns:
+        The major version; None if the library cannot be used.
     """
     for name in (library.name, library.resolve().name):
         found = re.search(r"libLLVM(?:-|\.so\.)(\d+)", name)
@@ -100,7 +106,7 @@ def install_libllvm() -> None:
     """Install Debian's libLLVM as root, or else unpack it into the virtual environment.
 
     Raises:
-        InputError: no package manager, or none of the packages is to be had; says what to do.
+        InputError: no package manager, or none of the packages can be downloaded.
     """
     apt = shutil.which("apt-get")
     if apt is None:

@@ -1,4 +1,4 @@
-"""Where the transmitter stands: uniformly, on a grid, along a smooth path, or as a CSV says; never inside an object."""
+"""Transmitter positions: uniform, on a grid, along a smooth path, or given in a CSV; never inside an object."""
 
 from __future__ import annotations
 
@@ -22,10 +22,14 @@ def place(scene: Scene, kind: Placement, count: int, seed: int) -> Float[np.ndar
     """Transmitter positions in the scene's region, metres, world frame; none inside an object.
 
     Args:
-        kind: ``uniform`` draws them at random; ``grid`` fills the region evenly, then drops what is inside objects;
+        scene: the scene that the positions are in.
+        kind: ``uniform`` draws them at random; ``grid`` fills the region evenly, then drops positions inside objects;
             ``path`` walks a smooth random curve through the region, as a measurement does.
-        count: how many. ``grid`` may return fewer, having no other places to go to.
-        seed: of the random choices.
+        count: number of positions. ``grid`` returns fewer where some of its positions are inside objects.
+        seed: seed of the random choices.
+
+    Returns:
+        The positions.
 
     Raises:
         InputError: the region has no free place.
@@ -38,7 +42,7 @@ def place(scene: Scene, kind: Placement, count: int, seed: int) -> Float[np.ndar
         positions = _grid(region, count)
         positions = positions[~inside_object(scene, positions)]
         if not len(positions):
-            raise _no_room(scene)
+            raise _no_free_place(scene)
         return positions
     return _smooth_path(scene, region, count, generator)
 
@@ -47,6 +51,15 @@ def free_positions(
     scene: Scene, region: Float[np.ndarray, "2 3"], count: int, generator: np.random.Generator
 ) -> Float[np.ndarray, "count 3"]:
     """Uniform positions in a box, outside every object.
+
+    Args:
+        scene: the scene that the positions are in.
+        region: lowest and highest corner of the box, metres, world frame.
+        count: number of positions.
+        generator: draws them.
+
+    Returns:
+        The positions, metres, world frame.
 
     Raises:
         InputError: fewer than one in a hundred tries is free.
@@ -58,10 +71,10 @@ def free_positions(
         free = np.concatenate([free, tries[~inside_object(scene, tries)]])
         if len(free) >= count:
             return free[:count]
-    raise _no_room(scene)
+    raise _no_free_place(scene)
 
 
-def _no_room(scene: Scene) -> InputError:
+def _no_free_place(scene: Scene) -> InputError:
     return InputError(f"{scene.name}: the transmitter region has no room outside the objects in it")
 
 
@@ -70,7 +83,7 @@ def _grid(region: Float[np.ndarray, "2 3"], count: int) -> Float[np.ndarray, "n 
     size = region[1] - region[0]
     cubic = (size.prod() / count) ** (1 / 3)
     finer = (np.maximum(1, size // (cubic * shrink)).astype(int) for shrink in np.linspace(1, 0.75, 100))
-    cells = max((each for each in finer if each.prod() <= count), key=np.prod, default=np.ones(3, int))
+    cells = max((number for number in finer if number.prod() <= count), key=np.prod, default=np.ones(3, int))
     axes = [low + (np.arange(n) + 0.5) * extent / n for low, extent, n in zip(region[0], size, cells, strict=True)]
     return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
 
@@ -82,18 +95,19 @@ def _smooth_path(
     low, high = region
     positions = np.zeros((0, 3))
     for _ in range(20):
-        # The way is about a region's diagonal per two way points; what is missing is walked on the next try.
+        # The curve is about as long as the region's diagonal per two way points; if it is too short, the next pass of
+        # the loop adds another curve.
         needed = (count - len(positions)) * PATH_STEP
         way_points = 4 + int(3 * needed / np.linalg.norm(high - low))
         spline = CubicSpline(np.arange(way_points), low + (high - low) * generator.random((way_points, 3)))
         fine = spline(np.linspace(0, way_points - 1, 400 * way_points)).clip(low, high)
-        walked = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(fine, axis=0), axis=1))])
-        stops = np.arange(0, walked[-1], PATH_STEP)
-        path = np.stack([np.interp(stops, walked, fine[:, axis]) for axis in range(3)], axis=-1)
+        arc_length = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(fine, axis=0), axis=1))])
+        stops = np.arange(0, arc_length[-1], PATH_STEP)
+        path = np.stack([np.interp(stops, arc_length, fine[:, axis]) for axis in range(3)], axis=-1)
         positions = np.concatenate([positions, path[~inside_object(scene, path)]])
         if len(positions) >= count:
             return positions[:count]
-    raise _no_room(scene)
+    raise _no_free_place(scene)
 
 
 def check_positions(positions: Float[np.ndarray, "n 3"], scene: Scene) -> Float[np.ndarray, "n 3"]:
@@ -122,10 +136,17 @@ def check_positions(positions: Float[np.ndarray, "n 3"], scene: Scene) -> Float[
 
 
 def read_positions(path: Path, scene: Scene) -> Float[np.ndarray, "n 3"]:
-    """Positions of a CSV (header x,y,z; metres, world frame), none of them inside an object.
+    """Read the positions of a CSV, none of them inside an object.
+
+    Args:
+        path: a CSV with the header x,y,z; metres, world frame.
+        scene: the scene that the positions are in.
+
+    Returns:
+        The positions, metres, world frame.
 
     Raises:
-        InputError: as ``read_points``, or a position inside an object; names the line.
+        InputError: a file that ``read_points`` refuses, or a position inside an object; names the line.
     """
     positions = read_points(path)
     for index, blocker in enumerate(blocking_object(scene, positions)):

@@ -1,4 +1,4 @@
-"""The planes a scene's triangles lie in: what a path is reflected at, whatever the triangle."""
+"""The planes that a scene's triangles lie in: a path is identified by its planes, not by its triangles."""
 
 from __future__ import annotations
 
@@ -54,7 +54,15 @@ class Planes:
         self.sides = np.concatenate([inwards, (inwards * corners).sum(axis=-1, keepdims=True)], axis=-1)
 
     def of(self, shapes: UInt32[np.ndarray, " n"], triangles: UInt32[np.ndarray, " n"]) -> Int[np.ndarray, " n"]:
-        """Plane of each triangle, given as the object's identifier and the triangle's index in it."""
+        """Index of each triangle's plane.
+
+        Args:
+            shapes: identifier of the triangle's object.
+            triangles: index of the triangle in its object.
+
+        Returns:
+            Indices into ``normals`` and ``offsets``.
+        """
         first = np.zeros(max(self._first_triangle) + 1, dtype=np.int64)
         for identifier, start in self._first_triangle.items():
             first[identifier] = start

@@ -1,9 +1,9 @@
-"""Which chains could be a path at all: where the image method puts the reflections, and whether a surface is there.
+"""Which chains can be a path at all: where the image method puts the reflections, and whether a surface is there.
 
 A source mirrored at a chain's planes in turn gives its images I_1 … I_n. Backwards from the target p_{n+1}, reflection
 k lies where the line from p_{k+1} to I_k meets plane k. Unless a triangle of that plane is there, the chain is no path
-between the two. In a furnished room most combinations fail this test, which costs a small part of the exact
-one. It never drops a path; what blocks one is for the exact test to say.
+between the two. In a furnished room most combinations fail this test, which costs much less than solving them exactly.
+The test never drops a path. Whether something blocks a path is tested when the path is solved exactly.
 """
 
 from __future__ import annotations
@@ -31,23 +31,28 @@ def possible_paths(
     """Combinations (target, chain, source) all of whose reflections are on a surface, in lexical order.
 
     Args:
-        chains: reflecting planes from source to target; −1 (an interaction that does not steer the path) is skipped.
+        planes: the scene's planes.
+        chains: reflecting planes from source to target; −1, an interaction that does not change the direction, is
+            skipped.
         sources: metres, world frame.
         targets: metres, world frame.
+
+    Returns:
+        Index of the target, of the chain and of the source of each combination.
     """
     order = np.argsort(chains < 0, axis=1, kind="stable")
     reflecting = np.take_along_axis(chains, order, axis=1)
     count = (chains >= 0).sum(axis=1)
     images = np.empty((len(chains), len(sources), chains.shape[1], 3))
     _mirror(planes.normals, planes.offsets, reflecting, count, sources, images)
-    batch = max(1, AT_ONCE // max(1, len(chains) * len(sources)))
+    batch_size = max(1, AT_ONCE // max(1, len(chains) * len(sources)))
     found = [np.zeros((3, 0), np.int64)]
-    for start in range(0, len(targets), batch):
-        some = targets[start : start + batch]
-        possible = np.zeros((len(some), len(chains), len(sources)), dtype=np.bool_)
+    for start in range(0, len(targets), batch_size):
+        batch_targets = targets[start : start + batch_size]
+        possible = np.zeros((len(batch_targets), len(chains), len(sources)), dtype=np.bool_)
         surfaces = planes.normals, planes.offsets, planes.first, planes.sides
         with ONE_KERNEL:
-            _backtrack(*surfaces, reflecting, count, images, some, possible)
+            _backtrack(*surfaces, reflecting, count, images, batch_targets, possible)
         target, chain, source = np.nonzero(possible)
         found.append(np.stack([target + start, chain, source]))
     return np.concatenate(found, axis=1)

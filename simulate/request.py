@@ -1,4 +1,4 @@
-"""What to simulate: everything a dataset's content depends on, and its record in metadata.json."""
+"""A request to simulate: everything that a dataset's content depends on, and its record in metadata.json."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ DEFAULT_RAY_SEED = 1
 
 @dataclass(frozen=True)
 class Request:
-    """What to simulate.
+    """A dataset to simulate.
 
     Attributes:
-        scene: the place.
+        scene: the scene, of one gateway.
         positions: transmitter positions, metres, world frame.
-        placement: how they were chosen, for the record: a placement's name and seed, or a CSV.
+        placement: how they were chosen, for metadata.json: a placement's name and seed, or a CSV.
         propagation: the mechanisms the ray tracer follows.
         seed: seed of the rays and of the 80/20 split of the index files.
         measurement: errors that the receiver adds to the traced responses.
@@ -63,7 +63,7 @@ class Request:
         return bounding_box(np.vstack([self.scene.transmitter.region, self.positions]))
 
     def metadata(self) -> dict[str, Any]:
-        """Everything the folder's content depends on."""
+        """Content of metadata.json: everything that the folder's content depends on."""
         return {
             "made_by": f"bisplat-wrf {version('bisplat-wrf')}",
             "scene": self.scene.name,
@@ -112,7 +112,7 @@ def propagation_of(metadata: dict[str, Any]) -> tuple[Propagation, int]:
     """
     settings = dict(metadata.get("propagation", {}))
     seed = settings.pop("seed", DEFAULT_RAY_SEED)
-    unknown = settings.keys() - {each.name for each in fields(Propagation)}
+    unknown = settings.keys() - {setting.name for setting in fields(Propagation)}
     if unknown:
         raise InputError(f"metadata.json: expected settings of the propagation that are known, found {sorted(unknown)}")
     return Propagation(**settings), seed

@@ -1,8 +1,8 @@
-"""A scene description as Sionna RT objects: meshes with radio materials, and the two ends of every path.
+"""A scene description as Sionna RT objects: meshes with radio materials, and the antennas at both ends of the paths.
 
-Frames. Sionna's devices look along their local +x and are vertically polarised along local +z; the gateway looks
-along +z and is vertically polarised along +y (DESIGN 3). The cyclic permutation (x, y, z)_gateway =
-(y, z, x)_Sionna maps one on the other.
+Frames: Sionna's devices look along their local +x and are vertically polarised along local +z; the gateway looks
+along +z and is vertically polarised along +y (docs/physics.md, Frames). The cyclic permutation (x, y, z)_gateway =
+(y, z, x)_Sionna maps one frame on the other.
 """
 
 from __future__ import annotations
@@ -26,7 +26,14 @@ GATEWAY_FROM_SIONNA = Rotation.from_matrix([[0, 1, 0], [0, 0, 1], [1, 0, 0]])
 
 
 def build_scene(scene: Scene) -> rt.Scene:
-    """The scene's meshes and radio materials as a Sionna RT scene; object i of ``scene`` keeps its name."""
+    """Build a scene's meshes and radio materials in Sionna RT.
+
+    Args:
+        scene: the description.
+
+    Returns:
+        The Sionna RT scene, whose objects have the names of the description's.
+    """
     sionna = rt.Scene()
     sionna.frequency = scene.frequency
     materials: dict[tuple[str, float], rt.RadioMaterial] = {}
@@ -97,7 +104,7 @@ def transmitter_antennas(scene: Scene, positions: Float[np.ndarray, "n 3"]) -> A
 def sionna_angles(rotation: Rotation) -> Float[np.ndarray, 3]:
     """Sionna's orientation angles (α, β, γ) about z, y, x, in radians, of a device-to-world rotation."""
     with warnings.catch_warnings():
-        # Boresight straight up or down: α and γ turn about the same axis and any split of them will do.
+        # With the boresight straight up or down, α and γ turn about the same axis, and any split of them is right.
         warnings.filterwarnings("ignore", message="Gimbal lock")
         return rotation.as_euler("ZYX")
 

@@ -12,9 +12,15 @@ LARGEST_GREY = 255
 
 
 def normalise(spectrum: Float[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray, "*batch 90 360"]:
-    """Min–max normalise each spectrum to 0…1: what a NeRF² picture holds. A constant spectrum becomes zero.
+    """Min–max normalise each spectrum to 0…1, as NeRF² pictures are; a constant spectrum becomes zero.
 
-    This is the one place where spectra of a dataset are normalised; a model sees and is scored on such pictures.
+    All spectra of datasets are normalised here. Models are trained and scored on spectra normalised in this way.
+
+    Args:
+        spectrum: magnitude, any unit.
+
+    Returns:
+        The normalised spectrum.
     """
     low = spectrum.min(axis=(-2, -1), keepdims=True)
     span = spectrum.max(axis=(-2, -1), keepdims=True) - low
@@ -22,7 +28,14 @@ def normalise(spectrum: Float[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray,
 
 
 def picture(spectrum: Float[np.ndarray, "*batch 90 360"]) -> UInt8[np.ndarray, "*batch 90 360"]:
-    """8-bit grey NeRF² picture of a magnitude spectrum."""
+    """8-bit grey NeRF² picture of a magnitude spectrum.
+
+    Args:
+        spectrum: magnitude, any unit; it is normalised first.
+
+    Returns:
+        Grey levels, row 0 at 1° elevation.
+    """
     return np.round(normalise(spectrum) * LARGEST_GREY).astype(np.uint8)
 
 
@@ -42,7 +55,14 @@ def spectrum_of(picture: UInt8[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray
 
 
 def dominant_direction(spectrum: Float[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray, "*batch 3"]:
-    """Unit vector (gateway frame) towards each spectrum's maximum: the dominant path's angle of arrival."""
+    """The direction of each spectrum's maximum: the dominant path's angle of arrival.
+
+    Args:
+        spectrum: magnitude, power, or normalised.
+
+    Returns:
+        Unit vectors, gateway frame.
+    """
     flat = spectrum.reshape(*spectrum.shape[:-2], -1).argmax(axis=-1)
     row, column = np.unravel_index(flat, spectrum.shape[-2:])
     return direction(np.radians(AZIMUTHS_DEG[column]), np.radians(ELEVATIONS_DEG[row]))

@@ -1,4 +1,4 @@
-"""One parallel kernel at a time: numba's plainest pool of threads ends the process when two Python threads enter it."""
+"""A lock for parallel kernels: numba's workqueue threading layer aborts the process when two Python threads use it."""
 
 from threading import Lock
 

@@ -1,7 +1,7 @@
 """Parts of a dataset made by Ray workers, on this machine or a cluster; this process alone writes files.
 
-The chains are found once, here, and sent along. A worker builds the scene when its first part arrives and keeps it. A
-worker that is lost takes its part with it; Ray gives that part to another.
+The chains are found once, by the caller, and sent to the workers. A worker builds the scene when its first part
+arrives and keeps it. When a worker is lost, Ray gives its part to another worker.
 """
 
 from __future__ import annotations
@@ -26,7 +26,10 @@ RETRIES = 20
 
 
 def require_ray(address: str | None) -> None:
-    """Make sure, before anything is written, that Ray is there.
+    """Make sure, before anything is written, that Ray is installed and its cluster answers.
+
+    Args:
+        address: of a running Ray cluster; None if Ray is to be started on this machine.
 
     Raises:
         InputError: Ray is not installed.
@@ -50,14 +53,15 @@ def parts_of_workers(
     """Parts in the order they are finished, with their first position's index.
 
     Args:
-        chains: of ``Tracer.chains``.
+        request: the dataset to make.
+        chains: ``Tracer.chains`` of a tracer of the request.
         starts: first positions of the parts to make.
         size: positions per part.
         workers: parts made at a time; one per machine of the cluster if None.
         address: of a running Ray cluster; a Ray of its own on this machine if None.
 
     Raises:
-        InputError: a part was lost again and again.
+        InputError: a part was lost ``RETRIES`` times.
     """
     import ray
 
@@ -75,7 +79,8 @@ def parts_of_workers(
         waiting = list(starts)
         running: dict[Any, int] = {}
         while waiting or running:
-            # One part more than workers, so that none waits for us; not all, since results take memory.
+            # One part more than there are workers, so that no worker waits for this process. Not all parts at once,
+            # since finished parts take memory.
             while waiting and len(running) <= workers:
                 start = waiting.pop(0)
                 running[task.remote(shared, threads, start, size)] = start
@@ -91,7 +96,7 @@ def parts_of_workers(
 
 
 def _trace_part(shared: tuple[Request, Chains | None, str], threads: int, start: int, size: int) -> Part:
-    """What a worker runs."""
+    """Make one part; this function runs in a worker."""
     request, chains, name = shared
     if name not in _tracers:
         from simulate.ray_tracer import dr

@@ -6,10 +6,11 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 from learn.comparison.compare import makers
-from learn.comparison.experiment import begin, positive
+from learn.comparison.experiment import begin
 from learn.comparison.table import Comparison
 from learn.comparison.trained_model import TrainedModel
 from learn.splits import SplitKind
+from scenes.errors import require_positive
 from simulate.dataset import Dataset
 
 OURS: dict[str, dict[str, int]] = {
@@ -82,7 +83,7 @@ def ablate(
     >>> [row["label"] for row in comparison][-1]
     'bisplat (20 primitives) without BST'
     """
-    positive(steps=steps, seeds=seeds)
+    require_positive(steps=steps, seeds=seeds)
     methods = makers({label: method for model in models for label, method in variants(model, primitives)})
     experiment = begin(dataset, split, output, steps=steps)
     experiment.measure(methods, seeds)

@@ -8,12 +8,12 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from learn.comparison.experiment import begin, positive
+from learn.comparison.experiment import begin
 from learn.comparison.methods import is_reduced, method_named, method_names
 from learn.comparison.table import Comparison
 from learn.comparison.task import Method
 from learn.splits import SplitKind
-from scenes.errors import ParameterError
+from scenes.errors import ParameterError, require_positive
 from simulate.dataset import Dataset
 
 Models = Sequence[str] | Mapping[str, str | Method | Callable[[], Method]]
@@ -65,7 +65,7 @@ def compare(
     >>> "ssim_median" in pandas.DataFrame(comparison)
     True
     """
-    positive(budget=budget, seeds=seeds)
+    require_positive(budget=budget, seeds=seeds)
     models = method_names() if models is None else models
     methods = makers(models)
     if not isinstance(models, Mapping):

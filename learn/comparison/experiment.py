@@ -24,7 +24,6 @@ from learn.output_folder import claim
 from learn.splits import SplitKind, evenly, split
 from learn.training.run_folder import device_name
 from scenes.atomic import write_atomically
-from scenes.errors import ParameterError
 from simulate.dataset import Dataset, read_dataset
 from simulate.spectrum import spectrum_of
 
@@ -185,22 +184,6 @@ def begin(
     dataset = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
     settings = Settings(str(dataset.folder.resolve()), split, SPLIT_SEED, minutes, steps, device_name())
     return Experiment(Path(output or tempfile.mkdtemp(prefix="bisplat-")), dataset, settings)
-
-
-def positive(**values: float) -> None:
-    """Check parameters that must be positive numbers.
-
-    Raises:
-        ParameterError: one of them is not.
-
-    >>> positive(budget=5.0, seeds=0)
-    Traceback (most recent call last):
-    ...
-    scenes.errors.ParameterError: seeds: expected a positive number, found 0
-    """
-    for name, value in values.items():
-        if value <= 0:
-            raise ParameterError(name, f"expected a positive number, found {value}")
 
 
 def row_name(row: Mapping[str, Any]) -> str:

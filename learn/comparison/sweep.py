@@ -7,12 +7,12 @@ from functools import partial
 from pathlib import Path
 
 from learn.comparison.compare import Models, makers
-from learn.comparison.experiment import begin, positive
+from learn.comparison.experiment import begin
 from learn.comparison.table import Comparison
 from learn.comparison.trained_model import TrainedModel
 from learn.splits import SplitKind
 from learn.training.run_folder import Run, load_run
-from scenes.errors import ParameterError
+from scenes.errors import ParameterError, require_positive
 from simulate.dataset import Dataset
 
 
@@ -50,7 +50,7 @@ def sweep(
     >>> [(row["label"], row["train"]) for row in comparison]
     [('nearest', 5), ('nearest', 10)]
     """
-    positive(budget=budget, seeds=seeds)
+    require_positive(budget=budget, seeds=seeds)
     if not sizes or min(sizes) < 1:
         raise ParameterError("sizes", f"expected positive numbers of training spectra, found {list(sizes)}")
     methods = makers(models)

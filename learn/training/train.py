@@ -22,7 +22,7 @@ from learn.training.by_steps import train_by_steps
 from learn.training.config import Config, Steps, read_config, write_config
 from learn.training.lightning_module import Spectra
 from learn.training.run_folder import Run, build_model, load_run, load_weights, predict, save_weights, write_training
-from scenes.errors import ParameterError
+from scenes.errors import ParameterError, require_positive
 from scenes.shapes import bounding_box
 from simulate.dataset import Dataset, read_dataset
 from simulate.spectrum import spectrum_of
@@ -145,9 +145,7 @@ def _check(config: Config, devices: int, nodes: int) -> None:
         by_steps = config.by_steps
         numbers |= {"steps": by_steps.steps, "batch_size": by_steps.batch_size}
         numbers |= {"learning_rate": by_steps.learning_rate}
-    for name, value in numbers.items():
-        if not (np.isfinite(value) and value > 0):
-            raise ParameterError(name, f"expected a positive number, found {value}")
+    require_positive(**numbers)
     if config.by_steps is not None and config.by_steps.batch_size % (devices * nodes):
         raise ParameterError(
             "batch_size",

@@ -212,6 +212,27 @@ def test_wrong_usage_exits_2(command, arguments):
     assert status == 2 and out == "" and err
 
 
+def test_the_traceback_behind_a_sentence_is_shown_when_asked_for(monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr(sys, "argv", ["bisplat", "evaluate", str(tmp_path / "nowhere")])
+    for asked, wanted in (("0", False), ("1", True)):
+        monkeypatch.setenv("BISPLAT_TRACEBACK", asked)
+        with pytest.raises(SystemExit) as leaving:
+            main()
+        err = capsys.readouterr().err
+        assert leaving.value.code == 1
+        assert ("Traceback" in err and "read_config" in err) == wanted
+        assert err.splitlines()[-1].startswith(f"bisplat: {tmp_path / 'nowhere'}: expected a run folder")
+        assert ("BISPLAT_TRACEBACK=1" in err) != wanted
+
+
+def test_a_file_that_cannot_be_written_is_named(command, finished_run, tiny, tmp_path):
+    (tmp_path / "file").write_text("")
+    output = tmp_path / "file" / "out.npz"
+    status, _, err = command("predict", finished_run, "--positions", tiny / "tx_pos.csv", "-o", output)
+    assert status == 1
+    assert_one_sentence(err, tmp_path / "file")
+
+
 def test_unknown_dataset_is_one_sentence(command, tmp_path):
     status, out, err = command("train", tmp_path / "nowhere", "-o", tmp_path / "run")
     assert status == 1 and out == ""

@@ -218,7 +218,7 @@ REFUSED = {
     "matrix of four": (moved('<matrix value="1 0 0 1"/>'), 'expected 9 or 16 numbers as value, found "1 0 0 1"'),
     "not a number": (moved('<translate x="one"/>'), 'expected 1 numbers as x, found "one"'),
     "not finite": (moved('<translate x="nan"/>'), 'expected 1 numbers as x, found "nan"'),
-    "no bsdf": (shape(), 'shape "wall": expected an itu-radio-material.* found no bsdf; or .* --material'),
+    "no bsdf": (shape(), 'shape "wall": expected an itu-radio-material.* found no bsdf; or .* material rule'),
     "looks only": (shape('<bsdf type="diffuse" id="mat-paint"/>'), 'found <bsdf type="diffuse" id="mat-paint">'),
     "misspelt id": (shape('<bsdf type="diffuse" id="mat-itu_bric"/>'), 'found "bric"; did you mean "brick"'),
     "unknown type": (

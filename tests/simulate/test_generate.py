@@ -245,8 +245,9 @@ def test_full_disk_leaves_no_half_file_and_more_room_finishes_the_job(
     generate(request_of, tmp_path / "whole")
     with monkeypatch.context():
         full_disk(after)
-        with pytest.raises(OSError, match="No space left"):
+        with pytest.raises(OSError, match="No space left") as error:
             generate(request_of, tmp_path / "full")
+        assert error.value.filename.startswith(str(tmp_path / "full"))  # the command's sentence names it
         assert not list((tmp_path / "full").rglob("*.png.tmp"))
         monkeypatch.undo()
     monkeypatch.setattr(module, "PART", 2)
