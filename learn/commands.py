@@ -4,14 +4,19 @@ from __future__ import annotations
 
 import json as json_format
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from tyro.conf import Positional, arg
 
-from learn.models.registry import DEFAULT_MODEL, ModelName
+from learn.models.registry import DEFAULT_MODEL, MODELS
 from learn.splits import SplitKind
 from scenes.text_tables import print_table
 from simulate.command import Output
+
+if TYPE_CHECKING:
+    ModelName = str
+else:
+    ModelName = Literal[tuple(MODELS)]  # the choices of the command line
 
 
 def demo(

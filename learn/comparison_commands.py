@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal
 
 from tyro.conf import Positional, arg
 
-from learn.models.registry import ModelName
+from learn.commands import ModelName
 from scenes.text_tables import print_rows
 from simulate.command import Output
 

@@ -12,6 +12,13 @@ class InputError(ValueError):
 
     The message is one sentence that names the file and the key or row, says what was expected and what was
     found. The command line prints it as it is and exits with status 1.
+
+    >>> import bisplat
+    >>> try:
+    ...     bisplat.load_scene("laboratory")
+    ... except bisplat.InputError as error:
+    ...     print(error)
+    unknown scene "laboratory"; known are bedroom, conference, lab, office (or give a .yaml file)
     """
 
 

@@ -1,6 +1,7 @@
 """The wheel holds everything: built, installed without the checkout, and used."""
 
 import os
+import shutil
 import subprocess
 import sys
 import sysconfig
@@ -22,11 +23,14 @@ def run(*command, **options) -> str:
 def installed(tmp_path_factory):
     """Function: runs a program of a fresh environment that has the wheel, and this one's packages beside it."""
     folder = tmp_path_factory.mktemp("wheel")
-    run(sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "-w", folder, ROOT)
+    leave = shutil.ignore_patterns(".*", "runs", "build", "tests", "docs", "*.egg-info", "__pycache__")
+    shutil.copytree(ROOT, folder / "source", ignore=leave)  # building leaves files beside the sources
+    alone = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    run(sys.executable, "-m", "pip", "wheel", "--quiet", "--no-deps", "-w", folder, folder / "source", env=alone)
     (wheel,) = folder.glob("*.whl")
     venv.create(folder / "fresh", with_pip=True)
     programs = folder / "fresh" / "bin"
-    run(programs / "python", "-m", "pip", "install", "--quiet", "--no-deps", wheel)
+    run(programs / "python", "-m", "pip", "install", "--quiet", "--no-deps", wheel, env=alone)
     # The checkout is installed here by a .pth file, which Python reads in its own site-packages only.
     environment = {**os.environ, "PYTHONPATH": sysconfig.get_paths()["purelib"], "OMP_NUM_THREADS": "1"}
     return lambda program, *arguments: run(programs / program, *arguments, cwd=folder, env=environment)

@@ -89,11 +89,6 @@ MODELS: dict[str, ModelEntry] = {
 DEFAULT_MODEL = "helmholtz"
 """The model of ``train`` if none is named."""
 
-if TYPE_CHECKING:
-    ModelName = str
-else:
-    ModelName = Literal[tuple(MODELS)]  # the choices of the command line
-
 
 def model_entry(name: str) -> ModelEntry:
     """The entry of a model.

@@ -12,7 +12,7 @@ from typing import Any
 from learn.models.registry import DEFAULT_MODEL
 from learn.splits import Split, SplitKind
 from scenes.atomic import write_atomically
-from scenes.errors import InputError
+from scenes.errors import InputError, require_positive
 from simulate.array import PlanarArray
 
 
@@ -31,6 +31,9 @@ class Steps:
     batch_size: int = 8
     learning_rate: float = 1e-3
     init: str | None = None
+
+    def __post_init__(self) -> None:
+        require_positive(steps=self.steps, batch_size=self.batch_size, learning_rate=self.learning_rate)
 
 
 @dataclass(frozen=True, kw_only=True)

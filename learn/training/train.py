@@ -73,13 +73,15 @@ def train(
     >>> run.predict([[2.5, 3.0, 1.2]]).responses.shape
     (1, 16)
     """
-    by_steps = None
-    if model_entry(model).fit == "steps":
-        rate = model_entry(model).learning_rate if learning_rate is None else learning_rate
-        start = None if init is None else str(Path(init).resolve())
-        by_steps = Steps(steps=steps, batch_size=batch_size, learning_rate=rate, init=start)
-    elif init is not None:
+    entry = model_entry(model)
+    if entry.fit == "closed form" and init is not None:
         raise ParameterError("init", f"expected a model trained by steps, found {model}")
+    by_steps = Steps(
+        steps=steps,
+        batch_size=batch_size,
+        learning_rate=entry.learning_rate if learning_rate is None else learning_rate,
+        init=None if init is None else str(Path(init).resolve()),
+    )
     folder = dataset.folder if isinstance(dataset, Dataset) else Path(dataset)
     config = Config(
         dataset=str(folder.resolve()),
@@ -88,7 +90,7 @@ def train(
         seed=seed,
         split_seed=seed,
         options=dict(options or {}),
-        by_steps=by_steps,
+        by_steps=by_steps if entry.fit == "steps" else None,
     )
     train_run(config, Path(output), devices, nodes, dataset if isinstance(dataset, Dataset) else None)
     return load_run(Path(output))
@@ -140,12 +142,7 @@ def _check(config: Config, devices: int, nodes: int) -> None:
         ParameterError: a number is out of range, or the model does not have one of the options.
     """
     check_options(config.model, config.options)
-    numbers: dict[str, float] = {"devices": devices, "nodes": nodes}
-    if config.by_steps is not None:
-        by_steps = config.by_steps
-        numbers |= {"steps": by_steps.steps, "batch_size": by_steps.batch_size}
-        numbers |= {"learning_rate": by_steps.learning_rate}
-    require_positive(**numbers)
+    require_positive(devices=devices, nodes=nodes)
     if config.by_steps is not None and config.by_steps.batch_size % (devices * nodes):
         raise ParameterError(
             "batch_size",

@@ -8,11 +8,11 @@ from unittest import mock
 import numpy as np
 import pytest
 
-import bisplat
+from bisplat.__main__ import main
 from scenes.description import facing
 from scenes.errors import InputError
 from scenes.scene_yaml import write_scene
-from simulate.command import MeasurementOptions, PropagationOptions
+from simulate.command import MeasurementOptions, PropagationOptions, simulate
 from simulate.dataset import read_dataset
 
 DIRECT = PropagationOptions(max_depth=0)
@@ -31,7 +31,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 def test_each_gateway_gets_a_folder_of_the_same_positions(two_gateways, tmp_path):
-    bisplat.simulate(str(two_gateways), tmp_path, spectra=5, propagation=DIRECT)
+    simulate(str(two_gateways), tmp_path, spectra=5, propagation=DIRECT)
     first, second = read_dataset(tmp_path / "gateway1"), read_dataset(tmp_path / "west")
     assert (first.positions == second.positions).all()
     assert first.responses is not None and second.responses is not None
@@ -41,9 +41,9 @@ def test_each_gateway_gets_a_folder_of_the_same_positions(two_gateways, tmp_path
 
 
 def test_receivers_errors_are_as_large_as_asked_for_and_each_arrays_own(two_gateways, tmp_path):
-    bisplat.simulate(str(two_gateways), tmp_path / "ideal", spectra=5, propagation=DIRECT)
+    simulate(str(two_gateways), tmp_path / "ideal", spectra=5, propagation=DIRECT)
     erring = MeasurementOptions(phase_error_deg=10.0)
-    bisplat.simulate(str(two_gateways), tmp_path / "real", spectra=5, propagation=DIRECT, measurement=erring)
+    simulate(str(two_gateways), tmp_path / "real", spectra=5, propagation=DIRECT, measurement=erring)
     errors = []
     for name in ("gateway1", "west"):
         ideal, real = (read_dataset(tmp_path / kind / name).responses for kind in ("ideal", "real"))
@@ -55,15 +55,15 @@ def test_receivers_errors_are_as_large_as_asked_for_and_each_arrays_own(two_gate
 
 def test_folder_made_once_more_is_the_same_with_its_own_settings(two_gateways, tmp_path):
     noisy = MeasurementOptions(snr_db=10.0)
-    bisplat.simulate(str(two_gateways), tmp_path / "a", 5, seed=4, propagation=DIRECT, measurement=noisy, power_db=True)
-    bisplat.simulate(str(tmp_path / "a" / "west"), tmp_path / "again")
+    simulate(str(two_gateways), tmp_path / "a", 5, seed=4, propagation=DIRECT, measurement=noisy, power_db=True)
+    simulate(str(tmp_path / "a" / "west"), tmp_path / "again")
     assert contents(tmp_path / "again") == contents(tmp_path / "a" / "west")
     assert (tmp_path / "again" / "power_db" / "00005.tif").exists()
 
 
 def test_no_workers_is_wrong(two_gateways, tmp_path):
     with pytest.raises(InputError, match="workers: expected at least 1, found 0"):
-        bisplat.simulate(str(two_gateways), tmp_path / "out", workers=0)
+        simulate(str(two_gateways), tmp_path / "out", workers=0)
 
 
 def test_old_and_new_spellings_of_the_options_are_the_same(two_gateways, tmp_path):
@@ -83,7 +83,7 @@ def test_old_and_new_spellings_of_the_options_are_the_same(two_gateways, tmp_pat
     ]
     for name, options in (("old", old), ("new", new)):
         with mock.patch.object(sys, "argv", ["bisplat", *common, "-o", str(tmp_path / name), *options]):
-            bisplat.main()
+            main()
     assert contents(tmp_path / "old") == contents(tmp_path / "new")
 
 
@@ -101,6 +101,6 @@ def test_old_and_new_spellings_of_the_options_are_the_same(two_gateways, tmp_pat
 def test_bad_value_is_one_sentence_that_names_the_option(option, value, sentence, two_gateways, tmp_path, capsys):
     command = ["bisplat", "simulate", str(two_gateways), "-o", str(tmp_path / "out"), option, value]
     with mock.patch.object(sys, "argv", command), pytest.raises(SystemExit) as end:
-        bisplat.main()
+        main()
     assert end.value.code == 1
     assert capsys.readouterr().err == f"bisplat: {sentence}\n"

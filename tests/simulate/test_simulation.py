@@ -5,10 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import bisplat
 from scenes.errors import InputError, ParameterError
 from scenes.scene_yaml import write_scene
 from simulate.command import PropagationOptions
+from simulate.command import simulate as simulate_command
 from simulate.propagation import Propagation
 from simulate.simulation import simulate
 
@@ -29,7 +29,7 @@ def test_function_and_command_write_the_same_bytes(yard, tmp_path):
     found = simulate(yard, tmp_path / "function", n=3, seed=2, propagation=DIRECT)
     path = write_scene(yard, tmp_path / "scene")
     options = PropagationOptions(max_depth=0)
-    bisplat.simulate(str(path), tmp_path / "command", spectra=3, seed=2, propagation=options)
+    simulate_command(str(path), tmp_path / "command", spectra=3, seed=2, propagation=options)
     assert contents(tmp_path / "function") == contents(tmp_path / "command")
     again = simulate(str(tmp_path / "function"), str(tmp_path / "again"))
     assert contents(tmp_path / "again") == contents(tmp_path / "function")
