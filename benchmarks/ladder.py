@@ -3,10 +3,10 @@
 python benchmarks/ladder.py ../shared/data/rfid-s23-160 runs/lab-6000 --json
 
 The result is the median SSIM of predicted and true test spectra of a measured and a simulated dataset, for the
-baselines nearest and inverse-distance, and for kriging with several covariances, of which the last is that of helmholtz. Spectra
-are interpolated ("pictures") and, if the dataset has them, responses. Nothing is random, and the parameters of a
-covariance are those of highest likelihood given the known part. For spectra, the first three covariances are used
-unchanged and the others are squared, since a spectrum is a magnitude and has no phase.
+baselines nearest and inverse-distance, and for kriging with several covariances, of which the last is that of
+helmholtz. Spectra are interpolated ("pictures") and, if the dataset has them, responses. Nothing is random, and the
+parameters of a covariance are those of highest likelihood given the known part. For spectra, the first three
+covariances are used unchanged and the others are squared, since a spectrum is a magnitude and has no phase.
 """
 
 from __future__ import annotations
