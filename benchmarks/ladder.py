@@ -1,12 +1,12 @@
-"""How much each part of the covariance of the model helmholtz adds to its accuracy.
+"""Measure how much each part of the covariance of the model helmholtz adds to its accuracy.
 
 python benchmarks/ladder.py ../shared/data/rfid-s23-160 runs/lab-6000 --json
 
-Measured: the median SSIM of predicted and true test pictures of a measured and a simulated dataset, for copying the
-nearest spectrum, for inverse-distance weighting, and for kriging with one covariance after another, the last being
-that of helmholtz. Kriging is of pictures and, where the dataset has them, of responses. Nothing is drawn at random,
-and the parameters of a covariance are the likeliest ones given the known part. For pictures, the first three
-covariances are used as they are and the others squared, since a picture is a magnitude and has no phase.
+The result is the median SSIM of predicted and true test spectra of a measured and a simulated dataset, for the
+baselines nearest and inverse-distance, and for kriging with several covariances, of which the last is that of
+helmholtz. Spectra are interpolated ("pictures") and, if the dataset has them, responses. Nothing is random, and the
+parameters of a covariance are those of highest likelihood given the known part. For spectra, the first three
+covariances are used unchanged and the others are squared, since a spectrum is a magnitude and has no phase.
 """
 
 from __future__ import annotations
@@ -33,17 +33,17 @@ from simulate.dataset import Dataset, read_dataset
 from simulate.spectrum import spectrum_of
 
 MOST_TESTED = 300
-"""Test spectra of the simulated dataset that are predicted, evenly spread over its test part."""
+"""Largest number of test spectra of the simulated dataset, evenly spread over its test part."""
 
 FEWER = 1000, 200, 50
-"""Known spectra of the simulated dataset in further tables."""
+"""Numbers of known spectra of the simulated dataset in further tables."""
 
 SMALLEST = 6
-"""Known spectra and test spectra where the benchmark is at its smallest."""
+"""Number of known spectra, and of test spectra, with ``smallest``."""
 
 
 class SquaredExponential(HelmholtzField):
-    """exp(−d²/2l²) of the distance d; also the base of the other covariances that depend on the distance alone."""
+    """exp(−d²/2l²) of the distance d; also the base class of the other covariances that only depend on the distance."""
 
     def _covariance(self, a, b, faded, shares, length):
         distance = torch.linalg.vector_norm(a[..., :, None, :] - b[..., None, :, :], dim=-1)
@@ -65,14 +65,14 @@ class Exponential(SquaredExponential):
 
 
 class Waves(SquaredExponential):
-    """sinc(2d/l): waves from all sides, of a fitted wavelength, and no edges."""
+    """sinc(2d/l): waves of equal power from all directions, of a fitted wavelength, and no edges."""
 
     def _law(self, distance, faded, length):
         return torch.sinc(2 * distance / length)
 
 
 class WavesAndEdges(SquaredExponential):
-    """sinc(2d/λ) times what the edges leave: waves from all sides alike."""
+    """sinc(2d/λ) · exp(−d/l): waves of equal power from all directions, and edges."""
 
     def _law(self, distance, faded, length):
         waves = torch.sinc(2 * distance / self.wavelength)
@@ -80,14 +80,14 @@ class WavesAndEdges(SquaredExponential):
 
 
 class WavesEdgesAndDrift(WavesAndEdges):
-    """The same in a place that changes between one recorded spectrum and the next."""
+    """The same in a scene that changes while spectra are recorded."""
 
     def _law(self, distance, faded, length):
         return super()._law(distance, faded, length) * faded
 
 
 class Sides(HelmholtzField):
-    """``helmholtz`` in a place that does not change."""
+    """``helmholtz`` in a scene that does not change."""
 
     def _covariance(self, a, b, faded, shares, length):
         return super()._covariance(a, b, torch.ones_like(faded), shares, length)
@@ -108,14 +108,14 @@ def rungs(dataset: Dataset, known: np.ndarray, test: np.ndarray) -> dict[str, fl
     """Median SSIM of every method over the test part; ``known`` and ``test`` are indices into the dataset."""
     truth = spectrum_of(dataset.pictures[test])
     positions = dataset.positions[test]
-    pictures, places = spectrum_of(dataset.pictures[known]), dataset.positions[known]
+    spectra, known_positions = spectrum_of(dataset.pictures[known]), dataset.positions[known]
 
     def median(prediction: np.ndarray) -> float:
         return float(np.median(ssim(prediction.astype(np.float32), truth)))
 
     found = {
-        "nearest": median(nearest(places, pictures, positions)),
-        "inverse-distance": median(inverse_distance(places, pictures, positions)),
+        "nearest": median(nearest(known_positions, spectra, positions)),
+        "inverse-distance": median(inverse_distance(known_positions, spectra, positions)),
     }
     of: dict[str, Dataset] = {"pictures": replace(dataset, responses=None)}
     if dataset.responses is not None:
@@ -129,7 +129,7 @@ def rungs(dataset: Dataset, known: np.ndarray, test: np.ndarray) -> dict[str, fl
 def predicted(
     law: Callable[..., HelmholtzField], dataset: Dataset, known: np.ndarray, positions: np.ndarray
 ) -> np.ndarray:
-    """Pictures [K, 90, 360] at positions [K, 3]."""
+    """Spectra [K, 90, 360] at positions [K, 3]."""
     field = law(np.zeros((2, 3)), dataset.array)
     field.fit(dataset, known)
     return predict(field, positions).spectra

@@ -54,6 +54,6 @@ def method_named(name: str) -> Callable[[], Method]:
     try:
         return getattr(importlib.import_module(module), attribute)
     except Exception as error:  # the user's module can raise anything while it is imported
-        place = extract_tb(error.__traceback__)[-1]
-        found = f"{type(error).__name__}: {error} ({place.filename}, line {place.lineno})"
+        source = extract_tb(error.__traceback__)[-1]
+        found = f"{type(error).__name__}: {error} ({source.filename}, line {source.lineno})"
         raise ParameterError("models", f"expected a class at {name}, found {found}") from error

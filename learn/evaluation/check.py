@@ -65,8 +65,8 @@ def check(folder: Path | str) -> Check:
     (True, [])
     """
     inspection = inspect(Path(folder))
-    found = None if inspection.dataset is None else leakage(inspection.dataset)
+    split_leakage = None if inspection.dataset is None else leakage(inspection.dataset)
     warnings = list(inspection.warnings)
-    if found is not None and found.leaks:
-        warnings.append(found.sentence())
-    return Check(inspection.problems, warnings, inspection.dataset, found)
+    if split_leakage is not None and split_leakage.leaks:
+        warnings.append(split_leakage.sentence())
+    return Check(inspection.problems, warnings, inspection.dataset, split_leakage)

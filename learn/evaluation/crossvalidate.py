@@ -51,7 +51,7 @@ class CrossValidation:
     correlation: Float[np.ndarray, " K"] | None
 
     def metrics(self) -> dict[str, Any]:
-        """The content of crossvalidation.json and of ``bisplat crossvalidate --json``: medians and means over K."""
+        """Medians and means over the K spectra, which crossvalidation.json and ``bisplat crossvalidate`` show."""
         metrics: dict[str, Any] = {**self.scores.summary(), "positions": len(self.positions)}
         if self.correlation is not None:
             metrics["channel_correlation_median"] = float(np.median(self.correlation))

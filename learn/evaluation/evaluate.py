@@ -24,7 +24,7 @@ JSON_NAMES = {
     "inverse-distance": "inverse_distance",
     CEILING: "array_ceiling",
 }
-"""Names of the baselines in ``bisplat evaluate --json`` and metrics.json, which scripts read."""
+"""Names of the baselines in metrics.json and in the JSON output of ``bisplat evaluate``, which scripts read."""
 
 
 @dataclass(frozen=True)
@@ -60,7 +60,7 @@ class Evaluation:
         return spectrum_of(self.dataset.pictures[self.test])
 
     def metrics(self) -> dict[str, Any]:
-        """The content of metrics.json and of ``bisplat evaluate --json``: medians and means over the test spectra."""
+        """Medians and means over the test spectra, as in metrics.json and the JSON output of ``bisplat evaluate``."""
         baselines = {json_name: self.scores[name].summary() for name, json_name in JSON_NAMES.items()}
         return {**self.scores["model"].summary(), "test_spectra": len(self.test), "baselines": baselines}
 

@@ -81,9 +81,9 @@ def _forward(
             real += weight * tl.load(own + 4)
             imaginary += weight * tl.load(own + 5)
             transmittance *= 1 - alpha
-    place = field + 2 * (sample * height * width + offset)
-    tl.store(place, real, mask=inside)
-    tl.store(place + 1, imaginary, mask=inside)
+    address = field + 2 * (sample * height * width + offset)
+    tl.store(address, real, mask=inside)
+    tl.store(address + 1, imaginary, mask=inside)
 
 
 @triton.jit
@@ -93,11 +93,11 @@ def _backward(
 ):  # fmt: skip
     offset, inside, phi, theta, low, high, middle, half = _tile(rows, height, width, step, TILE_ROWS, TILE_COLUMNS)
     sample = tl.program_id(1)
-    place = 2 * (sample * height * width + offset)
-    g_real = tl.load(gradient + place, mask=inside, other=0.0)
-    g_imaginary = tl.load(gradient + place + 1, mask=inside, other=0.0)
-    behind = g_real * tl.load(field + place, mask=inside, other=0.0)
-    behind += g_imaginary * tl.load(field + place + 1, mask=inside, other=0.0)
+    address = 2 * (sample * height * width + offset)
+    g_real = tl.load(gradient + address, mask=inside, other=0.0)
+    g_imaginary = tl.load(gradient + address + 1, mask=inside, other=0.0)
+    behind = g_real * tl.load(field + address, mask=inside, other=0.0)
+    behind += g_imaginary * tl.load(field + address + 1, mask=inside, other=0.0)
     transmittance = tl.full((TILE_ROWS, TILE_COLUMNS), 1.0, tl.float32)
     for i in range(count):
         own = attributes + (sample * count + i) * 8

@@ -91,10 +91,22 @@ def test_unknown_method_is_refused_before_anything_is_written(tiny, tmp_path, na
     assert not (tmp_path / "out").exists()
 
 
+PYTHON_EXAMPLE, METHOD = re.findall(
+    r"```python\n(.*?)```", (Path(__file__).parents[3] / "docs/compare.md").read_text(), re.DOTALL
+)
+
+
+def test_python_example_in_the_docs_runs(workplace, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "data").symlink_to(workplace / "data")
+    values: dict = {}
+    exec(PYTHON_EXAMPLE, values)
+    assert len(values["table"]) == 4 and "ssim_median" in values["table"] and len(values["scores"]["ssim"]) > 0
+
+
 def test_method_in_the_docs_joins_the_table(tiny, tmp_path, monkeypatch, rows):
-    (code,) = re.findall(r"```python\n(.*?)```", (Path(__file__).parents[3] / "docs/compare.md").read_text(), re.DOTALL)
-    assert len(code.splitlines()) < 40
-    (tmp_path / "mymethod.py").write_text(code)
+    assert len(METHOD.splitlines()) < 40
+    (tmp_path / "mymethod.py").write_text(METHOD)
     monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
     comparison = compare(tiny, ("mean-picture", "mymethod:KNearest"), budget=INSTANT, output=tmp_path / "out")
     ssim_of = {row["label"]: row["ssim_median"] for row in comparison}

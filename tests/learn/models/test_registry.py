@@ -1,6 +1,7 @@
 """A new model is one file and one line: the command line, ``compare`` and ``load_run`` find it in the table."""
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -14,32 +15,19 @@ from simulate.array import PlanarArray
 
 ROOT = Path(__file__).parents[3]
 
-NEW_MODEL = '''
-"""The one file: a model that predicts one learned level everywhere."""
-
-import torch
-from torch import nn
-
-from learn.models.base import SpectrumModel
-
-
-class Level(SpectrumModel):
-    def __init__(self, region, array, *, start=0.25):
-        super().__init__(region)
-        self.level = nn.Parameter(torch.tensor(float(start)))
-
-    def forward(self, positions):
-        return self.level.expand(len(positions), 90, 360)
-'''
+(NEW_MODEL,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "model.md").read_text(), re.DOTALL)
+"""The one file: the example of docs/model.md, a model that predicts one learned level everywhere."""
 
 NEW_LINE = (
     'MODELS["level"] = ModelEntry(builds="level_model:Level", summary="one level everywhere", options={"start": 0.5})'
 )
 
 PROGRAM = f"""
-import sys
+from typing import Literal
+from learn.models import registry
 from learn.models.registry import MODELS, ModelEntry
 {NEW_LINE}
+registry.ModelName = Literal[tuple(MODELS)]  # as if the line were in the table when the module is imported
 from bisplat.__main__ import main
 main()
 """

@@ -174,7 +174,7 @@ def test_finished_run_returns_at_once(tiny_config, finished_run, stop_at):
 def test_run_folder_of_another_run_is_refused(tiny_config, changed, finished_run, write_folder, tmp_path, name, value):
     if name == "dataset":
         value = str(write_folder(tmp_path / value))
-    with pytest.raises(InputError, match=f"{finished_run}: expected .* whose {name} is"):
+    with pytest.raises(InputError, match=f"{finished_run}: expected .* found one with {name} "):
         settings = {"options": {name: value}} if name == "bypass" else {name: value}
         train_run(changed(tiny_config, **settings), finished_run)
 
