@@ -23,11 +23,8 @@ NEW_LINE = (
 )
 
 PROGRAM = f"""
-from typing import Literal
-from learn.models import registry
 from learn.models.registry import MODELS, ModelEntry
 {NEW_LINE}
-registry.ModelName = Literal[tuple(MODELS)]  # as if the line were in the table when the module is imported
 from bisplat.__main__ import main
 main()
 """
