@@ -82,7 +82,6 @@ def simulate(
             folders = {output: place}
     for number, (folder, seen) in enumerate(folders.items()):
         # Each array has errors of its own.
-        draws = seed, followed, errors, seed + number
-        request = request_for(seen, spectra, placement, positions, *draws, power_db)
+        request = request_for(seen, spectra, placement, positions, seed, followed, errors, seed + number, power_db)
         generate(request, folder, workers, ray)
         print(f"{len(request.positions)} spectra: {folder}")
