@@ -131,7 +131,7 @@ def predicted(
 ) -> np.ndarray:
     """Spectra [K, 90, 360] at positions [K, 3]."""
     field = law(np.zeros((2, 3)), dataset.array)
-    field.fit(dataset, known)
+    field.fit_by("spectra" if dataset.responses is None else "responses", dataset, np.sort(known))
     return predict(field, positions).spectra
 
 

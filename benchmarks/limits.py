@@ -95,7 +95,8 @@ def law(dataset: Dataset, kind: SplitKind, most: int | None) -> str:
     """The likeliest parameters of ``helmholtz``, given the known spectra, at most ``most`` of them."""
     field = HelmholtzField(np.zeros((2, 3)), dataset.array)
     known = split(dataset, kind, 0).known
-    field.fit(dataset, known if most is None else evenly(known, most))
+    way = "spectra" if dataset.responses is None else "responses"
+    field.fit_by(way, dataset, known if most is None else evenly(known, most))
     drift = "no drift" if field.drift > 10 * len(dataset.names) else f"drift within {float(field.drift):.0f} spectra"
     return f"length {float(field.length):.2f} m, {drift}, nugget {float(field.nugget):.1e}"
 

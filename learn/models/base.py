@@ -81,12 +81,15 @@ class SpectrumModel(nn.Module):
         """Variance of the prediction relative to the field's variance, 0…1; None: the model does not compute it."""
         return None
 
-    def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
+    def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
         """Fit a model whose registry entry has ``fit="closed form"``.
 
         Args:
             dataset: spectra with their positions.
             known: indices of the spectra to fit to.
+
+        Returns:
+            What was found, as a sentence that ``bisplat train`` prints.
 
         Raises:
             NotImplementedError: the model is trained by steps.

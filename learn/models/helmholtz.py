@@ -11,12 +11,14 @@ from jaxtyping import Float, Int
 from scipy.optimize import minimize
 from torch import Tensor
 
+from learn.baselines.neighbours import NEIGHBOURS as INVERSE_DISTANCE_NEIGHBOURS
+from learn.metrics import ssim
 from learn.models.base import Beamformer, SpectrumModel
 from learn.splits import evenly
 from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG
 from simulate.array import PlanarArray
 from simulate.dataset import Dataset
-from simulate.spectrum import LARGEST_GREY
+from simulate.spectrum import LARGEST_GREY, spectrum_of
 
 NEIGHBOURS = 32
 """Number of known positions, the nearest ones, that a prediction is made from."""
@@ -49,6 +51,20 @@ legs."""
 DRIFT_MOST = 1e9
 """Upper bound of the drift T, in spectra; a larger T would not change any prediction."""
 
+WAYS = {
+    "responses": "kriging of responses",
+    "spectra": "kriging of spectra",
+    "inverse-distance": "inverse-distance weighting",
+}
+"""The ways of interpolation, for the user."""
+
+LEFT_OUT = 64
+"""Number of known spectra, evenly spread, that each way of interpolation predicts from all others."""
+
+CLEAR_LEAD = 0.02
+"""Median SSIM; by more than this, kriging of responses is so far ahead of inverse-distance weighting that kriging of
+spectra is not tried."""
+
 NUGGET_LEAST = 1e-6
 """Lower bound of the nugget ν, relative to the variance; it keeps the covariance of two spectra at one position
 invertible."""
@@ -77,6 +93,9 @@ class HelmholtzField(SpectrumModel):
     If a dataset has no responses, its spectra are interpolated about their mean with the covariance |κ|², which is that
     of the power |y|² of a Gaussian field (Reed 1962).
 
+    Where known positions are many wavelengths apart, neither says much, and inverse-distance weighting of the nearest
+    spectra is better. ``fit`` predicts some known spectra from the others in each of these ways and keeps the best one.
+
     Args:
         region: as for ``SpectrumModel``; this model does not use it.
         array: the gateway's array.
@@ -92,6 +111,7 @@ class HelmholtzField(SpectrumModel):
         length: ℓ, metres.
         drift: T, number of spectra.
         nugget: ν.
+        by_distance: whether spectra are interpolated by inverse-distance weighting instead of kriging.
         solve: solver of the kriging equations, from (matrices, right-hand sides) to solutions.
     """
 
@@ -105,6 +125,7 @@ class HelmholtzField(SpectrumModel):
     length: Tensor
     drift: Tensor
     nugget: Tensor
+    by_distance: Tensor
 
     def __init__(self, region: Float[np.ndarray, "2 3"], array: PlanarArray):
         super().__init__(region)
@@ -120,32 +141,72 @@ class HelmholtzField(SpectrumModel):
         self.register_buffer("shares", torch.full((DIRECTIONS,), 1 / DIRECTIONS))
         for name in ("wavelength", "length", "drift", "nugget"):
             self.register_buffer(name, torch.ones(()))
+        self.register_buffer("by_distance", torch.zeros((), dtype=torch.bool))
 
     @property
     def has_responses(self) -> bool:
         """Whether element responses are interpolated; otherwise spectra are."""
         return self.values.shape[1] == self._responses
 
-    def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
-        """Keep the known spectra, to interpolate them, and find the s, ℓ, T and ν of highest likelihood.
+    def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
+        """Keep the known spectra, and find the way of interpolating them that predicts them best from one another.
+
+        Kriging of responses, kriging of spectra (each with the s, ℓ, T and ν of highest likelihood) and inverse distance
+        weighting predict some known spectra from all others; the one with the highest median SSIM is kept.
 
         Args:
-            dataset: a dataset; its responses are interpolated if it has any, otherwise its spectra.
+            dataset: a dataset; its responses are interpolated only if it has any.
             known: indices of the spectra to interpolate.
+
+        Returns:
+            Which way was kept, with the scores, as a sentence for the user.
         """
-        self._keep(dataset, np.unique(known))
-        if len(self.places) > 1:  # the covariance cannot be fitted to a single spectrum
+        known = np.unique(known)
+        ways = ["inverse-distance", *(["responses"] if dataset.responses is not None else []), "spectra"]
+        scores: dict[str, float] = {}
+        for way in ways:
+            if scores.get("responses", 0.0) > scores.get("inverse-distance", 1.0) + CLEAR_LEAD:
+                break  # kriging of spectra would not be better
+            self.fit_by(way, dataset, known)
+            scores[way] = self._leave_one_out(dataset, known)
+        best = max(scores, key=lambda way: scores[way])
+        if best != way:
+            self.fit_by(best, dataset, known)
+        found = ", ".join(f"{way} {score:.3f}" for way, score in scores.items())
+        return f"interpolates by {WAYS[best]} (median SSIM of known spectra predicted from the others: {found})"
+
+    def fit_by(self, way: str, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
+        """Keep the known spectra for one way of interpolation, and find the s, ℓ, T and ν of highest likelihood for it.
+
+        Args:
+            way: "responses" or "spectra" for kriging, or "inverse-distance".
+            dataset: a dataset; with "responses" it must have some.
+            known: indices of the spectra to interpolate, sorted.
+        """
+        self.by_distance = torch.tensor(way == "inverse-distance")
+        self._keep(dataset, known, way == "responses")
+        if way != "inverse-distance" and len(self.places) > 1:  # a single spectrum determines no covariance
             self._fit_covariance()
+
+    def _leave_one_out(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> float:
+        """Median SSIM of some known spectra, each predicted from all others; 0 where there are no others."""
+        if len(known) < 2:
+            return 0.0
+        left_out = evenly(np.arange(len(known)), LEFT_OUT)
+        with torch.inference_mode():
+            predicted = [self._spectra(self.places[[index]], torch.tensor([index])) for index in left_out]
+        return float(np.median(ssim(torch.cat(predicted).numpy(), spectrum_of(dataset.pictures[known[left_out]]))))
 
     def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"]:
         """Kriging variance relative to the field's variance: about 0 at a known position, 1 far from all of them."""
         return self.interpolated(positions)[1]
 
-    def _keep(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
+    def _keep(self, dataset: Dataset, known: Int[np.ndarray, " n"], responses_wanted: bool) -> None:
         self.places = torch.from_numpy(dataset.positions[known]).float()
         self.times = torch.from_numpy(known).float()
         self.wavelength = torch.tensor(dataset.wavelength).float()
-        if dataset.responses is not None:
+        if responses_wanted:
+            assert dataset.responses is not None
             responses = torch.from_numpy(dataset.responses[known])
             self.values = torch.view_as_real(responses / responses.abs().square().mean().sqrt()).flatten(1)
             self.mean = torch.zeros(self._responses)
@@ -267,13 +328,24 @@ class HelmholtzField(SpectrumModel):
         time_between = (times[:, None, :] - self.times[near][:, :, None]).abs()
         return (self._fading(time_between, self.drift) * log_probability.softmax(dim=1)[:, None]).sum(dim=-1)
 
-    def interpolated(self, positions: Float[Tensor, "B 3"]) -> tuple[Float[Tensor, "B C"], Float[Tensor, " B"]]:
+    def interpolated(
+        self, positions: Float[Tensor, "B 3"], left_out: Int[Tensor, " B"] | None = None
+    ) -> tuple[Float[Tensor, "B C"], Float[Tensor, " B"]]:
         """Interpolated values (flattened, in the units of ``values``), and their ``uncertainty``.
 
         Args:
             positions: transmitter positions, metres, world frame.
+            left_out: for each position the index of a known spectrum that must not be used.
         """
-        near = _distance(positions, self.places).topk(min(NEIGHBOURS, len(self.places)), largest=False).indices
+        distance = _distance(positions, self.places)
+        if left_out is not None:
+            distance = distance.index_put((torch.arange(len(positions)), left_out), torch.tensor(torch.inf))
+        most = INVERSE_DISTANCE_NEIGHBOURS if self.by_distance else NEIGHBOURS
+        distance, near = distance.topk(min(most, len(self.places) - (left_out is not None)), largest=False)
+        if self.by_distance:
+            weights = 1 / distance.clamp_min(1e-9)
+            weights = weights / weights.sum(dim=1, keepdim=True)
+            return (weights[:, None] @ self.values[near].float()).squeeze(1), torch.ones_like(distance[:, 0])
         # Coordinates relative to the new position are small, and single precision suffices for them.
         relative_positions = self.places[near] - positions[:, None]
         origin = torch.zeros_like(relative_positions[:, :1])
@@ -293,9 +365,15 @@ class HelmholtzField(SpectrumModel):
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
         """Predicted spectrum: that of the interpolated responses, or the interpolated spectrum if there are none."""
+        return self._spectra(positions)
+
+    def _spectra(
+        self, positions: Float[Tensor, "B 3"], left_out: Int[Tensor, " B"] | None = None
+    ) -> Float[Tensor, "B 90 360"]:
+        values = self.interpolated(positions, left_out)[0]
         if self.has_responses:
-            return self.beamformer(self.responses(positions))
-        spectrum = (self.interpolated(positions)[0] / LARGEST_GREY).clamp(0, 1)
+            return self.beamformer(values.unflatten(-1, (-1, 2)))
+        spectrum = (values / LARGEST_GREY).clamp(0, 1)
         return spectrum.unflatten(-1, (len(ELEVATIONS_DEG), len(AZIMUTHS_DEG)))
 
     def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:

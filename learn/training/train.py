@@ -165,7 +165,8 @@ def _fit_in_closed_form(model: SpectrumModel, dataset: Dataset, parts: Split, fo
         prediction = predict(model, dataset.positions[validated]).spectra
         validation_ssim = float(np.median(ssim(prediction, spectrum_of(dataset.pictures[validated]))))
     with status:
-        model.fit(dataset, parts.known)
+        found = model.fit(dataset, parts.known)
+    Console(stderr=True).print(f"bisplat: {found}", highlight=False)
     write_training(folder, 0, time.perf_counter() - began, validation_ssim)
     save_weights(folder, model)
 

@@ -49,8 +49,9 @@ def dataset_of(positions: np.ndarray, responses: np.ndarray, keep_responses: boo
 
 
 def fitted(dataset: Dataset, known: np.ndarray) -> HelmholtzField:
+    """Kriging of the responses, or of the spectra where there are none."""
     field = HelmholtzField(np.zeros((2, 3)), ARRAY)
-    field.fit(dataset, known)
+    field.fit_by("spectra" if dataset.responses is None else "responses", dataset, known)
     return field
 
 
@@ -244,6 +245,27 @@ def test_trains_predicts_and_loads_again(tiny, tmp_path):
     np.testing.assert_array_equal(prediction.spectra, method.predict(dataset.positions[:3]))
     assert (prediction.responses is None) == (dataset.responses is None)
     assert dataclasses.asdict(run.config)["model"] == "helmholtz"
+
+
+@pytest.mark.parametrize("keep_responses", [True, False])
+def test_positions_many_wavelengths_apart_are_interpolated_no_worse_than_by_distance(keep_responses):
+    """Forty positions in 6 m × 6 m × 2 m: kriging of responses then predicts noise."""
+    positions = np.random.default_rng(3).uniform(0, (6, 6, 2), (60, 3))
+    dataset = dataset_of(positions, plane_waves(positions, 30, 2), keep_responses)
+    known, asked = np.arange(40), np.arange(40, 60)
+    field = HelmholtzField(np.zeros((2, 3)), ARRAY)
+    sentence = field.fit(dataset, known)
+    truth = spectrum_of(dataset.pictures[asked])
+    by_distance = inverse_distance(positions[known], spectrum_of(dataset.pictures[known]), positions[asked])
+    found, expected = (np.median(ssim(each, truth)) for each in (predict(field, positions[asked]).spectra, by_distance))
+    assert found > expected - 0.02
+    assert sentence.startswith("interpolates by ") and "kriging of responses" not in sentence
+
+
+def test_positions_close_to_each_other_are_interpolated_by_kriging_of_responses(waves):
+    field = HelmholtzField(np.zeros((2, 3)), ARRAY)
+    assert field.fit(waves, np.arange(400)).startswith("interpolates by kriging of responses")
+    assert field.has_responses and not field.by_distance
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])
