@@ -45,7 +45,7 @@ SMALLEST = 6
 class SquaredExponential(HelmholtzField):
     """exp(−d²/2l²) of the distance d; also the base class of the other covariances that only depend on the distance."""
 
-    def _covariance(self, a, b, faded, shares, length):
+    def covariance(self, a, b, faded, shares, length):
         distance = torch.linalg.vector_norm(a[..., :, None, :] - b[..., None, :, :], dim=-1)
         law = self._law(distance, faded, length)
         if not self.has_responses:
@@ -76,7 +76,7 @@ class WavesAndEdges(SquaredExponential):
 
     def _law(self, distance, faded, length):
         waves = torch.sinc(2 * distance / self.wavelength)
-        return (waves if self.has_responses else waves**2) * self._fading(distance, length)
+        return (waves if self.has_responses else waves**2) * self.fading(distance, length)
 
 
 class WavesEdgesAndDrift(WavesAndEdges):
@@ -89,8 +89,8 @@ class WavesEdgesAndDrift(WavesAndEdges):
 class Sides(HelmholtzField):
     """``helmholtz`` in a scene that does not change."""
 
-    def _covariance(self, a, b, faded, shares, length):
-        return super()._covariance(a, b, torch.ones_like(faded), shares, length)
+    def covariance(self, a, b, faded, shares, length):
+        return super().covariance(a, b, torch.ones_like(faded), shares, length)
 
 
 LADDER: dict[str, type[HelmholtzField]] = {
@@ -131,7 +131,7 @@ def predicted(
 ) -> np.ndarray:
     """Spectra [K, 90, 360] at positions [K, 3]."""
     field = law(np.zeros((2, 3)), dataset.array)
-    field.fit_by("spectra" if dataset.responses is None else "responses", dataset, np.sort(known))
+    field.fit_by("spectra" if dataset.responses is None else "responses", dataset, known)
     return predict(field, positions).spectra
 
 

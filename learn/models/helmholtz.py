@@ -8,12 +8,13 @@ from typing import Any
 import numpy as np
 import torch
 from jaxtyping import Float, Int
-from scipy.optimize import minimize
 from torch import Tensor
 
 from learn.baselines.neighbours import NEIGHBOURS as INVERSE_DISTANCE_NEIGHBOURS
 from learn.metrics import ssim
 from learn.models.base import Beamformer, SpectrumModel
+from learn.models.geometry import distances, evenly_spread_directions
+from learn.models.vecchia import fit_covariance
 from learn.splits import evenly
 from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG
 from simulate.array import PlanarArray
@@ -23,22 +24,8 @@ from simulate.spectrum import LARGEST_GREY, spectrum_of
 NEIGHBOURS = 32
 """Number of known positions, the nearest ones, that a prediction is made from."""
 
-FITTED_ON = 200
-"""Number of terms of the likelihood, evenly spread over the known positions in random order."""
-
-FAR = 1e6
-"""Metres. In the likelihood, a known position with fewer than ``NEIGHBOURS`` predecessors gets additional neighbours
-at multiples of this distance, whose covariance with everything is zero."""
-
 DIRECTIONS = 100
 """Number of directions of the plane waves, spread evenly over the sphere."""
-
-EVENNESS = 0.03
-"""Weight of the penalty −mean(log s_j), which is added to the negative mean log-likelihood: directions that the spectra
-do not determine keep equal shares."""
-
-ITERATIONS = 60
-"""Largest number of iterations of the likelihood's optimiser."""
 
 STRAY, STRAY_LEAST = 0.2, 1e-3
 """Standard deviation of the transmitter's path from the straight line between consecutive known positions: a fraction
@@ -47,9 +34,6 @@ of the line's length, plus a minimum in metres."""
 LEGS = 64
 """A leg is the path between two consecutive known positions; a prediction averages over this number of most probable
 legs."""
-
-DRIFT_MOST = 1e9
-"""Upper bound of the drift T, in spectra; a larger T would not change any prediction."""
 
 WAYS = {
     "responses": "kriging of responses",
@@ -64,10 +48,6 @@ LEFT_OUT = 64
 CLEAR_LEAD = 0.02
 """Median SSIM; by more than this, kriging of responses is so far ahead of inverse-distance weighting that kriging of
 spectra is not tried."""
-
-NUGGET_LEAST = 1e-6
-"""Lower bound of the nugget ν, relative to the variance; it keeps the covariance of two spectra at one position
-invertible."""
 
 
 class HelmholtzField(SpectrumModel):
@@ -137,11 +117,12 @@ class HelmholtzField(SpectrumModel):
         self.register_buffer("mean", torch.zeros(self._responses))
         # The export to ONNX replaces this solver.
         self.solve: Callable[[Tensor, Tensor], Tensor] = torch.linalg.solve
-        self.register_buffer("directions", _evenly_spread_directions(DIRECTIONS), persistent=False)
+        self.register_buffer("directions", evenly_spread_directions(DIRECTIONS), persistent=False)
         self.register_buffer("shares", torch.full((DIRECTIONS,), 1 / DIRECTIONS))
         for name in ("wavelength", "length", "drift", "nugget"):
             self.register_buffer(name, torch.ones(()))
         self.register_buffer("by_distance", torch.zeros((), dtype=torch.bool))
+        self._weighs_by_distance = False  # by_distance as a Python bool: an exported program cannot branch on a tensor
 
     @property
     def has_responses(self) -> bool:
@@ -151,8 +132,9 @@ class HelmholtzField(SpectrumModel):
     def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
         """Keep the known spectra, and find the way of interpolating them that predicts them best from one another.
 
-        Kriging of responses, kriging of spectra (each with the s, ℓ, T and ν of highest likelihood) and inverse distance
-        weighting predict some known spectra from all others; the one with the highest median SSIM is kept.
+        Kriging of responses, kriging of spectra (each with the s, ℓ, T and ν of highest likelihood) and
+        inverse-distance weighting predict some known spectra from all others; the one with the highest median SSIM is
+        kept.
 
         Args:
             dataset: a dataset; its responses are interpolated only if it has any.
@@ -181,12 +163,13 @@ class HelmholtzField(SpectrumModel):
         Args:
             way: "responses" or "spectra" for kriging, or "inverse-distance".
             dataset: a dataset; with "responses" it must have some.
-            known: indices of the spectra to interpolate, sorted.
+            known: indices of the spectra to interpolate.
         """
-        self.by_distance = torch.tensor(way == "inverse-distance")
-        self._keep(dataset, known, way == "responses")
+        self._weighs_by_distance = way == "inverse-distance"
+        self.by_distance = torch.tensor(self._weighs_by_distance)
+        self._keep(dataset, np.unique(known), way == "responses")
         if way != "inverse-distance" and len(self.places) > 1:  # a single spectrum determines no covariance
-            self._fit_covariance()
+            fit_covariance(self, NEIGHBOURS)
 
     def _leave_one_out(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> float:
         """Median SSIM of some known spectra, each predicted from all others; 0 where there are no others."""
@@ -197,9 +180,12 @@ class HelmholtzField(SpectrumModel):
             predicted = [self._spectra(self.places[[index]], torch.tensor([index])) for index in left_out]
         return float(np.median(ssim(torch.cat(predicted).numpy(), spectrum_of(dataset.pictures[known[left_out]]))))
 
-    def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"]:
-        """Kriging variance relative to the field's variance: about 0 at a known position, 1 far from all of them."""
-        return self.interpolated(positions)[1]
+    def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"] | None:
+        """Kriging variance relative to the field's variance: about 0 at a known position, 1 far from all of them.
+
+        None for inverse-distance weighting, which has none.
+        """
+        return None if self._weighs_by_distance else self.interpolated(positions)[1]
 
     def _keep(self, dataset: Dataset, known: Int[np.ndarray, " n"], responses_wanted: bool) -> None:
         self.places = torch.from_numpy(dataset.positions[known]).float()
@@ -214,52 +200,6 @@ class HelmholtzField(SpectrumModel):
             self.values = torch.from_numpy(dataset.pictures[known]).flatten(1)
             self.mean = torch.from_numpy(dataset.pictures[known].mean(axis=0, dtype=np.float64).ravel()).float()
 
-    def _fit_covariance(self) -> None:
-        # Vecchia's likelihood: the known positions are put into a random order, and each is predicted from the nearest
-        # of its predecessors. The first ones thus determine the covariance at large distances, the last ones at small
-        # distances. The variance is profiled out.
-        order = torch.randperm(len(self.places), generator=torch.Generator().manual_seed(0))
-        rank = torch.from_numpy(evenly(np.arange(1, len(order)), FITTED_ON))
-        predicted = order[rank]
-        distance = _distance(self.places[predicted], self.places[order])
-        distance[torch.arange(len(order)) >= rank[:, None]] = torch.inf
-        distance, neighbours = distance.topk(min(NEIGHBOURS, len(order) - 1), largest=False)
-        neighbours = order[neighbours]
-        position, neighbour_positions = self.places[predicted][:, None].double(), self.places[neighbours].double()
-        stand_ins = FAR * torch.arange(1, neighbours.shape[1] + 1).double()[None, :, None]
-        neighbour_positions = torch.where(distance.isinf()[..., None], stand_ins, neighbour_positions)
-        neighbour_times = self.times[neighbours][..., None].double()
-        time_between_neighbours = _distance(neighbour_times, neighbour_times)
-        time_to_neighbours = _distance(neighbour_times, self.times[predicted][:, None, None].double())
-        products = torch.stack([self._products(*pair) for pair in zip(predicted, neighbours, strict=True)])
-
-        if not products.any():
-            return  # all spectra are the same
-
-        def cost(parameters: np.ndarray) -> tuple[float, np.ndarray]:
-            unconstrained = torch.from_numpy(parameters).requires_grad_()
-            shares, (length, drift, nugget) = unconstrained[:-3].softmax(dim=0), unconstrained[-3:].exp()
-            fading = self._fading(time_between_neighbours, drift)
-            covariance = self._covariance(neighbour_positions, neighbour_positions, fading, shares, length)
-            covariance = covariance + nugget * torch.eye(covariance.shape[-1])
-            fading = self._fading(time_to_neighbours, drift)
-            cross_covariance = self._covariance(neighbour_positions, position, fading, shares, length)[..., :1]
-            weights = torch.cholesky_solve(cross_covariance, torch.linalg.cholesky(covariance))
-            residual = torch.cat([torch.ones_like(weights[:, :1]), -weights], dim=1)
-            squared_error = (residual.mT @ products @ residual).squeeze()
-            variance = 1 + nugget - (weights * cross_covariance).sum(dim=(1, 2))
-            negative_log_likelihood = (squared_error / variance).mean().log() + variance.log().mean()
-            objective = negative_log_likelihood - EVENNESS * shares.log().mean()
-            (gradient,) = torch.autograd.grad(objective, unconstrained)
-            return float(objective.detach()), gradient.numpy()
-
-        start = np.append(np.zeros(DIRECTIONS), np.log([10 * float(self.wavelength), 100 * len(order), 0.1]))
-        bounds = [(-10.0, 10.0)] * DIRECTIONS
-        bounds += [tuple(start[-3] + np.log([0.001, 10.0])), (0.0, np.log(DRIFT_MOST)), (np.log(NUGGET_LEAST), 0.0)]
-        minimum = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": ITERATIONS})
-        self.shares = torch.from_numpy(minimum.x[:-3]).softmax(dim=0).float()
-        self.length, self.drift, self.nugget = torch.from_numpy(np.exp(minimum.x[-3:])).float()
-
     def _rows(self, members: Int[Tensor, "*b n"]) -> Float[Tensor, "*b N C"]:
         """The rows that kriging sums with real weights: the members' values minus the mean; for responses also −jy.
 
@@ -272,12 +212,12 @@ class HelmholtzField(SpectrumModel):
         real, imaginary = values.unflatten(-1, (-1, 2)).unbind(-1)
         return torch.cat([values, torch.stack([imaginary, -real], dim=-1).flatten(-2)], dim=-2)
 
-    def _products(self, member: Int[Tensor, ""], neighbours: Int[Tensor, " n"]) -> Float[Tensor, "N N"]:
+    def products(self, member: Int[Tensor, ""], neighbours: Int[Tensor, " n"]) -> Float[Tensor, "N N"]:
         """Products of the rows of a member and its neighbours, averaged over the values, for the likelihood."""
         rows = torch.cat([self._rows(member[None])[:1], self._rows(neighbours)])
         return (rows @ rows.T).double() / rows.shape[1]
 
-    def _covariance(
+    def covariance(
         self,
         a: Float[Tensor, "*b n 3"],
         b: Float[Tensor, "*b m 3"],
@@ -291,13 +231,13 @@ class HelmholtzField(SpectrumModel):
         cosine, sine = phase_b.cos().mT, phase_b.sin().mT
         real = (shares * phase_a.cos()) @ cosine + (shares * phase_a.sin()) @ sine
         imaginary = (shares * phase_a.sin()) @ cosine - (shares * phase_a.cos()) @ sine
-        fading = fading * self._fading(_distance(a, b), length)
+        fading = fading * self.fading(distances(a, b), length)
         if not self.has_responses:
             return (real.square() + imaginary.square()) * fading
         real, imaginary = real * fading, imaginary * fading
         return torch.cat([torch.cat([real, -imaginary], dim=-1), torch.cat([imaginary, real], dim=-1)], dim=-2)
 
-    def _fading(self, separation: Tensor, scale: Tensor) -> Tensor:
+    def fading(self, separation: Tensor, scale: Tensor) -> Tensor:
         """The factor e^(−separation/scale) of κ (for spectra its square, in |κ|²); a separation in space or time."""
         return torch.exp(-separation / scale * (1 if self.has_responses else 2))
 
@@ -326,7 +266,7 @@ class HelmholtzField(SpectrumModel):
         log_probability, leg = log_probability.topk(min(LEGS, len(legs)), dim=1)
         times = self.times[leg] + leg_fraction.gather(1, leg) * leg_duration[leg]
         time_between = (times[:, None, :] - self.times[near][:, :, None]).abs()
-        return (self._fading(time_between, self.drift) * log_probability.softmax(dim=1)[:, None]).sum(dim=-1)
+        return (self.fading(time_between, self.drift) * log_probability.softmax(dim=1)[:, None]).sum(dim=-1)
 
     def interpolated(
         self, positions: Float[Tensor, "B 3"], left_out: Int[Tensor, " B"] | None = None
@@ -337,12 +277,12 @@ class HelmholtzField(SpectrumModel):
             positions: transmitter positions, metres, world frame.
             left_out: for each position the index of a known spectrum that must not be used.
         """
-        distance = _distance(positions, self.places)
+        distance = distances(positions, self.places)
         if left_out is not None:
             distance = distance.index_put((torch.arange(len(positions)), left_out), torch.tensor(torch.inf))
-        most = INVERSE_DISTANCE_NEIGHBOURS if self.by_distance else NEIGHBOURS
+        most = INVERSE_DISTANCE_NEIGHBOURS if self._weighs_by_distance else NEIGHBOURS
         distance, near = distance.topk(min(most, len(self.places) - (left_out is not None)), largest=False)
-        if self.by_distance:
+        if self._weighs_by_distance:
             weights = 1 / distance.clamp_min(1e-9)
             weights = weights / weights.sum(dim=1, keepdim=True)
             return (weights[:, None] @ self.values[near].float()).squeeze(1), torch.ones_like(distance[:, 0])
@@ -350,11 +290,11 @@ class HelmholtzField(SpectrumModel):
         relative_positions = self.places[near] - positions[:, None]
         origin = torch.zeros_like(relative_positions[:, :1])
         times = self.times[near][..., None]
-        fading = self._fading(_distance(times, times), self.drift)
-        covariance = self._covariance(relative_positions, relative_positions, fading, self.shares, self.length)
+        fading = self.fading(distances(times, times), self.drift)
+        covariance = self.covariance(relative_positions, relative_positions, fading, self.shares, self.length)
         covariance = covariance + self.nugget * torch.eye(covariance.shape[-1], device=covariance.device)
         fading = self.expected_fading(positions, near)[..., None]
-        cross_covariance = self._covariance(relative_positions, origin, fading, self.shares, self.length)[..., 0]
+        cross_covariance = self.covariance(relative_positions, origin, fading, self.shares, self.length)[..., 0]
         weights = self.solve(covariance, cross_covariance)
         values = (weights[:, None] @ self._rows(near)).squeeze(1) + self.mean
         return values, (1 - (weights * cross_covariance).sum(dim=-1)).clamp(0, 1)
@@ -381,17 +321,6 @@ class HelmholtzField(SpectrumModel):
         for name in ("places", "times", "values", "mean"):
             if name in state_dict:
                 setattr(self, name, torch.empty_like(state_dict[name]))
-        return super().load_state_dict(state_dict, strict, assign)
-
-
-def _distance(a: Float[Tensor, "*b n d"], b: Float[Tensor, "*b m d"]) -> Float[Tensor, "*b n m"]:
-    # Differences are taken explicitly, since the faster method of torch.cdist is only exact to millimetres.
-    return torch.linalg.vector_norm(a[..., :, None, :] - b[..., None, :, :], dim=-1)
-
-
-def _evenly_spread_directions(count: int) -> Float[Tensor, "count 3"]:
-    # A Fibonacci spiral, on which every direction represents the same solid angle.
-    index = torch.arange(count) + 0.5
-    z, azimuth = 1 - 2 * index / count, torch.pi * (1 + 5**0.5) * index
-    across = (1 - z.square()).sqrt()
-    return torch.stack([across * azimuth.cos(), across * azimuth.sin(), z], dim=-1)
+        loaded = super().load_state_dict(state_dict, strict, assign)
+        self._weighs_by_distance = bool(self.by_distance)
+        return loaded

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 import torch
 
+from learn.baselines.neighbours import inverse_distance
 from learn.comparison.task import Task
 from learn.comparison.trained_model import TrainedModel
 from learn.metrics import ssim
 from learn.models.helmholtz import DIRECTIONS, HelmholtzField
-from learn.training.run_folder import load_run
+from learn.training.run_folder import load_run, predict
 from learn.training.train import train
 from scenes.errors import InputError
 from simulate.array import PlanarArray
@@ -71,7 +72,7 @@ def law(shares: torch.Tensor, length: float = 1e9, drift: float = 1e9, responses
     def covariance(a, b):
         a, b = (torch.tensor(point, dtype=torch.float64)[None] for point in (a, b))
         faded = torch.exp(-(a[:, 3:] - b[:, 3:].T).abs() / drift)
-        found = field._covariance(a[:, :3], b[:, :3], faded, shares.double(), torch.tensor(length))
+        found = field.covariance(a[:, :3], b[:, :3], faded, shares.double(), torch.tensor(length))
         return complex(found[0, 0], found[1, 0]) if responses else float(found)
 
     return covariance

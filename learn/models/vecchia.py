@@ -1,0 +1,106 @@
+"""Vecchia's likelihood of the known spectra, and the covariance that maximises it (Vecchia 1988)."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+import torch
+from jaxtyping import Float, Int
+from scipy.optimize import minimize
+from torch import Tensor
+
+from learn.models.geometry import distances
+from learn.splits import evenly
+
+FITTED_ON = 200
+"""Number of terms of the likelihood, evenly spread over the known positions in random order."""
+
+FAR = 1e6
+"""Metres. In the likelihood, a known position with too few predecessors gets additional neighbours
+at multiples of this distance, whose covariance with everything is zero."""
+
+EVENNESS = 0.03
+"""Weight of the penalty −mean(log s_j), which is added to the negative mean log-likelihood: directions that the spectra
+do not determine keep equal shares."""
+
+ITERATIONS = 60
+"""Largest number of iterations of the likelihood's optimiser."""
+
+DRIFT_MOST = 1e9
+"""Upper bound of the drift T, in spectra; a larger T would not change any prediction."""
+
+NUGGET_LEAST = 1e-6
+"""Lower bound of the nugget ν, relative to the variance; it keeps the covariance of two spectra at one position
+invertible."""
+
+
+class Kriged(Protocol):
+    """What the likelihood needs of a field of known spectra; ``HelmholtzField`` says what each is."""
+
+    places: Tensor
+    times: Tensor
+    wavelength: Tensor
+    shares: Tensor
+    length: Tensor
+    drift: Tensor
+    nugget: Tensor
+
+    def products(self, member: Int[Tensor, ""], neighbours: Int[Tensor, " n"]) -> Float[Tensor, "N N"]: ...
+
+    def fading(self, separation: Tensor, scale: Tensor) -> Tensor: ...
+
+    def covariance(self, a: Tensor, b: Tensor, fading: Tensor, shares: Tensor, length: Tensor) -> Tensor: ...
+
+
+def fit_covariance(field: Kriged, neighbours_most: int) -> None:
+    """Give a field the s, ℓ, T and ν that maximise Vecchia's likelihood of its known spectra.
+
+    Args:
+        field: keeps at least two known spectra; its ``shares``, ``length``, ``drift`` and ``nugget`` are set.
+        neighbours_most: number of nearest predecessors that each known spectrum is predicted from, at most.
+    """
+    # Vecchia's likelihood: the known positions are put into a random order, and each is predicted from the nearest
+    # of its predecessors. The first ones thus determine the covariance at large distances, the last ones at small
+    # distances. The variance is profiled out.
+    order = torch.randperm(len(field.places), generator=torch.Generator().manual_seed(0))
+    rank = torch.from_numpy(evenly(np.arange(1, len(order)), FITTED_ON))
+    predicted = order[rank]
+    distance = distances(field.places[predicted], field.places[order])
+    distance[torch.arange(len(order)) >= rank[:, None]] = torch.inf
+    distance, neighbours = distance.topk(min(neighbours_most, len(order) - 1), largest=False)
+    neighbours = order[neighbours]
+    position, neighbour_positions = field.places[predicted][:, None].double(), field.places[neighbours].double()
+    stand_ins = FAR * torch.arange(1, neighbours.shape[1] + 1).double()[None, :, None]
+    neighbour_positions = torch.where(distance.isinf()[..., None], stand_ins, neighbour_positions)
+    neighbour_times = field.times[neighbours][..., None].double()
+    time_between_neighbours = distances(neighbour_times, neighbour_times)
+    time_to_neighbours = distances(neighbour_times, field.times[predicted][:, None, None].double())
+    products = torch.stack([field.products(*pair) for pair in zip(predicted, neighbours, strict=True)])
+
+    if not products.any():
+        return  # all spectra are the same
+
+    def cost(parameters: np.ndarray) -> tuple[float, np.ndarray]:
+        unconstrained = torch.from_numpy(parameters).requires_grad_()
+        shares, (length, drift, nugget) = unconstrained[:-3].softmax(dim=0), unconstrained[-3:].exp()
+        fading = field.fading(time_between_neighbours, drift)
+        covariance = field.covariance(neighbour_positions, neighbour_positions, fading, shares, length)
+        covariance = covariance + nugget * torch.eye(covariance.shape[-1])
+        fading = field.fading(time_to_neighbours, drift)
+        cross_covariance = field.covariance(neighbour_positions, position, fading, shares, length)[..., :1]
+        weights = torch.cholesky_solve(cross_covariance, torch.linalg.cholesky(covariance))
+        residual = torch.cat([torch.ones_like(weights[:, :1]), -weights], dim=1)
+        squared_error = (residual.mT @ products @ residual).squeeze()
+        variance = 1 + nugget - (weights * cross_covariance).sum(dim=(1, 2))
+        negative_log_likelihood = (squared_error / variance).mean().log() + variance.log().mean()
+        objective = negative_log_likelihood - EVENNESS * shares.log().mean()
+        (gradient,) = torch.autograd.grad(objective, unconstrained)
+        return float(objective.detach()), gradient.numpy()
+
+    start = np.append(np.zeros(len(field.shares)), np.log([10 * float(field.wavelength), 100 * len(order), 0.1]))
+    bounds = [(-10.0, 10.0)] * len(field.shares)
+    bounds += [tuple(start[-3] + np.log([0.001, 10.0])), (0.0, np.log(DRIFT_MOST)), (np.log(NUGGET_LEAST), 0.0)]
+    minimum = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": ITERATIONS})
+    field.shares = torch.from_numpy(minimum.x[:-3]).softmax(dim=0).float()
+    field.length, field.drift, field.nugget = torch.from_numpy(np.exp(minimum.x[-3:])).float()
