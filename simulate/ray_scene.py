@@ -12,7 +12,7 @@ from scenes.description import Scene
 from simulate.planes import Planes
 from simulate.propagation import Propagation
 from simulate.ray_tracer import rt
-from simulate.sionna_scene import build_scene
+from simulate.sionna_scene import build_scene, sionna_names
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class RayScene:
     @cached_property
     def identifiers(self) -> Int[np.ndarray, " objects"]:
         """Sionna RT's identifier of each object of the description, in the description's order."""
-        return np.array([int(self.sionna.objects[item.name].object_id) for item in self.description.objects])
+        return np.array([int(self.sionna.objects[name].object_id) for name in sionna_names(self.description)])
 
     @cached_property
     def planes(self) -> Planes:

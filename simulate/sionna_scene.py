@@ -32,22 +32,39 @@ def build_scene(scene: Scene) -> rt.Scene:
         scene: the description.
 
     Returns:
-        The Sionna RT scene, whose objects have the names of the description's.
+        The Sionna RT scene, whose objects have the names that ``sionna_names`` gives them.
     """
     sionna = rt.Scene()
     sionna.frequency = scene.frequency
     materials: dict[tuple[str, float], rt.RadioMaterial] = {}
     objects = []
-    for item in scene.objects:
+    for name, item in zip(sionna_names(scene), scene.objects, strict=True):
         material = scene.materials[item.material]
         thickness = material.thickness if item.thickness is None else item.thickness
         key = (material.name, thickness)
         if key not in materials:
             materials[key] = _radio_material(material, thickness)
-        shape = _mesh(item.name, item.mesh)
-        objects.append(rt.SceneObject(mi_mesh=shape, name=item.name, radio_material=materials[key]))
+        shape = _mesh(name, item.mesh)
+        objects.append(rt.SceneObject(mi_mesh=shape, name=name, radio_material=materials[key]))
     sionna.edit(add=objects)
     return sionna
+
+
+def sionna_names(scene: Scene) -> list[str]:
+    """Names of the scene's objects in Sionna RT, which allows no dots (Blender's ``Cube.001`` has one).
+
+    Args:
+        scene: the scene.
+    """
+    names: list[str] = []
+    taken = {item.name for item in scene.objects}
+    for item in scene.objects:
+        name = item.name.replace(".", "_")
+        while name != item.name and name in taken:
+            name += "_"
+        taken.add(name)
+        names.append(name)
+    return names
 
 
 @dataclass(frozen=True)

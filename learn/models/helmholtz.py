@@ -46,8 +46,7 @@ LEFT_OUT = 64
 """Number of known spectra, evenly spread, that each way of interpolation predicts from all others."""
 
 CLEAR_LEAD = 0.02
-"""Median SSIM; by more than this, kriging of responses is so far ahead of inverse-distance weighting that kriging of
-spectra is not tried."""
+"""Mean SSIM; if kriging of responses leads inverse-distance weighting by more, kriging of spectra is not tried."""
 
 
 class HelmholtzField(SpectrumModel):
@@ -133,8 +132,8 @@ class HelmholtzField(SpectrumModel):
         """Keep the known spectra, and find the way of interpolating them that predicts them best from one another.
 
         Kriging of responses, kriging of spectra (each with the s, ℓ, T and ν of highest likelihood) and
-        inverse-distance weighting predict some known spectra from all others; the one with the highest median SSIM is
-        kept.
+        inverse-distance weighting predict some known spectra from all others. The latter is kept unless another one is
+        better by more than the standard error of the mean difference of their SSIM.
 
         Args:
             dataset: a dataset; its responses are interpolated only if it has any.
@@ -144,18 +143,20 @@ class HelmholtzField(SpectrumModel):
             Which way was kept, with the scores, as a sentence for the user.
         """
         known = np.unique(known)
-        ways = ["inverse-distance", *(["responses"] if dataset.responses is not None else []), "spectra"]
-        scores: dict[str, float] = {}
-        for way in ways:
-            if scores.get("responses", 0.0) > scores.get("inverse-distance", 1.0) + CLEAR_LEAD:
-                break  # kriging of spectra would not be better
+        best = way = "inverse-distance"
+        scores: dict[str, Float[np.ndarray, " L"]] = {}
+        for way in (best, *(["responses"] if dataset.responses is not None else []), "spectra"):
+            if best == "responses" and np.mean(scores[best] - scores["inverse-distance"]) > CLEAR_LEAD:
+                break
             self.fit_by(way, dataset, known)
             scores[way] = self._leave_one_out(dataset, known)
-        best = max(scores, key=lambda way: scores[way])
-        if best != way:
+            gain = scores[way] - scores[best]
+            if gain.mean() > gain.std() / np.sqrt(len(gain)):
+                best = way
+        if best != list(scores)[-1]:
             self.fit_by(best, dataset, known)
-        found = ", ".join(f"{way} {score:.3f}" for way, score in scores.items())
-        return f"interpolates by {WAYS[best]} (median SSIM of known spectra predicted from the others: {found})"
+        found = ", ".join(f"{way} {np.mean(score):.3f}" for way, score in scores.items())
+        return f"interpolates by {WAYS[best]} (mean SSIM of known spectra predicted from the others: {found})"
 
     def fit_by(self, way: str, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
         """Keep the known spectra for one way of interpolation, and find the s, ℓ, T and ν of highest likelihood for it.
@@ -171,14 +172,14 @@ class HelmholtzField(SpectrumModel):
         if way != "inverse-distance" and len(self.places) > 1:  # a single spectrum determines no covariance
             fit_covariance(self, NEIGHBOURS)
 
-    def _leave_one_out(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> float:
-        """Median SSIM of some known spectra, each predicted from all others; 0 where there are no others."""
+    def _leave_one_out(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> Float[np.ndarray, " L"]:
+        """SSIM of some known spectra, each predicted from all others; 0 where there are no others."""
         if len(known) < 2:
-            return 0.0
+            return np.zeros(1)
         left_out = evenly(np.arange(len(known)), LEFT_OUT)
         with torch.inference_mode():
             predicted = [self._spectra(self.places[[index]], torch.tensor([index])) for index in left_out]
-        return float(np.median(ssim(torch.cat(predicted).numpy(), spectrum_of(dataset.pictures[known[left_out]]))))
+        return ssim(torch.cat(predicted).numpy(), spectrum_of(dataset.pictures[known[left_out]]))
 
     def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"] | None:
         """Kriging variance relative to the field's variance: about 0 at a known position, 1 far from all of them.

@@ -7,10 +7,12 @@ import pytest
 
 from scenes.errors import InputError, ParameterError
 from scenes.scene_yaml import write_scene
+from scenes.shapes import sheet
 from simulate.command import PropagationOptions
 from simulate.command import simulate as simulate_command
 from simulate.propagation import Propagation
 from simulate.simulation import simulate
+from simulate.sionna_scene import sionna_names
 
 DIRECT = Propagation(max_depth=0)
 
@@ -74,3 +76,14 @@ def test_several_gateways_are_refused(yard, tmp_path):
 def test_bad_scene_is_refused(yard, tmp_path):
     with pytest.raises(InputError, match="frequency must be a positive number"):
         simulate(replace(yard, frequency=-1.0), tmp_path / "d")
+
+
+def test_dots_in_names_of_objects_are_allowed(yard, tmp_path):
+    """Blender names copies Cube.001, Cube.002."""
+    item = yard.objects[0]
+    others = [replace(item, name=name, mesh=sheet((x, 50, 0), (1, 0, 0), (0, 1, 0))) for name, x in
+              (("floor.001", 1), ("floor_001", 3), ("floor.001_", 5))]  # fmt: skip
+    dotted = replace(yard, objects=(item, *others))
+    found = simulate(dotted, tmp_path / "dotted", n=3, seed=2, propagation=DIRECT)
+    assert (found.responses == simulate(yard, tmp_path / "plain", n=3, seed=2, propagation=DIRECT).responses).all()
+    assert len(set(sionna_names(dotted))) == 4 and not any("." in name for name in sionna_names(dotted))
