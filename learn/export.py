@@ -53,6 +53,8 @@ def export(run: Run, path: Path | str) -> None:
     model: Any = copy.deepcopy(run.model).cpu()
     if hasattr(model, "solve"):  # ONNX has no operator that solves linear equations
         model.solve = solve_by_elimination
+    for name in ("torch.onnx", "torch._export.serde.serialize", "onnxscript", "onnx_ir"):
+        logging.getLogger(name).setLevel(logging.ERROR)  # what they say of the model's operators helps no user
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         program = torch.export.export(model, (torch.zeros(2, 3),), dynamic_shapes=(batch,))
@@ -104,8 +106,6 @@ def _write_onnx(program: ExportedProgram, path: Path) -> None:
         # The factors are transmittances 1 − α ≥ 0, and the product is e^{Σ ln(1 − α)}; ln 0 = −∞ correctly gives 0.
         return op.Exp(op.CumSum(op.Log(values), op.Constant(value_int=dim)))
 
-    for name in ("torch.onnx", "onnxscript", "onnx_ir"):
-        logging.getLogger(name).setLevel(logging.ERROR)
     exported = torch.onnx.export(
         program,
         input_names=[INPUT],
