@@ -166,7 +166,7 @@ def _fit_in_closed_form(model: SpectrumModel, dataset: Dataset, parts: Split, fo
         validation_ssim = float(np.median(ssim(prediction, spectrum_of(dataset.pictures[validated]))))
     with status:
         found = model.fit(dataset, parts.known)
-    Console(stderr=True).print(f"bisplat: {found}", highlight=False)
+    Console(stderr=True).print(f"bisplat: {found}", highlight=False, soft_wrap=True)
     write_training(folder, 0, time.perf_counter() - began, validation_ssim)
     save_weights(folder, model)
 
