@@ -46,7 +46,7 @@ def demo(runs: Path, name: str) -> Measured | None:
         return None
     return Measured(
         date=training["date"],
-        conditions=f"{training['device']}; training took {training['seconds']:.0f} s of it",
+        conditions=f"{training['device']}; fitting the default model took {training['seconds']:.0f} s of it",
         columns=["metrics.json", ""],
         rows=[[key, f"{value:.4g}" if isinstance(value, float) else str(value)] for key, value in metrics.items()],
     )

@@ -132,8 +132,8 @@ class HelmholtzField(SpectrumModel):
         """Keep the known spectra, and find the way of interpolating them that predicts them best from one another.
 
         Kriging of responses, kriging of spectra (each with the s, ℓ, T and ν of highest likelihood) and
-        inverse-distance weighting predict some known spectra from all others. The latter is kept unless another one is
-        better by more than the standard error of the mean difference of their SSIM.
+        inverse-distance weighting predict some known spectra from all others. Inverse-distance weighting is kept unless
+        kriging has a higher mean SSIM by more than the standard error of the difference.
 
         Args:
             dataset: a dataset; its responses are interpolated only if it has any.
@@ -143,7 +143,7 @@ class HelmholtzField(SpectrumModel):
             Which way was kept, with the scores, as a sentence for the user.
         """
         known = np.unique(known)
-        best = way = "inverse-distance"
+        best = "inverse-distance"
         scores: dict[str, Float[np.ndarray, " L"]] = {}
         for way in (best, *(["responses"] if dataset.responses is not None else []), "spectra"):
             if best == "responses" and np.mean(scores[best] - scores["inverse-distance"]) > CLEAR_LEAD:
