@@ -23,8 +23,9 @@ from report.printing import print_figures
 from learn.metrics import ssim
 from simulate.angular_grid import AngularGrid
 from simulate.array import PlanarArray
+from simulate.beamformer import Beamformer
 from simulate.dataset import read_dataset
-from simulate.lags import find_grid, fit_lags
+from simulate.lags import examined, fit_grids, fit_lags
 from simulate.phase_retrieval import GOOD, retrieve_responses
 from simulate.spectrum import LARGEST_GREY, normalise, spectrum_of
 
@@ -45,7 +46,7 @@ def main(
     if smallest:
         spectra = spectra[:4]
     began = time.perf_counter()
-    best = find_grid(spectra)
+    best = fit_grids(examined(spectra))[0].beamformer
     result: dict[str, float] = {
         "found_elevation_first_deg": best.grid.elevation_first_deg,
         "found_spacing_wavelengths": round(best.array.spacing, 4),
@@ -53,18 +54,14 @@ def main(
     }
     for first in (0.0, 1.0):
         for spacing in (round(best.array.spacing, 3), 0.5):
-            fitted = fit_lags(spectra, PlanarArray(spacing=spacing), AngularGrid(first))
+            fitted = fit_lags(spectra, Beamformer(PlanarArray(spacing=spacing), AngularGrid(first)))
             name = f"residual_rows_{first:g}_to_{first + 89:g}_spacing_{spacing:g}"
-            result[name] = round(float(np.median(fitted.residual)), 2)
+            result[name] = round(fitted.median_residual, 2)
 
     began = time.perf_counter()
-    found = retrieve_responses(spectra, best.array, best.grid)
+    found = retrieve_responses(spectra, best)
     seconds = time.perf_counter() - began
-    elevation, azimuth = np.meshgrid(
-        np.radians(best.grid.elevations_deg), np.radians(best.grid.azimuths_deg), indexing="ij"
-    )
-    steering = best.array.manifold(azimuth, elevation).conj()
-    reproduced = normalise(np.abs(np.einsum("ijm,km->kij", steering, found.responses, optimize=True)))
+    reproduced = normalise(best.spectrum(found.responses))
     result |= {
         "retrieval_seconds_per_200": round(200 * seconds / len(spectra), 1),
         "retrieval_residual_median": round(float(np.median(found.residual)), 2),

@@ -130,7 +130,7 @@ def predicted(
     law: Callable[..., HelmholtzField], dataset: Dataset, known: np.ndarray, positions: np.ndarray
 ) -> np.ndarray:
     """Spectra [K, 90, 360] at positions [K, 3]."""
-    field = law(np.zeros((2, 3)), dataset.array)
+    field = law(np.zeros((2, 3)), dataset.beamformer)
     field.fit_by("spectra" if dataset.responses is None else "responses", dataset, known)
     return predict(field, positions).spectra
 

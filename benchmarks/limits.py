@@ -93,7 +93,7 @@ def changes(dataset: Dataset, most: int | None) -> dict[str, str]:
 
 def law(dataset: Dataset, kind: SplitKind, most: int | None) -> str:
     """The likeliest parameters of ``helmholtz``, given the known spectra, at most ``most`` of them."""
-    field = HelmholtzField(np.zeros((2, 3)), dataset.array)
+    field = HelmholtzField(np.zeros((2, 3)), dataset.beamformer)
     known = split(dataset, kind, 0).known
     way = "spectra" if dataset.responses is None else "responses"
     field.fit_by(way, dataset, known if most is None else evenly(known, most))

@@ -20,7 +20,7 @@ from scipy.spatial import cKDTree
 
 from learn.metrics import ssim
 from scenes.lab import lab
-from simulate.array import PlanarArray
+from simulate.beamformer import Beamformer
 from simulate.dataset import read_dataset
 from simulate.placement import place
 from simulate.propagation import Propagation
@@ -63,7 +63,7 @@ def main(
     if smallest:
         positions, propagation = positions[:20], Propagation(max_depth=1, rays=10_000)
     responses = Tracer(lab(), propagation).responses(positions)
-    simulated = spectrum_of(picture(PlanarArray().spectrum(responses)))
+    simulated = spectrum_of(picture(Beamformer().spectrum(responses)))
     found, expected = neighbours(positions, simulated), neighbours(dataset.positions, dataset.spectra.astype(float))
     result = {f"ssim_at_{name}": f"measured {expected[name]}, simulated {found[name]}" for name in found}
     print_figures(result, json_output, smallest)

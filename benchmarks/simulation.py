@@ -26,20 +26,20 @@ from report.printing import print_figures
 
 from learn.metrics import ssim
 from scenes.lab import lab
-from simulate.array import PlanarArray
+from simulate.beamformer import Beamformer
 from simulate.placement import place
 from simulate.propagation import Propagation
 from simulate.spectrum import picture, spectrum_of
 from simulate.trace import Tracer
 
-ARRAY = PlanarArray()
+BEAMFORMER = Beamformer()
 LOOP_RAYS, DENSE_RAYS = 1_000_000, 10_000_000
 SMALLEST = Propagation(max_depth=1, rays=10_000)
 
 
 def pictures(responses: np.ndarray) -> np.ndarray:
     """Pictures [K, 90, 360], 0…1, that a dataset of these responses [K, elements] would hold."""
-    return spectrum_of(picture(ARRAY.spectrum(responses)))
+    return spectrum_of(picture(BEAMFORMER.spectrum(responses)))
 
 
 class Loop:
@@ -85,7 +85,7 @@ class Loop:
             real, imaginary = (part.numpy().astype(np.float64) for part in paths.a)
             delay = paths.tau.numpy().astype(np.float64)
             turned = (real + 1j * imaginary) * np.exp(-2j * np.pi * self.scene.frequency * np.maximum(delay, 0))
-            responses.append(turned.sum(axis=-1).reshape(ARRAY.elements))
+            responses.append(turned.sum(axis=-1).reshape(BEAMFORMER.array.elements))
             self.sionna.remove("tx")
         return np.array(responses), (time.perf_counter() - began) / max(1, len(positions) - 1)
 

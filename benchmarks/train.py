@@ -41,7 +41,7 @@ from learn.models.encoding import TX_ORDER
 from learn.models.loss import composite_loss
 from learn.models.registry import MODELS
 from learn.training.train import train
-from simulate.array import PlanarArray
+from simulate.beamformer import Beamformer
 
 MODEL = "bisplat-aperture"
 REGION = np.array([[0.0, 0.0, 0.0], [1.6, 1.3, 0.9]])
@@ -82,7 +82,7 @@ def step_milliseconds(
 ) -> dict[str, float]:
     """Milliseconds of a training step and its parts; the networks' are what the other parts leave of the step's."""
     torch.manual_seed(0)
-    model = BiSplatAperture(REGION, PlanarArray(), **{**MODELS[MODEL].options, **(SMALL if smallest else {})})
+    model = BiSplatAperture(REGION, Beamformer(), **{**MODELS[MODEL].options, **(SMALL if smallest else {})})
     repeats = 1 if smallest else 10
     networks(model)
     module = learn.training.lightning_module.Training(model, 1e-4, 1000)

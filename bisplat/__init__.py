@@ -33,7 +33,9 @@ if TYPE_CHECKING:  # for type checkers and editors; at run time __getattr__ impo
     from scenes.errors import InputError as InputError
     from scenes.mesh_import import import_scene as import_scene
     from scenes.scene_yaml import load_scene as load_scene
+    from simulate.angular_grid import AngularGrid as AngularGrid
     from simulate.array import PlanarArray as PlanarArray
+    from simulate.beamformer import Beamformer as Beamformer
     from simulate.dataset import read_dataset as read_dataset
     from simulate.measurement import Measurement as Measurement
     from simulate.propagation import Propagation as Propagation
@@ -45,7 +47,9 @@ _HOMES = {
     "scenes.errors": ("InputError",),
     "scenes.scene_yaml": ("load_scene",),
     "scenes.mesh_import": ("import_scene",),
+    "simulate.angular_grid": ("AngularGrid",),
     "simulate.array": ("PlanarArray",),
+    "simulate.beamformer": ("Beamformer",),
     "simulate.dataset": ("read_dataset",),
     "simulate.measurement": ("Measurement",),
     "simulate.propagation": ("Propagation",),

@@ -18,6 +18,7 @@ from learn.view.command import view
 from scenes.command import scene
 from scenes.errors import InputError, ParameterError
 from simulate.command import simulate
+from simulate.dataset_commands import convert, responses
 
 PROGRAM = "bisplat"
 DESCRIPTION = """Ray-trace spatial spectra in NeRF² format, train models on them, and measure the models' accuracy."""
@@ -26,7 +27,8 @@ DESCRIPTION = """Ray-trace spatial spectra in NeRF² format, train models on the
 def main() -> None:
     """Run a command, and report a mistake of the user as one sentence."""
     commands = (
-        demo, scene, simulate, check, train, evaluate, crossvalidate, predict, export, compare, ablate, sweep, view
+        demo, scene, simulate, check, convert, responses, train, evaluate, crossvalidate, predict, export, compare,
+        ablate, sweep, view,
     )  # fmt: skip
     named = {command.__name__: command for command in commands}
     try:

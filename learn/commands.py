@@ -41,7 +41,7 @@ def check(dataset: Positional[Path], json: bool = False) -> None:
 
     Args:
         dataset: the dataset folder.
-        json: print {"valid", "spectra", "problems", "warnings"} as JSON.
+        json: print {"valid", "spectra", "problems", "warnings", "array", "grid", "fit_residual_grey_levels"} as JSON.
     """
     from learn.evaluation.check import check as check_folder
 
@@ -52,6 +52,7 @@ def check(dataset: Positional[Path], json: bool = False) -> None:
             "spectra": 0 if found.dataset is None else len(found.dataset.names),
             "problems": found.problems,
             "warnings": found.warnings,
+            **found.beamformer(),
         }
         print(json_format.dumps(result, indent=2, ensure_ascii=False))
     else:
@@ -173,7 +174,7 @@ def predict(run: Positional[Path], positions: Path, output: Output) -> None:
         output: the .npz file to write: spectra [K, 90, 360] float32, channels (the responses) [K, elements] complex64.
     """
     from learn.training.run_folder import load_run
-    from simulate.dataset import read_points
+    from simulate.dataset_reader import read_points
     from simulate.dataset_writer import write_arrays
 
     loaded = load_run(run)

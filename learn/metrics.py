@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 from skimage.metrics import structural_similarity
 
-from simulate.spectrum import dominant_direction
+from simulate.angular_grid import AngularGrid
 
 
 @dataclass(frozen=True)
@@ -43,12 +43,13 @@ class Scores:
         }
 
 
-def score(prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K 90 360"]) -> Scores:
+def score(prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K 90 360"], grid: AngularGrid) -> Scores:
     """Score predicted spectra.
 
     Args:
         prediction: predicted spectra, 0…1.
         truth: true spectra, 0…1: the grey levels of a dataset's pictures divided by 255.
+        grid: the dataset's grid, for the directions of arrival.
 
     Returns:
         All scores, computed in double precision.
@@ -57,7 +58,7 @@ def score(prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K
     >>> truth[:, 30, 100] = 1
     >>> prediction = truth.copy()
     >>> prediction[1] = np.roll(truth[1], 10, axis=0)  # 10 degrees of elevation too high
-    >>> scores = score(prediction, truth)
+    >>> scores = score(prediction, truth, AngularGrid())
     >>> scores.ssim.round(3).tolist()[0], scores.psnr.tolist()[0], scores.aoa_error.round(3).tolist()
     (1.0, 100.0, [0.0, 10.0])
     """
@@ -67,7 +68,7 @@ def score(prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K
         ssim=ssim(prediction, truth),
         psnr=-10 * np.log10(np.maximum(squared_error, 1e-10)),
         mae=np.abs(prediction - truth).mean(axis=(1, 2)),
-        aoa_error=aoa_error(prediction, truth),
+        aoa_error=aoa_error(prediction, truth, grid),
     )
 
 
@@ -86,7 +87,7 @@ def ssim(prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K 
 
 
 def aoa_error(
-    prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K 90 360"]
+    prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K 90 360"], grid: AngularGrid
 ) -> Float[np.ndarray, " K"]:
     """Great-circle angle between the directions of the two maxima, degrees.
 
@@ -95,11 +96,12 @@ def aoa_error(
     Args:
         prediction: predicted spectra.
         truth: true spectra.
+        grid: directions of their rows and columns.
 
     >>> predicted, truth = np.zeros((2, 1, 90, 360))
-    >>> predicted[0, 59, 0] = truth[0, 59, 180] = 1  # elevation 60 degrees, azimuths 0 and 180 degrees
-    >>> aoa_error(predicted, truth).round(3).tolist()
+    >>> predicted[0, 60, 0] = truth[0, 60, 180] = 1  # elevation 60 degrees, azimuths 0 and 180 degrees
+    >>> aoa_error(predicted, truth, AngularGrid()).round(3).tolist()
     [60.0]
     """
-    cosine = (dominant_direction(prediction) * dominant_direction(truth)).sum(-1)
+    cosine = (grid.dominant_direction(prediction) * grid.dominant_direction(truth)).sum(-1)
     return np.degrees(np.arccos(np.clip(cosine, -1, 1)))

@@ -73,6 +73,11 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
     block = np.arange(count) // BLOCK
     if kind == "files":
         known, test = dataset.train, dataset.test
+        if not (len(known) or len(test)):
+            raise InputError(
+                f"{dataset.folder}: expected train_index.txt and test_index.txt for the split files, found neither; "
+                "use the split random or blocked"
+            )
     elif kind == "random":
         order = generator.permutation(count)
         held_out = round(TEST_FRACTION * count)

@@ -12,16 +12,13 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Float
 
-AZIMUTHS_DEG = np.arange(360)
-"""Columns of a spectrum: φ = 0…359°."""
-
-ELEVATIONS_DEG = np.arange(1, 91)
-"""Rows of a spectrum: θ = 1…90°; row 0 is 1°, the last row is boresight."""
+ROWS, COLUMNS = 90, 360
+"""Size of every spectrum: elevations and azimuths."""
 
 
 @dataclass(frozen=True)
 class AngularGrid:
-    """The directions of a spectrum's 90 rows and 360 columns.
+    """The directions of a spectrum's 90 rows and 360 columns. The defaults are those of NeRF²'s measured pictures.
 
     Attributes:
         elevation_first_deg: elevation of row 0, degrees.
@@ -39,13 +36,45 @@ class AngularGrid:
 
     @cached_property
     def elevations_deg(self) -> Float[np.ndarray, " 90"]:
-        """Elevation of each row."""
-        return self.elevation_first_deg + self.elevation_step_deg * np.arange(90)
+        """Elevation θ of each row."""
+        return self.elevation_first_deg + self.elevation_step_deg * np.arange(ROWS)
 
     @cached_property
     def azimuths_deg(self) -> Float[np.ndarray, " 360"]:
-        """Azimuth of each column."""
-        return self.azimuth_step_deg * np.arange(360)
+        """Azimuth φ of each column."""
+        return self.azimuth_step_deg * np.arange(COLUMNS)
+
+    @cached_property
+    def directions(self) -> Float[np.ndarray, "90 360 3"]:
+        """Unit vector of each pixel, gateway frame."""
+        return direction(np.radians(self.azimuths_deg), np.radians(self.elevations_deg)[:, None])
+
+    def dominant_angles(self, spectrum: Float[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray, "*batch 2"]:
+        """Azimuth and elevation of each spectrum's maximum, degrees.
+
+        Args:
+            spectrum: magnitude, power, or normalised.
+
+        >>> spectrum = np.zeros((90, 360))
+        >>> spectrum[40, 200] = 1
+        >>> AngularGrid().dominant_angles(spectrum).tolist()
+        [200.0, 40.0]
+        """
+        flat = spectrum.reshape(*spectrum.shape[:-2], -1).argmax(axis=-1)
+        row, column = np.unravel_index(flat, (ROWS, COLUMNS))
+        return np.stack([self.azimuths_deg[column], self.elevations_deg[row]], axis=-1)
+
+    def dominant_direction(self, spectrum: Float[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray, "*batch 3"]:
+        """The direction of each spectrum's maximum: the dominant path's angle of arrival.
+
+        Args:
+            spectrum: magnitude, power, or normalised.
+
+        Returns:
+            Unit vectors, gateway frame.
+        """
+        azimuth, elevation = np.moveaxis(np.radians(self.dominant_angles(spectrum)), -1, 0)
+        return direction(azimuth, elevation)
 
 
 def direction(

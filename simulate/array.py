@@ -1,4 +1,4 @@
-"""The gateway's planar array: element positions, array manifold, and beamforming of responses to a spatial spectrum.
+"""The gateway's planar array: element positions and array manifold.
 
 Gateway frame as in ``simulate.angular_grid``. k = 2π/λ; every length is in wavelengths here, so k = 2π.
 """
@@ -12,10 +12,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from scenes.description import Gateway
-from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG, direction
-
-LEAST_POWER_DB = -200.0
-"""Lowest value of a power spectrum, given where the power is zero: far below any receiver's noise."""
+from simulate.angular_grid import direction
 
 
 @dataclass(frozen=True)
@@ -31,8 +28,8 @@ class PlanarArray:
 
     >>> array = PlanarArray()
     >>> y = array.manifold(np.radians(200.0), np.radians(40.0))  # a plane wave from azimuth 200°, elevation 40°
-    >>> y.shape, array.spectrum(y).shape
-    ((16,), (90, 360))
+    >>> y.shape, np.abs(y).round(6).max().item()
+    ((16,), 1.0)
     """
 
     rows: int = 4
@@ -76,44 +73,3 @@ class PlanarArray:
             The responses, of magnitude 1.
         """
         return np.exp(2j * np.pi * direction(azimuth, elevation) @ self.positions.T)
-
-    @cached_property
-    def steering(self) -> Complex[np.ndarray, "90 360 elements"]:
-        """Steering vectors e^{-jk u·d_m} / √(MN) on the spectrum's grid: ``spectrum`` is |steering @ y|."""
-        azimuth, elevation = np.meshgrid(np.radians(AZIMUTHS_DEG), np.radians(ELEVATIONS_DEG))
-        return self.manifold(azimuth, elevation).conj() / np.sqrt(self.elements)
-
-    def spectrum(self, responses: Complex[np.ndarray, "*batch elements"]) -> Float[np.ndarray, "*batch 90 360"]:
-        """Spatial spectrum S(φ,θ) = |Σ_m y_m e^{-jk u·d_m}| / √(MN), a magnitude; power is S².
-
-        Args:
-            responses: complex element responses y.
-
-        Returns:
-            The spectrum, row 0 at 1° elevation.
-
-        >>> y = PlanarArray().manifold(np.radians(200.0), np.radians(40.0))
-        >>> peak = np.unravel_index(PlanarArray().spectrum(y).argmax(), (90, 360))
-        >>> ELEVATIONS_DEG[peak[0]].item(), AZIMUTHS_DEG[peak[1]].item()
-        (40, 200)
-        """
-        field = responses @ self.steering.reshape(-1, self.elements).T
-        return np.abs(field).reshape(*responses.shape[:-1], len(ELEVATIONS_DEG), len(AZIMUTHS_DEG))
-
-    def power_db(self, responses: Complex[np.ndarray, "*batch elements"]) -> Float[np.ndarray, "*batch 90 360"]:
-        """Absolute power of the spatial spectrum, 10 log10 S², as a channel gain in dB; no less than −200 dB.
-
-        0 dB is all of the transmitter's power received by one isotropic element. A plane wave of gain |y_m|² at every
-        element peaks at 10 log10 MN above it, the array's gain; noise of the elements keeps its level.
-
-        Args:
-            responses: complex element responses y, un-normalised.
-
-        Returns:
-            The power in dB.
-
-        >>> y = 1e-3 * PlanarArray().manifold(np.radians(200.0), np.radians(40.0))  # −60 dB at every element
-        >>> PlanarArray().power_db(y).max().round(2).item()
-        -47.96
-        """
-        return 20 * np.log10(np.maximum(self.spectrum(responses), 10 ** (LEAST_POWER_DB / 20)))

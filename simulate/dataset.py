@@ -1,34 +1,34 @@
-"""The NeRF² dataset folder: reader and checker. docs/format.md describes every file.
+"""A NeRF² dataset folder in memory, and the check that it is one. docs/format.md describes every file.
 
 Rows of ``tx_pos.csv`` and pictures are numbered from 1; everything in memory is numbered from 0.
 """
 
 from __future__ import annotations
 
-import csv
-import json
-import tempfile
-import zipfile
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 from jaxtyping import Complex, Float, Int, UInt8
-from PIL import Image
 
 from scenes.description import SPEED_OF_LIGHT
 from scenes.errors import InputError
+from simulate.angular_grid import AngularGrid
 from simulate.array import PlanarArray
+from simulate.beamformer import Beamformer
+from simulate.dataset_reader import (
+    read_gateway,
+    read_metadata,
+    read_names,
+    read_pictures,
+    read_points,
+    read_responses,
+    what_is_at,
+)
+from simulate.foreign import oddities
+from simulate.identification import Identification, identify
 from simulate.spectrum import spectrum_of
-
-ROWS, COLUMNS = 90, 360
-IN_MEMORY = 2 * 10**9
-"""Bytes of pictures that are kept in memory; more are decoded into a temporary file and mapped."""
-
-UNIT_TOLERANCE = 1e-3
-"""How far a quaternion's length may be from 1."""
 
 NERF2_FREQUENCY = 915e6
 """Hertz, of the RFID band that NeRF²'s folders were measured in; the folders themselves do not name it."""
@@ -41,14 +41,17 @@ class Dataset:
     Attributes:
         folder: the folder that it was read from.
         names: zero-padded names of the pictures, such as "00001".
-        pictures: 8-bit pictures, min–max normalised magnitude, row 0 = 1° elevation.
+        pictures: 8-bit pictures, min–max normalised magnitude, on the grid of ``beamformer``.
         positions: transmitter positions, metres, world frame.
         gateway_position: metres, world frame.
         gateway_orientation: unit quaternion (x, y, z, w), gateway frame to world.
         train: indices of the folder's own training spectra.
         test: indices of the folder's own test spectra.
         responses: complex element responses; None where the folder has none (simulated folders have them).
+        retrieved: responses that ``bisplat responses`` found from the pictures, each up to a common phase and the flip
+            y_m -> y*_{MN−1−m} of its own; None where the folder has none.
         metadata: content of metadata.json; empty where the folder has none (simulated folders have it).
+        identification: the array and the grid of the spectra, and how they are known.
     """
 
     folder: Path
@@ -60,12 +63,24 @@ class Dataset:
     train: Int[np.ndarray, " K_train"]
     test: Int[np.ndarray, " K_test"]
     responses: Complex[np.ndarray, "K elements"] | None = None
+    retrieved: Complex[np.ndarray, "K elements"] | None = None
     metadata: dict[str, Any] = field(default_factory=dict)
+    identification: Identification = field(default_factory=Identification)
+
+    @property
+    def beamformer(self) -> Beamformer:
+        """The array and the grid that the spectra were made with."""
+        return self.identification.beamformer
 
     @property
     def array(self) -> PlanarArray:
-        """The array of metadata.json; the half-wavelength 4 × 4 of NeRF² for folders without any."""
-        return PlanarArray(**self.metadata.get("array", {}))
+        """The gateway's array."""
+        return self.beamformer.array
+
+    @property
+    def grid(self) -> AngularGrid:
+        """Directions of the spectra's rows and columns."""
+        return self.beamformer.grid
 
     @property
     def wavelength(self) -> float:
@@ -139,14 +154,17 @@ def inspect(folder: Path) -> Inspection:
     problems: list[str] = []
     warnings: list[str] = []
     if not folder.is_dir():
-        return Inspection([f"{folder}: expected a dataset folder, found {_kind(folder)}"], [], None)
+        return Inspection([f"{folder}: expected a dataset folder, found {what_is_at(folder)}"], [], None)
 
-    positions = _read_positions(folder / "tx_pos.csv", problems)
-    names, pictures = _read_pictures(folder / "spectrum", problems)
-    gateway_position, gateway_orientation = _read_gateway(folder / "gateway_info.yml", problems)
-    train = _read_index(folder / "train_index.txt", names, problems)
-    test = _read_index(folder / "test_index.txt", names, problems)
-    metadata = _read_metadata(folder / "metadata.json", problems)
+    positions = None
+    try:
+        positions = read_points(folder / "tx_pos.csv")
+    except InputError as error:
+        problems.append(str(error))
+    names, pictures = read_pictures(folder / "spectrum", problems)
+    gateway_position, gateway_orientation = read_gateway(folder / "gateway_info.yml", problems)
+    metadata, stated = read_metadata(folder / "metadata.json", problems)
+    train, test = _read_split(folder, names, metadata, problems, warnings)
 
     numbers = np.array([int(name) for name in names], dtype=int)
     rows_known = None if positions is None else len(positions)
@@ -160,24 +178,13 @@ def inspect(folder: Path) -> Inspection:
             )
         if len(positions) > len(names):
             warnings.append(f"tx_pos.csv has {len(positions)} rows for {len(names)} pictures")
-    both = sorted(set(train) & set(test))
-    if both:
-        problems.append(
-            f"{folder / 'test_index.txt'}: expected names that are not in train_index.txt, found "
-            f"{names[both[0]]} in both ({len(both)} in all)"
-        )
-    for label, index in (("train_index.txt", train), ("test_index.txt", test)):
-        if len(set(index)) < len(index):
-            warnings.append(f"{label} names {len(index) - len(set(index))} spectra more than once")
-    unused = len(names) - len(set(train) | set(test))
-    if unused and not problems:
-        warnings.append(f"{unused} spectra are in neither train_index.txt nor test_index.txt")
 
-    elements = PlanarArray(**metadata.get("array", {})).elements
-    responses = _read_responses(folder / "channels.npz", rows_known, elements, problems)
+    elements = (stated or Beamformer()).array.elements
+    responses, retrieved = read_responses(folder / "channels.npz", rows_known, elements, problems)
     if problems or positions is None:
         return Inspection(problems, warnings, None)
     rows = numbers - 1
+    of_pictures = None if responses is None else responses[rows]
     dataset = Dataset(
         folder=folder,
         names=names,
@@ -187,137 +194,38 @@ def inspect(folder: Path) -> Inspection:
         gateway_orientation=gateway_orientation,
         train=np.array(train, dtype=int),
         test=np.array(test, dtype=int),
-        responses=None if responses is None else responses[rows],
+        responses=None if retrieved else of_pictures,
+        retrieved=of_pictures if retrieved else None,
         metadata=metadata,
+        identification=identify(pictures, stated),
     )
-    return Inspection(problems, warnings, dataset)
+    odd = oddities(positions[rows], pictures, dataset.identification, folder)
+    return Inspection(odd.problems, [*warnings, *odd.warnings], None if odd.problems else dataset)
 
 
-def _kind(path: Path) -> str:
-    return "a file" if path.is_file() else "nothing there"
-
-
-def _read_positions(path: Path, problems: list[str]) -> Float[np.ndarray, "K 3"] | None:
-    try:
-        return read_points(path)
-    except InputError as error:
-        problems.append(str(error))
-        return None
-
-
-def read_points(path: Path) -> Float[np.ndarray, "n 3"]:
-    """Read a CSV of positions with the header x,y,z.
-
-    Args:
-        path: the CSV.
-
-    Returns:
-        The positions, metres, world frame.
-
-    Raises:
-        InputError: no such file, another header, a row that is not three finite numbers, or no rows.
-    """
-    if not path.is_file():
-        raise InputError(f"{path}: expected a CSV of positions, found no such file")
-    try:
-        with path.open(newline="", encoding="utf-8-sig") as file:
-            rows = list(csv.reader(file))
-    except (UnicodeDecodeError, csv.Error) as error:
-        raise InputError(f"{path}: expected a CSV of positions, found a file that is none ({error})") from error
-    if not rows or [name.strip() for name in rows[0]] != ["x", "y", "z"]:
-        found = ",".join(rows[0]) if rows else "an empty file"
-        raise InputError(f"{path}, line 1: expected the header x,y,z, found {found}")
-    points = []
-    for number, row in enumerate(rows[1:], start=1):
-        try:
-            point = [float(value) for value in row]
-        except ValueError:
-            point = []
-        if len(point) != 3 or not np.isfinite(point).all():
-            raise InputError(
-                f"{path}, position {number} (line {number + 1}): expected three finite numbers in metres, "
-                f"found {','.join(row) or 'an empty line'}"
-            )
-        points.append(point)
-    if not points:
-        raise InputError(f"{path}: expected at least one position after the header, found none")
-    return np.array(points, dtype=float)
-
-
-def _zeros(shape: tuple[int, ...]) -> UInt8[np.ndarray, "*shape"]:
-    """Zeros, in memory or in a mapped temporary file that is removed when the process ends."""
-    size = int(np.prod(shape))
-    if size <= IN_MEMORY:
-        return np.zeros(shape, np.uint8)
-    with tempfile.TemporaryFile() as file:
-        file.truncate(size)
-        return np.memmap(file, np.uint8, "r+", shape=shape)
-
-
-def _read_pictures(folder: Path, problems: list[str]) -> tuple[list[str], UInt8[np.ndarray, "K 90 360"]]:
-    nothing = np.zeros((0, ROWS, COLUMNS), np.uint8)
-    if not folder.is_dir():
-        problems.append(f"{folder}: expected a folder of pictures, found {_kind(folder)}")
-        return [], nothing
-    files = sorted(
-        (path for path in folder.glob("*.png") if path.stem.isdecimal() and int(path.stem) > 0),
-        key=lambda path: int(path.stem),
-    )
-    if not files:
-        problems.append(f"{folder}: expected pictures 00001.png and on, found none")
-    pictures = _zeros((len(files), ROWS, COLUMNS))
-    for index, path in enumerate(files):
-        try:
-            pictures[index] = read_picture(path)
-        except InputError as error:
-            problems.append(str(error))
-    return [path.stem for path in files], pictures
-
-
-def read_picture(path: Path) -> UInt8[np.ndarray, "90 360"]:
-    """Read one 8-bit grey spectrum picture.
-
-    Args:
-        path: the PNG file.
-
-    Returns:
-        Grey levels, row 0 at 1° elevation.
-
-    Raises:
-        InputError: not a readable PNG, or not 360 × 90 pixels of 8-bit grey.
-    """
-    try:
-        with Image.open(path) as image:
-            image.load()
-            if image.size != (COLUMNS, ROWS) or image.mode != "L":
-                raise InputError(
-                    f"{path}: expected {COLUMNS} × {ROWS} pixels of 8-bit grey (mode L), found "
-                    f"{image.size[0]} × {image.size[1]} of mode {image.mode}"
-                )
-            return np.asarray(image)
-    except (OSError, SyntaxError) as error:
-        raise InputError(f"{path}: expected a whole PNG picture, found a damaged one ({error})") from error
-
-
-def _read_index(path: Path, names: list[str], problems: list[str]) -> list[int]:
-    if not path.is_file():
-        problems.append(f"{path}: expected one picture name per line, found no such file")
-        return []
-    if not names:
-        return []  # a problem of the pictures, not of every row here
-    index_of = {name: index for index, name in enumerate(names)}
-    index = []
-    try:
-        listed = path.read_text(encoding="utf-8").split()
-    except UnicodeDecodeError as error:
-        problems.append(f"{path}: expected one picture name per line, found a file that is no text ({error})")
-        return []
-    for number, name in enumerate(listed, start=1):
-        if name not in index_of:
-            problems.append(f"{path}, row {number}: expected the name of a picture, found {name}, which is not there")
-        else:
-            index.append(index_of[name])
-    return index
+def _read_split(
+    folder: Path, names: list[str], metadata: dict[str, Any], problems: list[str], warnings: list[str]
+) -> tuple[list[int], list[int]]:
+    """Indices of the folder's own training and test spectra; both empty where the folder has no index files."""
+    files = {label: folder / f"{label}_index.txt" for label in ("train", "test")}
+    simulated = "scene_file" in metadata  # an unfinished simulation has no index files yet
+    if not simulated and not any(path.exists() for path in files.values()):
+        warnings.append("there is no train_index.txt and no test_index.txt: use the split random or blocked")
+        return [], []
+    train, test = (read_names(path, names, problems) for path in files.values())
+    both = sorted(set(train) & set(test))
+    if both:
+        problems.append(
+            f"{files['test']}: expected names that are not in train_index.txt, found "
+            f"{names[both[0]]} in both ({len(both)} in all)"
+        )
+    for path, index in zip(files.values(), (train, test), strict=True):
+        if len(set(index)) < len(index):
+            warnings.append(f"{path.name} names {len(index) - len(set(index))} spectra more than once")
+    unused = len(names) - len(set(train) | set(test))
+    if unused and not problems:
+        warnings.append(f"{unused} spectra are in neither train_index.txt nor test_index.txt")
+    return train, test
 
 
 def read_index(path: Path, dataset: Dataset) -> Int[np.ndarray, " n"]:
@@ -334,66 +242,9 @@ def read_index(path: Path, dataset: Dataset) -> Int[np.ndarray, " n"]:
         InputError: the file is missing, empty, or names a picture that is not there.
     """
     problems: list[str] = []
-    index = _read_index(path, dataset.names, problems)
+    index = read_names(path, dataset.names, problems)
     if not index and not problems:
         problems.append(f"{path}: expected one picture name per line, found an empty file")
     if problems:
         raise InputError(problems[0])
     return np.array(index, dtype=int)
-
-
-def _read_gateway(path: Path, problems: list[str]) -> tuple[Float[np.ndarray, 3], Float[np.ndarray, 4]]:
-    default_pose = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
-    if not path.is_file():
-        problems.append(f"{path}: expected the gateway's position and orientation, found no such file")
-        return default_pose
-    try:
-        gateway = yaml.safe_load(path.read_text())["gateway1"]
-        position = np.array(gateway["position"], dtype=float)
-        orientation = np.array(gateway["orientation"], dtype=float)
-        if position.shape != (3,) or orientation.shape != (4,) or not np.isfinite([*position, *orientation]).all():
-            raise ValueError
-    except (yaml.YAMLError, KeyError, TypeError, ValueError):
-        problems.append(
-            f"{path}: expected gateway1 with position [x, y, z] and orientation [x, y, z, w], found something else"
-        )
-        return default_pose
-    length = float(np.linalg.norm(orientation))
-    if abs(length - 1) > UNIT_TOLERANCE:
-        problems.append(
-            f"{path}, gateway1: expected an orientation quaternion of unit length, found length {length:.4g}"
-        )
-        return default_pose
-    return position, orientation / length
-
-
-def _read_metadata(path: Path, problems: list[str]) -> dict[str, Any]:
-    if not path.is_file():
-        return {}
-    try:
-        metadata = json.loads(path.read_text())
-        PlanarArray(**metadata.get("array", {}))
-    except (ValueError, TypeError, AttributeError) as error:
-        problems.append(f"{path}: expected a JSON object whose array has rows, columns, spacing, found {error}")
-        return {}
-    return metadata
-
-
-def _read_responses(
-    path: Path, rows: int | None, elements: int, problems: list[str]
-) -> Complex[np.ndarray, "K elements"] | None:
-    if not path.is_file():
-        return None
-    try:
-        with np.load(path) as archive:
-            responses = archive["channels"]
-    except (OSError, ValueError, KeyError, EOFError, TypeError, AttributeError, zipfile.BadZipFile) as error:
-        problems.append(f"{path}: expected an npz archive with the array channels, found {error}")
-        return None
-    if responses.ndim != 2 or responses.shape[1] != elements or rows not in (None, len(responses)):
-        positions = "the" if rows is None else rows
-        problems.append(
-            f"{path}: expected responses of {positions} positions × {elements} elements, found shape {responses.shape}"
-        )
-        return None
-    return responses

@@ -48,6 +48,6 @@ def make_part(request: Request, tracer: Tracer, start: int, size: int) -> Part:
     numbers = np.arange(start, start + len(positions))
     responses = request.measurement.apply(tracer.responses(positions), numbers, request.measurement_seed)
     with ThreadPoolExecutor() as pool:
-        pictures = list(pool.map(encode_picture, picture(request.array.spectrum(responses))))
-        power = list(pool.map(encode_power, request.array.power_db(responses))) if request.power else []
+        pictures = list(pool.map(encode_picture, picture(request.beamformer.spectrum(responses))))
+        power = list(pool.map(encode_power, request.beamformer.power_db(responses))) if request.power else []
     return Part(responses, pictures, power)

@@ -12,32 +12,43 @@ rounding to 8 bits is left, 0.29 grey levels (root mean square).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from jaxtyping import Complex, Float, Int
 from scipy.optimize import minimize_scalar
+from threadpoolctl import threadpool_limits
 
-from simulate.angular_grid import AngularGrid, direction
+from simulate.angular_grid import COLUMNS, ROWS, AngularGrid, direction
 from simulate.array import PlanarArray
+from simulate.beamformer import Beamformer
 from simulate.spectrum import LARGEST_GREY
 
-EVERY_ROW, EVERY_COLUMN = 5, 9
-"""The fit looks at every fifth row and ninth column: 720 values, where a 4 × 4 array has 49 degrees of freedom."""
+VALUES_PER_FUNCTION = 8
+"""The fit looks at about so many pixels of a spectrum per lag function; a 4 × 4 array has 49 functions."""
 
 EXAMINED = 16
 """Number of spectra, evenly spread over a folder, that the grid and the spacing are found from."""
 
-SPACINGS = np.arange(0.30, 0.71, 0.01)
+SPACING_STEP = 0.02
+SPACINGS = np.arange(0.30, 0.71, SPACING_STEP)
 """Spacings that are tried first, wavelengths."""
 
-FIRST_ELEVATIONS = 0.0, 1.0
-"""Elevations of row 0 that are tried, degrees: NeRF²'s measured pictures begin at the horizon, others at 1°."""
+SPACING_DIGITS = 3
+"""Decimals of a spacing that is found; a few pictures do not determine more."""
+
+GRIDS = AngularGrid(0.0), AngularGrid(1.0), AngularGrid(89.0, -1.0), AngularGrid(90.0, -1.0)
+"""Grids that are tried: rows from the horizon on, as NeRF²'s measured pictures have them, from 1° on, as NeRF²'s own
+generator has them, and both upside down."""
 
 LEAST_AMPLITUDE = 0.02
 """Smallest p + b by which an error of p² is divided to make it an error of p."""
 
 
+@cache
 def lag_vectors(array: PlanarArray) -> Int[np.ndarray, "L 2"]:
     """The lags Δ of an array in units of its spacing, (column, row); of Δ and −Δ only one, zero first.
 
@@ -68,35 +79,40 @@ class LagFit:
     """How well an array with a grid explains K spectra.
 
     Attributes:
-        array: the array.
-        grid: the grid.
+        beamformer: the array and the grid.
         lags: R_Δ for each of ``lag_vectors``, in units in which S = p + b.
         offset: b, the smallest magnitude of each spectrum over its span before it was normalised.
         residual: root mean square error of each spectrum, grey levels of 255.
     """
 
-    array: PlanarArray
-    grid: AngularGrid
+    beamformer: Beamformer
     lags: Complex[np.ndarray, "K L"]
     offset: Float[np.ndarray, " K"]
     residual: Float[np.ndarray, " K"]
 
+    @property
+    def median_residual(self) -> float:
+        """Median of the residuals, grey levels."""
+        return float(np.median(self.residual))
 
-def fit_lags(spectra: Float[np.ndarray, "K 90 360"], array: PlanarArray, grid: AngularGrid) -> LagFit:
+
+def fit_lags(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamformer) -> LagFit:
     """Fit the lags of an array to normalised spectra.
 
     Args:
         spectra: min–max normalised spectra, 0…1.
-        array: the array to try.
-        grid: the grid to try.
+        beamformer: the array and the grid to try.
 
-    >>> array, grid = PlanarArray(), AngularGrid(elevation_first_deg=1.0)
-    >>> spectrum = array.spectrum(np.random.default_rng(0).standard_normal((1, 16, 2)) @ [1, 1j])
     >>> from simulate.spectrum import normalise
-    >>> bool(fit_lags(normalise(spectrum), array, grid).residual[0] < 1e-6)
+    >>> beamformer = Beamformer()
+    >>> spectrum = beamformer.spectrum(np.random.default_rng(0).standard_normal((1, 16, 2)) @ [1, 1j])
+    >>> bool(fit_lags(normalise(spectrum), beamformer).residual[0] < 1e-6)
     True
     """
-    rows, columns = np.arange(0, 90, EVERY_ROW), np.arange(0, 360, EVERY_COLUMN)
+    array, grid = beamformer.array, beamformer.grid
+    count = len(lag_vectors(array)) - 1
+    every = max(2, int(math.sqrt(ROWS * COLUMNS / (VALUES_PER_FUNCTION * (2 * count + 1)))))
+    rows, columns = np.arange(0, ROWS, every), np.arange(0, COLUMNS, every)
     elevation, azimuth = np.meshgrid(
         np.radians(grid.elevations_deg[rows]), np.radians(grid.azimuths_deg[columns]), indexing="ij"
     )
@@ -113,42 +129,51 @@ def fit_lags(spectra: Float[np.ndarray, "K 90 360"], array: PlanarArray, grid: A
     left = square + 2 * offset[:, None] * linear
     errors = LARGEST_GREY * left / (2 * np.maximum(values + offset[:, None], LEAST_AMPLITUDE))
     coefficients = np.linalg.solve(triangular, orthonormal.T @ (values**2 + 2 * offset[:, None] * values).T).T
-    count = len(lag_vectors(array)) - 1
     lags = np.empty((len(spectra), count + 1), complex)
     lags[:, 0] = coefficients[:, 0] + offset**2
     # R e^{-jx} + R* e^{jx} = 2 Re R cos x + 2 Im R sin x
     lags[:, 1:] = (coefficients[:, 1 : count + 1] + 1j * coefficients[:, count + 1 :]) / 2
-    return LagFit(array, grid, array.elements * lags, offset, np.sqrt((errors**2).mean(axis=1)))
+    freedom = values.shape[1] - functions.shape[1] - 1  # the fit takes up a share of the errors
+    return LagFit(beamformer, array.elements * lags, offset, np.sqrt((errors**2).sum(axis=1) / freedom))
 
 
-def find_grid(spectra: Float[np.ndarray, "K 90 360"], rows: int = 4, columns: int = 4) -> LagFit:
-    """Find the spacing and the first elevation that explain a folder's spectra best, from a few of them, in seconds.
+@threadpool_limits.wrap(1)  # threads that wait for each other take far longer over such small matrices
+def fit_grids(
+    spectra: Float[np.ndarray, "K 90 360"], rows: int = 4, columns: int = 4, grids: Sequence[AngularGrid] = GRIDS
+) -> list[LagFit]:
+    """Find the spacing that explains spectra best on some grids, in half a second for a 4 × 4 array.
 
     Args:
-        spectra: min–max normalised spectra, 0…1.
+        spectra: min–max normalised spectra, 0…1; about ``EXAMINED`` of a folder are enough.
         rows: number of the array's elements along y.
         columns: number of the array's elements along x.
+        grids: the grids to try.
 
     Returns:
-        The best fit, to the spectra that were examined.
+        The fits on the two best grids, the best first.
     """
-    examined = spectra[np.unique(np.linspace(0, len(spectra) - 1, min(EXAMINED, len(spectra))).astype(int))]
 
-    def median_residual(spacing: float, grid: AngularGrid) -> float:
-        return float(np.median(fit_lags(examined, PlanarArray(rows, columns, float(spacing)), grid).residual))
+    def fitted(spacing: float, grid: AngularGrid) -> LagFit:
+        return fit_lags(spectra, Beamformer(PlanarArray(rows, columns, float(spacing)), grid))
 
-    best = None
-    for first in FIRST_ELEVATIONS:
-        grid = replace(AngularGrid(), elevation_first_deg=first)
-        coarse = SPACINGS[np.argmin([median_residual(spacing, grid) for spacing in SPACINGS])]
-        found = minimize_scalar(
-            median_residual,
-            args=(grid,),
-            bounds=(coarse - 0.01, coarse + 0.01),
+    coarse = [min((fitted(spacing, grid) for spacing in SPACINGS), key=_median_residual) for grid in grids]
+    refined = []
+    for fit in sorted(coarse, key=_median_residual)[:2]:
+        grid, near = fit.beamformer.grid, fit.beamformer.array.spacing
+        spacing = minimize_scalar(
+            lambda spacing, grid=grid: fitted(spacing, grid).median_residual,
+            bounds=(near - SPACING_STEP, near + SPACING_STEP),
             method="bounded",
             options={"xatol": 1e-4},
-        )
-        if best is None or found.fun < best[0]:
-            best = found.fun, found.x, grid
-    assert best is not None
-    return fit_lags(examined, PlanarArray(rows, columns, float(best[1])), best[2])
+        ).x
+        refined.append(fitted(round(spacing, SPACING_DIGITS), grid))
+    return sorted(refined, key=_median_residual)
+
+
+def _median_residual(fit: LagFit) -> float:
+    return fit.median_residual
+
+
+def examined(spectra: Float[np.ndarray, "K 90 360"]) -> Float[np.ndarray, "E 90 360"]:
+    """At most ``EXAMINED`` spectra, evenly spread over a folder's."""
+    return spectra[np.unique(np.linspace(0, len(spectra) - 1, min(EXAMINED, len(spectra))).astype(int))]

@@ -14,8 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Complex, Float
 
-from simulate.angular_grid import AngularGrid
+from simulate.angular_grid import COLUMNS
 from simulate.array import PlanarArray
+from simulate.beamformer import Beamformer
 from simulate.lags import fit_lags, lag_vectors
 from simulate.spectrum import LARGEST_GREY
 
@@ -53,24 +54,22 @@ class Retrieval:
     residual: Float[np.ndarray, " K"]
 
 
-def retrieve_responses(
-    spectra: Float[np.ndarray, "K 90 360"], array: PlanarArray, grid: AngularGrid, seed: int = 0
-) -> Retrieval:
+def retrieve_responses(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamformer, seed: int = 0) -> Retrieval:
     """Element responses of normalised spectra.
 
     Args:
         spectra: min–max normalised spectra, 0…1.
-        array: the array that measured them.
-        grid: their grid.
+        beamformer: the array that measured them, and their grid.
         seed: draws the starts.
     """
     generator = np.random.default_rng(seed)
-    steering, row, column = _some_directions(array, grid)
+    array = beamformer.array
+    steering, row, column = _some_directions(beamformer)
     responses = np.zeros((len(spectra), array.elements), complex)
     residual = np.full(len(spectra), np.inf)
     for first in range(0, len(spectra), AT_ONCE):
         batch = slice(first, first + AT_ONCE)
-        fitted = fit_lags(spectra[batch], array, grid)
+        fitted = fit_lags(spectra[batch], beamformer)
         values = spectra[batch][:, row, column].astype(np.float64)
         for _ in range(ROUNDS):
             missing = np.flatnonzero(residual[batch] > GOOD)
@@ -83,17 +82,15 @@ def retrieve_responses(
     return Retrieval(responses, residual)
 
 
-def _some_directions(
-    array: PlanarArray, grid: AngularGrid
-) -> tuple[Complex[np.ndarray, "P elements"], np.ndarray, np.ndarray]:
+def _some_directions(beamformer: Beamformer) -> tuple[Complex[np.ndarray, "P elements"], np.ndarray, np.ndarray]:
     """Steering vectors of pixels that are evenly spread over the hemisphere, with their rows and columns."""
     index = np.arange(DIRECTIONS) + 0.5
     elevation, azimuth = np.degrees(np.arcsin(index / DIRECTIONS)), np.degrees(np.pi * (1 + 5**0.5) * index) % 360
+    grid = beamformer.grid
     row = np.abs(grid.elevations_deg - elevation[:, None]).argmin(axis=1)
-    column = np.round(azimuth / grid.azimuth_step_deg).astype(int) % 360
+    column = np.round(azimuth / grid.azimuth_step_deg).astype(int) % COLUMNS
     row, column = np.unique(np.stack([row, column]), axis=1)
-    manifold = array.manifold(np.radians(grid.azimuths_deg[column]), np.radians(grid.elevations_deg[row]))
-    return manifold.conj() / np.sqrt(array.elements), row, column
+    return beamformer.steering[row, column], row, column
 
 
 def _from_lags(

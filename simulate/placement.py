@@ -11,7 +11,7 @@ from scipy.interpolate import CubicSpline
 from scenes.description import Scene
 from scenes.errors import InputError, ParameterError
 from scenes.occupancy import blocking_object, inside_object
-from simulate.dataset import read_points
+from simulate.dataset_reader import read_points
 from simulate.placement_kind import Placement
 
 PATH_STEP = 0.008

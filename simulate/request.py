@@ -16,8 +16,11 @@ from scenes.description import Scene
 from scenes.errors import InputError
 from scenes.scene_yaml import read_scene
 from scenes.shapes import bounding_box
+from simulate.angular_grid import AngularGrid
 from simulate.array import PlanarArray
-from simulate.dataset import read_points
+from simulate.beamformer import Beamformer
+from simulate.dataset_reader import read_points
+from simulate.identification import beamformer_of
 from simulate.measurement import Measurement
 from simulate.propagation import Propagation
 
@@ -38,6 +41,7 @@ class Request:
         measurement: errors that the receiver adds to the traced responses.
         measurement_seed: seed of these errors.
         power: also write the spectra's absolute power.
+        grid: directions of the spectra's rows and columns.
     """
 
     scene: Scene
@@ -48,14 +52,15 @@ class Request:
     measurement: Measurement = field(default_factory=Measurement)
     measurement_seed: int = 0
     power: bool = False
+    grid: AngularGrid = field(default_factory=AngularGrid)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "positions", self.positions.round(6))  # as tx_pos.csv has them
 
     @property
-    def array(self) -> PlanarArray:
-        """The gateway's array."""
-        return PlanarArray.of(self.scene.gateway)
+    def beamformer(self) -> Beamformer:
+        """The gateway's array and the grid."""
+        return Beamformer(PlanarArray.of(self.scene.gateway), self.grid)
 
     @property
     def region(self) -> Float[np.ndarray, "2 3"]:
@@ -70,7 +75,8 @@ class Request:
             "scene_file": "scene/scene.yaml",
             "scene_sha256": _scene_digest(self.scene),
             "frequency_hz": self.scene.frequency,
-            "array": asdict(self.array),
+            "array": asdict(self.beamformer.array),
+            "grid": asdict(self.grid),
             "spectra": len(self.positions),
             "placement": self.placement,
             "positions_sha256": hashlib.sha256(self.positions.tobytes()).hexdigest(),
@@ -79,7 +85,7 @@ class Request:
             "measurement": asdict(self.measurement) | {"seed": self.measurement_seed},
             "power": self.power,
             "seed": self.seed,
-            "picture": "magnitude, min-max normalised per spectrum, 8 bit, row 0 = 1 degree elevation",
+            "picture": "magnitude, min-max normalised per spectrum, 8 bit",
             "versions": {name: version(name) for name in ("sionna-rt", "mitsuba", "drjit", "numpy")},
         }
 
@@ -143,6 +149,8 @@ def read_request(folder: Path) -> Request:
             "measurement": Measurement(**errors),
             "power": metadata["power"],
         }
+        stated = beamformer_of(metadata)
+        settings["grid"] = AngularGrid() if stated is None else stated.grid
         scene_file = metadata["scene_file"]
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputError(f"{path}: expected the metadata of a simulated dataset, found {error!r}") from error

@@ -1,11 +1,9 @@
-"""A spatial spectrum as a picture: min–max normalisation, 8 bits, and its dominant direction."""
+"""A spatial spectrum as a picture: min–max normalisation and 8 bits."""
 
 from __future__ import annotations
 
 import numpy as np
 from jaxtyping import Float, UInt8
-
-from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG, direction
 
 LARGEST_GREY = 255
 """Grey level of an 8-bit picture that stands for 1."""
@@ -34,7 +32,7 @@ def picture(spectrum: Float[np.ndarray, "*batch 90 360"]) -> UInt8[np.ndarray, "
         spectrum: magnitude, any unit; it is normalised first.
 
     Returns:
-        Grey levels, row 0 at 1° elevation.
+        Grey levels, rows and columns as in the spectrum.
     """
     return np.round(normalise(spectrum) * LARGEST_GREY).astype(np.uint8)
 
@@ -52,17 +50,3 @@ def spectrum_of(picture: UInt8[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray
     [[0.0, 1.0]]
     """
     return picture / np.float32(LARGEST_GREY)
-
-
-def dominant_direction(spectrum: Float[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray, "*batch 3"]:
-    """The direction of each spectrum's maximum: the dominant path's angle of arrival.
-
-    Args:
-        spectrum: magnitude, power, or normalised.
-
-    Returns:
-        Unit vectors, gateway frame.
-    """
-    flat = spectrum.reshape(*spectrum.shape[:-2], -1).argmax(axis=-1)
-    row, column = np.unravel_index(flat, spectrum.shape[-2:])
-    return direction(np.radians(AZIMUTHS_DEG[column]), np.radians(ELEVATIONS_DEG[row]))

@@ -12,7 +12,7 @@ from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 
-from simulate.array import PlanarArray
+from simulate.beamformer import Beamformer
 from simulate.spectrum import normalise
 
 COMPONENTS = 48
@@ -77,14 +77,14 @@ def krige_spectra(
 
 
 def krige_responses(
-    positions: Float[np.ndarray, "n 3"], responses: Complex[np.ndarray, "n elements"], array: PlanarArray, seed: int
+    positions: Float[np.ndarray, "n 3"], responses: Complex[np.ndarray, "n elements"], beamformer: Beamformer, seed: int
 ) -> Callable[[Float[np.ndarray, "K 3"]], Float[np.ndarray, "K 90 360"]]:
     """Interpolate known element responses.
 
     Args:
         positions: known transmitter positions, metres.
         responses: known element responses.
-        array: the gateway's array.
+        beamformer: the dataset's array and grid.
         seed: as for ``Interpolator``.
 
     Returns:
@@ -94,6 +94,6 @@ def krige_responses(
 
     def predict(new_positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
         real, imaginary = np.split(interpolator(new_positions), 2, axis=1)
-        return normalise(array.spectrum(real + 1j * imaginary))
+        return normalise(beamformer.spectrum(real + 1j * imaginary))
 
     return predict

@@ -8,10 +8,10 @@ from functools import partial
 import numpy as np
 from jaxtyping import Float
 
-from learn.baselines.array_ceiling import responses_of
 from learn.baselines.kriging import krige_responses, krige_spectra
 from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.comparison.task import Method, Task
+from simulate.phase_retrieval import retrieve_responses
 
 
 class MeanPicture:
@@ -57,11 +57,11 @@ class KrigingResponses(MeanPicture):
     def fit(self, task: Task) -> None:
         responses = task.responses
         if responses is None:
-            responses = responses_of(task.spectra, task.array)
+            responses = retrieve_responses(task.spectra, task.beamformer).responses
             strongest_element = responses[:, np.abs(responses).mean(axis=0).argmax()]
             responses = responses * np.exp(-1j * np.angle(strongest_element))[:, None]
             responses /= np.linalg.norm(responses, axis=1, keepdims=True)
-        self._predict = krige_responses(task.positions, responses, task.array, task.seed)
+        self._predict = krige_responses(task.positions, responses, task.beamformer, task.seed)
 
 
 BASELINES: dict[str, Callable[[], Method]] = {

@@ -30,7 +30,7 @@ def seconds_per_step(config: Config, by_steps: Steps, task: Task) -> float:
     Returns:
         Seconds per step.
     """
-    module = Training(build_model(config, box_of(task.positions), task.array), by_steps.learning_rate, 100)
+    module = Training(build_model(config, box_of(task.positions), task.beamformer), by_steps.learning_rate, 100)
     device = "cuda" if torch.cuda.is_available() else "cpu"
     module.to(device)
     optimiser = module.configure_optimizers()["optimizer"]

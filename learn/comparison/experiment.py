@@ -122,7 +122,7 @@ class Experiment:
         began = time.perf_counter()
         prediction = method.predict(positions)
         milliseconds = 1e3 * (time.perf_counter() - began) / len(positions)
-        scores = score(np.clip(prediction, 0, 1), self._spectra(test))
+        scores = score(np.clip(prediction, 0, 1), self._spectra(test), self.dataset.grid)
         cost = {
             "train": len(task.parts.train),
             "parameters": getattr(method, "parameters", None),
@@ -138,7 +138,7 @@ class Experiment:
             return
         test = evenly(split(self.dataset, self.settings.split, self.settings.split_seed).test, SAMPLES)
         truth = self._spectra(test)
-        self._keep(key, test, score(array_ceiling(truth, self.dataset.array), truth), {})
+        self._keep(key, test, score(array_ceiling(truth, self.dataset.beamformer), truth, self.dataset.grid), {})
 
     def _has(self, key: dict[str, Any]) -> bool:
         return any(key.items() <= row.items() for row in self.rows)

@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from learn.splits import Split, SplitKind, split
-from simulate.array import PlanarArray
+from simulate.beamformer import Beamformer
 from simulate.dataset import Dataset
 from simulate.spectrum import spectrum_of
 
@@ -64,9 +64,9 @@ class Task:
         return None if self.dataset.responses is None else self.dataset.responses[self.parts.known]
 
     @property
-    def array(self) -> PlanarArray:
-        """The gateway's array."""
-        return self.dataset.array
+    def beamformer(self) -> Beamformer:
+        """The dataset's array and grid."""
+        return self.dataset.beamformer
 
 
 class Method(Protocol):

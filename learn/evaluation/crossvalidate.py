@@ -15,6 +15,7 @@ from scenes.description import Scene
 from scenes.errors import InputError, ParameterError
 from scenes.scene_yaml import load_scene
 from scenes.shapes import bounding_box
+from simulate.angular_grid import AngularGrid
 from simulate.array import PlanarArray
 from simulate.dataset import Dataset, read_dataset
 from simulate.placement import free_positions
@@ -23,6 +24,10 @@ from simulate.spectrum import picture, spectrum_of
 
 if TYPE_CHECKING:  # importing it needs the ray tracer, which users of measured data need not install
     from simulate.trace import Tracer
+
+
+SAME_SPACING = 0.003
+"""Wavelengths; spacings of a scene and of a run whose difference is smaller are the same, since fits find no better."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +41,7 @@ class CrossValidation:
         known_positions: transmitter positions of the n spectra that the run learned from, metres, world frame.
         prediction: predicted spectra, 0…1, float32.
         truth: spectra of the traced responses, rounded to eight bits as in a dataset, 0…1, float32.
+        grid: directions of the spectra's rows and columns.
         scores: scores of the prediction.
         correlation: |⟨ŷ, y⟩| / (‖ŷ‖ ‖y‖) of the predicted responses ŷ and the traced responses y, 0…1; it does not
             depend on the common factor that a spectrum leaves open. None: the model predicts no responses.
@@ -47,6 +53,7 @@ class CrossValidation:
     known_positions: Float[np.ndarray, "n 3"]
     prediction: Float[np.ndarray, "K 90 360"]
     truth: Float[np.ndarray, "K 90 360"]
+    grid: AngularGrid
     scores: Scores
     correlation: Float[np.ndarray, " K"] | None
 
@@ -89,9 +96,11 @@ def crossvalidate(
     dataset = read_dataset(run.config.dataset)
     scene = seen_by(dataset, scene if isinstance(scene, Scene) else load_scene(scene))
     gateway = scene.gateway
-    if PlanarArray.of(gateway) != run.array:
+    array, expected = PlanarArray.of(gateway), run.beamformer.array
+    alike = (array.rows, array.columns) == (expected.rows, expected.columns)
+    if not alike or abs(array.spacing - expected.spacing) > SAME_SPACING:
         raise InputError(
-            f"{scene.name}: expected the array of the run, {run.array}, found {gateway.rows} × {gateway.columns} "
+            f"{scene.name}: expected the array of the run, {expected}, found {gateway.rows} × {gateway.columns} "
             f"elements {gateway.spacing} wavelengths apart"
         )
     known = dataset.positions[run.split(dataset).known]
@@ -103,7 +112,7 @@ def crossvalidate(
         propagation, seed_of_rays = propagation_of(dataset.metadata)
         tracer = Tracer(scene, propagation, region, seed_of_rays)
     responses = tracer.responses(drawn)
-    truth = spectrum_of(picture(run.array.spectrum(responses)))
+    truth = spectrum_of(picture(run.beamformer.spectrum(responses)))
     prediction = run.predict(drawn)
     return CrossValidation(
         run_name=run.folder.name,
@@ -112,7 +121,8 @@ def crossvalidate(
         known_positions=known,
         prediction=prediction.spectra,
         truth=truth,
-        scores=score(prediction.spectra, truth),
+        grid=run.beamformer.grid,
+        scores=score(prediction.spectra, truth, run.beamformer.grid),
         correlation=None if prediction.responses is None else correlation(prediction.responses, responses),
     )
 

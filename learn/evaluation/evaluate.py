@@ -81,7 +81,7 @@ def evaluate(
 
     Raises:
         InputError: the run, the dataset or the index cannot be read, or the index names spectra that the run was
-            trained on.
+            trained on, or the spectra are on another grid than those that the run predicts.
 
     >>> evaluation = evaluate("runs/lab")
     >>> evaluation.prediction.shape == (len(evaluation.test), 90, 360)
@@ -94,6 +94,12 @@ def evaluate(
     tested_on = dataset if isinstance(dataset, Dataset) else read_dataset(dataset or trained_on)
     same = dataset is None or tested_on.folder.resolve() == trained_on.resolve()
     known_data = tested_on if same else read_dataset(trained_on)
+    grid = tested_on.grid
+    if grid != run.beamformer.grid:
+        raise InputError(
+            f"{tested_on.folder}: expected spectra on the grid that the run predicts, {run.beamformer.grid}, "
+            f"found {grid}"
+        )
     parts = run.split(known_data)
     known, test = parts.known, parts.test if same else np.arange(len(tested_on.names))
     if index is not None:
@@ -111,10 +117,10 @@ def evaluate(
     prediction = run.predict(positions).spectra
     ceiling_rows = evenly(np.arange(len(test)), SAMPLES)
     scores = {
-        "model": score(prediction, truth),
-        "mean-picture": score(mean_picture(known_spectra, positions), truth),
-        "nearest": score(nearest(known_positions, known_spectra, positions), truth),
-        "inverse-distance": score(inverse_distance(known_positions, known_spectra, positions), truth),
-        CEILING: score(array_ceiling(truth[ceiling_rows], run.array), truth[ceiling_rows]),
+        "model": score(prediction, truth, grid),
+        "mean-picture": score(mean_picture(known_spectra, positions), truth, grid),
+        "nearest": score(nearest(known_positions, known_spectra, positions), truth, grid),
+        "inverse-distance": score(inverse_distance(known_positions, known_spectra, positions), truth, grid),
+        CEILING: score(array_ceiling(truth[ceiling_rows], tested_on.beamformer), truth[ceiling_rows], grid),
     }
     return Evaluation(run.folder.name, tested_on, test, known_positions, prediction, scores)

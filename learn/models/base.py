@@ -1,4 +1,4 @@
-"""Base class of the models, which map transmitter positions to spectra, and the array's beamformer."""
+"""Base class of the models, which map transmitter positions to spectra, and the layer that does beamforming."""
 
 from __future__ import annotations
 
@@ -9,23 +9,23 @@ from torch import Tensor, nn
 
 from learn.models.loss import composite_loss
 from learn.models.splat import Splats
-from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG
-from simulate.array import PlanarArray
+from simulate.angular_grid import COLUMNS, ROWS
+from simulate.beamformer import Beamformer
 from simulate.dataset import Dataset
 
 
 class SpectrumModel(nn.Module):
     """Base class of the models: ``forward`` takes positions [B, 3] in metres and returns spectra [B, 90, 360], 0…1.
 
-    A subclass is built with (region, array, **options), and ``learn.models.registry`` lists it. A model that can do
-    more than predict spectra also overrides some of the methods below.
+    A subclass is built with (region, beamformer, **options), and ``learn.models.registry`` lists it. A model that can
+    do more than predict spectra also overrides some of the methods below.
 
     Args:
         region: corners (min, max) of the box of training positions, metres, world frame.
     """
 
     region: Tensor
-    beamformer: Beamformer
+    beamforming: BeamformingLayer
     """Computes spectra from ``responses``; only models with ``has_responses`` have one."""
 
     def __init__(self, region: Float[np.ndarray, "2 3"]):
@@ -43,13 +43,13 @@ class SpectrumModel(nn.Module):
         if not self.has_responses:
             return self(positions), None
         responses = self.responses(positions)
-        return self.beamformer(responses), responses
+        return self.beamforming(responses), responses
 
     # --- capabilities that only some models have -----------------------------------------------------------
 
     @property
     def has_responses(self) -> bool:
-        """Whether the model predicts element ``responses``, from which its ``beamformer`` computes the spectrum."""
+        """Whether the model predicts element ``responses``, from which ``beamforming`` computes the spectrum."""
         return False
 
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
@@ -113,18 +113,18 @@ class SpectrumModel(nn.Module):
         return composite_loss(self(positions), spectra)
 
 
-class Beamformer(nn.Module):
+class BeamformingLayer(nn.Module):
     """Computes the spectrum that the array measures from element responses y: S = |A y|, min–max normalised.
 
     Args:
-        array: the gateway's array.
+        beamformer: the dataset's array and grid.
     """
 
     steering: Tensor
 
-    def __init__(self, array: PlanarArray):
+    def __init__(self, beamformer: Beamformer):
         super().__init__()
-        steering = array.steering.reshape(-1, array.elements)
+        steering = beamformer.steering.reshape(-1, beamformer.array.elements)
         self.register_buffer("steering", on_pairs(steering.T), persistent=False)
 
     def forward(self, responses: Float[Tensor, "B elements 2"]) -> Float[Tensor, "B 90 360"]:
@@ -132,7 +132,7 @@ class Beamformer(nn.Module):
         spectrum = power((responses.flatten(1) @ self.steering).unflatten(-1, (-1, 2))).clamp_min(1e-12).sqrt()
         low = spectrum.amin(-1, keepdim=True)
         span = spectrum.amax(-1, keepdim=True) - low
-        return ((spectrum - low) / span.clamp_min(1e-6)).unflatten(-1, (len(ELEVATIONS_DEG), len(AZIMUTHS_DEG)))
+        return ((spectrum - low) / span.clamp_min(1e-6)).unflatten(-1, (ROWS, COLUMNS))
 
 
 def power(field: Float[Tensor, "*shape 2"]) -> Float[Tensor, "*shape"]:

@@ -14,15 +14,14 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from learn.models.base import Beamformer, SpectrumModel, on_pairs, power
+from learn.models.base import BeamformingLayer, SpectrumModel, on_pairs, power
 from learn.models.bst import BilinearSpatialTransformer
 from learn.models.encoding import PRIMITIVE_ORDER, TX_ORDER, positional_encoding
 from learn.models.networks import ResidualFFN
 from learn.models.primitives import Primitives
 from learn.models.splat import Splats, splat
 from scenes.errors import ParameterError
-from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG
-from simulate.array import PlanarArray
+from simulate.beamformer import Beamformer
 
 Bypass = Literal["dynamic", "delta", "bst", "order"]
 """Branches that can be switched off: those of the paper's ablation table, and "order", the ordering by depth."""
@@ -40,7 +39,7 @@ class BiSplatWRF(SpectrumModel):
     Args:
         region: corners (min, max) of the box of training positions, metres, world frame; it is scaled to −1…1 before
             TX-PE.
-        array: the gateway's array; this model does not use it.
+        beamformer: the dataset's array, which this model does not use, and grid.
         primitives: number of primitives N_p.
         clusters: number of clusters N_c, a square number.
         ffn_width: width of the static network, the dynamic network and the delta decoder.
@@ -62,7 +61,7 @@ class BiSplatWRF(SpectrumModel):
     def __init__(
         self,
         region: Float[np.ndarray, "2 3"],
-        array: PlanarArray,
+        beamformer: Beamformer,
         *,
         primitives: int = 500,
         clusters: int = 64,
@@ -79,7 +78,7 @@ class BiSplatWRF(SpectrumModel):
         if unknown:
             raise ParameterError("bypass", f"expected some of {', '.join(get_args(Bypass))}, found {unknown[0]}")
         self.bypass, self.tx_order = frozenset(bypass), tx_order
-        azimuths, elevations = self._grid()
+        azimuths, elevations = self._grid(beamformer)
         self.register_buffer("azimuths", azimuths, persistent=False)
         self.register_buffer("elevations", elevations, persistent=False)
         gs_pe, tx_pe = 3 * (2 * PRIMITIVE_ORDER + 1), 3 * (2 * tx_order + 1)
@@ -97,9 +96,9 @@ class BiSplatWRF(SpectrumModel):
         self.dynamic = ResidualFFN(ffn_width, 2, ffn_width, ffn_layers)
         self.delta = ResidualFFN(gs_pe + tx_pe + ffn_width, 4, ffn_width, ffn_layers)
 
-    def _grid(self) -> tuple[Float[Tensor, " W"], Float[Tensor, " H"]]:
+    def _grid(self, beamformer: Beamformer) -> tuple[Float[Tensor, " W"], Float[Tensor, " H"]]:
         """Azimuths and elevations that the field is rendered at, degrees: those of a spectrum."""
-        return torch.tensor(AZIMUTHS_DEG).float(), torch.tensor(ELEVATIONS_DEG).float()
+        return torch.tensor(beamformer.grid.azimuths_deg).float(), torch.tensor(beamformer.grid.elevations_deg).float()
 
     @property
     def has_primitives(self) -> bool:
@@ -159,23 +158,24 @@ class BiSplatAperture(BiSplatWRF):
 
     Args:
         region: as for ``BiSplatWRF``.
-        array: the gateway's array.
+        beamformer: the dataset's array and grid.
         options: as for ``BiSplatWRF``.
     """
 
     STEP_DEG = 6
     aperture: Tensor
 
-    def __init__(self, region: Float[np.ndarray, "2 3"], array: PlanarArray, **options: Any):
-        super().__init__(region, array, **options)
-        azimuths, elevations = (np.radians(axis.double().numpy()) for axis in self._grid())
+    def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, **options: Any):
+        super().__init__(region, beamformer, **options)
+        array = beamformer.array
+        azimuths, elevations = (np.radians(axis.double().numpy()) for axis in self._grid(beamformer))
         elevation, azimuth = np.meshgrid(elevations, azimuths, indexing="ij")
         solid_angle = np.cos(elevation) * np.radians(self.STEP_DEG) ** 2  # cosθ ΔφΔθ
         aperture = (array.manifold(azimuth, elevation) * solid_angle[..., None]).reshape(-1, array.elements)
         self.register_buffer("aperture", on_pairs(aperture), persistent=False)
-        self.beamformer = Beamformer(array)
+        self.beamforming = BeamformingLayer(beamformer)
 
-    def _grid(self) -> tuple[Float[Tensor, " W"], Float[Tensor, " H"]]:
+    def _grid(self, beamformer: Beamformer) -> tuple[Float[Tensor, " W"], Float[Tensor, " H"]]:
         return torch.arange(0.0, 360.0, self.STEP_DEG), torch.arange(self.STEP_DEG / 2, 90.0, self.STEP_DEG)
 
     @property
@@ -188,4 +188,4 @@ class BiSplatAperture(BiSplatWRF):
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
         """Predicted spectrum: the array's spectrum of ``responses``, min–max normalised."""
-        return self.beamformer(self.responses(positions))
+        return self.beamforming(self.responses(positions))

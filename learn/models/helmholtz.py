@@ -12,12 +12,12 @@ from torch import Tensor
 
 from learn.baselines.neighbours import NEIGHBOURS as INVERSE_DISTANCE_NEIGHBOURS
 from learn.metrics import ssim
-from learn.models.base import Beamformer, SpectrumModel
+from learn.models.base import BeamformingLayer, SpectrumModel
 from learn.models.geometry import distances, evenly_spread_directions
 from learn.models.vecchia import fit_covariance
 from learn.splits import evenly
-from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG
-from simulate.array import PlanarArray
+from simulate.angular_grid import COLUMNS, ROWS
+from simulate.beamformer import Beamformer
 from simulate.dataset import Dataset
 from simulate.spectrum import LARGEST_GREY, spectrum_of
 
@@ -77,7 +77,7 @@ class HelmholtzField(SpectrumModel):
 
     Args:
         region: as for ``SpectrumModel``; this model does not use it.
-        array: the gateway's array.
+        beamformer: the dataset's array and grid.
 
     Attributes:
         places: n known transmitter positions, metres, world frame.
@@ -106,10 +106,10 @@ class HelmholtzField(SpectrumModel):
     nugget: Tensor
     by_distance: Tensor
 
-    def __init__(self, region: Float[np.ndarray, "2 3"], array: PlanarArray):
+    def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer):
         super().__init__(region)
-        self.beamformer = Beamformer(array)
-        self._responses = 2 * array.elements
+        self.beamforming = BeamformingLayer(beamformer)
+        self._responses = 2 * beamformer.array.elements
         self.register_buffer("places", torch.zeros(0, 3))
         self.register_buffer("times", torch.zeros(0))
         self.register_buffer("values", torch.zeros(0, self._responses))
@@ -313,9 +313,9 @@ class HelmholtzField(SpectrumModel):
     ) -> Float[Tensor, "B 90 360"]:
         values = self.interpolated(positions, left_out)[0]
         if self.has_responses:
-            return self.beamformer(values.unflatten(-1, (-1, 2)))
+            return self.beamforming(values.unflatten(-1, (-1, 2)))
         spectrum = (values / LARGEST_GREY).clamp(0, 1)
-        return spectrum.unflatten(-1, (len(ELEVATIONS_DEG), len(AZIMUTHS_DEG)))
+        return spectrum.unflatten(-1, (ROWS, COLUMNS))
 
     def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
         """As ``torch.nn.Module.load_state_dict``; the buffers of known spectra take the shapes in the file."""

@@ -6,11 +6,11 @@ import numpy as np
 from jaxtyping import Float
 from torch import Tensor
 
-from learn.models.base import Beamformer, SpectrumModel
+from learn.models.base import BeamformingLayer, SpectrumModel
 from learn.models.encoding import TX_ORDER, positional_encoding
 from learn.models.networks import ResidualFFN
-from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG
-from simulate.array import PlanarArray
+from simulate.angular_grid import COLUMNS, ROWS
+from simulate.beamformer import Beamformer
 
 WIDTH, LAYERS = 256, 4
 
@@ -20,18 +20,18 @@ class SpectrumMLP(SpectrumModel):
 
     Args:
         region: as for ``SpectrumModel``.
-        array: the gateway's array; this model does not use it.
+        beamformer: the dataset's array and grid; this model does not use them.
         order: number of octaves of TX-PE.
     """
 
-    def __init__(self, region: Float[np.ndarray, "2 3"], array: PlanarArray, order: int = TX_ORDER):
+    def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, order: int = TX_ORDER):
         super().__init__(region)
         self.order = order
-        self.network = ResidualFFN(3 * (2 * order + 1), len(ELEVATIONS_DEG) * len(AZIMUTHS_DEG), WIDTH, LAYERS)
+        self.network = ResidualFFN(3 * (2 * order + 1), ROWS * COLUMNS, WIDTH, LAYERS)
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
         pixels = self.network(positional_encoding(self.scaled(positions), self.order)).sigmoid()
-        return pixels.unflatten(-1, (len(ELEVATIONS_DEG), len(AZIMUTHS_DEG)))
+        return pixels.unflatten(-1, (ROWS, COLUMNS))
 
 
 class ResponseMLP(SpectrumModel):
@@ -39,15 +39,15 @@ class ResponseMLP(SpectrumModel):
 
     Args:
         region: as for ``SpectrumModel``.
-        array: the gateway's array.
+        beamformer: the dataset's array and grid.
         order: number of octaves of TX-PE.
     """
 
-    def __init__(self, region: Float[np.ndarray, "2 3"], array: PlanarArray, order: int = TX_ORDER):
+    def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, order: int = TX_ORDER):
         super().__init__(region)
         self.order = order
-        self.network = ResidualFFN(3 * (2 * order + 1), 2 * array.elements, WIDTH, LAYERS)
-        self.beamformer = Beamformer(array)
+        self.network = ResidualFFN(3 * (2 * order + 1), 2 * beamformer.array.elements, WIDTH, LAYERS)
+        self.beamforming = BeamformingLayer(beamformer)
 
     @property
     def has_responses(self) -> bool:
@@ -58,4 +58,4 @@ class ResponseMLP(SpectrumModel):
         return self.network(positional_encoding(self.scaled(positions), self.order)).unflatten(-1, (-1, 2))
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        return self.beamformer(self.responses(positions))
+        return self.beamforming(self.responses(positions))

@@ -15,8 +15,8 @@ from torch import Tensor, nn
 from learn.models.base import SpectrumModel
 from learn.models.encoding import positional_encoding
 from learn.models.networks import LinearOfParts
-from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG
-from simulate.array import PlanarArray
+from simulate.angular_grid import COLUMNS, ROWS
+from simulate.beamformer import Beamformer
 
 ORDER = 10
 """Number of octaves of all three encodings."""
@@ -39,7 +39,7 @@ class NeRF2(SpectrumModel):
 
     Args:
         region: as for ``SpectrumModel``.
-        array: the gateway's array; this model does not use it.
+        beamformer: the dataset's array, which this model does not use, and grid.
         samples: number of voxels per ray.
         rays: number of rays per training step, drawn from all pixels of the batch.
         width: width of both networks.
@@ -51,7 +51,7 @@ class NeRF2(SpectrumModel):
     def __init__(
         self,
         region: Float[np.ndarray, "2 3"],
-        array: PlanarArray,
+        beamformer: Beamformer,
         samples: int = 64,
         rays: int = 8192,
         width: int = 256,
@@ -59,10 +59,8 @@ class NeRF2(SpectrumModel):
     ):
         super().__init__(region)
         self.samples, self.rays = samples, rays
-        elevation, azimuth = np.meshgrid(np.radians(ELEVATIONS_DEG), np.radians(AZIMUTHS_DEG), indexing="ij")
-        across = np.cos(elevation)
-        directions = np.stack([across * np.cos(azimuth), across * np.sin(azimuth), np.sin(elevation)], axis=-1)
-        self.register_buffer("directions", torch.from_numpy(directions.reshape(-1, 3)).float(), persistent=False)
+        directions = torch.from_numpy(beamformer.grid.directions.reshape(-1, 3)).float()
+        self.register_buffer("directions", directions, persistent=False)
         encoded = 3 * (2 * ORDER + 1)
         self.inward = nn.Linear(encoded, width)
         half = layers // 2
@@ -148,4 +146,4 @@ class NeRF2(SpectrumModel):
             attenuation, feature = self.voxels(directions)
             magnitudes = [self.received(directions, attenuation, feature, each[None]) for each in transmitters]
             pixels.append(torch.stack(magnitudes))
-        return torch.cat(pixels, dim=1).unflatten(1, (len(ELEVATIONS_DEG), len(AZIMUTHS_DEG)))
+        return torch.cat(pixels, dim=1).unflatten(1, (ROWS, COLUMNS))

@@ -23,7 +23,7 @@ class ModelEntry:
     """One model of the table.
 
     Attributes:
-        builds: the class, as ``module:Class``; it is called with (region, array, **options).
+        builds: the class, as ``module:Class``; it is called with (region, beamformer, **options).
         summary: what the model does, for a reader.
         fit: ``steps``: the model is trained by gradient steps on batches of spectra; ``closed form``: its method
             ``fit`` fits it.
@@ -132,7 +132,7 @@ def check_options(name: str, options: Mapping[str, Any]) -> None:
         known += [parameter.name for parameter in parameters if parameter.kind is not inspect.Parameter.VAR_KEYWORD]
         if all(parameter.kind is not inspect.Parameter.VAR_KEYWORD for parameter in parameters):
             break  # this class passes no further options on to its base class
-    known = [option for option in known if option not in ("self", "region", "array")]
+    known = [option for option in known if option not in ("self", "region", "beamformer")]
     for option in options:
         if option not in known:
             has = f"which has {', '.join(known)}" if known else "which has none"

@@ -14,8 +14,7 @@ from learn.models.base import SpectrumModel
 from learn.models.encoding import PRIMITIVE_ORDER, TX_ORDER, positional_encoding
 from learn.models.networks import ResidualFFN
 from learn.models.splat import splat
-from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG
-from simulate.array import PlanarArray
+from simulate.beamformer import Beamformer
 
 WIDTH, LAYERS = 128, 4
 """Width and number of residual layers of the deformation network."""
@@ -35,17 +34,17 @@ class SwiftWRF(SpectrumModel):
 
     Args:
         region: as for ``SpectrumModel``.
-        array: the gateway's array; this model does not use it.
+        beamformer: the dataset's array, which this model does not use, and grid.
         primitives: number of Gaussians.
     """
 
     azimuths: Tensor
     elevations: Tensor
 
-    def __init__(self, region: Float[np.ndarray, "2 3"], array: PlanarArray, primitives: int = 500):
+    def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, primitives: int = 500):
         super().__init__(region)
-        self.register_buffer("azimuths", torch.tensor(AZIMUTHS_DEG).float(), persistent=False)
-        self.register_buffer("elevations", torch.tensor(ELEVATIONS_DEG).float(), persistent=False)
+        self.register_buffer("azimuths", torch.tensor(beamformer.grid.azimuths_deg).float(), persistent=False)
+        self.register_buffer("elevations", torch.tensor(beamformer.grid.elevations_deg).float(), persistent=False)
         self.centre = nn.Parameter(torch.rand(primitives, 2) * torch.tensor([360.0, 90.0]))
         self.scale_raw = nn.Parameter((4 + 8 * torch.rand(primitives, 2)).log())
         self.rotation = nn.Parameter(torch.pi * torch.rand(primitives))

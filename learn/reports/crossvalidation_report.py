@@ -29,8 +29,8 @@ def write_crossvalidation(fresh: CrossValidation, folder: Path) -> None:
     draw_error_map(positions, scores.ssim, scores.aoa_error, known, folder / "crossvalidation_map.png")
     distance = cKDTree(known).query(positions)[0]
     draw_error_over_distance(distance, scores.ssim, scores.aoa_error, folder / "crossvalidation_distance.png")
-    draw_examples(fresh.prediction, fresh.truth, scores.ssim, folder / "crossvalidation_examples.png")
-    draw_examples_polar(fresh.prediction, fresh.truth, scores.ssim, folder / "crossvalidation_polar.png")
+    draw_examples(fresh.prediction, fresh.truth, scores.ssim, fresh.grid, folder / "crossvalidation_examples.png")
+    draw_examples_polar(fresh.prediction, fresh.truth, scores.ssim, fresh.grid, folder / "crossvalidation_polar.png")
     write_page(
         folder / "crossvalidation.html",
         "crossvalidation.html.j2",

@@ -28,8 +28,8 @@ def write_evaluation(evaluation: Evaluation, folder: Path) -> None:
     write_atomically(folder / "per_sample.csv", _per_sample(evaluation).encode())
     prediction, truth, ssim = evaluation.prediction, evaluation.truth, evaluation.scores["model"].ssim
     draw_ssim_distribution({name: scores.ssim for name, scores in evaluation.scores.items()}, folder / "ssim_cdf.png")
-    draw_examples(prediction, truth, ssim, folder / "examples.png")
-    draw_examples_polar(prediction, truth, ssim, folder / "examples_polar.png")
+    draw_examples(prediction, truth, ssim, evaluation.dataset.grid, folder / "examples.png")
+    draw_examples_polar(prediction, truth, ssim, evaluation.dataset.grid, folder / "examples_polar.png")
     write_page(folder / "report.html", "evaluation.html.j2", run=evaluation.run_name, **page_values(evaluation, folder))
 
 

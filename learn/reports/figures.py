@@ -10,9 +10,7 @@ from matplotlib import colormaps
 from matplotlib.figure import Figure
 
 from learn.colours import DIFFERENCE, MAGNITUDE
-
-EXTENT = (-0.5, 359.5, 0.5, 90.5)
-"""Edges of a drawn spectrum: azimuth left, right, elevation bottom, top, degrees. Row 0 (1°) is at the bottom."""
+from simulate.angular_grid import COLUMNS, ROWS, AngularGrid
 
 RANKS = {"worst": 0.0, "lower quartile": 0.25, "median": 0.5, "upper quartile": 0.75, "best": 1.0}
 """Spectra that are drawn as examples: name, and fraction of the spectra that have a lower SSIM."""
@@ -31,6 +29,12 @@ def ranked(ssim: Float[np.ndarray, " K"]) -> list[tuple[str, int]]:
     return [(name, int(order[round(share * (len(order) - 1))])) for name, share in RANKS.items()]
 
 
+def pixel_edges(grid: AngularGrid) -> tuple[Float[np.ndarray, " 361"], Float[np.ndarray, " 91"]]:
+    """Azimuths and elevations half a step before, between and half a step after a grid's directions, degrees."""
+    azimuth = (np.arange(COLUMNS + 1) - 0.5) * grid.azimuth_step_deg
+    return azimuth, grid.elevation_first_deg + (np.arange(ROWS + 1) - 0.5) * grid.elevation_step_deg
+
+
 def save(figure: Figure, path: Path) -> None:
     """Write a figure as PNG, and as PDF for papers.
 
@@ -46,6 +50,7 @@ def draw_examples(
     prediction: Float[np.ndarray, "K 90 360"],
     truth: Float[np.ndarray, "K 90 360"],
     ssim: Float[np.ndarray, " K"],
+    grid: AngularGrid,
     path: Path,
 ) -> None:
     """Draw five examples, from the worst to the best SSIM, each as predicted spectrum, true spectrum and difference.
@@ -54,8 +59,10 @@ def draw_examples(
         prediction: predicted spectra, 0…1.
         truth: true spectra, 0…1.
         ssim: SSIM of each pair.
+        grid: directions of the spectra's rows and columns.
         path: path of the PNG; the PDF has the same name with the suffix .pdf.
     """
+    azimuth_edges, elevation_edges = pixel_edges(grid)
     figure = Figure(figsize=(11, 7.4), layout="constrained")
     axes = figure.subplots(len(RANKS), 3, sharex=True, sharey=True)
     for row, (name, index) in zip(axes, ranked(ssim), strict=True):
@@ -64,7 +71,7 @@ def draw_examples(
             image = axis.imshow(
                 panel,
                 origin="lower",
-                extent=EXTENT,
+                extent=(*azimuth_edges[[0, -1]], *elevation_edges[[0, -1]]),
                 aspect="auto",
                 cmap=DIFFERENCE if diverging else MAGNITUDE,
                 vmin=-1 if diverging else 0,
@@ -86,6 +93,7 @@ def draw_examples_polar(
     prediction: Float[np.ndarray, "K 90 360"],
     truth: Float[np.ndarray, "K 90 360"],
     ssim: Float[np.ndarray, " K"],
+    grid: AngularGrid,
     path: Path,
 ) -> None:
     """Draw the examples of ``draw_examples`` as polar charts, with boresight in the middle and azimuth as the angle.
@@ -94,12 +102,13 @@ def draw_examples_polar(
         prediction: predicted spectra, 0…1.
         truth: true spectra, 0…1.
         ssim: SSIM of each pair.
+        grid: directions of the spectra's rows and columns.
         path: path of the PNG; the PDF has the same name with the suffix .pdf.
     """
     figure = Figure(figsize=(11, 7), layout="constrained")
     axes = figure.subplots(3, len(RANKS), subplot_kw={"projection": "polar"})
-    azimuth = np.radians(np.arange(361) - 0.5)
-    radius = (89.5 - np.arange(91)).clip(0)  # edges of the rows, degrees from boresight
+    azimuth, elevation = pixel_edges(grid)
+    azimuth, radius = np.radians(azimuth), (90 - elevation).clip(0)
     for column, (name, index) in zip(axes.T, ranked(ssim), strict=True):
         panels = (prediction[index], truth[index], prediction[index] - truth[index])
         for axis, panel, diverging in zip(column, panels, (False, False, True), strict=True):

@@ -13,7 +13,9 @@ from learn.models.registry import DEFAULT_MODEL
 from learn.splits import Split, SplitKind
 from scenes.atomic import write_atomically
 from scenes.errors import InputError, require_positive
+from simulate.angular_grid import AngularGrid
 from simulate.array import PlanarArray
+from simulate.beamformer import Beamformer
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,19 +72,20 @@ class Config:
         return {**content.pop("options"), **(content.pop("by_steps") or {}), **content}
 
 
-def write_config(folder: Path, config: Config, array: PlanarArray, split: Split, names: Sequence[str]) -> None:
+def write_config(folder: Path, config: Config, beamformer: Beamformer, split: Split, names: Sequence[str]) -> None:
     """Write config.json and split.json.
 
     Args:
         folder: the run folder.
         config: its settings.
-        array: the gateway's array.
+        beamformer: the dataset's array and grid.
         split: indices into ``names``.
         names: names of the dataset's spectra.
     """
     content = {
         **asdict(config),
-        "array": asdict(array),
+        "array": asdict(beamformer.array),
+        "grid": asdict(beamformer.grid),
         "normalisation": "pictures are min-max normalised per spectrum; positions are scaled inside the model",
         "versions": {name: version(name) for name in ("bisplat-wrf", "torch", "lightning", "numpy")},
     }
@@ -91,14 +94,14 @@ def write_config(folder: Path, config: Config, array: PlanarArray, split: Split,
     write_atomically(folder / "split.json", (json.dumps(parts, indent=1) + "\n").encode())
 
 
-def read_config(folder: Path) -> tuple[Config, PlanarArray]:
+def read_config(folder: Path) -> tuple[Config, Beamformer]:
     """Read config.json.
 
     Args:
         folder: the run folder.
 
     Returns:
-        The settings and the gateway's array.
+        The settings, and the dataset's array and grid.
 
     Raises:
         InputError: the folder has no config.json, or not one that ``write_config`` writes.
@@ -111,6 +114,6 @@ def read_config(folder: Path) -> tuple[Config, PlanarArray]:
         fields = {name: content[name] for name in Config.__dataclass_fields__}
         if fields["by_steps"] is not None:
             fields["by_steps"] = Steps(**fields["by_steps"])
-        return Config(**fields), PlanarArray(**content["array"])
+        return Config(**fields), Beamformer(PlanarArray(**content["array"]), AngularGrid(**content["grid"]))
     except (ValueError, KeyError, TypeError) as error:
         raise InputError(f"{path}: expected the settings that bisplat train 0.2 writes, found {error!r}") from error

@@ -1,6 +1,6 @@
 """A run folder, which holds everything that is needed to use a trained model.
 
-config.json          settings, the model's ``options``, the settings ``by_steps`` of training by steps, array, versions
+config.json          settings, the model's ``options``, the settings ``by_steps`` of training, array, grid, versions
 split.json           names of the training, validation and test spectra
 weights.safetensors  weights of the best checkpoint; the training is finished if this file exists
 training.json        steps, seconds, device, date, validation SSIM
@@ -28,27 +28,27 @@ from learn.splits import Split
 from learn.training.config import Config, read_config
 from scenes.atomic import write_atomically
 from scenes.errors import InputError
-from simulate.array import PlanarArray
+from simulate.beamformer import Beamformer
 from simulate.dataset import Dataset, read_dataset
 
 PREDICT_AT_ONCE = {"cpu": 16, "cuda": 1024}
 """Number of positions per batch of a prediction, by type of device."""
 
 
-def build_model(config: Config, region: Float[np.ndarray, "2 3"], array: PlanarArray) -> SpectrumModel:
+def build_model(config: Config, region: Float[np.ndarray, "2 3"], beamformer: Beamformer) -> SpectrumModel:
     """Build the untrained model of a run.
 
     Args:
         config: settings of the run, of which ``model`` and ``options`` are used.
         region: corners (min, max) of the box of training positions, metres, world frame.
-        array: the gateway's array.
+        beamformer: the dataset's array and grid.
 
     Raises:
         ParameterError: the model is unknown, or does not have one of the options.
     """
     check_options(config.model, config.options)
     build: Any = model_class(config.model)
-    return build(region, array, **{**model_entry(config.model).options, **config.options})
+    return build(region, beamformer, **{**model_entry(config.model).options, **config.options})
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ class Run:
     Attributes:
         folder: the run folder.
         config: settings of the run.
-        array: the gateway's array.
+        beamformer: the dataset's array and grid.
         model: the trained model, in evaluation mode, on the GPU if there is one.
 
     >>> import bisplat
@@ -101,7 +101,7 @@ class Run:
 
     folder: Path
     config: Config
-    array: PlanarArray
+    beamformer: Beamformer
     model: SpectrumModel
 
     @property
@@ -209,17 +209,17 @@ def load_run(folder: Path | str) -> Run:
         InputError: the folder is not a run folder, its training is not finished, or the weights are another model's.
 
     >>> import bisplat
-    >>> bisplat.load_run("runs/lab").array
+    >>> bisplat.load_run("runs/lab").beamformer.array
     PlanarArray(rows=4, columns=4, spacing=0.5)
     """
     folder = Path(folder)
-    config, array = read_config(folder)
+    config, beamformer = read_config(folder)
     path = folder / "weights.safetensors"
     if not path.is_file():
         raise InputError(
             f"{folder}: expected a finished run, found no weights.safetensors; the same bisplat train again finishes it"
         )
-    model = build_model(config, np.zeros((2, 3)), array)
+    model = build_model(config, np.zeros((2, 3)), beamformer)
     try:
         model.load_state_dict(load_file(path))
     except (SafetensorError, RuntimeError) as error:
@@ -227,4 +227,4 @@ def load_run(folder: Path | str) -> Run:
             f"{path}: expected the weights of {config.model}, found {str(error).splitlines()[0]}"
         ) from error
     device = "cuda" if torch.cuda.is_available() else "cpu"
-    return Run(folder, config, array, model.eval().to(device))
+    return Run(folder, config, beamformer, model.eval().to(device))

@@ -123,9 +123,9 @@ def train_run(config: Config, folder: Path, devices: int = 1, nodes: int = 1, da
     if (folder / "weights.safetensors").exists():
         return
     if is_first_process:
-        write_config(folder, config, dataset.array, parts, dataset.names)
+        write_config(folder, config, dataset.beamformer, parts, dataset.names)
     L.seed_everything(config.seed, verbose=False)
-    model = build_model(config, box_of(dataset.positions[parts.known]), dataset.array)
+    model = build_model(config, box_of(dataset.positions[parts.known]), dataset.beamformer)
     if config.by_steps is None:
         _fit_in_closed_form(model, dataset, parts, folder)
         return

@@ -18,7 +18,7 @@ from matplotlib.font_manager import findfont
 from PIL import Image, ImageDraw, ImageFont
 
 from learn.colours import DIFFERENCE, LEAST_DB, MAGNITUDE, PHASE
-from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG
+from simulate.angular_grid import COLUMNS, ROWS, AngularGrid
 
 Kind = Literal["rectangular", "polar"]
 
@@ -74,17 +74,18 @@ class Panel:
     marks: tuple[tuple[float, float, tuple[int, int, int]], ...] = ()
 
 
-def draw(panels: Sequence[Panel], kind: Kind) -> UInt8[np.ndarray, "H W 3"]:
+def draw(panels: Sequence[Panel], kind: Kind, grid: AngularGrid) -> UInt8[np.ndarray, "H W 3"]:
     """Draw panels below each other.
 
     Args:
         panels: at least one panel.
         kind: "rectangular" or "polar".
+        grid: directions of the spectra's rows and columns.
 
     Returns:
         One RGB image.
     """
-    return np.concatenate([_draw(panel, kind) for panel in panels])
+    return np.concatenate([_draw(panel, kind, grid) for panel in panels])
 
 
 def in_decibels(spectrum: Float[np.ndarray, "90 360"]) -> Float[np.ndarray, "90 360"]:
@@ -100,28 +101,25 @@ def in_decibels(spectrum: Float[np.ndarray, "90 360"]) -> Float[np.ndarray, "90 
     return 20 * np.log10(np.maximum(spectrum / maximum, 10 ** (LEAST_DB / 20)))
 
 
-def _draw(panel: Panel, kind: Kind) -> UInt8[np.ndarray, "H W 3"]:
-    image = _frame(kind, panel.colours).copy()
+def _draw(panel: Panel, kind: Kind, grid: AngularGrid) -> UInt8[np.ndarray, "H W 3"]:
+    image = _frame(kind, grid, panel.colours).copy()
     if panel.values is None:
-        colour = np.broadcast_to(np.array(MISSING, np.uint8), (*_SIZE, 3))
+        colour = np.broadcast_to(np.array(MISSING, np.uint8), (ROWS, COLUMNS, 3))
     else:
         colour = colour_of(panel.values, panel.colours)
         if panel.brightness is not None:
             colour = (colour * panel.brightness[..., None]).astype(np.uint8)
-    plot = _placed(colour, kind)
+    plot = _placed(colour, kind, grid)
     plot_area = image[TOP : TOP + plot.shape[0], LEFT : LEFT + plot.shape[1]]
-    np.copyto(plot_area, plot, where=_inside(kind)[..., None])
+    np.copyto(plot_area, plot, where=_inside(kind, grid)[..., None])
     drawn = Image.fromarray(image)
     pen = ImageDraw.Draw(drawn)
     pen.text((6, 18), panel.title, fill=INK, font=_font(13), anchor="ls")
     for azimuth, elevation, ink in panel.marks:
-        x, y = _where(azimuth, elevation, kind)
+        x, y = _where(azimuth, elevation, kind, grid)
         for radius, line in ((6, (255, 255, 255)), (5, ink), (4, ink), (3, (255, 255, 255))):
             pen.ellipse((x - radius, y - radius, x + radius, y + radius), outline=line)
     return np.asarray(drawn)
-
-
-_SIZE = (len(ELEVATIONS_DEG), len(AZIMUTHS_DEG))
 
 
 def colour_of(values: Float[np.ndarray, "*shape"], colours: Colours) -> UInt8[np.ndarray, "*shape 3"]:
@@ -145,16 +143,16 @@ def _font(size: int) -> ImageFont.FreeTypeFont:
     return ImageFont.truetype(findfont("DejaVu Sans"), size)  # Matplotlib includes this font
 
 
-def _placed(colour: UInt8[np.ndarray, "90 360 3"], kind: Kind) -> UInt8[np.ndarray, "H W 3"]:
-    """The plot of a spectrum's colours: elevation 90° is the top row, or the middle of the disc."""
+def _placed(colour: UInt8[np.ndarray, "90 360 3"], kind: Kind, grid: AngularGrid) -> UInt8[np.ndarray, "H W 3"]:
+    """The plot of a spectrum's colours: the highest elevation is the top row, or the middle of the disc."""
     if kind == "rectangular":
         return colour[::-1]
-    rows, columns, _ = _polar()
+    rows, columns, _ = _polar(grid)
     return colour[rows, columns]
 
 
 @cache
-def _polar() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _polar(grid: AngularGrid) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Row and column of the spectrum for each pixel of a polar panel, and whether the pixel is on the disc.
 
     Azimuth 0° is on the right, azimuth 90° at the top.
@@ -162,22 +160,23 @@ def _polar() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     x, y = np.meshgrid(np.arange(DIAMETER) + 0.5 - DIAMETER / 2, DIAMETER / 2 - np.arange(DIAMETER) - 0.5)
     radius = np.hypot(x, y) / (DIAMETER / 2)
     elevation = 90 * (1 - radius)
-    columns = np.round(np.degrees(np.arctan2(y, x))).astype(int) % len(AZIMUTHS_DEG)
-    rows = np.clip(np.round(elevation).astype(int) - 1, 0, len(ELEVATIONS_DEG) - 1)
+    columns = np.round(np.degrees(np.arctan2(y, x)) / grid.azimuth_step_deg).astype(int) % COLUMNS
+    rows = np.round((elevation - grid.elevation_first_deg) / grid.elevation_step_deg).astype(int).clip(0, ROWS - 1)
     return rows, columns, radius <= 1
 
 
 @cache
-def _inside(kind: Kind) -> np.ndarray:
+def _inside(kind: Kind, grid: AngularGrid) -> np.ndarray:
     if kind == "rectangular":
-        return np.ones(_SIZE, bool)
-    return _polar()[2]
+        return np.ones((ROWS, COLUMNS), bool)
+    return _polar(grid)[2]
 
 
-def _where(azimuth: float, elevation: float, kind: Kind) -> tuple[float, float]:
+def _where(azimuth: float, elevation: float, kind: Kind, grid: AngularGrid) -> tuple[float, float]:
     """Pixel (x, y) of a direction; azimuth and elevation are in degrees."""
     if kind == "rectangular":
-        return LEFT + azimuth + 0.5, TOP + 90.5 - elevation
+        row = (elevation - grid.elevation_first_deg) / grid.elevation_step_deg
+        return LEFT + azimuth / grid.azimuth_step_deg + 0.5, TOP + ROWS - 0.5 - row
     radius = DIAMETER / 2 * (1 - elevation / 90)
     middle = DIAMETER / 2
     angle = np.radians(azimuth)
@@ -185,27 +184,28 @@ def _where(azimuth: float, elevation: float, kind: Kind) -> tuple[float, float]:
 
 
 @lru_cache
-def _frame(kind: Kind, colours: Colours) -> UInt8[np.ndarray, "H W 3"]:
+def _frame(kind: Kind, grid: AngularGrid, colours: Colours) -> UInt8[np.ndarray, "H W 3"]:
     """A panel without its spectrum, title and marks: axes, labels and colour bar."""
-    height, width = _inside(kind).shape
+    height, width = _inside(kind, grid).shape
     image = Image.new("RGB", (LEFT + width + RIGHT, TOP + height + BOTTOM), BACKGROUND)
     pen = ImageDraw.Draw(image)
     small = _font(11)
     if kind == "rectangular":
         pen.rectangle((LEFT - 1, TOP - 1, LEFT + width, TOP + height), outline=INK)
         for azimuth in range(0, 271, 90):
-            x, y = _where(azimuth, 0.5, kind)
+            x, y = _where(azimuth, 0, kind, grid)[0], TOP + height
             pen.line((x, y, x, y + 5), fill=INK)
             pen.text((x, y + 7), f"{azimuth}°", fill=INK, font=small, anchor="mt")
         pen.text((LEFT + width, TOP + height + 7), "azimuth", fill=INK, font=small, anchor="rt")
-        for elevation in (1, 30, 60, 90):
-            x, y = _where(-0.5, elevation, kind)
+        lowest, highest = grid.elevations_deg[[0, -1]]
+        for elevation in (lowest, 30, 60, highest):
+            x, y = LEFT, _where(0, elevation, kind, grid)[1]
             pen.line((x - 5, y, x, y), fill=INK)
-            pen.text((x - 8, y), f"{elevation}°", fill=INK, font=small, anchor="rm")
+            pen.text((x - 8, y), f"{elevation:g}°", fill=INK, font=small, anchor="rm")
         pen.text((4, TOP + 18), "elev.", fill=INK, font=small, anchor="lm")
     else:
         for azimuth, anchor in ((0, "lm"), (90, "mb"), (180, "rm"), (270, "mt")):
-            x, y = _where(azimuth, -2, kind)
+            x, y = _where(azimuth, -2, kind, grid)
             pen.text((x, y), f"{azimuth}°", fill=INK, font=small, anchor=anchor)
         pen.text((6, TOP + height + 18), "edge: elevation 0°, middle: 90°", fill=INK, font=small, anchor="lm")
     image_array = np.array(image)

@@ -22,7 +22,7 @@ def view(what: Annotated[Positional[str], arg(metavar="RUN|DATASET|SCENE")], por
 
     shown = subject(what)
     propagation, seed = shown.propagation
-    tracing = None if shown.scene is None else Tracing(shown.scene, propagation, shown.region, seed)
+    tracing = None if shown.scene is None else Tracing(shown.scene, shown.beamformer, propagation, shown.region, seed)
     serve(f"bisplat: {shown.name}", port, lambda client: Session(client, shown, tracing).close)
     if tracing is not None:  # Dr.Jit aborts a process that exits normally while the tracing thread is tracing
         os._exit(0)

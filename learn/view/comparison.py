@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 from jaxtyping import Complex
 
@@ -17,8 +15,8 @@ from learn.view.chart import (
     Panel,
     in_decibels,
 )
-from learn.view.subject import Spectrum, SpectrumArray
-from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG
+from learn.view.subject import Spectrum
+from simulate.angular_grid import AngularGrid
 
 PREDICTED, TRUE = (230, 120, 0), (0, 150, 220)
 """RGB of the marks of a predicted spectrum, and of a recorded or traced one."""
@@ -26,35 +24,14 @@ PREDICTED, TRUE = (230, 120, 0), (0, 150, 220)
 Field = Complex[np.ndarray, "90 360"]
 
 
-class Angle(NamedTuple):
-    """A direction of arrival.
-
-    Attributes:
-        azimuth: φ, 0…359 degrees.
-        elevation: θ, 1…90 degrees.
-    """
-
-    azimuth: int
-    elevation: int
-
-
-def dominant(spectrum: SpectrumArray) -> Angle:
-    """The direction of a spectrum's maximum.
-
-    Args:
-        spectrum: a spectrum, in any unit.
-
-    >>> spectrum = np.zeros((90, 360))
-    >>> spectrum[39, 200] = 1  # row 0 is 1 degree of elevation
-    >>> dominant(spectrum)
-    Angle(azimuth=200, elevation=40)
-    """
-    row, column = np.unravel_index(spectrum.argmax(), spectrum.shape)
-    return Angle(int(AZIMUTHS_DEG[column]), int(ELEVATIONS_DEG[row]))
-
-
 def panels(
-    by: str, predicted: Spectrum | None, name: str, truth: Spectrum | None, in_phase: bool, in_db: bool
+    by: str,
+    predicted: Spectrum | None,
+    name: str,
+    truth: Spectrum | None,
+    grid: AngularGrid,
+    in_phase: bool,
+    in_db: bool,
 ) -> list[Panel]:
     """Panels of the predicted spectrum, the true one and their difference. The first two have the same colour scale.
 
@@ -63,6 +40,7 @@ def panels(
         predicted: the predicted spectrum; None: there is no method that predicts, and no panel for it.
         name: name of the true spectrum, e.g. "recorded, spectrum 00001".
         truth: the true spectrum; None: there is none, and its panel says so.
+        grid: directions of the spectra's rows and columns.
         in_phase: show the phase of the complex field instead of the magnitude.
         in_db: show magnitudes in dB, below the maximum of each spectrum.
     """
@@ -78,7 +56,8 @@ def panels(
     def panel(title: str, spectrum: Spectrum | None, field: Field | None, ink: tuple[int, int, int]) -> Panel:
         if spectrum is None:
             return Panel(f"{title}: none at this position", None, colours)
-        marks = ((*dominant(spectrum.values), ink),)
+        azimuth, elevation = grid.dominant_angles(spectrum.values)
+        marks = ((azimuth, elevation, ink),)
         if not in_phase:
             values = in_decibels(spectrum.values) if in_db else spectrum.values
             return Panel(title, values, colours, marks=marks)
@@ -124,22 +103,25 @@ def in_phase_with(field: Field | None, other: Field | None) -> Field | None:
     return field * np.exp(1j * np.angle((field.conj() * other).sum()))
 
 
-def numbers(predicted: Spectrum | None, name: str, truth: Spectrum | None, milliseconds: float) -> str:
+def numbers(
+    predicted: Spectrum | None, name: str, truth: Spectrum | None, grid: AngularGrid, milliseconds: float
+) -> str:
     """The numbers below the panels, as Markdown.
 
     Args:
         predicted: the predicted spectrum; None: there is none.
         name: name of the true spectrum.
         truth: the true spectrum; None: there is none.
+        grid: directions of the spectra's rows and columns.
         milliseconds: duration of the prediction, milliseconds.
     """
     lines = []
     for label, spectrum in (("predicted", predicted), (name.split(",")[0], truth)):
         if spectrum is not None:
-            azimuth, elevation = dominant(spectrum.values)
-            lines.append(f"{label}: dominant direction azimuth {azimuth}°, elevation {elevation}°")
+            azimuth, elevation = grid.dominant_angles(spectrum.values)
+            lines.append(f"{label}: dominant direction azimuth {azimuth:g}°, elevation {elevation:g}°")
     if predicted is not None and truth is not None:
-        scores = score(predicted.values[None], truth.values[None])
+        scores = score(predicted.values[None], truth.values[None], grid)
         lines.append(f"**SSIM {scores.ssim[0]:.3f}**, directions {scores.aoa_error[0]:.1f}° apart")
     if predicted is not None:
         lines.append(f"predicted in {milliseconds:.0f} ms")

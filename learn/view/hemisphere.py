@@ -11,7 +11,7 @@ from scipy.spatial.transform import Rotation
 from learn.colours import PHASE
 from learn.models.bisplat import Splats
 from learn.view.chart import LINEAR, Colours, colour_of
-from simulate.angular_grid import AZIMUTHS_DEG, ELEVATIONS_DEG, direction
+from simulate.angular_grid import COLUMNS, ROWS, AngularGrid, direction
 
 EVERY_DEG = 3
 """Angle between neighbouring dots of a spectrum, degrees."""
@@ -19,23 +19,23 @@ EVERY_DEG = 3
 RADIANS = Colours(PHASE, -np.pi, np.pi, "")
 
 
-def dots(radius: float) -> tuple[Float[np.ndarray, "dots 3"], tuple[np.ndarray, np.ndarray]]:
+def dots(radius: float, grid: AngularGrid) -> tuple[Float[np.ndarray, "dots 3"], tuple[np.ndarray, np.ndarray]]:
     """Dots spread evenly over the hemisphere.
 
     Args:
         radius: radius of the hemisphere, metres.
+        grid: directions of a spectrum's rows and columns.
 
     Returns:
         Positions of the dots, metres, gateway frame, and the row and column of a spectrum that each dot shows.
     """
     rows, columns = [], []
-    for row in range(0, len(ELEVATIONS_DEG), EVERY_DEG):
-        count = max(1, round(len(AZIMUTHS_DEG) / EVERY_DEG * np.cos(np.radians(ELEVATIONS_DEG[row]))))
-        columns.append(np.round(np.arange(count) * len(AZIMUTHS_DEG) / count).astype(int))
+    for row in range(0, ROWS, EVERY_DEG):
+        count = max(1, round(COLUMNS / EVERY_DEG * np.cos(np.radians(grid.elevations_deg[row]))))
+        columns.append(np.round(np.arange(count) * COLUMNS / count).astype(int))
         rows.append(np.full(count, row))
     pixel = np.concatenate(rows), np.concatenate(columns)
-    towards = direction(np.radians(AZIMUTHS_DEG[pixel[1]]), np.radians(ELEVATIONS_DEG[pixel[0]]))
-    return radius * towards, pixel
+    return radius * grid.directions[pixel], pixel
 
 
 class Ellipses(NamedTuple):

@@ -15,7 +15,6 @@ from learn.view.hemisphere import EVERY_DEG, colours_of_dots, disc, dots, ellips
 from learn.view.subject import Position, SpectrumArray, Subject
 from scenes.shapes import bounding_box
 from scenes.stage import add_gateway, add_objects, add_region, set_up
-from simulate.spectrum import dominant_direction
 
 if TYPE_CHECKING:
     from simulate.trace import TracedPath
@@ -56,11 +55,11 @@ class Layers:
                 for node in nodes:
                     (rooms if node.name.startswith("/walls") else furniture).append(node)
         add_gateway(api, subject.gateway, subject.wavelength, 0.8 * self._radius)
-        elements = (subject.array.positions * subject.wavelength).astype(np.float32)
+        elements = (subject.beamformer.array.positions * subject.wavelength).astype(np.float32)
         api.add_point_cloud("/gateway/elements", elements, (60, 0, 20), point_size=0.003 * self._size)
         region = add_region(api, subject.region)
 
-        self._dots, self._pixel = dots(self._radius)
+        self._dots, self._pixel = dots(self._radius, subject.beamformer.grid)
         black = np.zeros((len(self._dots), 3), np.uint8)
         dot_size = 0.5 * self._radius * np.radians(EVERY_DEG)
         style = {"point_size": float(dot_size), "point_shape": "circle", "point_shading": "flat"}
@@ -150,7 +149,7 @@ class Layers:
         """A line from the hemisphere towards a spectrum's maximum; a line of length 0 if there is no spectrum."""
         if spectrum is None:
             return np.zeros((1, 2, 3), np.float32)
-        towards = dominant_direction(spectrum)
+        towards = self._subject.beamformer.grid.dominant_direction(spectrum)
         return np.array([[self._radius * towards, 0.5 * self._size * towards]], np.float32)
 
     def _lines(self, paths: Sequence[TracedPath]) -> tuple[np.ndarray, np.ndarray]:

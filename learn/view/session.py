@@ -186,13 +186,14 @@ class Session:
         in_phase = self._quantity.value == "phase"
         field = subject.field(position) if in_phase and self._by.value == next(iter(predictors), None) else None
         predicted = None if prediction is None else Spectrum(prediction, field)
-        drawn = panels(self._by.value, predicted, name, truth, in_phase, self._scale.value == "dB")
-        image = draw(drawn, cast(Kind, self._kind.value))
+        grid = subject.beamformer.grid
+        drawn = panels(self._by.value, predicted, name, truth, grid, in_phase, self._scale.value == "dB")
+        image = draw(drawn, cast(Kind, self._kind.value), grid)
         if self._image is None:
             self._image = self._gui.add_image(image, format="jpeg", jpeg_quality=92, order=-3)
         else:
             self._image.image = image
-        self._numbers.content = numbers(predicted, name, truth, milliseconds) + self._warning(position)
+        self._numbers.content = numbers(predicted, name, truth, grid, milliseconds) + self._warning(position)
         self._layers.show(position, prediction, truth.values if truth else None, traced.paths if traced else None)
 
     def _warning(self, position: Position) -> str:

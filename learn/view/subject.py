@@ -25,6 +25,7 @@ from scenes.errors import InputError
 from scenes.scene_yaml import load_scene
 from scenes.shapes import bounding_box
 from simulate.array import PlanarArray
+from simulate.beamformer import Beamformer
 from simulate.dataset import NERF2_FREQUENCY, Dataset, read_dataset
 from simulate.propagation import Propagation
 from simulate.request import propagation_of
@@ -49,14 +50,14 @@ class Spectrum(NamedTuple):
     field: Complex[np.ndarray, "90 360"] | None = None
 
     @classmethod
-    def of(cls, array: PlanarArray, responses: Complex[np.ndarray, " elements"]) -> Spectrum:
+    def of(cls, beamformer: Beamformer, responses: Complex[np.ndarray, " elements"]) -> Spectrum:
         """The spectrum of element responses, rounded to eight bits as in a dataset.
 
         Args:
-            array: the gateway's array.
+            beamformer: the array and the grid.
             responses: element responses.
         """
-        field = array.steering @ responses
+        field = beamformer.steering @ responses
         return cls(spectrum_of(picture(np.abs(field))), field)
 
 
@@ -104,9 +105,11 @@ class Subject:
         return self.scene.wavelength if self.scene is not None else SPEED_OF_LIGHT / NERF2_FREQUENCY
 
     @cached_property
-    def array(self) -> PlanarArray:
-        """The gateway's array."""
-        return PlanarArray.of(self.gateway)
+    def beamformer(self) -> Beamformer:
+        """The array and the grid of the run, else of the dataset, else of the scene on the default grid."""
+        if self.run is not None:
+            return self.run.beamformer
+        return Beamformer(PlanarArray.of(self.gateway)) if self.dataset is None else self.dataset.beamformer
 
     @property
     def propagation(self) -> tuple[Propagation, int]:
@@ -131,7 +134,7 @@ class Subject:
         """
         assert self.dataset is not None
         responses = self.dataset.responses
-        field = None if responses is None else self.array.steering @ responses[index]
+        field = None if responses is None else self.beamformer.steering @ responses[index]
         return Spectrum(spectrum_of(self.dataset.pictures[index]), field)
 
     @property
@@ -174,7 +177,7 @@ class Subject:
             if run.model.has_responses:
                 responses = run.predict(position[None]).responses
                 assert responses is not None
-                return run.array.steering @ responses[0]
+                return run.beamformer.steering @ responses[0]
             field = run.model.field(torch.from_numpy(position[None]).float().to(run.model.region.device))
             return None if field is None else torch.view_as_complex(field[0].double().contiguous()).cpu().numpy()
 
@@ -229,7 +232,8 @@ def subject(what: str) -> Subject:
         parts = run.split(dataset)
     except InputError as error:
         region = run.model.region.double().cpu().numpy()
-        gateway = Gateway((0, 0, 0), (0, 0, 0, 1), run.array.rows, run.array.columns, run.array.spacing)
+        array = run.beamformer.array
+        gateway = Gateway((0, 0, 0), (0, 0, 0, 1), array.rows, array.columns, array.spacing)
         missing = [
             f"The dataset of this run is not there ({error}), so there are no recorded spectra and no scene. The "
             "gateway is drawn at the origin, with its boresight upwards."

@@ -12,7 +12,7 @@ import numpy as np
 
 from learn.view.subject import Position, Spectrum
 from scenes.description import Scene
-from simulate.array import PlanarArray
+from simulate.beamformer import Beamformer
 from simulate.propagation import Propagation
 
 if TYPE_CHECKING:  # importing it needs the ray tracer, which a viewer without a scene does not need
@@ -42,6 +42,7 @@ class Tracing:
 
     Args:
         scene: the scene that is traced.
+        beamformer: its gateway's array, and the grid of the spectra.
         propagation: propagation settings.
         region: corners (min, max) of the box of transmitter positions, metres, world frame.
         seed: seed of the rays.
@@ -50,10 +51,12 @@ class Tracing:
         state: a sentence for the page on what the tracer is doing, or why it cannot trace; empty: it is ready.
     """
 
-    def __init__(self, scene: Scene, propagation: Propagation, region: np.ndarray, seed: int = 1):
+    def __init__(
+        self, scene: Scene, beamformer: Beamformer, propagation: Propagation, region: np.ndarray, seed: int = 1
+    ):
         self.state = "ray tracing: finding paths"
         self._arguments = scene, propagation, region, seed
-        self._array = PlanarArray.of(scene.gateway)
+        self._beamformer = beamformer
         self._requests: dict[object, tuple[Position, Callable[[Traced], None]]] = {}
         self._condition = Condition()
         Thread(target=self._trace_requests, daemon=True, name="tracing").start()  # Ctrl-C does not wait for a daemon
@@ -89,7 +92,7 @@ class Tracing:
                         self._condition.wait()
                     tab = next(iter(self._requests))  # the tab that has waited longest
                     position, done = self._requests.pop(tab)
-                spectrum = Spectrum.of(self._array, tracer.responses(position[None])[0])
+                spectrum = Spectrum.of(self._beamformer, tracer.responses(position[None])[0])
                 done(Traced(position, spectrum, tracer.paths(position)))
         except Exception as error:  # the page says why there is no ray tracing, and still shows everything else
             logging.getLogger("bisplat").exception("ray tracing for the viewer has ended")

@@ -12,7 +12,7 @@ import torch
 from learn.models.registry import MODELS
 from learn.training.config import Config, Steps
 from learn.training.train import train_run
-from simulate.array import PlanarArray
+from simulate.beamformer import Beamformer
 from simulate.dataset_writer import encode_picture, write_gateway, write_index, write_positions, write_responses
 from simulate.spectrum import picture
 
@@ -80,7 +80,7 @@ def write_folder(plane_waves) -> Callable[..., Path]:
         responses = np.array([plane_waves((1, 20 + 150 * t, 35 + 20 * t), (0.6j, 250, 50 - 30 * t)) for t in along])
         names = [f"{number:05d}" for number in range(1, count + 1)]
         (folder / "spectrum").mkdir(parents=True)
-        for name, image in zip(names, picture(PlanarArray().spectrum(responses)), strict=True):
+        for name, image in zip(names, picture(Beamformer().spectrum(responses)), strict=True):
             (folder / "spectrum" / f"{name}.png").write_bytes(encode_picture(image))
         write_positions(folder / "tx_pos.csv", positions)
         write_gateway(folder / "gateway_info.yml", "tiny", (0, 0, 1), (0, 0, 0, 1))
@@ -115,7 +115,7 @@ def small_models(monkeypatch, small) -> None:
 @pytest.fixture
 def no_ceiling(monkeypatch) -> None:
     """The array's ceiling takes longest of all that ``evaluate`` does: here the truth itself in its place."""
-    monkeypatch.setattr("learn.evaluation.evaluate.array_ceiling", lambda truth, array: truth)
+    monkeypatch.setattr("learn.evaluation.evaluate.array_ceiling", lambda truth, beamformer: truth)
 
 
 @pytest.fixture(scope="session")

@@ -12,7 +12,7 @@ from learn.models.bisplat import BiSplatWRF
 from learn.models.helmholtz import DIRECTIONS, HelmholtzField
 from learn.training.run_folder import load_run
 from scenes.errors import InputError
-from simulate.array import PlanarArray
+from simulate.beamformer import Beamformer
 
 
 @pytest.fixture
@@ -20,11 +20,11 @@ def runs(finished_run, small, region, small_models):
     """A run, and another whose primitives are equally far and almost opaque, so that what is in front decides."""
     run = load_run(finished_run)
     torch.manual_seed(0)
-    model = BiSplatWRF(region, PlanarArray(), **small).eval()
+    model = BiSplatWRF(region, Beamformer(), **small).eval()
     with torch.no_grad():
         model.primitives.depth_raw.fill_(1.0)
         model.primitives.opacity_raw.fill_(6.0)
-    field = HelmholtzField(region, PlanarArray())
+    field = HelmholtzField(region, Beamformer())
     generator = np.random.default_rng(0)
     field.places = torch.from_numpy(generator.uniform(0, 3, (80, 3))).float()
     field.times = torch.arange(80).float()

@@ -8,10 +8,13 @@ from learn.baselines.array_ceiling import array_ceiling
 from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.evaluation.leakage import leakage
 from learn.metrics import aoa_error, score, ssim
-from simulate.array import PlanarArray
+from simulate.angular_grid import AngularGrid
+from simulate.beamformer import Beamformer
 from simulate.dataset import read_dataset
 from simulate.dataset_writer import write_index
 from simulate.spectrum import normalise
+
+GRID = AngularGrid()
 
 # Scores
 
@@ -20,21 +23,21 @@ from simulate.spectrum import normalise
 def pictures():
     generator = np.random.default_rng(0)
     y = generator.normal(size=(3, 16)) + 1j * generator.normal(size=(3, 16))
-    truth = normalise(PlanarArray().spectrum(y))
+    truth = normalise(Beamformer().spectrum(y))
     return np.clip(truth + 0.1 * generator.normal(size=truth.shape), 0, 1), truth
 
 
 def test_ssim_is_scikit_images_with_a_data_range_of_1(pictures):
     expected = [structural_similarity(p, t, data_range=1) for p, t in zip(*pictures, strict=True)]
     np.testing.assert_array_equal(ssim(*pictures), expected)
-    np.testing.assert_array_equal(score(*pictures).ssim, expected)
+    np.testing.assert_array_equal(score(*pictures, GRID).ssim, expected)
     assert ssim(pictures[1], pictures[1]) == pytest.approx(1)
 
 
 def test_scores_of_single_precision_pictures_are_computed_in_double(pictures):
     prediction, truth = (x.astype(np.float32) for x in pictures)
     expected = [structural_similarity(p, t, data_range=1) for p, t in zip(prediction * 1.0, truth * 1.0, strict=True)]
-    np.testing.assert_allclose(score(prediction, truth).ssim, expected, atol=1e-6)
+    np.testing.assert_allclose(score(prediction, truth, GRID).ssim, expected, atol=1e-6)
 
 
 def test_psnr_and_mean_absolute_error_by_hand():
@@ -42,13 +45,13 @@ def test_psnr_and_mean_absolute_error_by_hand():
     prediction = truth.copy()
     prediction[0] += 0.1  # squared error 0.01: 20 dB
     prediction[1, :45] += 0.2  # half of the pixels: 0.02
-    scores = score(prediction, truth)
+    scores = score(prediction, truth, GRID)
     np.testing.assert_allclose(scores.psnr, [20, -10 * np.log10(0.02), 100])  # a perfect one is cut off at 100 dB
     np.testing.assert_allclose(scores.mae, [0.1, 0.1, 0])
 
 
 def test_summary_is_of_the_test_spectra(pictures):
-    scores = score(*pictures)
+    scores = score(*pictures, GRID)
     summary = scores.summary()
     assert summary["ssim_median"] == sorted(scores.ssim)[1]
     assert summary["ssim_mean"] == pytest.approx(sum(scores.ssim) / 3)
@@ -60,7 +63,7 @@ def test_summary_is_of_the_test_spectra(pictures):
 def bright(azimuth, elevation):
     """A picture whose maximum is at a whole degree of azimuth and elevation."""
     picture = np.zeros((1, 90, 360))
-    picture[0, elevation - 1, azimuth] = 1
+    picture[0, elevation - 1, azimuth] = 1  # on the grid that reaches boresight
     return picture
 
 
@@ -78,12 +81,12 @@ def bright(azimuth, elevation):
 )
 def test_angle_of_arrival_error_of_known_directions(one, other, expected):
     for pair in ((one, other), (other, one)):
-        assert aoa_error(*(bright(*where) for where in pair))[0] == pytest.approx(expected, abs=1e-5)
+        assert aoa_error(*(bright(*where) for where in pair), AngularGrid(1.0))[0] == pytest.approx(expected, abs=1e-5)
 
 
 def test_angle_of_arrival_error_of_plane_waves_across_the_seam(plane_waves):
-    spectra = PlanarArray().spectrum(np.array([plane_waves((1, azimuth, 30)) for azimuth in (359, 1)]))
-    assert aoa_error(spectra[:1], spectra[1:])[0] == pytest.approx(2 * np.cos(np.radians(30)), abs=1e-3)
+    spectra = Beamformer().spectrum(np.array([plane_waves((1, azimuth, 30)) for azimuth in (359, 1)]))
+    assert aoa_error(spectra[:1], spectra[1:], GRID)[0] == pytest.approx(2 * np.cos(np.radians(30)), abs=1e-3)
 
 
 # Baselines
@@ -158,13 +161,13 @@ def test_picture_that_the_array_can_make_is_under_its_ceiling(plane_waves):
     y = np.stack(
         [plane_waves((1, 200, 40), (0.6j, 60, 25)), generator.normal(size=16) + 1j * generator.normal(size=16)]
     )
-    truth = normalise(PlanarArray().spectrum(y))
-    assert ssim(array_ceiling(truth, PlanarArray()), truth).min() > 0.99
+    truth = normalise(Beamformer().spectrum(y))
+    assert ssim(array_ceiling(truth, Beamformer()), truth).min() > 0.99
 
 
 def test_picture_that_the_array_cannot_make_is_above_its_ceiling():
     """A beam of 5°, far narrower than a half-wavelength 4 × 4 array's 26°."""
     azimuth, elevation = np.meshgrid(np.arange(360), np.arange(1, 91))
     truth = np.exp(-((azimuth - 180) ** 2 + (elevation - 45) ** 2) / (2 * 2.5**2))[None]
-    fitted = array_ceiling(truth, PlanarArray())
+    fitted = array_ceiling(truth, Beamformer())
     assert fitted.shape == truth.shape and ssim(fitted, truth)[0] < 0.9

@@ -11,8 +11,9 @@ import yaml
 from PIL import Image
 
 from scenes.errors import InputError
-from simulate.array import PlanarArray
-from simulate.dataset import inspect, read_dataset, read_picture
+from simulate.beamformer import Beamformer
+from simulate.dataset import inspect, read_dataset
+from simulate.dataset_reader import read_picture
 from simulate.dataset_writer import (
     encode_picture,
     write_gateway,
@@ -29,7 +30,11 @@ TRAIN, TEST = ["00001", "00003", "00004", "00005"], ["00002"]
 GENERATOR = np.random.default_rng(6)
 RESPONSES = (GENERATOR.normal(size=(COUNT, 16, 2)) @ [1, 1j]).astype(np.complex64)
 POSITIONS = GENERATOR.uniform(-3, 3, (COUNT, 3)).round(6)
-PICTURES = picture(PlanarArray().spectrum(RESPONSES))
+PICTURES = picture(Beamformer().spectrum(RESPONSES))
+METADATA = {
+    "array": {"rows": 4, "columns": 4, "spacing": 0.5},
+    "grid": {"elevation_first_deg": 0.0, "elevation_step_deg": 1.0, "azimuth_step_deg": 1.0},
+}
 ORIENTATION = [0.5, -0.5, -0.5, 0.5]
 MEASURED = Path(__file__).parents[3] / "shared" / "data" / "rfid-s23-160"
 
@@ -45,7 +50,7 @@ def folder(tmp_path) -> Path:
     write_index(tmp_path / "train_index.txt", TRAIN)
     write_index(tmp_path / "test_index.txt", TEST)
     write_responses(tmp_path / "channels.npz", RESPONSES)
-    write_metadata(tmp_path / "metadata.json", {"array": {"rows": 4, "columns": 4, "spacing": 0.5}})
+    write_metadata(tmp_path / "metadata.json", METADATA)
     return tmp_path
 
 
@@ -60,7 +65,8 @@ def test_what_was_written_is_read_back(folder):
     assert dataset.gateway_orientation.tolist() == ORIENTATION
     assert dataset.train.tolist() == [0, 2, 3, 4]
     assert dataset.test.tolist() == [1]
-    assert dataset.array == PlanarArray()
+    assert dataset.beamformer == Beamformer()
+    assert dataset.identification.source == "metadata"
     assert dataset.spectra.max() == 1
     assert inspect(folder).warnings == []
 
@@ -84,12 +90,13 @@ def test_published_loaders_read_it_their_way(folder):
 
 
 def test_folder_without_what_we_add_is_a_dataset(folder):
-    """channels.npz and metadata.json are ours; the array is then NeRF²'s half-wavelength 4 × 4."""
+    """channels.npz and metadata.json are ours; the array and the grid are then found from the pictures."""
     (folder / "channels.npz").unlink()
     (folder / "metadata.json").unlink()
     dataset = read_dataset(folder)
     assert dataset.responses is None
-    assert dataset.array == PlanarArray(rows=4, columns=4, spacing=0.5)
+    assert dataset.beamformer == Beamformer()
+    assert dataset.identification.source == "fitted"
 
 
 def test_pictures_take_the_row_of_their_number(folder):

@@ -18,7 +18,7 @@ import simulate.trace
 from scenes import atomic
 from scenes.errors import InputError
 from simulate import generate as module
-from simulate.array import PlanarArray
+from simulate.beamformer import Beamformer
 from simulate.dataset import inspect
 from simulate.generate import generate, picture_names
 from simulate.measurement import Measurement
@@ -110,7 +110,7 @@ def test_simulated_folder_is_a_valid_dataset(finished, request_of):
 
 def test_pictures_are_those_of_the_responses(finished):
     dataset = inspect(finished).dataset
-    assert (dataset.pictures == picture(PlanarArray().spectrum(dataset.responses))).all()
+    assert (dataset.pictures == picture(Beamformer().spectrum(dataset.responses))).all()
 
 
 def test_same_request_again_returns_at_once(finished, request_of, monkeypatch):
@@ -284,7 +284,7 @@ def test_measured_folder_has_power_and_noise_as_asked_for(request_of, tmp_path, 
     error = np.linalg.norm(found.responses - ideal.responses) / np.linalg.norm(ideal.responses)
     assert 0.05 < error < 0.2
     power = np.asarray(Image.open(tmp_path / "measured" / "power_db" / "00003.tif"))
-    np.testing.assert_allclose(power, PlanarArray().power_db(found.responses[2]), atol=1e-3)
+    np.testing.assert_allclose(power, Beamformer().power_db(found.responses[2]), atol=1e-3)
     assert not (tmp_path / "ideal" / "power_db").exists()
 
 

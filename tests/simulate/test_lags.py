@@ -7,8 +7,9 @@ import pytest
 
 from simulate.angular_grid import AngularGrid
 from simulate.array import PlanarArray
+from simulate.beamformer import Beamformer
 from simulate.dataset import read_dataset
-from simulate.lags import find_grid, fit_lags, lag_functions, lag_vectors
+from simulate.lags import examined, fit_grids, fit_lags, lag_functions, lag_vectors
 from simulate.spectrum import normalise, picture, spectrum_of
 
 MEASURED = Path(__file__).parents[3] / "shared" / "data" / "rfid-s23-160"
@@ -43,7 +44,7 @@ def test_lags_of_a_spectrum_are_those_of_its_responses(first):
     responses = random_responses(3, 12)
     spectra = spectra_of(responses, array, grid)
     span = np.ptp(spectra, axis=(1, 2))
-    found = fit_lags(normalise(spectra), array, grid)
+    found = fit_lags(normalise(spectra), Beamformer(array, grid))
     assert found.residual.max() < 1e-6
     np.testing.assert_allclose(found.offset * span, spectra.min(axis=(1, 2)), atol=1e-6)
     x, y = np.arange(12) % 4, np.arange(12) // 4
@@ -57,24 +58,24 @@ def test_lags_of_a_spectrum_are_those_of_its_responses(first):
 @pytest.mark.parametrize(("first", "spacing"), [(0.0, 0.491), (1.0, 0.5), (0.0, 0.56)])
 def test_grid_and_spacing_are_found_from_pictures(first, spacing):
     spectra = spectra_of(random_responses(12, 16), PlanarArray(spacing=spacing), AngularGrid(first))
-    found = find_grid(spectrum_of(picture(spectra)))
-    assert found.grid == AngularGrid(first)
-    assert found.array.spacing == pytest.approx(spacing, abs=1e-3)
+    found = fit_grids(spectrum_of(picture(spectra)))[0]
+    assert found.beamformer.grid == AngularGrid(first)
+    assert found.beamformer.array.spacing == pytest.approx(spacing, abs=1e-3)
     assert 0.25 < np.median(found.residual) < 0.35  # rounding to 8 bits
 
 
 def test_another_array_is_told_by_its_residual():
     spectra = normalise(spectra_of(random_responses(8, 64), PlanarArray(8, 8), AngularGrid()))
-    assert np.median(find_grid(spectra).residual) > 5
-    assert np.median(find_grid(spectra, 8, 8).residual) < 0.1
+    assert fit_grids(spectra)[0].median_residual > 5
+    assert fit_grids(spectra, 8, 8, [AngularGrid()])[0].median_residual < 0.1
 
 
 @pytest.mark.skipif(not MEASURED.is_dir(), reason="the measured sample is not beside this checkout")
 def test_measured_pictures_begin_at_the_horizon_and_their_array_is_16_cm_at_920_mhz():
     spectra = spectrum_of(read_dataset(MEASURED).pictures)
-    found = find_grid(spectra)
+    found = fit_grids(examined(spectra))[0].beamformer
     assert found.grid == AngularGrid(0.0)
     assert found.array.spacing == pytest.approx(0.491, abs=0.003)
-    residual = np.median(fit_lags(spectra, found.array, found.grid).residual)
+    residual = fit_lags(spectra, found).median_residual
     assert residual < 0.35
-    assert np.median(fit_lags(spectra, PlanarArray(spacing=0.5), AngularGrid(1.0)).residual) > 5 * residual
+    assert fit_lags(spectra, Beamformer(PlanarArray(spacing=0.5), AngularGrid(1.0))).median_residual > 5 * residual

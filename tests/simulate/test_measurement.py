@@ -10,7 +10,9 @@ from PIL import Image
 from scipy.stats import kstest
 
 from scenes.errors import ParameterError
-from simulate.array import LEAST_POWER_DB, PlanarArray
+from simulate.angular_grid import AngularGrid
+from simulate.array import PlanarArray
+from simulate.beamformer import LEAST_POWER_DB, Beamformer
 from simulate.dataset_writer import encode_power
 from simulate.measurement import Measurement
 
@@ -201,7 +203,7 @@ def test_power_in_free_space_is_friis_plus_array_gain():
     array = PlanarArray()
     distance = np.linalg.norm([0, 0, 1000] - array.positions, axis=1)
     y = np.exp(-2j * np.pi * distance) / (4 * np.pi * distance)
-    power = array.power_db(y)
+    power = Beamformer(array, AngularGrid(1.0)).power_db(y)
     assert power.shape == (90, 360)
     assert power[89] == pytest.approx(np.full(360, -69.94), abs=0.005)
     assert power.max() == pytest.approx(-69.94, abs=0.005)
@@ -212,21 +214,21 @@ def test_power_in_free_space_is_friis_plus_array_gain():
 
 def test_power_has_a_floor():
     """A wave from boresight has a null at φ = 0, θ = 60°, and nothing received is no −∞."""
-    array = PlanarArray()
+    beamformer = Beamformer()
     assert LEAST_POWER_DB == -200
-    assert array.power_db(1e-4 * np.ones(16))[59, 0] == pytest.approx(-200, abs=1e-9)
-    assert array.power_db(np.zeros((2, 16))) == pytest.approx(np.full((2, 90, 360), -200.0), abs=1e-9)
+    assert beamformer.power_db(1e-4 * np.ones(16))[60, 0] == pytest.approx(-200, abs=1e-9)
+    assert beamformer.power_db(np.zeros((2, 16))) == pytest.approx(np.full((2, 90, 360), -200.0), abs=1e-9)
 
 
 def test_power_of_a_batch_is_twenty_log_of_its_spectra():
     y = responses(6).reshape(2, 3, 16)
-    power = PlanarArray().power_db(y)
+    power = Beamformer().power_db(y)
     assert power.shape == (2, 3, 90, 360)
-    assert 10 ** (power / 20) == pytest.approx(PlanarArray().spectrum(y))
+    assert 10 ** (power / 20) == pytest.approx(Beamformer().spectrum(y))
 
 
 def test_power_file_holds_float32_decibels_row_by_row(tmp_path):
-    power = PlanarArray().power_db(responses(1)[0])
+    power = Beamformer().power_db(responses(1)[0])
     with Image.open(BytesIO(encode_power(power))) as image:
         assert (image.format, image.mode, image.size) == ("TIFF", "F", (360, 90))
         found = np.asarray(image)

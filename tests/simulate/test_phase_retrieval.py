@@ -7,8 +7,9 @@ import pytest
 
 from simulate.angular_grid import AngularGrid
 from simulate.array import PlanarArray
+from simulate.beamformer import Beamformer
 from simulate.dataset import read_dataset
-from simulate.lags import find_grid
+from simulate.lags import fit_grids
 from simulate.phase_retrieval import GOOD, retrieve_responses
 from simulate.spectrum import normalise, picture, spectrum_of
 
@@ -30,37 +31,38 @@ def likeness(found: np.ndarray, truth: np.ndarray) -> np.ndarray:
 @pytest.mark.parametrize(("rows", "columns", "spacing"), [(4, 4, 0.5), (3, 4, 0.47)])
 def test_responses_are_found_again(rows, columns, spacing):
     array = PlanarArray(rows, columns, spacing)
+    beamformer = Beamformer(array)
     truth = np.random.default_rng(1).standard_normal((6, array.elements, 2)) @ [1, 1j]
-    found = retrieve_responses(normalise(array.spectrum(truth)), array, GRID)
+    found = retrieve_responses(normalise(beamformer.spectrum(truth)), beamformer)
     assert found.residual.max() < 0.05  # grey levels; the last steps of the method are slow
     assert likeness(found.responses, truth).min() > 0.99999
 
 
 def test_pictures_of_eight_bits_are_reproduced_to_their_rounding():
-    array = PlanarArray()
+    beamformer = Beamformer()
     truth = np.random.default_rng(2).standard_normal((6, 16, 2)) @ [1, 1j]
-    spectra = spectrum_of(picture(array.spectrum(truth)))
-    found = retrieve_responses(spectra, array, GRID)
+    spectra = spectrum_of(picture(beamformer.spectrum(truth)))
+    found = retrieve_responses(spectra, beamformer)
     assert found.residual.max() < 0.35
     assert likeness(found.responses, truth).min() > 0.999
-    again = normalise(array.spectrum(found.responses))
+    again = normalise(beamformer.spectrum(found.responses))
     assert np.abs(again - spectra).max() < 3 / 255
 
 
 def test_the_same_seed_finds_the_same_responses():
-    spectra = normalise(PlanarArray().spectrum(np.random.default_rng(3).standard_normal((2, 16, 2)) @ [1, 1j]))
-    first, second = (retrieve_responses(spectra, PlanarArray(), GRID, seed=5) for _ in range(2))
+    spectra = normalise(Beamformer().spectrum(np.random.default_rng(3).standard_normal((2, 16, 2)) @ [1, 1j]))
+    first, second = (retrieve_responses(spectra, Beamformer(), seed=5) for _ in range(2))
     np.testing.assert_array_equal(first.responses, second.responses)
 
 
 def test_a_spectrum_of_another_array_is_doubtful():
-    other = PlanarArray(8, 8)
+    other = Beamformer(PlanarArray(8, 8))
     spectra = normalise(other.spectrum(np.random.default_rng(4).standard_normal((1, 64, 2)) @ [1, 1j]))
-    assert retrieve_responses(spectra, PlanarArray(), GRID).residual[0] > 10 * GOOD
+    assert retrieve_responses(spectra, Beamformer()).residual[0] > 10 * GOOD
 
 
 @pytest.mark.skipif(not MEASURED.is_dir(), reason="the measured sample is not beside this checkout")
 def test_measured_pictures_are_reproduced():
     spectra = spectrum_of(read_dataset(MEASURED).pictures[::8])
-    fitted = find_grid(spectra)
-    assert (retrieve_responses(spectra, fitted.array, fitted.grid).residual < GOOD).all()
+    fitted = fit_grids(spectra)[0]
+    assert (retrieve_responses(spectra, fitted.beamformer).residual < GOOD).all()

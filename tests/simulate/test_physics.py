@@ -9,9 +9,9 @@ from scipy.spatial.transform import Rotation
 
 from scenes.description import Gateway, SceneObject, Transmitter
 from scenes.shapes import sheet
-from simulate.array import PlanarArray
+from simulate.angular_grid import AngularGrid
+from simulate.beamformer import Beamformer
 from simulate.propagation import Propagation
-from simulate.spectrum import dominant_direction
 from simulate.trace import Tracer
 
 FREQUENCY = 915e6
@@ -85,7 +85,7 @@ def test_line_of_sight_appears_where_the_transmitter_is(number, make_scene, far_
     position = generator.uniform(-5, 5, 3)
     scene = make_scene(far_sheet, gateway=Gateway(tuple(position), tuple(rotation.as_quat())))
     responses = Tracer(scene, LOS_ONLY).responses(position + 100 * rotation.apply(local))
-    seen = dominant_direction(PlanarArray().spectrum(responses))
+    seen = AngularGrid().dominant_direction(Beamformer().spectrum(responses))
     angle = np.degrees(np.arccos((seen * local).sum(axis=1).clip(-1, 1)))
     assert angle.max() < 1
 

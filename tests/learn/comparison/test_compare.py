@@ -24,7 +24,7 @@ from learn.metrics import score
 from learn.reports.comparison_report import write_ablation, write_comparison, write_sweep
 from learn.splits import split
 from scenes.errors import InputError, ParameterError
-from simulate.array import PlanarArray
+from simulate.beamformer import Beamformer
 from simulate.dataset import read_dataset
 from simulate.spectrum import normalise, spectrum_of
 
@@ -36,7 +36,7 @@ INSTANT = 1e-6
 
 @pytest.fixture
 def no_ceiling(monkeypatch):
-    monkeypatch.setattr("learn.comparison.experiment.array_ceiling", lambda truth, array: truth)
+    monkeypatch.setattr("learn.comparison.experiment.array_ceiling", lambda truth, beamformer: truth)
 
 
 @pytest.fixture
@@ -53,7 +53,7 @@ def test_table_has_the_scores_of_each_method_on_the_test_part(tiny, tmp_path, ro
     parts = split(dataset, "files", 0)
     known = spectrum_of(dataset.pictures[parts.known])
     copied = nearest(dataset.positions[parts.known], known, dataset.positions[parts.test])
-    expected = score(copied, spectrum_of(dataset.pictures[parts.test]))
+    expected = score(copied, spectrum_of(dataset.pictures[parts.test]), dataset.grid)
     (row,) = (row for row in rows(tmp_path / "out") if row["label"] == "nearest")
     assert expected.summary().items() <= row.items() and row["test"] == 5
     lines = (tmp_path / "out" / "per_sample" / "nearest-0.csv").read_text().splitlines()
@@ -201,12 +201,12 @@ def smooth(plane_waves):
 
 def test_kriging_is_nearer_than_the_nearest(smooth):
     positions, responses = smooth
-    pictures = normalise(PlanarArray().spectrum(responses)).astype(np.float32)
+    pictures = normalise(Beamformer().spectrum(responses)).astype(np.float32)
     known, asked = np.arange(60) % 3 != 1, np.arange(60) % 3 == 1
     copied = np.abs(nearest(positions[known], pictures[known], positions[asked]) - pictures[asked]).mean()
     kriged = krige_spectra(positions[known], pictures[known], 0)(positions[asked])
     assert np.abs(kriged - pictures[asked]).mean() < 0.5 * copied
-    kriged = krige_responses(positions[known], responses[known], PlanarArray(), 0)(positions[asked])
+    kriged = krige_responses(positions[known], responses[known], Beamformer(), 0)(positions[asked])
     assert np.abs(kriged - pictures[asked]).mean() < 0.2 * copied
 
 

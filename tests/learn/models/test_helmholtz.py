@@ -14,11 +14,11 @@ from learn.models.helmholtz import DIRECTIONS, HelmholtzField
 from learn.training.run_folder import load_run, predict
 from learn.training.train import train
 from scenes.errors import InputError
-from simulate.array import PlanarArray
+from simulate.beamformer import Beamformer
 from simulate.dataset import Dataset, read_dataset
 from simulate.spectrum import picture, spectrum_of
 
-ARRAY = PlanarArray()
+BEAMFORMER = Beamformer()
 WAVELENGTH = 0.3276
 SIDE = 0.5
 """Metres; of the cube of positions."""
@@ -29,7 +29,7 @@ def plane_waves(positions: np.ndarray, count: int, seed: int) -> np.ndarray:
     generator = np.random.default_rng(seed)
     directions = generator.standard_normal((count, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
-    amplitudes = generator.standard_normal((count, ARRAY.elements, 2)) @ [1, 1j]
+    amplitudes = generator.standard_normal((count, BEAMFORMER.array.elements, 2)) @ [1, 1j]
     return np.exp(2j * np.pi / WAVELENGTH * positions @ directions.T) @ amplitudes
 
 
@@ -38,7 +38,7 @@ def dataset_of(positions: np.ndarray, responses: np.ndarray, keep_responses: boo
     return Dataset(
         folder=None,  # type: ignore[arg-type]
         names=[f"{i + 1:05d}" for i in range(count)],
-        pictures=picture(ARRAY.spectrum(responses)),
+        pictures=picture(BEAMFORMER.spectrum(responses)),
         positions=positions,
         gateway_position=np.zeros(3),
         gateway_orientation=np.array([0, 0, 0, 1.0]),
@@ -51,7 +51,7 @@ def dataset_of(positions: np.ndarray, responses: np.ndarray, keep_responses: boo
 
 def fitted(dataset: Dataset, known: np.ndarray) -> HelmholtzField:
     """Kriging of the responses, or of the spectra where there are none."""
-    field = HelmholtzField(np.zeros((2, 3)), ARRAY)
+    field = HelmholtzField(np.zeros((2, 3)), BEAMFORMER)
     field.fit_by("spectra" if dataset.responses is None else "responses", dataset, known)
     return field
 
@@ -64,7 +64,7 @@ def waves() -> Dataset:
 
 def law(shares: torch.Tensor, length: float = 1e9, drift: float = 1e9, responses: bool = True):
     """Its covariance as complex numbers, between points (x, y, z, time)."""
-    field = HelmholtzField(np.zeros((2, 3)), ARRAY)
+    field = HelmholtzField(np.zeros((2, 3)), BEAMFORMER)
     field.wavelength = torch.tensor(WAVELENGTH)
     if not responses:
         field.values = torch.zeros(0, 90 * 360)
@@ -91,7 +91,7 @@ def test_covariance_of_waves_from_all_sides_is_cooks():
 def test_covariance_is_that_of_waves_drawn_from_unequal_sides():
     shares = torch.rand(DIRECTIONS, generator=torch.Generator().manual_seed(5)) ** 8
     shares /= shares.sum()
-    directions = HelmholtzField(np.zeros((2, 3)), ARRAY).directions.numpy()
+    directions = HelmholtzField(np.zeros((2, 3)), BEAMFORMER).directions.numpy()
     generator = np.random.default_rng(6)
     amplitudes = generator.standard_normal((200_000, DIRECTIONS, 2)) @ [1, 1j] * np.sqrt(shares.numpy() / 2)
     a, b = np.array([0.1, 0.3, -0.2]), np.array([0.25, 0.2, -0.25])
@@ -167,7 +167,7 @@ def test_finds_how_fast_a_place_changes_and_predicts_the_better_for_it():
 
 
 def test_a_position_is_taken_to_lie_on_the_leg_that_passes_nearest():
-    field = HelmholtzField(np.zeros((2, 3)), ARRAY)
+    field = HelmholtzField(np.zeros((2, 3)), BEAMFORMER)
     field.places = torch.tensor([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [5, 5, 0]])
     field.times = torch.tensor([3.0, 4, 8, 9])
     field.drift = torch.tensor(10.0)
@@ -198,10 +198,10 @@ def test_pictures_that_are_all_the_same_are_predicted_everywhere(waves):
 
 
 def test_finds_where_the_waves_come_from():
-    directions = HelmholtzField(np.zeros((2, 3)), ARRAY).directions.numpy()
+    directions = HelmholtzField(np.zeros((2, 3)), BEAMFORMER).directions.numpy()
     generator = np.random.default_rng(8)
     positions = generator.uniform(0, SIDE, (150, 3))
-    amplitudes = generator.standard_normal((2, ARRAY.elements, 2)) @ [1, 1j]
+    amplitudes = generator.standard_normal((2, BEAMFORMER.array.elements, 2)) @ [1, 1j]
     waves = np.exp(2j * np.pi / WAVELENGTH * positions @ directions[[20, 70]].T)
     dataset = dataset_of(positions, waves * [1.0, 0.5] @ amplitudes)
     field = fitted(dataset, np.arange(150))
@@ -254,7 +254,7 @@ def test_positions_many_wavelengths_apart_are_interpolated_no_worse_than_by_dist
     positions = np.random.default_rng(3).uniform(0, (6, 6, 2), (60, 3))
     dataset = dataset_of(positions, plane_waves(positions, 30, 2), keep_responses)
     known, asked = np.arange(40), np.arange(40, 60)
-    field = HelmholtzField(np.zeros((2, 3)), ARRAY)
+    field = HelmholtzField(np.zeros((2, 3)), BEAMFORMER)
     sentence = field.fit(dataset, known)
     truth = spectrum_of(dataset.pictures[asked])
     by_distance = inverse_distance(positions[known], spectrum_of(dataset.pictures[known]), positions[asked])
@@ -264,7 +264,7 @@ def test_positions_many_wavelengths_apart_are_interpolated_no_worse_than_by_dist
 
 
 def test_positions_close_to_each_other_are_interpolated_by_kriging_of_responses(waves):
-    field = HelmholtzField(np.zeros((2, 3)), ARRAY)
+    field = HelmholtzField(np.zeros((2, 3)), BEAMFORMER)
     assert field.fit(waves, np.arange(400)).startswith("interpolates by kriging of responses")
     assert field.has_responses and not field.by_distance
 

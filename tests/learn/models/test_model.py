@@ -10,7 +10,9 @@ from learn.models.bisplat import BiSplatAperture, BiSplatWRF
 from learn.models.loss import composite_loss
 from learn.models.primitives import SCALE_MAX, SCALE_MIN, Primitives
 from learn.models.registry import MODELS
+from simulate.angular_grid import AngularGrid
 from simulate.array import PlanarArray
+from simulate.beamformer import Beamformer
 from simulate.spectrum import normalise
 
 POSITIONS = torch.tensor([[0.5, 0.0, 1.0], [3.0, -0.7, 2.2]])
@@ -22,14 +24,14 @@ def make(request, small, region):
 
     def build(bypass=(), size=small):
         torch.manual_seed(0)
-        return request.param(region, PlanarArray(), **size, bypass=bypass)
+        return request.param(region, Beamformer(), **size, bypass=bypass)
 
     return build
 
 
-def make_aperture(size, region, array=None):
+def make_aperture(size, region, beamformer=None):
     torch.manual_seed(0)
-    return BiSplatAperture(region, array or PlanarArray(), **size)
+    return BiSplatAperture(region, beamformer or Beamformer(), **size)
 
 
 # Sizes
@@ -66,27 +68,27 @@ def counts(model):
 def test_bisplat_has_the_parameters_of_the_papers_widths(region):
     # 500 primitives, FFNs of 4 layers and width 128, transformer of 3 layers; its own FFNs' width is left open: 256
     expected = papers_count(128, 4, 500, 3, 128, 256)
-    assert counts(BiSplatWRF(region, PlanarArray())) == expected
+    assert counts(BiSplatWRF(region, Beamformer())) == expected
     assert expected["static"] == 51 * 128 + 128 + 4 * (128 + 128 + 128 * 128 + 128) + 128 * 2 + 2 == 73986
 
 
 def test_bisplat_plus_has_the_parameters_of_the_papers_widths(region):
     # 2000 primitives, FFNs of 12 layers and width 256, transformer of 6 layers with internal FFNs of width 512
     expected = papers_count(256, 12, 2000, 6, 256, 512)
-    assert counts(BiSplatWRF(region, PlanarArray(), **MODELS["bisplat-plus"].options)) == expected
+    assert counts(BiSplatWRF(region, Beamformer(), **MODELS["bisplat-plus"].options)) == expected
     assert expected["bst"] == 91 * 256 + 6 * (4 * 257 * 256 + 257 * 512 + 513 * 256 + 4 * 256) == 3185920
 
 
 def test_bisplat_aperture_has_the_parameters_of_bisplat_but_for_fewer_octaves_of_the_position(region):
-    expected = counts(BiSplatWRF(region, PlanarArray()))
+    expected = counts(BiSplatWRF(region, Beamformer()))
     for part in ("bst", "delta"):
         expected[part] -= 3 * 2 * 3 * 128  # three coordinates, sine and cosine, three octaves; width 128
-    assert counts(BiSplatAperture(region, PlanarArray(), **MODELS["bisplat-aperture"].options)) == expected
+    assert counts(BiSplatAperture(region, Beamformer(), **MODELS["bisplat-aperture"].options)) == expected
 
 
 @pytest.mark.parametrize("name", ["bisplat", "bisplat-plus"])
 def test_bst_has_64_clusters_and_4_heads(region, name):
-    bst = BiSplatWRF(region, PlanarArray(), **MODELS[name].options).bst
+    bst = BiSplatWRF(region, Beamformer(), **MODELS[name].options).bst
     assert bst.clusters == 64
     assert {layer.self_attn.num_heads for layer in bst.transformer.layers} == {4}
 
@@ -175,7 +177,7 @@ def test_transmitter_outside_the_training_region_gets_a_picture_too(make):
 
 def test_bisplats_spectrum_is_the_fields_power(small, region):
     torch.manual_seed(0)
-    model = BiSplatWRF(region, PlanarArray(), **small)
+    model = BiSplatWRF(region, Beamformer(), **small)
     with torch.no_grad():
         torch.testing.assert_close(model(POSITIONS), torch.view_as_complex(model.field(POSITIONS)).abs() ** 2)
 
@@ -193,7 +195,7 @@ def test_coefficients_are_mixed_by_the_papers_formula(monkeypatch, small, region
     monkeypatch.setattr(module, "splat", catch)
     assert 0 <= module.W_SCALE_COARSE < module.W_SCALE_FINE
     torch.manual_seed(0)
-    model = BiSplatWRF(region, PlanarArray(), **small)
+    model = BiSplatWRF(region, Beamformer(), **small)
     for part in (model.static, model.dynamic):  # as if trained: no part is zero
         torch.nn.init.normal_(part.outward.weight)
     outputs = {}
@@ -255,13 +257,15 @@ def test_aperture_prediction_runs_from_0_to_1(small, region):
     np.testing.assert_allclose(pictures.amax((1, 2)), 1, atol=1e-6)
 
 
-@pytest.mark.parametrize("array", [PlanarArray(), PlanarArray(rows=2, columns=3, spacing=0.4)])
-def test_aperture_prediction_is_the_spectrum_of_its_responses(small, region, array):
-    model = make_aperture(small, region, array)
+@pytest.mark.parametrize(
+    "beamformer", [Beamformer(), Beamformer(PlanarArray(rows=2, columns=3, spacing=0.4), AngularGrid(1.0))]
+)
+def test_aperture_prediction_is_the_spectrum_of_its_responses(small, region, beamformer):
+    model = make_aperture(small, region, beamformer)
     with torch.no_grad():
         responses, pictures = torch.view_as_complex(model.responses(POSITIONS)), model(POSITIONS)
-    assert responses.shape == (2, array.rows * array.columns)
-    np.testing.assert_allclose(pictures, normalise(array.spectrum(responses.numpy())), atol=1e-5)
+    assert responses.shape == (2, beamformer.array.elements)
+    np.testing.assert_allclose(pictures, normalise(beamformer.spectrum(responses.numpy())), atol=1e-5)
 
 
 def test_responses_are_the_sum_over_all_directions(small, region):
@@ -301,7 +305,7 @@ def test_constant_field_gives_the_integral_over_the_half_sphere(small, region):
 
 @pytest.fixture
 def two_plane_waves(plane_waves):
-    return normalise(PlanarArray().spectrum(plane_waves((1, 200, 40), (0.6j, 60, 25))))[None]
+    return normalise(Beamformer().spectrum(plane_waves((1, 200, 40), (0.6j, 60, 25))))[None]
 
 
 def learn(model, pictures, learning_rate, steps):
@@ -329,7 +333,7 @@ def test_aperture_learns_a_spectrum_of_two_plane_waves(two_plane_waves, small, r
 
 def test_bisplat_learns_a_spectrum_of_two_plane_waves(two_plane_waves, small, region):
     torch.manual_seed(0)
-    model = BiSplatWRF(region, PlanarArray(), **{**small, "primitives": 400})
+    model = BiSplatWRF(region, Beamformer(), **{**small, "primitives": 400})
     assert similarity(model, two_plane_waves) < 0.9
     whole = model.azimuths, model.elevations
     model.azimuths, model.elevations = (axis[::2] for axis in whole)  # every other pixel, for the time it takes

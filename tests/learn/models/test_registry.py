@@ -11,7 +11,7 @@ import pytest
 
 from learn.models.registry import DEFAULT_MODEL, MODELS, ModelEntry, check_options, model_class, model_entry
 from scenes.errors import ParameterError
-from simulate.array import PlanarArray
+from simulate.beamformer import Beamformer
 
 ROOT = Path(__file__).parents[3]
 
@@ -73,7 +73,7 @@ def test_every_model_of_the_table_can_be_built(name, region):
     entry = model_entry(name)
     check_options(name, {**entry.options, **entry.options_without_gpu})
     small = {"primitives": 20} if "primitives" in entry.options else {}
-    model = model_class(name)(region, PlanarArray(), **{**entry.options, **entry.options_without_gpu, **small})
+    model = model_class(name)(region, Beamformer(), **{**entry.options, **entry.options_without_gpu, **small})
     assert entry.summary and DEFAULT_MODEL in MODELS
     for capability in ("has_responses", "has_primitives"):
         assert isinstance(getattr(model, capability), bool)

@@ -26,7 +26,7 @@ from learn.training.lightning_module import Spectra, Training
 from learn.training.run_folder import load_run
 from learn.training.train import train_run
 from scenes.errors import InputError
-from simulate.array import PlanarArray
+from simulate.beamformer import Beamformer
 from simulate.dataset import read_dataset
 from simulate.dataset_writer import write_index
 from simulate.spectrum import normalise, spectrum_of
@@ -68,7 +68,7 @@ def stop_at(monkeypatch):
 def test_loss_is_seven_tenths_l1_and_three_tenths_dissimilarity(plane_waves):
     assert (L1_WEIGHT, SSIM_WEIGHT) == (0.7, 0.3)
     waves = np.array([plane_waves((1, azimuth, 30), (0.5, 200, 60)) for azimuth in (100, 130)])
-    here, there = (torch.from_numpy(x)[None].float() for x in normalise(PlanarArray().spectrum(waves)))
+    here, there = (torch.from_numpy(x)[None].float() for x in normalise(Beamformer().spectrum(waves)))
     assert composite_loss(here, here).item() == pytest.approx(0, abs=1e-6)
     assert composite_loss(here, (here + 0.1)).item() > 0.7 * 0.1
     # The loss's SSIM has another window than scikit-image's: near, not equal.
@@ -189,8 +189,8 @@ def test_folder_of_something_else_is_refused_and_left_alone(tiny_config, tmp_pat
 
 
 def test_run_folder_says_what_was_trained(tiny, tiny_config, finished_run):
-    config, array = read_config(finished_run)
-    assert config == tiny_config and array == PlanarArray()
+    config, beamformer = read_config(finished_run)
+    assert config == tiny_config and beamformer == Beamformer()
     parts = json.loads((finished_run / "split.json").read_text())
     assert parts.keys() == {"train", "validation", "test"}
     names = [name for part in parts.values() for name in part]
@@ -248,7 +248,7 @@ def test_loaded_run_predicts_what_its_weights_say(finished_run, tiny):
     pictures, responses = prediction.spectra, prediction.responses
     assert (pictures.shape, pictures.dtype) == ((20, 90, 360), np.float32)
     assert (responses.shape, responses.dtype) == ((20, 16), np.complex64)
-    np.testing.assert_allclose(pictures, normalise(PlanarArray().spectrum(responses)), atol=1e-5)
+    np.testing.assert_allclose(pictures, normalise(Beamformer().spectrum(responses)), atol=1e-5)
 
 
 def test_coordinate_that_never_changes_is_no_division_by_zero(finished_run, tiny):

@@ -13,16 +13,18 @@ from scipy.spatial.transform import Rotation
 
 from learn.models.bisplat import BiSplatAperture, BiSplatWRF
 from learn.view.chart import DECIBELS, LEFT, LINEAR, TOP, Panel, colour_of, draw, in_decibels
-from learn.view.comparison import dominant, in_phase_with, numbers, panels
+from learn.view.comparison import in_phase_with, numbers, panels
 from learn.view.hemisphere import dots, ellipses
 from learn.view.session import Session
 from learn.view.subject import Spectrum, subject
 from learn.view.tracing import Tracing
 from scenes.errors import InputError
-from simulate.angular_grid import direction
-from simulate.array import PlanarArray
+from simulate.angular_grid import AngularGrid, direction
+from simulate.beamformer import Beamformer
 from simulate.propagation import Propagation
 from simulate.spectrum import normalise
+
+GRID = AngularGrid()
 
 
 @pytest.fixture
@@ -33,7 +35,7 @@ def wave(plane_waves) -> Spectrum:
 
 def seen(responses) -> Spectrum:
     """As ``Spectrum.of``, but for the eight bits, which make several pixels the highest."""
-    field = PlanarArray().steering @ responses
+    field = Beamformer().steering @ responses
     return Spectrum(normalise(np.abs(field)), field)
 
 
@@ -42,11 +44,11 @@ def seen(responses) -> Spectrum:
 
 def test_pixel_of_a_direction_has_its_colour_in_both_views():
     peak = np.zeros((90, 360))
-    peak[58:61, 88:93] = 1  # around elevation 60°, azimuth 90°
+    peak[59:62, 88:93] = 1  # around elevation 60°, azimuth 90°
     yellow = (255 * np.array(colormaps["viridis"](1.0)[:3])).round()
-    rectangular = draw([Panel("", peak, LINEAR)], "rectangular")
-    np.testing.assert_array_equal(rectangular[TOP + 30, LEFT + 90], yellow)
-    polar = draw([Panel("", peak, LINEAR)], "polar")  # up from the middle, a third of the way to the edge
+    rectangular = draw([Panel("", peak, LINEAR)], "rectangular", GRID)
+    np.testing.assert_array_equal(rectangular[TOP + 29, LEFT + 90], yellow)
+    polar = draw([Panel("", peak, LINEAR)], "polar", GRID)  # up from the middle, a third of the way to the edge
     inside = polar[:, : LEFT + 270]  # without the colour bar
     rows, columns = np.nonzero((inside == yellow).all(axis=-1))
     assert abs(rows.mean() - (TOP + 135 - 45)) < 1 and abs(columns.mean() - (LEFT + 135)) < 1
@@ -60,37 +62,38 @@ def test_decibels_end_at_the_lowest():
 
 def test_difference_is_between_what_is_shown_on_one_scale(wave):
     other = Spectrum(0.5 * wave.values, wave.field)
-    first, second, difference = panels("m", other, "recorded, spectrum 1", wave, in_phase=False, in_db=False)
+    first, second, difference = panels("m", other, "recorded, spectrum 1", wave, GRID, in_phase=False, in_db=False)
     assert first.colours == second.colours
     np.testing.assert_allclose(difference.values, -0.5 * wave.values)
-    assert panels("m", other, "x", wave, False, in_db=True)[2].values == pytest.approx(0)  # both over their maximum
+    assert panels("m", other, "x", wave, GRID, False, in_db=True)[2].values == pytest.approx(
+        0
+    )  # both over their maximum
 
 
 def test_common_phase_is_no_difference(wave):
     turned = Spectrum(wave.values, wave.field * np.exp(2j))
-    drawn = panels("m", turned, "x", wave, in_phase=True, in_db=False)
+    drawn = panels("m", turned, "x", wave, GRID, in_phase=True, in_db=False)
     assert np.abs(drawn[2].values).max() < 1e-6
     np.testing.assert_allclose(in_phase_with(turned.field, wave.field), wave.field, atol=1e-9)
-    pictures = panels("m", Spectrum(wave.values), "x", wave, in_phase=True, in_db=False)
+    pictures = panels("m", Spectrum(wave.values), "x", wave, GRID, in_phase=True, in_db=False)
     assert len(pictures) == 2 and pictures[0].values is None and "no phase" in pictures[0].title
 
 
 def test_numbers_name_the_maxima_and_what_is_between(wave, plane_waves):
     moved = seen(plane_waves((1, 210, 40)))
-    assert dominant(wave.values) == (200, 40)
-    text = numbers(moved, "ray-traced", wave, 12.0)
+    text = numbers(moved, "ray-traced", wave, GRID, 12.0)
     assert "predicted: dominant direction azimuth 210°, elevation 40°" in text
     assert "ray-traced: dominant direction azimuth 200°, elevation 40°" in text
     assert "7.7° apart" in text and "12 ms" in text  # 10° of azimuth, cos 40° shorter
-    assert "SSIM" not in numbers(None, "ray-traced", wave, 0.0)
+    assert "SSIM" not in numbers(None, "ray-traced", wave, GRID, 0.0)
 
 
 # Hemisphere
 
 
 def test_dots_are_where_their_pixels_look():
-    places, (rows, columns) = dots(2.0)
-    np.testing.assert_allclose(places, 2 * direction(np.radians(columns), np.radians(rows + 1)))
+    places, (rows, columns) = dots(2.0, AngularGrid(2.0))
+    np.testing.assert_allclose(places, 2 * direction(np.radians(columns), np.radians(rows + 2)))
     assert np.linalg.norm(places, axis=1) == pytest.approx(2) and (places[:, 2] > 0).all()
 
 
@@ -98,7 +101,7 @@ def test_primitives_on_the_sphere_are_as_wide_as_on_the_chart(small, region):
     """One standard deviation along an axis of the chart's Gaussian, against the covariance on the sphere."""
     torch.manual_seed(0)
     with torch.inference_mode():
-        splats = BiSplatWRF(region, PlanarArray(), **small).splats(torch.tensor([[1.0, 0.0, 1.0]]))
+        splats = BiSplatWRF(region, Beamformer(), **small).splats(torch.tensor([[1.0, 0.0, 1.0]]))
     drawn = ellipses(splats, radius=1.0)
     scale, turn = splats.scale[0].double().numpy(), splats.rotation[0].double().numpy()
     for index in (0, 7, 39):
@@ -196,15 +199,9 @@ class SlowTracer:
         return []
 
 
-@pytest.fixture
-def gateway_alone():
-    """As much of a scene as ``Tracing`` looks at itself."""
-    return SimpleNamespace(gateway=SimpleNamespace(rows=4, columns=4, spacing=0.5))
-
-
-def test_only_the_latest_request_of_each_tab_is_traced(monkeypatch, gateway_alone):
+def test_only_the_latest_request_of_each_tab_is_traced(monkeypatch):
     monkeypatch.setattr("simulate.trace.Tracer", SlowTracer)
-    tracing = Tracing(gateway_alone, Propagation(), np.zeros((2, 3)))
+    tracing = Tracing(None, Beamformer(), Propagation(), np.zeros((2, 3)))
     done, last, other = [], threading.Event(), threading.Event()
     tracing.request("tab", np.array([0.0, 0, 0]), done.append)
     while not hasattr(SlowTracer, "made"):
@@ -220,13 +217,13 @@ def test_only_the_latest_request_of_each_tab_is_traced(monkeypatch, gateway_alon
 
 
 @pytest.mark.parametrize("where", ["__init__", "responses"])
-def test_tracing_that_fails_says_so_and_logs_the_traceback(monkeypatch, gateway_alone, where, caplog):
+def test_tracing_that_fails_says_so_and_logs_the_traceback(monkeypatch, where, caplog):
     def refuse(*arguments):
         raise InputError("libLLVM: expected version 16, found 14")
 
     methods = {"__init__": lambda *arguments: None, where: refuse}
     monkeypatch.setattr("simulate.trace.Tracer", type("Refusing", (), methods))
-    tracing = Tracing(gateway_alone, Propagation(), np.zeros((2, 3)))
+    tracing = Tracing(None, Beamformer(), Propagation(), np.zeros((2, 3)))
     tracing.request("tab", np.zeros(3), lambda traced: None)
     for _ in range(200):
         if tracing.state.startswith("no ray tracing"):

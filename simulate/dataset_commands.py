@@ -1,0 +1,68 @@
+"""The commands that make or complete a dataset folder from given pictures: convert, responses."""
+
+from __future__ import annotations
+
+import json as json_format
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from tyro.conf import OmitArgPrefixes, Positional
+
+from simulate.command import Output
+from simulate.convert import Conversion
+
+
+def convert(
+    source: Positional[Path],
+    output: Output,
+    conversion: Annotated[Conversion, OmitArgPrefixes] = Conversion(),
+) -> None:
+    """Convert the folder of another program into a NeRF² dataset folder of this format, and say what was changed.
+
+    Args:
+        source: folder with spectrum/, tx_pos.csv and gateway_info.yml.
+        output: the new dataset folder.
+    """
+    from simulate.convert import convert as convert_folder
+
+    for sentence in convert_folder(source, output, conversion):
+        print(sentence)
+    print(f"dataset: {output}")
+
+
+def responses(dataset: Positional[Path], json: bool = False) -> None:
+    """Retrieve the element responses behind a folder's pictures, and write them beside as channels.npz.
+
+    A picture determines its responses up to a common phase and the flip y_m -> conj y_{MN-1-m}. channels.npz is marked
+    as retrieved, so that models do not take its phases for recorded ones. The same command again continues an
+    interrupted one.
+
+    Args:
+        dataset: dataset folder without recorded responses.
+        json: print {"pictures", "retrieved", "residual_median_grey_levels", "doubtful"} as JSON.
+    """
+    from simulate.dataset import read_dataset
+    from simulate.phase_retrieval import GOOD
+    from simulate.retrieval import retrieve
+
+    residual = retrieve(dataset).residual
+    good = residual < GOOD
+    doubtful = [name for name, fine in zip(read_dataset(dataset).names, good, strict=True) if not fine]
+    if json:
+        result = {
+            "pictures": len(residual),
+            "retrieved": int(good.sum()),
+            "residual_median_grey_levels": round(float(np.median(residual)), 3),
+            "doubtful": doubtful,
+        }
+        print(json_format.dumps(result, indent=2))
+        return
+    print(
+        f"{good.sum()} of {len(residual)} pictures are reproduced to within {GOOD} grey levels (median "
+        f"{np.median(residual):.2f}); each picture's responses are known up to a common phase and the flip "
+        "y_m -> conj y_(MN-1-m)"
+    )
+    if doubtful:
+        print(f"doubtful: {len(doubtful)} pictures: {', '.join(doubtful[:10])}{' ...' if len(doubtful) > 10 else ''}")
+    print(f"responses: {dataset / 'channels.npz'}")

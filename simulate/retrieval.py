@@ -1,0 +1,71 @@
+"""Retrieve the element responses behind a folder's pictures, and keep them beside the pictures as channels.npz."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from scenes.errors import InputError
+from simulate.dataset import read_dataset
+from simulate.dataset_reader import read_points
+from simulate.dataset_writer import write_arrays
+from simulate.generate import progress_bar
+from simulate.phase_retrieval import Retrieval, retrieve_responses
+from simulate.spectrum import spectrum_of
+
+BATCH = 100
+"""Pictures after which the result so far is written, so that an interruption loses no more."""
+
+
+def retrieve(folder: Path) -> Retrieval:
+    """Write channels.npz with responses retrieved from the pictures; continue if it was interrupted.
+
+    The file holds ``channels`` (complex64 [rows of tx_pos.csv, elements], not a number where a row has no picture),
+    ``residual`` (grey levels), and ``retrieved``, which is True: readers can tell them from recorded responses, whose
+    phases can be compared from one position to another.
+
+    Args:
+        folder: a dataset folder.
+
+    Returns:
+        The responses of the dataset's pictures.
+
+    Raises:
+        InputError: the folder is no dataset, has recorded responses, or its pictures are not those of a known array.
+    """
+    dataset = read_dataset(folder)
+    path = folder / "channels.npz"
+    if dataset.responses is not None:
+        raise InputError(f"{path}: expected no responses yet, or retrieved ones, found recorded ones, which are better")
+    known = dataset.identification
+    if known.source == "assumed":
+        raise InputError(
+            f"{folder / 'spectrum'}: expected pictures that an array explains, found none that does (a 4 × 4 array "
+            f"leaves {known.residual:.1f} grey levels); bisplat check says more"
+        )
+    beamformer, count = dataset.beamformer, len(dataset.names)
+    partial = folder / "channels.npz.partial.npz"
+    responses = np.zeros((count, beamformer.array.elements), np.complex64)
+    residual = np.full(count, np.inf)
+    done = 0
+    if partial.exists():
+        with np.load(partial) as begun:
+            if begun["channels"].shape[1] == responses.shape[1] and len(begun["channels"]) <= count:
+                done = len(begun["channels"])
+                responses[:done], residual[:done] = begun["channels"], begun["residual"]
+    with progress_bar() as progress:
+        bar = progress.add_task("pictures", total=count, completed=done)
+        for first in range(done, count, BATCH):
+            batch = slice(first, min(first + BATCH, count))
+            found = retrieve_responses(spectrum_of(dataset.pictures[batch]), beamformer, seed=first)
+            responses[batch], residual[batch] = found.responses, found.residual
+            write_arrays(partial, {"channels": responses[: batch.stop], "residual": residual[: batch.stop]})
+            progress.advance(bar, batch.stop - batch.start)
+    rows = np.array([int(name) for name in dataset.names]) - 1
+    all_responses = np.full((len(read_points(folder / "tx_pos.csv")), responses.shape[1]), np.nan, np.complex64)
+    all_residual = np.full(len(all_responses), np.nan, np.float32)
+    all_responses[rows], all_residual[rows] = responses, residual
+    write_arrays(path, {"channels": all_responses, "residual": all_residual, "retrieved": np.array(True)})
+    partial.unlink()
+    return Retrieval(responses, residual)
