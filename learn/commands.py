@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json as json_format
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -10,6 +11,7 @@ from tyro.conf import Positional, arg
 
 from learn.models.registry import DEFAULT_MODEL, MODELS
 from learn.splits import SplitKind
+from scenes.errors import InputError
 from scenes.text_tables import print_table
 from simulate.command import Output
 
@@ -173,12 +175,18 @@ def predict(run: Positional[Path], positions: Path, output: Output) -> None:
         positions: CSV file with the header x,y,z; metres, in the dataset's world frame.
         output: the .npz file to write: spectra [K, 90, 360] float32, channels (the responses) [K, elements] complex64.
     """
+    if output.suffix.lower() != ".npz":
+        raise InputError(f"{output}: expected a name that ends in .npz, since the file holds several arrays")
+    from learn.evaluation.reach import reach_warning
     from learn.training.run_folder import load_run
     from simulate.dataset_reader import read_points
     from simulate.dataset_writer import write_arrays
 
     loaded = load_run(run)
     points = read_points(positions)
+    warning = reach_warning(points, loaded.model.region.cpu().numpy())
+    if warning is not None:
+        print(f"bisplat: warning: {positions}: {warning}", file=sys.stderr)
     prediction = loaded.predict(points)
     arrays = {"spectra": prediction.spectra}
     if prediction.responses is not None:

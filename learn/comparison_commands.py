@@ -11,6 +11,7 @@ from typing import Annotated, Any, Literal
 from tyro.conf import Positional, arg
 
 from learn.commands import ModelName
+from learn.models.registry import DEFAULT_MODEL
 from scenes.text_tables import print_rows
 from simulate.command import Output
 
@@ -44,7 +45,7 @@ def compare(
 
     comparison = compare_methods(dataset, models or None, split, budget, seeds, output)
     write_comparison(comparison, output)
-    print_averages("comparison", comparison.table(), json)
+    print_averages("comparison", comparison.table(), json, comparison.remark())
     print(f"table: {output / 'table.html'}", file=sys.stderr)
 
 
@@ -52,7 +53,7 @@ def ablate(
     dataset: DatasetFolder,
     output: Output,
     models: tuple[ModelName, ...] = ("bisplat", "bisplat-aperture"),
-    split: Split = "blocked",
+    split: Split = "files",
     steps: int = 1000,
     seeds: Seeds = 3,
     primitives: int | None = None,
@@ -79,7 +80,7 @@ def sweep(
     dataset: DatasetFolder,
     output: Output,
     sizes: tuple[int, ...],
-    models: tuple[str, ...] = ("bisplat-aperture", "bisplat", "inverse-distance"),
+    models: tuple[str, ...] = (DEFAULT_MODEL, "bisplat-aperture", "bisplat", "inverse-distance"),
     split: Split = "files",
     budget: Budget = 5.0,
     seeds: Seeds = 1,
@@ -99,28 +100,26 @@ def sweep(
 
     comparison = sweep_sizes(dataset, sizes, models, split, budget, seeds, init, output)
     write_sweep(comparison, output)
-    print_averages("sweep", comparison.averages(), json)
+    print_averages("sweep", comparison.averages(), json, comparison.remark())
 
 
-def print_averages(title: str, averages: Sequence[dict[str, Any]], json: bool) -> None:
+def print_averages(title: str, averages: Sequence[dict[str, Any]], json: bool, remark: str | None = None) -> None:
     """Print averages over the seeds.
 
     Args:
         title: title of the table.
         averages: rows of ``Comparison.averages``.
         json: print a JSON object, with the rows by their names, instead of a table.
+        remark: sentence to print below the table, or on stderr beside JSON.
     """
-    from learn.comparison.table import HEADINGS, average_name
+    from learn.comparison.table import average_name, table_cells
 
     if json:
         figures = [{key: row[key] for key in row if key != "label" and row[key] is not None} for row in averages]
         named = {average_name(row): each for row, each in zip(averages, figures, strict=True)}
         print(json_format.dumps(named, indent=2))
-        return
-    print_rows(
-        title,
-        [
-            {"": average_name(row)} | {heading: row.get(key, "") for key, heading in HEADINGS.items()}
-            for row in averages
-        ],
-    )
+    else:
+        headings, *lines = table_cells(averages)
+        print_rows(title, [dict(zip(headings, line, strict=True)) for line in lines])
+    if remark is not None:
+        print(f"bisplat: {remark}", file=sys.stderr if json else sys.stdout)

@@ -22,7 +22,7 @@ def scene(
     default_material: str | None = None,
     unit: Literal["m", "cm", "mm", "in", "ft"] = "m",
     up: Literal["y", "z"] | None = None,
-    frequency: float = 915e6,
+    frequency: float | None = None,
     gateway: Triple | None = None,
     boresight: Triple | None = None,
     pattern: Literal["iso", "dipole", "hw_dipole", "tr38901"] = "iso",
@@ -41,7 +41,7 @@ def scene(
         default_material: import only: material of nodes that neither a rule nor the file gives one.
         unit: import only: the mesh's unit of length.
         up: import only: the mesh's up axis (default: y for glTF, else z).
-        frequency: import only: Hz.
+        frequency: import only: Hz (default: 915e6, the RFID and LoRa band).
         gateway: import only: the gateway's position, metres.
         boresight: import only: direction the gateway looks in; its y axis is up.
         pattern: import only: of the gateway's elements; isotropic ones cannot tell front from back.
@@ -53,7 +53,7 @@ def scene(
     """
     from scenes.description import Gateway, Transmitter, facing
     from scenes.drawing import describe_scene, draw_scene
-    from scenes.mesh_import import import_scene, is_importable
+    from scenes.mesh_import import DEFAULT_FREQUENCY, import_scene, is_importable
     from scenes.scene_yaml import load_scene, write_scene
 
     if is_importable(scene):
@@ -73,13 +73,20 @@ def scene(
             default_material,
             unit,
             up,
-            frequency,
+            DEFAULT_FREQUENCY if frequency is None else frequency,
             gateway=Gateway(gateway, facing(boresight), pattern=pattern),
             transmitter=Transmitter(region_min, region_max),
         )
         write_scene(place, output)
         for name, count in report.degenerate.items():
-            print(f"bisplat: {name}: dropped {count} triangles without area", file=sys.stderr)
+            _say(f"{name}: dropped {count} triangles without area")
+        for sentence in report.warnings:
+            _say(f"warning: {sentence}")
+        if frequency is None:
+            _say(
+                f"{scene}: assumed {DEFAULT_FREQUENCY / 1e6:g} MHz, since the file has no frequency and --frequency is "
+                "not given; to use another one, import it again into a new folder, for example with --frequency 3.5e9"
+            )
         drawing = output / "scene.png"
     else:
         place = load_scene(scene)
@@ -111,6 +118,10 @@ def scene(
     description |= {f"transmitter region {name}": value for name, value in region.items()}
     print_table("scene (metres, hertz)", {"": description})
     print(f"drawing: {drawing}")
+
+
+def _say(sentence: str) -> None:
+    print(f"bisplat: {sentence}", file=sys.stderr)
 
 
 def _rule(text: str) -> tuple[str, str]:

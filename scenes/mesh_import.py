@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -12,30 +12,37 @@ import numpy as np
 from trimesh import Trimesh
 
 from scenes.description import Gateway, Scene, SceneObject, Transmitter
-from scenes.errors import InputError, did_you_mean
+from scenes.errors import InputError, did_you_mean, require_positive
+from scenes.import_unit import METRES, unit_doubt
 from scenes.materials import RadioMaterial, material_names, p2040_materials
 from scenes.mesh_files import MESH_SUFFIXES, default_up, read_meshes
 from scenes.mitsuba_xml import SIONNA, read_mitsuba, sionna_scene
 from scenes.validation import validate
 
-METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 # (x, y, z) -> (x, -z, y)
 Y_UP_TO_Z_UP = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
+DEFAULT_FREQUENCY = 915e6
+"""Hz; neither a mesh nor a scene XML has one."""
 SLIVER = 1e-6
 """Metres; a triangle less than this high has no well-defined normal, so nothing can be reflected off it."""
+LISTED = 8
+"""Names that a message lists at most."""
 
 
 @dataclass(frozen=True)
 class ImportReport:
-    """Sizes of imported objects, and the triangles that were dropped.
+    """Sizes of imported objects, the triangles that were dropped, and what may be a mistake.
 
     Attributes:
         sizes: metres along x, y and z, by the object's name.
         degenerate: number of triangles without area that were dropped, by the name of each object that had any.
+        warnings: a sentence for each thing that may be a mistake: a material rule that matches nothing, a unit by which
+            the place is much larger or smaller than what happens in it.
     """
 
     sizes: dict[str, tuple[float, float, float]]
     degenerate: dict[str, int]
+    warnings: tuple[str, ...] = ()
 
 
 def is_importable(name: str) -> bool:
@@ -50,6 +57,22 @@ def _material_of(name: str, stem: str, materials: Sequence[tuple[str, str]], def
             if fnmatchcase(candidate, pattern):
                 return material
     return default
+
+
+def _idle_rules(path: Path, names: Sequence[str], materials: Sequence[tuple[str, str]]) -> tuple[str, ...]:
+    """A warning for each pattern that matches neither an object's name nor the file's."""
+    idle = [rule for rule in materials if not any(fnmatchcase(name, rule[0]) for name in (*names, path.stem))]
+    return tuple(
+        f'{path}: the material rule "{pattern}={material}" matches no object; the objects are {_listed(names)}'
+        for pattern, material in idle
+    )
+
+
+def _listed(names: Iterable[str]) -> str:
+    """Names, each once, the first ``LISTED`` of them."""
+    each = list(dict.fromkeys(names))
+    rest = f" and {len(each) - LISTED} more" if len(each) > LISTED else ""
+    return ", ".join(each[:LISTED]) + rest
 
 
 def import_mesh(
@@ -83,8 +106,9 @@ def import_mesh(
     chosen = {name: _material_of(name, path.stem, materials, default_material) for name, _ in meshes}
     unmatched = [name for name, material in chosen.items() if material is None]
     if unmatched:
-        raise InputError(f"{path}: no material for {', '.join(unmatched)}; add a pattern or a default material")
-    return _objects(path, [(name, mesh, chosen[name] or "") for name, mesh in meshes], unit, up)
+        raise InputError(f"{path}: no material for {_listed(unmatched)}; add a pattern or a default material")
+    objects, report = _objects(path, [(name, mesh, chosen[name] or "") for name, mesh in meshes], unit, up)
+    return objects, replace(report, warnings=_idle_rules(path, list(chosen), materials))
 
 
 def import_mitsuba(
@@ -121,6 +145,7 @@ def import_mitsuba(
         name = ruled or _name_in(resolved, shape.radio_material(frequency, default_material))
         named.append((shape.name, shape.mesh, name))
     objects, report = _objects(path, named, unit, up)
+    report = replace(report, warnings=_idle_rules(path, [shape.name for shape in shapes], materials))
     return objects, resolved, report
 
 
@@ -178,7 +203,7 @@ def import_scene(
     default_material: str | None = None,
     unit: str = "m",
     up: str | None = None,
-    frequency: float = 915e6,
+    frequency: float = DEFAULT_FREQUENCY,
     *,
     gateway: Gateway,
     transmitter: Transmitter,
@@ -199,8 +224,9 @@ def import_scene(
         The scene, and what was found on the way.
 
     Raises:
-        InputError: a file that cannot be read, a node without a material, a material unknown at the frequency, or a
-            scene that ``scenes.validation.validate`` refuses.
+        InputError: a file that cannot be read, a node without a material, a material unknown at the frequency, a unit
+            that cannot be right, or a scene that ``scenes.validation.validate`` refuses.
+        ParameterError: the frequency is not positive.
 
     >>> import tempfile
     >>> from scenes.description import Gateway, Transmitter, facing
@@ -214,6 +240,7 @@ def import_scene(
     >>> scene.name, [(item.name, item.material) for item in scene.objects]
     ('yard', [('yard', 'concrete')])
     """
+    require_positive(frequency=frequency)
     path = sionna_scene(str(path)) if str(path).startswith(SIONNA) else Path(path)
     if path.suffix.lower() == ".xml":
         objects, resolved, report = import_mitsuba(path, frequency, materials, default_material, unit, up)
@@ -221,7 +248,13 @@ def import_scene(
         objects, report = import_mesh(path, materials, default_material, unit, up)
         resolved = p2040_materials((item.material for item in objects), frequency)
     scene = Scene(path.stem, frequency, gateway, transmitter, tuple(objects), resolved)
+    # Before other checks, which would find fault with a gateway that is right in a place of the wrong size.
+    doubt = unit_doubt(scene.bounds, np.vstack([gateway.position, transmitter.corners()]), unit, scene.wavelength)
+    if doubt is not None and doubt.impossible:
+        raise InputError(f"{path}: {doubt.sentence}")
     validate(scene, str(path))
+    if doubt is not None:
+        report = replace(report, warnings=(*report.warnings, f"{path}: {doubt.sentence}"))
     return scene, report
 
 

@@ -1,9 +1,14 @@
-"""Tables on stdout."""
+"""Tables on stdout: folded to the width of a terminal, as wide as needed in a file or pipe, and never cut."""
 
 from __future__ import annotations
 
+import sys
+
 from rich.console import Console
 from rich.table import Table
+
+UNLIMITED = 10_000
+"""Characters per line, more than any table has."""
 
 
 def print_table(title: str, columns: dict[str, dict]) -> None:
@@ -14,13 +19,13 @@ def print_table(title: str, columns: dict[str, dict]) -> None:
         columns: the cells of each column by the name of their row; the first column has all rows.
     """
     table = Table(title=title)
-    table.add_column("")
+    table.add_column("", overflow="fold")
     for name in columns:
-        table.add_column(name.replace("_", " "))
+        table.add_column(name.replace("_", " "), overflow="fold")
     for row in next(iter(columns.values())):
         values = (column.get(row, "") for column in columns.values())
         table.add_row(row, *(f"{value:.4g}" if isinstance(value, float) else str(value) for value in values))
-    Console().print(table)
+    _print(table)
 
 
 def print_rows(title: str, rows: list[dict]) -> None:
@@ -32,7 +37,12 @@ def print_rows(title: str, rows: list[dict]) -> None:
     """
     table = Table(title=title)
     for name in rows[0]:
-        table.add_column(name)
+        table.add_column(name, overflow="fold")
     for row in rows:
         table.add_row(*(f"{value:.4g}" if isinstance(value, float) else str(value) for value in row.values()))
-    Console().print(table)
+    _print(table)
+
+
+def _print(table: Table) -> None:
+    # Where there is no terminal, rich would take the width for 80.
+    Console(width=None if sys.stdout.isatty() else UNLIMITED).print(table)

@@ -1,19 +1,23 @@
-"""Check a scene: its numbers, names and materials, and that no gateway is inside an object."""
+"""Check a scene: its numbers, names and materials, and that every gateway is in the open."""
 
 from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NoReturn
 
 import numpy as np
 
+from scenes.array_clearance import element_positions, obstruction
 from scenes.description import PATTERNS, POLARIZATIONS, UNIT_TOLERANCE, Gateway, Scene, Transmitter
 from scenes.errors import InputError, did_you_mean
 from scenes.occupancy import blocking_object
 
 
 def validate(scene: Scene, source: str) -> None:
-    """Check a scene's numbers, names and materials, and that no gateway is inside an object.
+    """Check a scene's numbers, names and materials, and that every gateway is in the open.
 
     Args:
         scene: the scene to check.
@@ -23,10 +27,11 @@ def validate(scene: Scene, source: str) -> None:
         InputError: a number that is not finite, a frequency, size or spacing that is not positive, an
             unknown pattern or polarisation, an orientation that is not a unit quaternion, an empty or
             inverted transmitter region, no objects, two of one name, one without triangles or without a
-            known material, or a gateway inside an object.
+            known material, a gateway inside an object, on a surface, or with elements behind one, or a transmitter
+            region inside an object.
     """
 
-    def refuse(message: str) -> None:
+    def refuse(message: str) -> NoReturn:
         raise InputError(f"{source}: {message}")
 
     transmitter = scene.transmitter
@@ -85,9 +90,30 @@ def validate(scene: Scene, source: str) -> None:
         if item.thickness is not None and not (math.isfinite(item.thickness) and item.thickness > 0):
             refuse(f"{label}: thickness must be a positive number of metres, found {item.thickness}")
     for label, gateway in gateways.items():
-        blocker = blocking_object(scene, np.array([gateway.position], dtype=float))[0]
-        if blocker is not None:
-            refuse(
-                f'{label}.position {list(gateway.position)} lies inside object "{blocker}" '
-                "(a closed mesh counts as the room only where it also holds the whole transmitter region)"
-            )
+        _check_place(replace(scene, gateway=gateway, further_gateways={}), label, refuse)
+
+
+def _check_place(scene: Scene, label: str, refuse: Callable[[str], NoReturn]) -> None:
+    """Refuse a gateway that is not in the open, and a transmitter region inside a solid, for a scene of one gateway."""
+    gateway, corners = scene.gateway, scene.transmitter.corners()
+    centre = corners.mean(axis=0)
+    middle = np.vstack([centre, corners + 1e-3 * (centre - corners)])  # a region may reach the walls
+    blocker, *blockers = blocking_object(scene, np.vstack([gateway.position, middle]))
+    if blocker is not None:
+        refuse(
+            f'{label}.position {list(gateway.position)} lies inside object "{blocker}" '
+            "(a closed mesh counts as the room only where it also holds the whole transmitter region)"
+        )
+    found = obstruction(gateway, scene.wavelength, scene.objects)
+    if found is not None:
+        reach = np.linalg.norm(element_positions(gateway, scene.wavelength) - gateway.position, axis=1).max()
+        refuse(
+            f"{label}.position {list(gateway.position)}: expected an array in the open, found an element at "
+            f'{(found.element.round(3) + 0.0).tolist()}, {found.where} object "{found.object}" '
+            f"(at {scene.frequency / 1e6:g} MHz the elements are up to {reach:.2g} m from the position)"
+        )
+    if blockers[0] is not None and set(blockers) == {blockers[0]}:
+        refuse(
+            f'transmitter.region lies inside object "{blockers[0]}" (a closed mesh counts as the room only where it '
+            f"also holds the {label}, which is at {list(gateway.position)})"
+        )

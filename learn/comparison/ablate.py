@@ -54,7 +54,7 @@ def variants(model: str, primitives: int | None = None) -> Iterator[tuple[str, T
 def ablate(
     dataset: Dataset | Path | str,
     models: Sequence[str] = ("bisplat", "bisplat-aperture"),
-    split: SplitKind = "blocked",
+    split: SplitKind = "files",
     steps: int = 1000,
     seeds: int = 3,
     primitives: int | None = None,

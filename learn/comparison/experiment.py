@@ -126,6 +126,7 @@ class Experiment:
         cost = {
             "train": len(task.parts.train),
             "parameters": getattr(method, "parameters", None),
+            "steps": getattr(method, "steps", None),
             "training_seconds": round(seconds, 1),
             "milliseconds_per_spectrum": round(milliseconds, 2),
         }

@@ -10,6 +10,7 @@ from learn.comparison.compare import Models, makers
 from learn.comparison.experiment import begin
 from learn.comparison.table import Comparison
 from learn.comparison.trained_model import TrainedModel
+from learn.models.registry import DEFAULT_MODEL
 from learn.splits import SplitKind
 from learn.training.run_folder import Run, load_run
 from scenes.errors import ParameterError, require_positive
@@ -19,7 +20,7 @@ from simulate.dataset import Dataset
 def sweep(
     dataset: Dataset | Path | str,
     sizes: Sequence[int],
-    models: Models = ("bisplat-aperture", "bisplat", "inverse-distance"),
+    models: Models = (DEFAULT_MODEL, "bisplat-aperture", "bisplat", "inverse-distance"),
     split: SplitKind = "files",
     budget: float = 5.0,
     seeds: int = 1,

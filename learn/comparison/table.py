@@ -24,6 +24,9 @@ HEADINGS = {
 }
 """Headings of a printed table, by the keys of a row."""
 
+FEW_STEPS = 100
+"""A model that was trained for fewer steps within its budget has hardly begun to learn."""
+
 
 @dataclass(frozen=True)
 class Comparison:
@@ -36,7 +39,7 @@ class Comparison:
             "train_size" (None: all of the training part), "test" (number of test spectra), "ssim_median",
             "ssim_mean", "ssim_p05", "psnr_mean" (dB), "mae_mean", "aoa_error_median_deg", "date", and, except for the
             array's ceiling, "train" (number of training spectra), "parameters", "training_seconds" and
-            "milliseconds_per_spectrum".
+            "milliseconds_per_spectrum"; a model that was trained by steps also has "steps".
 
     >>> settings = Settings("data/lab", "files", 0, 5.0, None, "1 CPU threads")
     >>> row = {"seed": 0, "train_size": None, "test": 20}
@@ -45,9 +48,9 @@ class Comparison:
     >>> len(comparison), [row["label"] for row in comparison], [row["label"] for row in comparison.table()]
     (2, ['nearest', 'mlp'], ['mlp', 'nearest'])
     >>> print(comparison)
-             SSIM  ± seeds
-    mlp      0.75  0
-    nearest  0.5   0
+             SSIM
+    mlp      0.75
+    nearest  0.5
     """
 
     folder: Path
@@ -91,14 +94,35 @@ class Comparison:
             table = list(csv.DictReader(file))
         return {column: np.array([float(line[column]) for line in table]) for column in table[0] if column != "name"}
 
+    def remark(self) -> str | None:
+        """A sentence about models whose budget was too short for more than a few steps; None: there are none.
+
+        >>> settings = Settings("data/lab", "files", 0, 0.1, None, "1 CPU threads")
+        >>> row = {"label": "mlp", "seed": 0, "train_size": None, "ssim_median": 0.5, "steps": 2}
+        >>> Comparison(Path("runs/table"), settings, [row]).remark()
+        'trained for few steps only, all that fit into 0.1 minutes: mlp (2); such a score says little, and a larger \
+budget trains longer'
+        """
+        minutes = self.settings.minutes
+        few = {average_name(row): row["steps"] for row in self.averages() if row.get("steps", FEW_STEPS) < FEW_STEPS}
+        if minutes is None or not few:  # steps that were asked for need no remark
+            return None
+        named = ", ".join(f"{name} ({steps:g})" for name, steps in few.items())
+        return (
+            f"trained for few steps only, all that fit into {minutes:g} minutes: {named}; such a score says little, "
+            "and a larger budget trains longer"
+        )
+
     def __str__(self) -> str:
-        lines = _cells(self.table())
+        lines = table_cells(self.table())
         widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
-        return "\n".join("  ".join(map(str.ljust, line, widths)).rstrip() for line in lines)
+        text = ["  ".join(map(str.ljust, line, widths)).rstrip() for line in lines]
+        remark = self.remark()
+        return "\n".join(text if remark is None else [*text, remark])
 
     def _repr_html_(self) -> str:
         """The table as a notebook shows it."""
-        head, *body = _cells(self.table())
+        head, *body = table_cells(self.table())
         rows = ["".join(f"<th>{cell}</th>" for cell in head)]
         rows += ["".join(f"<td>{escape(cell)}</td>" for cell in line) for line in body]
         return "<table>" + "".join(f"<tr>{row}</tr>" for row in rows) + "</table>"
@@ -113,10 +137,18 @@ def average_name(row: Mapping[str, Any]) -> str:
     return row["label"] if row["train_size"] is None else f"{row['label']}, {row['train_size']}"
 
 
-def _cells(averages: Sequence[Mapping[str, Any]]) -> list[list[str]]:
-    """Texts of the cells of a table, headings first, without the columns that no row has a value for."""
-    shown = [key for key in HEADINGS if any(key in row for row in averages)]
-    lines = [["", *(HEADINGS[key] for key in shown)]]
+def table_cells(averages: Sequence[Mapping[str, Any]]) -> list[list[str]]:
+    """Texts of the cells of a table, headings first, without the columns that no row has a value for.
+
+    Args:
+        averages: rows of ``Comparison.averages``. The spread over the seeds of a row with one seed is not shown.
+    """
+
+    def shown(row: Mapping[str, Any], key: str) -> bool:
+        return key in row and (key != "ssim_spread" or row["seeds"] > 1)
+
+    keys = [key for key in HEADINGS if any(shown(row, key) for row in averages)]
+    lines = [["", *(HEADINGS[key] for key in keys)]]
     for row in averages:
-        lines.append([average_name(row), *(f"{row[key]:.4g}" if key in row else "" for key in shown)])
+        lines.append([average_name(row), *(f"{row[key]:.4g}" if shown(row, key) else "" for key in keys)])
     return lines

@@ -72,8 +72,8 @@ class Task:
 class Method(Protocol):
     """A method that learns from known spectra and predicts others.
 
-    A method may also have the attributes ``parameters`` (number of trainable parameters) and ``seconds`` (training
-    time); tables show them if they exist.
+    A method may also have the attributes ``parameters`` (number of trainable parameters), ``seconds`` (training time)
+    and ``steps`` (number of training steps); the rows of a comparison have them if they exist.
     """
 
     def fit(self, task: Task) -> None:

@@ -65,6 +65,15 @@ class TrainedModel:
         return sum(parameter.numel() for parameter in self._run.model.parameters())
 
     @property
+    def steps(self) -> int | None:
+        """Number of training steps; None: the model is not trained by steps."""
+        return None if self._run.config.by_steps is None else self._training["steps"]
+
+    @property
     def seconds(self) -> float:
         """Training time, seconds, including the time before an interruption."""
-        return json.loads((self._run.folder / "training.json").read_text())["seconds"]
+        return self._training["seconds"]
+
+    @property
+    def _training(self) -> dict[str, Any]:
+        return json.loads((self._run.folder / "training.json").read_text())

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import torch
 from jaxtyping import Float, Int
@@ -12,6 +14,9 @@ from learn.models.splat import Splats
 from simulate.angular_grid import COLUMNS, ROWS
 from simulate.beamformer import Beamformer
 from simulate.dataset import Dataset
+
+Report = Callable[[str, int, int], None]
+"""Takes a phase of a fit, a number of steps done, and the largest number of steps the phase can take."""
 
 
 class SpectrumModel(nn.Module):
@@ -27,6 +32,9 @@ class SpectrumModel(nn.Module):
     region: Tensor
     beamforming: BeamformingLayer
     """Computes spectra from ``responses``; only models with ``has_responses`` have one."""
+
+    report: Report = staticmethod(lambda phase, done, total: None)
+    """Called by ``fit`` with what is being done, and how many of how many steps of it are done."""
 
     def __init__(self, region: Float[np.ndarray, "2 3"]):
         super().__init__()

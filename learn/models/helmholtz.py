@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -149,7 +150,7 @@ class HelmholtzField(SpectrumModel):
             if best == "responses" and np.mean(scores[best] - scores["inverse-distance"]) > CLEAR_LEAD:
                 break
             self.fit_by(way, dataset, known)
-            scores[way] = self._leave_one_out(dataset, known)
+            scores[way] = self._leave_one_out(dataset, known, f"score by {way}")
             gain = scores[way] - scores[best]
             if gain.mean() > gain.std() / np.sqrt(len(gain)):
                 best = way
@@ -170,15 +171,18 @@ class HelmholtzField(SpectrumModel):
         self.by_distance = torch.tensor(self._weighs_by_distance)
         self._keep(dataset, np.unique(known), way == "responses")
         if way != "inverse-distance" and len(self.places) > 1:  # a single spectrum determines no covariance
-            fit_covariance(self, NEIGHBOURS)
+            fit_covariance(self, NEIGHBOURS, partial(self.report, f"covariance of {way}"))
 
-    def _leave_one_out(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> Float[np.ndarray, " L"]:
+    def _leave_one_out(self, dataset: Dataset, known: Int[np.ndarray, " n"], phase: str) -> Float[np.ndarray, " L"]:
         """SSIM of some known spectra, each predicted from all others; 0 where there are no others."""
         if len(known) < 2:
             return np.zeros(1)
         left_out = evenly(np.arange(len(known)), LEFT_OUT)
+        predicted = []
         with torch.inference_mode():
-            predicted = [self._spectra(self.places[[index]], torch.tensor([index])) for index in left_out]
+            for done, index in enumerate(left_out):
+                self.report(phase, done, len(left_out))
+                predicted.append(self._spectra(self.places[[index]], torch.tensor([index])))
         return ssim(torch.cat(predicted).numpy(), spectrum_of(dataset.pictures[known[left_out]]))
 
     def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"] | None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from itertools import count
 from typing import Protocol
 
 import numpy as np
@@ -53,13 +55,18 @@ class Kriged(Protocol):
     def covariance(self, a: Tensor, b: Tensor, fading: Tensor, shares: Tensor, length: Tensor) -> Tensor: ...
 
 
-def fit_covariance(field: Kriged, neighbours_most: int) -> None:
+def fit_covariance(
+    field: Kriged, neighbours_most: int, report: Callable[[int, int], None] = lambda done, most: None
+) -> None:
     """Give a field the s, ℓ, T and ν that maximise Vecchia's likelihood of its known spectra.
 
     Args:
         field: keeps at least two known spectra; its ``shares``, ``length``, ``drift`` and ``nugget`` are set.
         neighbours_most: number of nearest predecessors that each known spectrum is predicted from, at most.
+        report: called with the number of the optimiser's iterations done, and the largest number of them.
     """
+    report(0, ITERATIONS)
+    iteration = count(1)
     # Vecchia's likelihood: the known positions are put into a random order, and each is predicted from the nearest
     # of its predecessors. The first ones thus determine the covariance at large distances, the last ones at small
     # distances. The variance is profiled out.
@@ -101,6 +108,14 @@ def fit_covariance(field: Kriged, neighbours_most: int) -> None:
     start = np.append(np.zeros(len(field.shares)), np.log([10 * float(field.wavelength), 100 * len(order), 0.1]))
     bounds = [(-10.0, 10.0)] * len(field.shares)
     bounds += [tuple(start[-3] + np.log([0.001, 10.0])), (0.0, np.log(DRIFT_MOST)), (np.log(NUGGET_LEAST), 0.0)]
-    minimum = minimize(cost, start, jac=True, method="L-BFGS-B", bounds=bounds, options={"maxiter": ITERATIONS})
+    minimum = minimize(
+        cost,
+        start,
+        jac=True,
+        method="L-BFGS-B",
+        bounds=bounds,
+        callback=lambda _: report(next(iteration), ITERATIONS),
+        options={"maxiter": ITERATIONS},
+    )
     field.shares = torch.from_numpy(minimum.x[:-3]).softmax(dim=0).float()
     field.length, field.drift, field.nugget = torch.from_numpy(np.exp(minimum.x[-3:])).float()

@@ -35,6 +35,7 @@ def write_comparison(comparison: Comparison, folder: Path) -> None:
         test=max(row["test"] for row in comparison),
         rows=rows,
         columns={**SCORE_COLUMNS, **COST_COLUMNS},
+        remark=comparison.remark(),
         figures=embedded(folder, ("ssim_cdf",)),
     )
 

@@ -20,6 +20,7 @@ from learn.output_folder import claim
 from learn.splits import Split, SplitKind, evenly, split
 from learn.training.by_steps import train_by_steps
 from learn.training.config import Config, Steps, read_config, write_config
+from learn.training.fit_progress import FitProgress
 from learn.training.lightning_module import Spectra
 from learn.training.run_folder import Run, build_model, load_run, load_weights, predict, save_weights, write_training
 from scenes.errors import ParameterError, require_positive
@@ -156,15 +157,14 @@ def _fit_in_closed_form(model: SpectrumModel, dataset: Dataset, parts: Split, fo
     The baselines interpolate both parts too.
     """
     began = time.perf_counter()
-    status = Console(stderr=True).status("fitting the covariance of the field")
-    with status:
+    with FitProgress(f"fit to the {len(parts.train)} training spectra") as model.report:
         model.fit(dataset, parts.train)
     validated = evenly(parts.validation, Spectra.VALIDATED)
     validation_ssim = 0.0
     if len(validated):
         prediction = predict(model, dataset.positions[validated]).spectra
         validation_ssim = float(np.median(ssim(prediction, spectrum_of(dataset.pictures[validated]))))
-    with status:
+    with FitProgress(f"fit to all {len(parts.known)} known spectra") as model.report:
         found = model.fit(dataset, parts.known)
     Console(stderr=True).print(f"bisplat: {found}", highlight=False, soft_wrap=True)
     write_training(folder, 0, time.perf_counter() - began, validation_ssim)

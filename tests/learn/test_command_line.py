@@ -177,6 +177,30 @@ def test_predict_that_cannot_write_leaves_the_old_file_as_it_was(
     assert [path.name for path in tmp_path.iterdir()] == ["out.npz"] and output.read_bytes() == b"old"
 
 
+@pytest.mark.parametrize("name", ["out.npy", "out", "out.npz.bak"])
+def test_predict_refuses_a_name_of_another_kind_of_file(command, finished_run, tiny, tmp_path, name):
+    status, out, err = command("predict", finished_run, "--positions", tiny / "tx_pos.csv", "-o", tmp_path / name)
+    assert status == 1 and out == "" and not list(tmp_path.iterdir())
+    assert_one_sentence(err, tmp_path / name, "expected a name that ends in .npz")
+
+
+def test_predict_counts_the_positions_far_outside_the_training_box(command, finished_run, tiny, tmp_path):
+    low, high = load_run(finished_run).model.region.cpu().numpy()
+    near, far = 0.09 * np.linalg.norm(high - low), 0.11 * np.linalg.norm(high - low)
+    points = np.array([low, high, high, low])
+    points += [[0, 0, 0], [0, near, 0], [0, far, 0], [0, 0, -50]]
+    write_positions(tmp_path / "points.csv", points)
+    status, out, err = command(
+        "predict", finished_run, "--positions", tmp_path / "points.csv", "-o", tmp_path / "o.npz"
+    )
+    assert status == 0 and "4 spectra" in out
+    assert_one_sentence(
+        err, tmp_path / "points.csv: 2 of 4 positions are far outside", "the farthest, number 4, by 50 m"
+    )
+    status, _, err = command("predict", finished_run, "--positions", tiny / "tx_pos.csv", "-o", tmp_path / "o.npz")
+    assert status == 0 and err == ""
+
+
 def test_predict_killed_while_writing_leaves_the_old_file_as_it_was(command, finished_run, tiny, tmp_path, monkeypatch):
     def killed(*_):
         raise KeyboardInterrupt

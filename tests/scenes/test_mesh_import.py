@@ -116,6 +116,20 @@ def test_unmatched_objects_are_listed(tmp_path):
         import_mesh(tmp_path / "room.obj", [("sofa*", "wood")])
 
 
+def test_rule_that_matches_nothing_is_a_warning(tmp_path):
+    (tmp_path / "room.obj").write_text(OBJ)
+    rules = [("sofa*", "wood"), ("chair*", "plywood"), ("chair_seat", "metal"), ("room", "wood")]
+    _, report = import_mesh(tmp_path / "room.obj", rules)
+    (warning,) = report.warnings  # not of one that an earlier rule leaves nothing to, nor of one for the whole file
+    assert warning.endswith('the material rule "sofa*=wood" matches no object; the objects are chair_seat, table_top')
+
+
+def test_long_lists_of_objects_are_cut(tmp_path):
+    (tmp_path / "room.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\n" + "".join(f"o o{k}\nf 1 2 3\n" for k in range(20)))
+    with pytest.raises(InputError, match=r"no material for o0, o1, o10, .* and 12 more; add a pattern"):
+        import_mesh(tmp_path / "room.obj", [])
+
+
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [

@@ -4,6 +4,7 @@ import json
 import re
 import sys
 from dataclasses import replace
+from inspect import signature
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -11,6 +12,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from learn import commands, comparison_commands
 from learn.baselines.kriging import krige_responses, krige_spectra
 from learn.baselines.neighbours import nearest
 from learn.comparison.ablate import ablate, variants
@@ -18,11 +20,14 @@ from learn.comparison.compare import compare
 from learn.comparison.experiment import CEILING, summary
 from learn.comparison.methods import method_named, method_names
 from learn.comparison.sweep import sweep
+from learn.comparison.table import FEW_STEPS, table_cells
 from learn.comparison.task import Task
 from learn.comparison.trained_model import TrainedModel
 from learn.metrics import score
+from learn.models.registry import DEFAULT_MODEL
 from learn.reports.comparison_report import write_ablation, write_comparison, write_sweep
 from learn.splits import split
+from learn.training.train import train
 from scenes.errors import InputError, ParameterError
 from simulate.beamformer import Beamformer
 from simulate.dataset import read_dataset
@@ -149,9 +154,41 @@ def test_comparison_is_a_table_for_pandas_for_a_terminal_and_for_a_notebook(tiny
     assert frame["ssim_median"].tolist() == [row["ssim_median"] for row in comparison.rows]
     assert pd.DataFrame(comparison.table())["ssim_median"].is_monotonic_decreasing
     lines = str(comparison).splitlines()
-    assert lines[0].split()[:3] == ["SSIM", "±", "seeds"] and lines[1].startswith(CEILING) and len(lines) == 4
+    assert lines[0].split()[:3] == ["SSIM", "5th", "%"] and lines[1].startswith(CEILING) and len(lines) == 4
     cells = [cell.text for cell in ElementTree.fromstring(comparison._repr_html_()).iter("td")]
-    assert [cells[0], cells[7], cells[14]] == [row["label"] for row in comparison.table()] and cells[2] == "0"
+    assert [cells[0], cells[6], cells[12]] == [row["label"] for row in comparison.table()]
+
+
+def test_spread_over_the_seeds_is_shown_of_several_seeds_only(tiny, tmp_path):
+    comparison = compare(tiny, ("nearest",), budget=INSTANT, seeds=2, output=tmp_path / "out")
+    heading, *lines = table_cells(comparison.table())
+    column = heading.index("± seeds")
+    assert {line[0]: line[column] for line in lines} == {CEILING: "", "nearest": "0"}
+
+
+def test_model_that_was_trained_for_a_few_steps_only_is_named(tiny, tmp_path):
+    comparison = compare(tiny, ("nearest", "mlp", "helmholtz"), budget=INSTANT, output=tmp_path / "out")
+    steps = {row["label"]: row.get("steps") for row in comparison}
+    assert steps == {"nearest": None, "mlp": 1, "helmholtz": None, CEILING: None}
+    remark = comparison.remark()
+    assert remark.startswith("trained for few steps only, all that fit into 1e-06 minutes: mlp (1); ")
+    assert str(comparison).endswith(remark)
+    write_comparison(comparison, tmp_path / "out")
+    assert remark in (tmp_path / "out" / "table.html").read_text()
+    enough = [row | {"steps": FEW_STEPS} for row in comparison.rows]
+    assert replace(comparison, rows=enough).remark() is None
+    assert replace(comparison, settings=replace(comparison.settings, minutes=None, steps=1)).remark() is None
+
+
+@pytest.mark.parametrize("function", [compare, ablate, sweep, train])
+def test_split_is_the_folders_own_by_default_everywhere(function):
+    command = getattr(commands, function.__name__, None) or getattr(comparison_commands, function.__name__)
+    assert {signature(each).parameters["split"].default for each in (function, command)} == {"files"}
+
+
+def test_sweep_has_the_default_model_by_default():
+    defaults = [signature(each).parameters["models"].default for each in (sweep, comparison_commands.sweep)]
+    assert defaults[0] == defaults[1] and DEFAULT_MODEL in defaults[0]
 
 
 def test_trained_model_is_a_run_that_is_not_trained_twice(tiny, tmp_path):

@@ -1,0 +1,60 @@
+"""Progress of a fit in closed form on stderr: a bar for each phase in a terminal, and a line for each elsewhere."""
+
+from __future__ import annotations
+
+from types import TracebackType
+
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+
+
+class FitProgress:
+    """Shows what a fit is doing; a ``learn.models.base.Report`` while it is entered.
+
+    Args:
+        title: what is being fitted: the heading of the bars, and the start of every line.
+    """
+
+    def __init__(self, title: str) -> None:
+        self._title = title
+        self._console = Console(stderr=True)
+        self._progress = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TimeElapsedColumn(),
+            console=self._console,
+            disable=not self._console.is_terminal,
+        )
+        self._phase: str | None = None
+        self._bar: TaskID | None = None
+
+    def __enter__(self) -> FitProgress:
+        if self._console.is_terminal:
+            self._say(self._title)
+        self._progress.start()
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None):
+        if kind is None:
+            self._finish()
+        self._progress.stop()
+
+    def __call__(self, phase: str, done: int, total: int) -> None:
+        """Show that ``done`` of at most ``total`` steps of a phase are done; another phase ends the one before it."""
+        if phase != self._phase:
+            self._finish()
+            self._phase = phase
+            self._bar = self._progress.add_task(phase, total=total)
+            if not self._console.is_terminal:
+                self._say(f"{self._title}: {phase}")
+        if self._bar is not None:
+            self._progress.update(self._bar, completed=done, total=total)
+
+    def _finish(self) -> None:
+        """Fill the bar of the phase, which may have ended before its largest number of steps."""
+        if self._bar is not None:
+            self._progress.update(self._bar, completed=self._progress.tasks[-1].total)
+
+    def _say(self, text: str) -> None:
+        self._console.print(f"bisplat: {text}", highlight=False, soft_wrap=True)
