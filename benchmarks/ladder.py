@@ -26,7 +26,7 @@ from tyro.conf import Positional
 
 from learn.baselines.neighbours import inverse_distance, nearest
 from learn.metrics import ssim
-from learn.models.helmholtz import HelmholtzField
+from learn.models.kriged_field import KrigedField
 from learn.splits import BLOCK, EVERY, evenly, split
 from learn.training.run_folder import predict
 from simulate.dataset import Dataset, read_dataset
@@ -42,7 +42,7 @@ SMALLEST = 6
 """Number of known spectra, and of test spectra, with ``smallest``."""
 
 
-class SquaredExponential(HelmholtzField):
+class SquaredExponential(KrigedField):
     """exp(−d²/2l²) of the distance d; also the base class of the other covariances that only depend on the distance."""
 
     def covariance(self, a, b, faded, shares, length):
@@ -86,21 +86,21 @@ class WavesEdgesAndDrift(WavesAndEdges):
         return super()._law(distance, faded, length) * faded
 
 
-class Sides(HelmholtzField):
+class Sides(KrigedField):
     """``helmholtz`` in a scene that does not change."""
 
     def covariance(self, a, b, faded, shares, length):
         return super().covariance(a, b, torch.ones_like(faded), shares, length)
 
 
-LADDER: dict[str, type[HelmholtzField]] = {
+LADDER: dict[str, type[KrigedField]] = {
     "squared exponential": SquaredExponential,
     "waves alone": Waves,
     "edges alone": Exponential,
     "waves and edges": WavesAndEdges,
     "waves, edges, drift": WavesEdgesAndDrift,
     "waves from their sides, edges": Sides,
-    "waves from their sides, edges, drift": HelmholtzField,
+    "waves from their sides, edges, drift": KrigedField,
 }
 
 
@@ -127,11 +127,11 @@ def rungs(dataset: Dataset, known: np.ndarray, test: np.ndarray) -> dict[str, fl
 
 
 def predicted(
-    law: Callable[..., HelmholtzField], dataset: Dataset, known: np.ndarray, positions: np.ndarray
+    law: Callable[..., KrigedField], dataset: Dataset, known: np.ndarray, positions: np.ndarray
 ) -> np.ndarray:
     """Spectra [K, 90, 360] at positions [K, 3]."""
-    field = law(np.zeros((2, 3)), dataset.beamformer)
-    field.fit_by("spectra" if dataset.responses is None else "responses", dataset, known)
+    field = law(np.zeros((2, 3)), dataset.beamformer, "spectra" if dataset.responses is None else "responses")
+    field.fit(dataset, known)
     return predict(field, positions).spectra
 
 

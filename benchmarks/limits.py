@@ -27,7 +27,7 @@ from report.printing import print_figures
 from tyro.conf import Positional
 
 from learn.metrics import ssim
-from learn.models.helmholtz import HelmholtzField
+from learn.models.kriged_field import KrigedField
 from learn.splits import SplitKind, evenly, split
 from simulate.dataset import Dataset, read_dataset
 from simulate.spectrum import spectrum_of
@@ -93,10 +93,9 @@ def changes(dataset: Dataset, most: int | None) -> dict[str, str]:
 
 def law(dataset: Dataset, kind: SplitKind, most: int | None) -> str:
     """The likeliest parameters of ``helmholtz``, given the known spectra, at most ``most`` of them."""
-    field = HelmholtzField(np.zeros((2, 3)), dataset.beamformer)
+    field = KrigedField(np.zeros((2, 3)), dataset.beamformer, "spectra" if dataset.responses is None else "responses")
     known = split(dataset, kind, 0).known
-    way = "spectra" if dataset.responses is None else "responses"
-    field.fit_by(way, dataset, known if most is None else evenly(known, most))
+    field.fit(dataset, known if most is None else evenly(known, most))
     drift = "no drift" if field.drift > 10 * len(dataset.names) else f"drift within {float(field.drift):.0f} spectra"
     return f"length {float(field.length):.2f} m, {drift}, nugget {float(field.nugget):.1e}"
 

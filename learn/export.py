@@ -51,8 +51,9 @@ def export(run: Run, path: Path | str) -> None:
         raise InputError(f"{path}: expected a name that ends in .onnx or .pt2, found {path.name}")
     batch = {0: torch.export.Dim("batch")}
     model: Any = copy.deepcopy(run.model).cpu()
-    if hasattr(model, "solve"):  # ONNX has no operator that solves linear equations
-        model.solve = solve_by_elimination
+    for part in model.modules():
+        if hasattr(part, "solve"):  # ONNX has no operator that solves linear equations
+            part.solve = solve_by_elimination
     for name in ("torch.onnx", "torch._export.serde.serialize", "onnxscript", "onnx_ir"):
         logging.getLogger(name).setLevel(logging.ERROR)  # what they say of the model's operators helps no user
     with warnings.catch_warnings():

@@ -1,40 +1,25 @@
-"""Kriging of element responses or spectra with a covariance that solves the Helmholtz equation."""
+"""The default model: a weighted mean of Helmholtz kriging and inverse-distance weighting."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import partial
+from collections.abc import Mapping
+from itertools import product
 from typing import Any
 
 import numpy as np
 import torch
 from jaxtyping import Float, Int
-from torch import Tensor
+from torch import Tensor, nn
 
-from learn.baselines.neighbours import NEIGHBOURS as INVERSE_DISTANCE_NEIGHBOURS
+from learn.baselines.neighbours import NEIGHBOURS
 from learn.metrics import ssim
-from learn.models.base import BeamformingLayer, SpectrumModel
-from learn.models.geometry import distances, evenly_spread_directions
-from learn.models.vecchia import fit_covariance
+from learn.models.base import SpectrumModel
+from learn.models.geometry import distances
+from learn.models.kriged_field import KrigedField
 from learn.splits import evenly
-from simulate.angular_grid import COLUMNS, ROWS
 from simulate.beamformer import Beamformer
 from simulate.dataset import Dataset
-from simulate.spectrum import LARGEST_GREY, spectrum_of
-
-NEIGHBOURS = 32
-"""Number of known positions, the nearest ones, that a prediction is made from."""
-
-DIRECTIONS = 100
-"""Number of directions of the plane waves, spread evenly over the sphere."""
-
-STRAY, STRAY_LEAST = 0.2, 1e-3
-"""Standard deviation of the transmitter's path from the straight line between consecutive known positions: a fraction
-of the line's length, plus a minimum in metres."""
-
-LEGS = 64
-"""A leg is the path between two consecutive known positions; a prediction averages over this number of most probable
-legs."""
+from simulate.spectrum import spectrum_of
 
 WAYS = {
     "responses": "kriging of responses",
@@ -44,288 +29,217 @@ WAYS = {
 """The ways of interpolation, for the user."""
 
 LEFT_OUT = 64
-"""Number of known spectra, evenly spread, that each way of interpolation predicts from all others."""
+"""Number of known spectra, evenly spread, that each way of interpolation predicts from the others."""
 
-CLEAR_LEAD = 0.02
+FEW, FOLDS = 100, 4
+"""Where fewer spectra are known, a covariance fitted to all of them predicts them too well: it is then fitted once more
+without each of so many parts, which it predicts."""
+
+QUARTERS = 4
+"""Weights are multiples of one over this number."""
+
+CLEAR_LEAD = 0.04
 """Mean SSIM; if kriging of responses leads inverse-distance weighting by more, kriging of spectra is not tried."""
 
 
 class HelmholtzField(SpectrumModel):
-    """Interpolates every element's response as a random field over the transmitter's position (simple kriging).
+    """A weighted mean of spectra interpolated in up to three ways.
 
-    By reciprocity, y_m(r) is the field at r of a source at element m. In the air around the transmitter this field
-    solves ∇²y + k²y = 0, so it is a sum of plane waves. The model assumes that the waves from direction u_j have random
-    phases and the share s_j of the power, that a plane wave is valid over a length ℓ (shadow edges and curved
-    wavefronts limit it), and that the scene changes over T spectra while it is measured (people, doors, the tag's
-    orientation). Two responses then have the covariance κ, and the prediction from the nearest known positions is
-
-        κ(Δ, τ) = Σ_j s_j e^{jk u_j·Δ} · e^(−|Δ|/ℓ − τ/T),   y(r) = κ(r)ᴴ (K + ν I)⁻¹ y_known
-
-    Δ is the difference of two positions, and τ the number of spectra recorded between them, in the dataset's order. The
-    τ of a new position is unknown: the position is assumed to lie on the path between two consecutive known
-    positions, and nearer legs of this path are more probable (``expected_fading``).
-
-    The shares s_j, the length ℓ, the drift T and the nugget ν (noise variance relative to the field's variance)
-    maximise the likelihood (Vecchia 1988). A penalty pulls the shares a little towards equal ones, for which the sum
-    is sin(k|Δ|) / k|Δ| (Cook et al. 1955). A simulated scene does not change; the fit then finds a T so large that
-    e^(−τ/T) is 1.
-
-    If a dataset has no responses, its spectra are interpolated about their mean with the covariance |κ|², which is that
-    of the power |y|² of a Gaussian field (Reed 1962).
-
-    Where known positions are many wavelengths apart, neither says much, and inverse-distance weighting of the nearest
-    spectra is better. ``fit`` predicts some known spectra from the others in each of these ways and keeps the best one.
+    S(r) = w₁ S_responses(r) + w₂ S_spectra(r) + w₃ S_distance(r), where S_responses and S_spectra are interpolated by
+    ``KrigedField``, and S_distance is the mean of the nearest known spectra, weighted by 1 / distance. Where known
+    positions are dense, kriging of responses is best by far. Where they are many wavelengths apart, none says much
+    about the next, and the mean of several ways errs least. ``fit`` finds the weights by which known spectra are best
+    predicted from the others (stacking, Wolpert 1992).
 
     Args:
         region: as for ``SpectrumModel``; this model does not use it.
         beamformer: the dataset's array and grid.
 
     Attributes:
-        places: n known transmitter positions, metres, world frame.
-        times: index of each known spectrum in its dataset.
-        values: responses (real, imaginary), scaled to a mean square magnitude of 1, or 8-bit pictures; flattened.
-        mean: mean of ``values`` over the known spectra; zero for responses.
-        wavelength: metres.
-        directions: unit vectors u_j, world frame.
-        shares: s_j, which add up to 1.
-        length: ℓ, metres.
-        drift: T, number of spectra.
-        nugget: ν.
-        by_distance: whether spectra are interpolated by inverse-distance weighting instead of kriging.
-        solve: solver of the kriging equations, from (matrices, right-hand sides) to solutions.
+        weights: w of each of ``WAYS``; they add up to 1.
+        fields: the kriged fields that have a weight, by way; at least one, which keeps the known spectra.
     """
 
-    places: Tensor
-    times: Tensor
-    values: Tensor
-    mean: Tensor
-    wavelength: Tensor
-    directions: Tensor
-    shares: Tensor
-    length: Tensor
-    drift: Tensor
-    nugget: Tensor
-    by_distance: Tensor
+    weights: Tensor
 
     def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer):
         super().__init__(region)
-        self.beamforming = BeamformingLayer(beamformer)
-        self._responses = 2 * beamformer.array.elements
-        self.register_buffer("places", torch.zeros(0, 3))
-        self.register_buffer("times", torch.zeros(0))
-        self.register_buffer("values", torch.zeros(0, self._responses))
-        self.register_buffer("mean", torch.zeros(self._responses))
-        # The export to ONNX replaces this solver.
-        self.solve: Callable[[Tensor, Tensor], Tensor] = torch.linalg.solve
-        self.register_buffer("directions", evenly_spread_directions(DIRECTIONS), persistent=False)
-        self.register_buffer("shares", torch.full((DIRECTIONS,), 1 / DIRECTIONS))
-        for name in ("wavelength", "length", "drift", "nugget"):
-            self.register_buffer(name, torch.ones(()))
-        self.register_buffer("by_distance", torch.zeros((), dtype=torch.bool))
-        self._weighs_by_distance = False  # by_distance as a Python bool: an exported program cannot branch on a tensor
+        self._beamformer = beamformer
+        self.register_buffer("weights", torch.zeros(len(WAYS)))
+        self.fields = nn.ModuleDict()
+        self._used: dict[str, float] = {}  # weights as numbers: an exported program cannot branch on a tensor
 
     @property
     def has_responses(self) -> bool:
-        """Whether element responses are interpolated; otherwise spectra are."""
-        return self.values.shape[1] == self._responses
+        """Whether element responses are interpolated."""
+        return "responses" in self._used
+
+    def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
+        """Element responses y (real, imaginary), up to one factor for all; only if responses are interpolated."""
+        field: Any = self.fields["responses"]
+        return field.responses(positions)
+
+    def predict(
+        self, positions: Float[Tensor, "B 3"]
+    ) -> tuple[Float[Tensor, "B 90 360"], Float[Tensor, "B elements 2"] | None]:
+        """Predicted spectra, and the interpolated responses, which are theirs if no other way has a weight.
+
+        Args:
+            positions: transmitter positions, metres, world frame.
+        """
+        if not self.has_responses:
+            return self(positions), None
+        responses = self.responses(positions)
+        field: Any = self.fields["responses"]
+        parts = [
+            weight * (field.beamforming(responses) if way == "responses" else self._by(way, positions))
+            for way, weight in self._used.items()
+        ]
+        return torch.stack(parts).sum(dim=0), responses
+
+    def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
+        """Predicted spectrum: the weighted mean."""
+        return torch.stack([weight * self._by(way, positions) for way, weight in self._used.items()]).sum(dim=0)
+
+    def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"] | None:
+        """Kriging variance, of responses if these are interpolated; None for inverse-distance weighting alone."""
+        kriged = [way for way in self._used if way in self.fields]
+        if not kriged:
+            return None
+        field: Any = self.fields[kriged[0]]
+        return field.uncertainty(positions)
 
     def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
-        """Keep the known spectra, and find the way of interpolating them that predicts them best from one another.
-
-        Kriging of responses, kriging of spectra (each with the s, ℓ, T and ν of highest likelihood) and
-        inverse-distance weighting predict some known spectra from all others. Inverse-distance weighting is kept unless
-        kriging has a higher mean SSIM by more than the standard error of the difference.
+        """Keep the known spectra, and find the weights that predict them best from one another.
 
         Args:
             dataset: a dataset; its responses are interpolated only if it has any.
             known: indices of the spectra to interpolate.
 
         Returns:
-            Which way was kept, with the scores, as a sentence for the user.
+            The weights, and the scores they were chosen by, as a sentence for the user.
         """
         known = np.unique(known)
-        best = "inverse-distance"
-        scores: dict[str, Float[np.ndarray, " L"]] = {}
-        for way in (best, *(["responses"] if dataset.responses is not None else []), "spectra"):
-            if best == "responses" and np.mean(scores[best] - scores["inverse-distance"]) > CLEAR_LEAD:
-                break
-            self.fit_by(way, dataset, known)
-            scores[way] = self._leave_one_out(dataset, known, f"score by {way}")
-            gain = scores[way] - scores[best]
-            if gain.mean() > gain.std() / np.sqrt(len(gain)):
-                best = way
-        if best != list(scores)[-1]:
-            self.fit_by(best, dataset, known)
-        found = ", ".join(f"{way} {np.mean(score):.3f}" for way, score in scores.items())
-        return f"interpolates by {WAYS[best]} (mean SSIM of known spectra predicted from the others: {found})"
-
-    def fit_by(self, way: str, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
-        """Keep the known spectra for one way of interpolation, and find the s, ℓ, T and ν of highest likelihood for it.
-
-        Args:
-            way: "responses" or "spectra" for kriging, or "inverse-distance".
-            dataset: a dataset; with "responses" it must have some.
-            known: indices of the spectra to interpolate.
-        """
-        self._weighs_by_distance = way == "inverse-distance"
-        self.by_distance = torch.tensor(self._weighs_by_distance)
-        self._keep(dataset, np.unique(known), way == "responses")
-        if way != "inverse-distance" and len(self.places) > 1:  # a single spectrum determines no covariance
-            fit_covariance(self, NEIGHBOURS, partial(self.report, f"covariance of {way}"))
-
-    def _leave_one_out(self, dataset: Dataset, known: Int[np.ndarray, " n"], phase: str) -> Float[np.ndarray, " L"]:
-        """SSIM of some known spectra, each predicted from all others; 0 where there are no others."""
-        if len(known) < 2:
-            return np.zeros(1)
+        if len(known) == 1:
+            self._set({"inverse-distance": 1.0}, {"spectra": self._fitted("spectra", dataset, known)})
+            return "predicts the only known spectrum everywhere"
         left_out = evenly(np.arange(len(known)), LEFT_OUT)
-        predicted = []
-        with torch.inference_mode():
-            for done, index in enumerate(left_out):
-                self.report(phase, done, len(left_out))
-                predicted.append(self._spectra(self.places[[index]], torch.tensor([index])))
-        return ssim(torch.cat(predicted).numpy(), spectrum_of(dataset.pictures[known[left_out]]))
+        truth = spectrum_of(dataset.pictures[known[left_out]])
+        fields: dict[str, KrigedField] = {}
+        predicted: dict[str, Float[np.ndarray, "L 90 360"]] = {}
+        scores: dict[str, float] = {}
+        for way in (*(["responses"] if dataset.responses is not None else []), "spectra"):
+            if scores.get("responses", 0) > scores.get("inverse-distance", 1) + CLEAR_LEAD:
+                break
+            fields[way] = self._fitted(way, dataset, known)
+            if not predicted:
+                predicted["inverse-distance"] = _left_out_by_distance(fields[way], left_out)
+                scores["inverse-distance"] = float(ssim(predicted["inverse-distance"], truth).mean())
+            predicted[way] = self._left_out(way, fields[way], dataset, known, left_out)
+            scores[way] = float(ssim(predicted[way], truth).mean())
+        weights, score = self._best_weights(predicted, truth)
+        self._set(weights, fields)
+        parts = [f"{weight:.0%} {WAYS[way]}" for way, weight in sorted(weights.items(), key=lambda item: -item[1])]
+        found = ", ".join(f"{way} {value:.3f}" for way, value in scores.items())
+        together = f"; together {score:.3f}" if len(parts) > 1 else ""
+        return (
+            f"interpolates by {' and '.join(parts)} (mean SSIM of known spectra predicted from the others: {found}"
+            f"{together})"
+        )
 
-    def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"] | None:
-        """Kriging variance relative to the field's variance: about 0 at a known position, 1 far from all of them.
+    def _fitted(self, way: str, dataset: Dataset, known: Int[np.ndarray, " n"]) -> KrigedField:
+        field = KrigedField(self.region.cpu().numpy(), self._beamformer, way)  # type: ignore[arg-type]
+        field.report = self.report  # type: ignore[method-assign]
+        field.fit(dataset, known)
+        return field
 
-        None for inverse-distance weighting, which has none.
-        """
-        return None if self._weighs_by_distance else self.interpolated(positions)[1]
-
-    def _keep(self, dataset: Dataset, known: Int[np.ndarray, " n"], responses_wanted: bool) -> None:
-        self.places = torch.from_numpy(dataset.positions[known]).float()
-        self.times = torch.from_numpy(known).float()
-        self.wavelength = torch.tensor(dataset.wavelength).float()
-        if responses_wanted:
-            assert dataset.responses is not None
-            responses = torch.from_numpy(dataset.responses[known])
-            self.values = torch.view_as_real(responses / responses.abs().square().mean().sqrt()).flatten(1)
-            self.mean = torch.zeros(self._responses)
-        else:
-            self.values = torch.from_numpy(dataset.pictures[known]).flatten(1)
-            self.mean = torch.from_numpy(dataset.pictures[known].mean(axis=0, dtype=np.float64).ravel()).float()
-
-    def _rows(self, members: Int[Tensor, "*b n"]) -> Float[Tensor, "*b N C"]:
-        """The rows that kriging sums with real weights: the members' values minus the mean; for responses also −jy.
-
-        The product of y with a conjugated complex weight w is then a sum with the real weights Re w for y and Im w for
-        −jy.
-        """
-        values = self.values[members].float() - self.mean
-        if not self.has_responses:
-            return values
-        real, imaginary = values.unflatten(-1, (-1, 2)).unbind(-1)
-        return torch.cat([values, torch.stack([imaginary, -real], dim=-1).flatten(-2)], dim=-2)
-
-    def products(self, member: Int[Tensor, ""], neighbours: Int[Tensor, " n"]) -> Float[Tensor, "N N"]:
-        """Products of the rows of a member and its neighbours, averaged over the values, for the likelihood."""
-        rows = torch.cat([self._rows(member[None])[:1], self._rows(neighbours)])
-        return (rows @ rows.T).double() / rows.shape[1]
-
-    def covariance(
+    def _left_out(
         self,
-        a: Float[Tensor, "*b n 3"],
-        b: Float[Tensor, "*b m 3"],
-        fading: Float[Tensor, "*b n m"],
-        shares: Float[Tensor, " J"],
-        length: Float[Tensor, ""],
-    ) -> Float[Tensor, "*b N M"]:
-        """κ (for spectra |κ|²) between the rows of the positions a and b; ``fading`` is the drift's factor in it."""
-        wavenumbers = 2 * torch.pi / self.wavelength * self.directions.to(a.dtype).T
-        phase_a, phase_b = a @ wavenumbers, b @ wavenumbers
-        cosine, sine = phase_b.cos().mT, phase_b.sin().mT
-        real = (shares * phase_a.cos()) @ cosine + (shares * phase_a.sin()) @ sine
-        imaginary = (shares * phase_a.sin()) @ cosine - (shares * phase_a.cos()) @ sine
-        fading = fading * self.fading(distances(a, b), length)
-        if not self.has_responses:
-            return (real.square() + imaginary.square()) * fading
-        real, imaginary = real * fading, imaginary * fading
-        return torch.cat([torch.cat([real, -imaginary], dim=-1), torch.cat([imaginary, real], dim=-1)], dim=-2)
+        way: str,
+        field: KrigedField,
+        dataset: Dataset,
+        known: Int[np.ndarray, " n"],
+        left_out: Int[np.ndarray, " L"],
+    ) -> Float[np.ndarray, "L 90 360"]:
+        """Some known spectra, each predicted by kriging from others."""
+        predicted = np.zeros((len(left_out), *dataset.pictures.shape[1:]), np.float32)
+        if len(known) < FEW:
+            for fold in range(min(FOLDS, len(known))):
+                part = left_out % FOLDS == fold
+                other = self._fitted(way, dataset, known[np.arange(len(known)) % FOLDS != fold])
+                with torch.inference_mode():
+                    positions = torch.from_numpy(dataset.positions[known[left_out[part]]]).float()
+                    predicted[part] = other(positions).numpy()
+            return predicted
+        for row, index in enumerate(left_out):
+            self.report(f"score by {way}", row, len(left_out))
+            with torch.inference_mode():
+                predicted[row] = field(field.places[[index]], torch.tensor([index])).numpy()[0]
+        return predicted
 
-    def fading(self, separation: Tensor, scale: Tensor) -> Tensor:
-        """The factor e^(−separation/scale) of κ (for spectra its square, in |κ|²); a separation in space or time."""
-        return torch.exp(-separation / scale * (1 if self.has_responses else 2))
+    def _best_weights(
+        self, predicted: Mapping[str, Float[np.ndarray, "L 90 360"]], truth: Float[np.ndarray, "L 90 360"]
+    ) -> tuple[dict[str, float], float]:
+        """Weights of the ways with the highest mean SSIM, and this SSIM."""
+        candidates = [
+            np.array(quarters) / QUARTERS
+            for quarters in product(range(QUARTERS + 1), repeat=len(predicted))
+            if sum(quarters) == QUARTERS
+        ]
+        scores = []
+        for done, weights in enumerate(candidates):
+            self.report("weights", done, len(candidates))
+            mixed = sum(weight * spectra for weight, spectra in zip(weights, predicted.values(), strict=True))
+            scores.append(ssim(np.asarray(mixed, np.float32), truth).mean())
+        best = int(np.argmax(scores))
+        by_way = dict(zip(predicted, candidates[best].tolist(), strict=True))
+        return {way: weight for way, weight in by_way.items() if weight}, float(scores[best])
 
-    def expected_fading(self, positions: Float[Tensor, "B 3"], near: Int[Tensor, "B n"]) -> Float[Tensor, "B n"]:
-        """Expected factor e^(−τ/T) of κ (for spectra its square, in |κ|²) between new and known positions.
+    def _set(self, weights: dict[str, float], fields: Mapping[str, KrigedField]) -> None:
+        """Use these weights; of the fields keep those that are needed."""
+        self.weights = torch.tensor([weights.get(way, 0.0) for way in WAYS])
+        self._used = {way: weights[way] for way in WAYS if way in weights}
+        needed = [way for way in fields if way in weights] or list(fields)[:1]
+        self.fields = nn.ModuleDict({way: fields[way] for way in needed})
 
-        The time of a new position is unknown. The position is assumed to lie on one of the legs between consecutive
-        known positions. A leg's probability is its duration times the density, at the position, of a normal
-        distribution in three dimensions around the leg's straight line.
-
-        Args:
-            positions: new positions, metres, world frame.
-            near: indices of known positions, for each new position.
-        """
-        if len(self.places) < 2:
-            return torch.ones_like(near, dtype=positions.dtype)
-        legs, leg_duration = self.places.diff(dim=0), self.times.diff()
-        from_leg_start = positions[:, None] - self.places[:-1]
-        leg_fraction = ((from_leg_start * legs).sum(dim=-1) / legs.square().sum(dim=-1).clamp_min(1e-12)).clamp(0, 1)
-        leg_length = torch.linalg.vector_norm(legs, dim=-1)
-        deviation = STRAY * leg_length + STRAY_LEAST
-        # Integral of the unnormalised density: a tube around the leg and half a ball at each of its ends.
-        tube_volume = 2 * torch.pi * leg_length * deviation**2 + (2 * torch.pi) ** 1.5 * deviation**3
-        distance = torch.linalg.vector_norm(from_leg_start - leg_fraction[..., None] * legs, dim=-1) / deviation
-        log_probability = leg_duration.log() - distance.square() / 2 - tube_volume.log()
-        log_probability, leg = log_probability.topk(min(LEGS, len(legs)), dim=1)
-        times = self.times[leg] + leg_fraction.gather(1, leg) * leg_duration[leg]
-        time_between = (times[:, None, :] - self.times[near][:, :, None]).abs()
-        return (self.fading(time_between, self.drift) * log_probability.softmax(dim=1)[:, None]).sum(dim=-1)
-
-    def interpolated(
-        self, positions: Float[Tensor, "B 3"], left_out: Int[Tensor, " B"] | None = None
-    ) -> tuple[Float[Tensor, "B C"], Float[Tensor, " B"]]:
-        """Interpolated values (flattened, in the units of ``values``), and their ``uncertainty``.
-
-        Args:
-            positions: transmitter positions, metres, world frame.
-            left_out: for each position the index of a known spectrum that must not be used.
-        """
-        distance = distances(positions, self.places)
-        if left_out is not None:
-            distance = distance.index_put((torch.arange(len(positions)), left_out), torch.tensor(torch.inf))
-        most = INVERSE_DISTANCE_NEIGHBOURS if self._weighs_by_distance else NEIGHBOURS
-        distance, near = distance.topk(min(most, len(self.places) - (left_out is not None)), largest=False)
-        if self._weighs_by_distance:
-            weights = 1 / distance.clamp_min(1e-9)
-            weights = weights / weights.sum(dim=1, keepdim=True)
-            return (weights[:, None] @ self.values[near].float()).squeeze(1), torch.ones_like(distance[:, 0])
-        # Coordinates relative to the new position are small, and single precision suffices for them.
-        relative_positions = self.places[near] - positions[:, None]
-        origin = torch.zeros_like(relative_positions[:, :1])
-        times = self.times[near][..., None]
-        fading = self.fading(distances(times, times), self.drift)
-        covariance = self.covariance(relative_positions, relative_positions, fading, self.shares, self.length)
-        covariance = covariance + self.nugget * torch.eye(covariance.shape[-1], device=covariance.device)
-        fading = self.expected_fading(positions, near)[..., None]
-        cross_covariance = self.covariance(relative_positions, origin, fading, self.shares, self.length)[..., 0]
-        weights = self.solve(covariance, cross_covariance)
-        values = (weights[:, None] @ self._rows(near)).squeeze(1) + self.mean
-        return values, (1 - (weights * cross_covariance).sum(dim=-1)).clamp(0, 1)
-
-    def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
-        """Element responses y (real, imaginary), up to one factor for all; only if responses are interpolated."""
-        return self.interpolated(positions)[0].unflatten(-1, (-1, 2))
-
-    def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted spectrum: that of the interpolated responses, or the interpolated spectrum if there are none."""
-        return self._spectra(positions)
-
-    def _spectra(
-        self, positions: Float[Tensor, "B 3"], left_out: Int[Tensor, " B"] | None = None
-    ) -> Float[Tensor, "B 90 360"]:
-        values = self.interpolated(positions, left_out)[0]
-        if self.has_responses:
-            return self.beamforming(values.unflatten(-1, (-1, 2)))
-        spectrum = (values / LARGEST_GREY).clamp(0, 1)
-        return spectrum.unflatten(-1, (ROWS, COLUMNS))
+    def _by(self, way: str, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
+        if way in self.fields:
+            return self.fields[way](positions)
+        field: Any = next(iter(self.fields.values()))
+        return by_distance(field, distances(positions, field.places))
 
     def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
-        """As ``torch.nn.Module.load_state_dict``; the buffers of known spectra take the shapes in the file."""
-        for name in ("places", "times", "values", "mean"):
-            if name in state_dict:
-                setattr(self, name, torch.empty_like(state_dict[name]))
+        """As ``torch.nn.Module.load_state_dict``; the fields are made that the file has."""
+        fields: dict[str, KrigedField] = {}
+        for way in WAYS:
+            prefix = f"fields.{way}."
+            of_field = {name.removeprefix(prefix): each for name, each in state_dict.items() if name.startswith(prefix)}
+            if of_field:
+                fields[way] = KrigedField(np.zeros((2, 3)), self._beamformer, way)  # type: ignore[arg-type]
+                fields[way].load_state_dict(of_field)
+        self.fields = nn.ModuleDict(fields)
         loaded = super().load_state_dict(state_dict, strict, assign)
-        self._weighs_by_distance = bool(self.by_distance)
+        self._used = {way: weight for way, weight in zip(WAYS, self.weights.tolist(), strict=True) if weight}
         return loaded
+
+
+def by_distance(field: KrigedField, distance: Float[Tensor, "B n"]) -> Float[Tensor, "B 90 360"]:
+    """Mean of the nearest known spectra, weighted by 1 / distance.
+
+    Args:
+        field: keeps the known spectra.
+        distance: from each position to each known one, metres.
+    """
+    distance, near = distance.topk(min(NEIGHBOURS, distance.shape[1]), largest=False)
+    weights = 1 / distance.clamp_min(1e-9)
+    weights = weights / weights.sum(dim=1, keepdim=True)
+    return (weights[..., None, None] * field.known_spectra(near)).sum(dim=1)
+
+
+def _left_out_by_distance(field: KrigedField, left_out: Int[np.ndarray, " L"]) -> Float[np.ndarray, "L 90 360"]:
+    """Some known spectra, each predicted by inverse-distance weighting of the others."""
+    index = torch.from_numpy(left_out)
+    distance = distances(field.places[index], field.places)
+    distance[torch.arange(len(index)), index] = torch.inf
+    with torch.inference_mode():
+        return by_distance(field, distance).numpy()

@@ -9,7 +9,8 @@ import torch
 
 from learn.export import INPUT, OUTPUT, export
 from learn.models.bisplat import BiSplatWRF
-from learn.models.helmholtz import DIRECTIONS, HelmholtzField
+from learn.models.helmholtz import HelmholtzField
+from learn.models.kriged_field import DIRECTIONS, KrigedField
 from learn.training.run_folder import load_run
 from scenes.errors import InputError
 from simulate.beamformer import Beamformer
@@ -24,7 +25,7 @@ def runs(finished_run, small, region, small_models):
     with torch.no_grad():
         model.primitives.depth_raw.fill_(1.0)
         model.primitives.opacity_raw.fill_(6.0)
-    field = HelmholtzField(region, Beamformer())
+    field = KrigedField(region, Beamformer(), "responses")
     generator = np.random.default_rng(0)
     field.places = torch.from_numpy(generator.uniform(0, 3, (80, 3))).float()
     field.times = torch.arange(80).float()
@@ -32,10 +33,12 @@ def runs(finished_run, small, region, small_models):
     field.shares = torch.rand(DIRECTIONS).softmax(dim=0)
     field.values = torch.from_numpy(generator.standard_normal((80, 32))).float()
     field.nugget = torch.tensor(0.01)
+    mixed = HelmholtzField(region, Beamformer())
+    mixed._set({"responses": 0.75, "inverse-distance": 0.25}, {"responses": field})
     return {
         "bisplat-aperture": run,
         "bisplat": dataclasses.replace(run, model=model),
-        "helmholtz": dataclasses.replace(run, model=field.eval()),
+        "helmholtz": dataclasses.replace(run, model=mixed.eval()),
     }
 
 

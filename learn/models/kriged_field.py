@@ -1,0 +1,273 @@
+"""Kriging of element responses or spectra with a covariance that solves the Helmholtz equation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any, Literal
+
+import numpy as np
+import torch
+from jaxtyping import Float, Int
+from torch import Tensor
+
+from learn.models.base import BeamformingLayer, SpectrumModel
+from learn.models.geometry import distances, evenly_spread_directions
+from learn.models.vecchia import fit_covariance
+from simulate.angular_grid import COLUMNS, ROWS
+from simulate.beamformer import Beamformer
+from simulate.dataset import Dataset
+from simulate.spectrum import LARGEST_GREY
+
+NEIGHBOURS = 32
+"""Number of known positions, the nearest ones, that a prediction is made from."""
+
+DIRECTIONS = 100
+"""Number of directions of the plane waves, spread evenly over the sphere."""
+
+STRAY, STRAY_LEAST = 0.2, 1e-3
+"""Standard deviation of the transmitter's path from the straight line between consecutive known positions: a fraction
+of the line's length, plus a minimum in metres."""
+
+LEGS = 64
+"""A leg is the path between two consecutive known positions; a prediction averages over this number of most probable
+legs."""
+
+
+class KrigedField(SpectrumModel):
+    """Interpolates every element's response as a random field over the transmitter's position (simple kriging).
+
+    By reciprocity, y_m(r) is the field at r of a source at element m. In the air around the transmitter this field
+    solves ∇²y + k²y = 0, so it is a sum of plane waves. The model assumes that the waves from direction u_j have random
+    phases and the share s_j of the power, that a plane wave is valid over a length ℓ (shadow edges and curved
+    wavefronts limit it), and that the scene changes over T spectra while it is measured (people, doors, the tag's
+    orientation). Two responses then have the covariance κ, and the prediction from the nearest known positions is
+
+        κ(Δ, τ) = Σ_j s_j e^{jk u_j·Δ} · e^(−|Δ|/ℓ − τ/T),   y(r) = κ(r)ᴴ (K + ν I)⁻¹ y_known
+
+    Δ is the difference of two positions, and τ the number of spectra recorded between them, in the dataset's order. The
+    τ of a new position is unknown: the position is assumed to lie on the path between two consecutive known
+    positions, and nearer legs of this path are more probable (``expected_fading``).
+
+    The shares s_j, the length ℓ, the drift T and the nugget ν (noise variance relative to the field's variance)
+    maximise the likelihood (Vecchia 1988). A penalty pulls the shares a little towards equal ones, for which the sum
+    is sin(k|Δ|) / k|Δ| (Cook et al. 1955). A simulated scene does not change; the fit then finds a T so large that
+    e^(−τ/T) is 1.
+
+    If a dataset has no responses, its spectra are interpolated about their mean with the covariance |κ|², which is that
+    of the power |y|² of a Gaussian field (Reed 1962).
+
+    Args:
+        region: as for ``SpectrumModel``; this model does not use it.
+        beamformer: the dataset's array and grid.
+        of: "responses" or "spectra", which are interpolated.
+
+    Attributes:
+        places: n known transmitter positions, metres, world frame.
+        times: index of each known spectrum in its dataset.
+        values: responses (real, imaginary), scaled to a mean square magnitude of 1, or 8-bit pictures; flattened.
+        mean: mean of ``values`` over the known spectra; zero for responses.
+        wavelength: metres.
+        directions: unit vectors u_j, world frame.
+        shares: s_j, which add up to 1.
+        length: ℓ, metres.
+        drift: T, number of spectra.
+        nugget: ν.
+        solve: solver of the kriging equations, from (matrices, right-hand sides) to solutions.
+    """
+
+    places: Tensor
+    times: Tensor
+    values: Tensor
+    mean: Tensor
+    wavelength: Tensor
+    directions: Tensor
+    shares: Tensor
+    length: Tensor
+    drift: Tensor
+    nugget: Tensor
+
+    def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, of: Literal["responses", "spectra"]):
+        super().__init__(region)
+        self.beamforming = BeamformingLayer(beamformer)
+        self._of_responses = of == "responses"
+        numbers = 2 * beamformer.array.elements if self._of_responses else ROWS * COLUMNS
+        self.register_buffer("places", torch.zeros(0, 3))
+        self.register_buffer("times", torch.zeros(0))
+        self.register_buffer("values", torch.zeros(0, numbers))
+        self.register_buffer("mean", torch.zeros(numbers))
+        # The export to ONNX replaces this solver.
+        self.solve: Callable[[Tensor, Tensor], Tensor] = torch.linalg.solve
+        self.register_buffer("directions", evenly_spread_directions(DIRECTIONS), persistent=False)
+        self.register_buffer("shares", torch.full((DIRECTIONS,), 1 / DIRECTIONS))
+        for name in ("wavelength", "length", "drift", "nugget"):
+            self.register_buffer(name, torch.ones(()))
+
+    @property
+    def has_responses(self) -> bool:
+        """Whether element responses are interpolated; otherwise spectra are."""
+        return self._of_responses
+
+    def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
+        """Keep the known spectra, and find the s, ℓ, T and ν of highest likelihood.
+
+        Args:
+            dataset: a dataset; it must have responses if these are interpolated.
+            known: indices of the spectra to interpolate.
+
+        Returns:
+            What was found, as a sentence for the user.
+        """
+        known = np.unique(known)
+        self._keep(dataset, known)
+        if len(known) > 1:  # a single spectrum determines no covariance
+            what = "responses" if self._of_responses else "spectra"
+            fit_covariance(self, NEIGHBOURS, partial(self.report, f"covariance of {what}"))
+        return f"length {self.length:.2f} m, drift {self.drift:.0f} spectra, nugget {self.nugget:.1e}"
+
+    def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"]:
+        """Kriging variance relative to the field's variance: about 0 at a known position, 1 far from all of them."""
+        return self.interpolated(positions)[1]
+
+    def _keep(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
+        self.places = torch.from_numpy(dataset.positions[known]).float()
+        self.times = torch.from_numpy(known).float()
+        self.wavelength = torch.tensor(dataset.wavelength).float()
+        if self._of_responses:
+            assert dataset.responses is not None
+            responses = torch.from_numpy(dataset.responses[known])
+            self.values = torch.view_as_real(responses / responses.abs().square().mean().sqrt()).flatten(1)
+            self.mean = torch.zeros(self.values.shape[1])
+        else:
+            self.values = torch.from_numpy(dataset.pictures[known]).flatten(1)
+            self.mean = torch.from_numpy(dataset.pictures[known].mean(axis=0, dtype=np.float64).ravel()).float()
+
+    def _rows(self, members: Int[Tensor, "*b n"]) -> Float[Tensor, "*b N C"]:
+        """The rows that kriging sums with real weights: the members' values minus the mean; for responses also −jy.
+
+        The product of y with a conjugated complex weight w is then a sum with the real weights Re w for y and Im w for
+        −jy.
+        """
+        values = self.values[members].float() - self.mean
+        if not self.has_responses:
+            return values
+        real, imaginary = values.unflatten(-1, (-1, 2)).unbind(-1)
+        return torch.cat([values, torch.stack([imaginary, -real], dim=-1).flatten(-2)], dim=-2)
+
+    def products(self, member: Int[Tensor, ""], neighbours: Int[Tensor, " n"]) -> Float[Tensor, "N N"]:
+        """Products of the rows of a member and its neighbours, averaged over the values, for the likelihood."""
+        rows = torch.cat([self._rows(member[None])[:1], self._rows(neighbours)])
+        return (rows @ rows.T).double() / rows.shape[1]
+
+    def covariance(
+        self,
+        a: Float[Tensor, "*b n 3"],
+        b: Float[Tensor, "*b m 3"],
+        fading: Float[Tensor, "*b n m"],
+        shares: Float[Tensor, " J"],
+        length: Float[Tensor, ""],
+    ) -> Float[Tensor, "*b N M"]:
+        """κ (for spectra |κ|²) between the rows of the positions a and b; ``fading`` is the drift's factor in it."""
+        wavenumbers = 2 * torch.pi / self.wavelength * self.directions.to(a.dtype).T
+        phase_a, phase_b = a @ wavenumbers, b @ wavenumbers
+        cosine, sine = phase_b.cos().mT, phase_b.sin().mT
+        real = (shares * phase_a.cos()) @ cosine + (shares * phase_a.sin()) @ sine
+        imaginary = (shares * phase_a.sin()) @ cosine - (shares * phase_a.cos()) @ sine
+        fading = fading * self.fading(distances(a, b), length)
+        if not self.has_responses:
+            return (real.square() + imaginary.square()) * fading
+        real, imaginary = real * fading, imaginary * fading
+        return torch.cat([torch.cat([real, -imaginary], dim=-1), torch.cat([imaginary, real], dim=-1)], dim=-2)
+
+    def fading(self, separation: Tensor, scale: Tensor) -> Tensor:
+        """The factor e^(−separation/scale) of κ (for spectra its square, in |κ|²); a separation in space or time."""
+        return torch.exp(-separation / scale * (1 if self.has_responses else 2))
+
+    def expected_fading(self, positions: Float[Tensor, "B 3"], near: Int[Tensor, "B n"]) -> Float[Tensor, "B n"]:
+        """Expected factor e^(−τ/T) of κ (for spectra its square, in |κ|²) between new and known positions.
+
+        The time of a new position is unknown. The position is assumed to lie on one of the legs between consecutive
+        known positions. A leg's probability is its duration times the density, at the position, of a normal
+        distribution in three dimensions around the leg's straight line.
+
+        Args:
+            positions: new positions, metres, world frame.
+            near: indices of known positions, for each new position.
+        """
+        if len(self.places) < 2:
+            return torch.ones_like(near, dtype=positions.dtype)
+        legs, leg_duration = self.places.diff(dim=0), self.times.diff()
+        from_leg_start = positions[:, None] - self.places[:-1]
+        leg_fraction = ((from_leg_start * legs).sum(dim=-1) / legs.square().sum(dim=-1).clamp_min(1e-12)).clamp(0, 1)
+        leg_length = torch.linalg.vector_norm(legs, dim=-1)
+        deviation = STRAY * leg_length + STRAY_LEAST
+        # Integral of the unnormalised density: a tube around the leg and half a ball at each of its ends.
+        tube_volume = 2 * torch.pi * leg_length * deviation**2 + (2 * torch.pi) ** 1.5 * deviation**3
+        distance = torch.linalg.vector_norm(from_leg_start - leg_fraction[..., None] * legs, dim=-1) / deviation
+        log_probability = leg_duration.log() - distance.square() / 2 - tube_volume.log()
+        log_probability, leg = log_probability.topk(min(LEGS, len(legs)), dim=1)
+        times = self.times[leg] + leg_fraction.gather(1, leg) * leg_duration[leg]
+        time_between = (times[:, None, :] - self.times[near][:, :, None]).abs()
+        return (self.fading(time_between, self.drift) * log_probability.softmax(dim=1)[:, None]).sum(dim=-1)
+
+    def interpolated(
+        self, positions: Float[Tensor, "B 3"], left_out: Int[Tensor, " B"] | None = None
+    ) -> tuple[Float[Tensor, "B C"], Float[Tensor, " B"]]:
+        """Interpolated values (flattened, in the units of ``values``), and their ``uncertainty``.
+
+        Args:
+            positions: transmitter positions, metres, world frame.
+            left_out: for each position the index of a known spectrum that must not be used.
+        """
+        distance = distances(positions, self.places)
+        if left_out is not None:
+            distance = distance.index_put((torch.arange(len(positions)), left_out), torch.tensor(torch.inf))
+        distance, near = distance.topk(min(NEIGHBOURS, len(self.places) - (left_out is not None)), largest=False)
+        # Coordinates relative to the new position are small, and single precision suffices for them.
+        relative_positions = self.places[near] - positions[:, None]
+        origin = torch.zeros_like(relative_positions[:, :1])
+        times = self.times[near][..., None]
+        fading = self.fading(distances(times, times), self.drift)
+        covariance = self.covariance(relative_positions, relative_positions, fading, self.shares, self.length)
+        covariance = covariance + self.nugget * torch.eye(covariance.shape[-1], device=covariance.device)
+        fading = self.expected_fading(positions, near)[..., None]
+        cross_covariance = self.covariance(relative_positions, origin, fading, self.shares, self.length)[..., 0]
+        weights = self.solve(covariance, cross_covariance)
+        values = (weights[:, None] @ self._rows(near)).squeeze(1) + self.mean
+        return values, (1 - (weights * cross_covariance).sum(dim=-1)).clamp(0, 1)
+
+    def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
+        """Element responses y (real, imaginary), up to one factor for all; only if responses are interpolated."""
+        return self.interpolated(positions)[0].unflatten(-1, (-1, 2))
+
+    def forward(
+        self, positions: Float[Tensor, "B 3"], left_out: Int[Tensor, " B"] | None = None
+    ) -> Float[Tensor, "B 90 360"]:
+        """Predicted spectrum: that of the interpolated responses, or the interpolated spectrum.
+
+        Args:
+            positions: transmitter positions, metres, world frame.
+            left_out: as for ``interpolated``.
+        """
+        return self._as_spectra(self.interpolated(positions, left_out)[0])
+
+    def known_spectra(self, members: Int[Tensor, "*b n"]) -> Float[Tensor, "*b n 90 360"]:
+        """Spectra at known positions.
+
+        Args:
+            members: indices into ``places``.
+        """
+        values = self.values[members].float()
+        return self._as_spectra(values.flatten(0, -2)).unflatten(0, members.shape)
+
+    def _as_spectra(self, values: Float[Tensor, "n C"]) -> Float[Tensor, "n 90 360"]:
+        if self._of_responses:
+            return self.beamforming(values.unflatten(-1, (-1, 2)))
+        return (values / LARGEST_GREY).clamp(0, 1).unflatten(-1, (ROWS, COLUMNS))
+
+    def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
+        """As ``torch.nn.Module.load_state_dict``; the buffers of known spectra take the shapes in the file."""
+        for name in ("places", "times", "values", "mean"):
+            if name in state_dict:
+                setattr(self, name, torch.empty_like(state_dict[name]))
+        return super().load_state_dict(state_dict, strict, assign)
