@@ -79,7 +79,7 @@ def draw_scene(scene: Scene, path: str | Path) -> None:
     """Write a PNG of the plan and of a view from above, objects in their materials' colours.
 
     A ceiling over the antennas is left out, and so are the room's walls that face the viewer, so that the inside is
-    visible. Outdoors nothing is left out.
+    visible. Outdoors nothing is left out, and what is hidden of the transmitter region is dashed.
 
     Args:
         scene: the scene.

@@ -26,7 +26,7 @@ CROP = 0.5  # of the scene's extent; a smaller neighbourhood of the antennas is 
 
 
 def draw_view(axes: Axes3D, scene: Scene) -> None:
-    """Draw a scene from low x and low y; what is hidden of the transmitter region and the gateways is dotted.
+    """Draw a scene from low x and low y; what is hidden of the transmitter region and the gateways is dashed.
 
     Of a scene that is much larger than the space between the antennas, only their neighbourhood is drawn.
 
@@ -102,7 +102,7 @@ def _set_up(axes: Axes3D, low: Float[np.ndarray, " 3"], high: Float[np.ndarray, 
     axes.computed_zorder = False
     axes.view_init(**VIEW)
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
-    axes.set_box_aspect(high - low, zoom=1.05)
+    axes.set_box_aspect(high - low, zoom=0.97)
     extents = high - low
     for axis, extent in zip((axes.xaxis, axes.yaxis, axes.zaxis), extents, strict=True):
         # No more ticks than there is room for: a town is a hundred times as wide as it is high.
@@ -110,7 +110,7 @@ def _set_up(axes: Axes3D, low: Float[np.ndarray, " 3"], high: Float[np.ndarray, 
     axes.set_xlabel("x [m]", labelpad=8)
     axes.set_ylabel("y [m]", labelpad=8)
     axes.zaxis.set_rotate_label(False)
-    axes.set_zlabel("z [m]", labelpad=5, rotation=90)
+    axes.set_zlabel("z [m]", labelpad=7, rotation=90)
 
 
 def _project(axes: Axes3D, points: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 3"]:
@@ -139,7 +139,7 @@ def _tint(picture: Float[np.ndarray, "rows columns 4"], where: Bool[np.ndarray, 
 
 
 def _draw_line(axes: Axes3D, buffer: DepthBuffer, ends: Float[np.ndarray, "2 3"], tolerance: float) -> None:
-    """Draw an edge of the region, dotted where it is hidden."""
+    """Draw an edge of the region, dashed where it is hidden."""
     points = _project(axes, ends[0] + np.linspace(0, 1, SAMPLES)[:, None] * (ends[1] - ends[0]))
     visible = buffer.shows(points, tolerance)
     changes = np.flatnonzero(np.diff(visible)) + 1
