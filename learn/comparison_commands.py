@@ -110,6 +110,7 @@ def print_averages(title: str, averages: Sequence[dict[str, Any]], json: bool) -
         averages: rows of ``Comparison.averages``.
         json: print a JSON object, with the rows by their names, instead of a table.
     """
+    from learn.baselines.array_ceiling import shown_name
     from learn.comparison.table import HEADINGS, average_name
 
     if json:
@@ -120,7 +121,7 @@ def print_averages(title: str, averages: Sequence[dict[str, Any]], json: bool) -
     print_rows(
         title,
         [
-            {"": average_name(row)} | {heading: row.get(key, "") for key, heading in HEADINGS.items()}
+            {"": shown_name(average_name(row))} | {heading: row.get(key, "") for key, heading in HEADINGS.items()}
             for row in averages
         ],
     )

@@ -14,7 +14,7 @@ from simulate.array import PlanarArray
 from simulate.spectrum import normalise
 
 CEILING = "array's ceiling"
-"""Name of the bound in tables and figures."""
+"""Name of the bound in results and their files."""
 
 SAMPLES = 50
 """Number of test spectra that the ceiling is fitted to; a fit takes a fraction of a second."""
@@ -27,6 +27,15 @@ FLOORS = (0.0, 0.03, 0.1)
 
 EVERY_DEG = 6
 """The fit uses every sixth row and column of a spectrum; a 4 × 4 array resolves no finer detail."""
+
+
+def shown_name(name: str) -> str:
+    """The name of a method or of the bound as tables and figures show it.
+
+    >>> shown_name("nearest"), shown_name(CEILING)
+    ('nearest', "array's ceiling (bound)")
+    """
+    return f"{name} (bound)" if name == CEILING else name
 
 
 def array_ceiling(truth: Float[np.ndarray, "K 90 360"], array: PlanarArray) -> Float[np.ndarray, "K 90 360"]:
