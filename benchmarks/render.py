@@ -97,6 +97,8 @@ def draw(path: Path, smallest: bool) -> None:
     """Draw the time of a forward and backward pass against the number of primitives and the spectra at a time."""
     import matplotlib.pyplot as plt
 
+    from learn.reports.log_axis import label_log_axis
+
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4), layout="constrained", sharey=True)
     several = [
         ("reference", splat_reference, "cpu", (100, 300, 1000, 3000), (1, 2, 4, 8)),
@@ -116,9 +118,11 @@ def draw(path: Path, smallest: bool) -> None:
         right.loglog(batches, times, "o-", label=name)
     left.set(xlabel="primitives $N_p$", ylabel="milliseconds per spectrum", title="one spectrum")
     right.set(xlabel="spectra at a time", title=f"$N_p$ = {primitives}")
-    for axis in (left, right):
-        axis.grid(which="both", alpha=0.3)
-        axis.legend()
+    for axes in (left, right):
+        label_log_axis(axes.xaxis)
+        label_log_axis(axes.yaxis)
+        axes.grid(which="both", alpha=0.3)
+        axes.legend()
     figure.suptitle("forward and backward, 90 × 360")
     figure.savefig(path, dpi=120)
 

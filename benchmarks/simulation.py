@@ -105,10 +105,14 @@ def draw(sizes: list[int], ours: list[float], loop: float, path: Path) -> None:
     """Draw the seconds of both against the number of transmitter positions."""
     import matplotlib.pyplot as plt
 
+    from learn.reports.log_axis import label_log_axis
+
     figure, axes = plt.subplots(figsize=(5.5, 4), layout="constrained")
     axes.loglog(sizes, [loop * n for n in sizes], "s--", label="one PathSolver call each, 10⁶ rays (extrapolated)")
     axes.loglog(sizes, ours, "o-", label="bisplat simulate, written to disk")
     axes.set(xlabel="transmitter positions", ylabel="seconds", title="lab, depth 5, 4 × 4 elements")
+    for axis in (axes.xaxis, axes.yaxis):
+        label_log_axis(axis)
     axes.grid(which="both", alpha=0.3)
     axes.legend()
     figure.savefig(path, dpi=120)

@@ -127,6 +127,7 @@ def evaluate(run: Positional[Path], dataset: Path | None = None, index: Path | N
         index: file with the names of the spectra to test on, one per line (default: the test part of the split).
         json: print the scores as JSON.
     """
+    from learn.baselines.array_ceiling import shown_name
     from learn.evaluation.evaluate import evaluate as score_run
     from learn.reports.evaluation_report import write_evaluation
 
@@ -136,7 +137,7 @@ def evaluate(run: Positional[Path], dataset: Path | None = None, index: Path | N
         print(json_format.dumps(evaluation.metrics(), indent=2))
     else:
         # Headings may break after a hyphen: a narrow terminal would truncate inverse-distance.
-        columns = {name.replace("-", "-\n"): scores.summary() for name, scores in evaluation.scores.items()}
+        columns = {shown_name(name).replace("-", "-\n"): scores.summary() for name, scores in evaluation.scores.items()}
         print_table(f"{len(evaluation.test)} test spectra", columns)
 
 

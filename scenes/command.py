@@ -14,6 +14,14 @@ from scenes.text_tables import print_rows, print_table
 
 Triple = tuple[float, float, float]
 
+HEADINGS = {
+    "size": "size (m)",
+    "relative_permittivity": "relative permittivity (–)",
+    "conductivity": "conductivity (S/m)",
+    "thickness": "thickness (m)",
+}
+"""Headings of the printed tables, by the keys of the description that have a unit or none."""
+
 
 def scene(
     scene: Positional[str],
@@ -108,7 +116,8 @@ def scene(
         print(json_format.dumps(description, indent=2))
         return
     for what in ("objects", "materials"):
-        print_rows(what, description.pop(what))
+        rows = description.pop(what)
+        print_rows(what, [{HEADINGS.get(key, key): value for key, value in row.items()} for row in rows])
     gateways: dict[str, dict] = description.pop("further_gateways")
     for label, further in gateways.items():
         description |= {f"{label} {name}": value for name, value in further.items()}

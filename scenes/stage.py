@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from viser import ClientHandle, FrameHandle, LineSegmentsHandle, SceneApi, SceneNodeHandle
 
 from scenes.description import Gateway, Quaternion, Scene
-from scenes.drawing import enclosing
+from scenes.enclosure import enclosing
 
 GATEWAY, REGION = (220, 20, 60), (40, 160, 80)
 WALL_OPACITY = 0.18

@@ -29,23 +29,25 @@ Table = dict[tuple[str, int], dict[str, float]]
 
 
 def experiment(runs: Path, name: str) -> Measured | None:
-    """A row for each method, the most accurate first; in a sweep, by method and number of training spectra."""
+    """A row for each method, the most accurate first, then the bound; a sweep by method and number of spectra."""
     folder = runs / name
     if not ((folder / "protocol.json").is_file() and (folder / "results.jsonl").is_file()):
         return None
+    from learn.baselines.array_ceiling import CEILING, shown_name
     from learn.comparison.experiment import summary  # imports torch, which the other sections do without
 
     protocol = json.loads((folder / "protocol.json").read_text())
     rows = [json.loads(line) for line in (folder / "results.jsonl").read_text().splitlines()]
     table: Table = summary(rows, lambda row: (row["label"], row["train_size"] or 0))
     sweeping = any(row["train_size"] for row in rows)
-    order = sorted(table, key=(lambda key: key) if sweeping else (lambda key: -table[key]["ssim_median"]))
+    order = sorted(table) if sweeping else sorted(table, key=lambda key: -table[key]["ssim_median"])
+    order.sort(key=lambda key: key[0] == CEILING)  # the bound last
     amount = f"{protocol['steps']} steps" if "steps" in protocol else f"{protocol['minutes']:g} minutes"
     return Measured(
         date=rows[-1]["date"],
         conditions=f"{protocol['device']}; {amount} of training each",
         columns=COLUMNS,
-        rows=[_cells(label, table[label, size]) for label, size in order],
+        rows=[_cells(shown_name(label), table[label, size]) for label, size in order],
         findings=_verdicts(table),
     )
 

@@ -15,10 +15,19 @@ from simulate.phase_retrieval import retrieve_responses
 from simulate.spectrum import normalise
 
 CEILING = "array's ceiling"
-"""Name of the bound in tables and figures."""
+"""Name of the bound in results and their files."""
 
 SAMPLES = 50
 """Number of test spectra that the ceiling is fitted to; a fit takes a fraction of a second."""
+
+
+def shown_name(name: str) -> str:
+    """The name of a method or of the bound as tables and figures show it.
+
+    >>> shown_name("nearest"), shown_name(CEILING)
+    ('nearest', "array's ceiling (bound)")
+    """
+    return f"{name} (bound)" if name == CEILING else name
 
 
 def array_ceiling(truth: Float[np.ndarray, "K 90 360"], beamformer: Beamformer) -> Float[np.ndarray, "K 90 360"]:

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from learn.baselines.array_ceiling import CEILING, shown_name
 from learn.comparison.experiment import Experiment, Settings, row_name, summary
 
 HEADINGS = {
@@ -78,8 +79,8 @@ class Comparison:
         return [{"label": label, **figures, "train_size": size} for (label, size), figures in groups.items()]
 
     def table(self) -> list[dict[str, Any]]:
-        """``averages``, with the highest median SSIM first."""
-        return sorted(self.averages(), key=lambda row: -row["ssim_median"])
+        """``averages``, with the highest median SSIM first; the array's ceiling, which is no method, last."""
+        return sorted(self.averages(), key=lambda row: (row["label"] == CEILING, -row["ssim_median"]))
 
     def per_sample(self, row: Mapping[str, Any]) -> dict[str, Float[np.ndarray, " K"]]:
         """Scores of the K test spectra of a row: "ssim", "psnr_db", "mae", "aoa_error_deg".
@@ -150,5 +151,5 @@ def table_cells(averages: Sequence[Mapping[str, Any]]) -> list[list[str]]:
     keys = [key for key in HEADINGS if any(shown(row, key) for row in averages)]
     lines = [["", *(HEADINGS[key] for key in keys)]]
     for row in averages:
-        lines.append([average_name(row), *(f"{row[key]:.4g}" if shown(row, key) else "" for key in keys)])
+        lines.append([shown_name(average_name(row)), *(f"{row[key]:.4g}" if shown(row, key) else "" for key in keys)])
     return lines

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from learn.comparison.table import Comparison
 from learn.reports.figures import draw_ssim_distribution, save
+from learn.reports.log_axis import label_log_axis
 from learn.reports.page import SCORE_COLUMNS, embedded, write_page
 
 COST_COLUMNS = {
@@ -73,6 +74,7 @@ def write_sweep(comparison: Comparison, folder: Path) -> None:
         sizes, values, spreads = ([row[key] for row in rows] for key in ("train_size", "ssim_median", "ssim_spread"))
         axis.errorbar(sizes, values, yerr=spreads, fmt="o-", capsize=3, label=label)
     axis.set(xscale="log", xlabel="training spectra", ylabel="median SSIM on the same test part")
+    label_log_axis(axis.xaxis)
     axis.grid(which="both", alpha=0.3)
     figure.legend(loc="outside upper center", ncols=2)
     save(figure, folder / "sweep.png")

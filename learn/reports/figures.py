@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from itertools import cycle
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 from matplotlib import colormaps
 from matplotlib.figure import Figure
+from matplotlib.ticker import StrMethodFormatter
 
+from learn.baselines.array_ceiling import CEILING, shown_name
 from learn.colours import DIFFERENCE, MAGNITUDE
 from simulate.angular_grid import COLUMNS, ROWS, AngularGrid
 
@@ -127,8 +131,15 @@ def draw_examples_polar(
     save(figure, path)
 
 
+CEILING_STYLE: dict[str, Any] = {"color": "0.35", "lw": 1.5, "ls": "--"}
+"""Line of the array's ceiling, the same in every figure: it is a bound, not a method."""
+
+GREYS = (14, 15)
+"""The greys among Matplotlib's colours of tab20."""
+
+
 def draw_ssim_distribution(ssim: dict[str, Float[np.ndarray, " K"]], path: Path) -> None:
-    """Draw the cumulative distribution of the SSIM of every method.
+    """Draw the cumulative distribution of the SSIM of every method, and of the array's ceiling.
 
     Args:
         ssim: SSIM of each test spectrum, by name of the method.
@@ -136,11 +147,13 @@ def draw_ssim_distribution(ssim: dict[str, Float[np.ndarray, " K"]], path: Path)
     """
     figure = Figure(figsize=(9, 4.2), layout="constrained")
     axis = figure.subplots()
-    axis.set_prop_cycle(color=colormaps["tab20"](range(20)))
+    # The bound's grey is no method's.
+    colours = cycle(colormaps["tab20"]([number for number in range(20) if number not in GREYS]))
     for name, values in ssim.items():
         share = np.arange(1, len(values) + 1) / len(values)
-        label = f"{name}: median {np.median(values):.3f}"
-        axis.step(np.sort(values), share, where="post", label=label, linewidth=2 if name == "model" else 1.2)
+        label = f"{shown_name(name)}: median {np.median(values):.3f}"
+        style = CEILING_STYLE if name == CEILING else {"color": next(colours), "lw": 2 if name == "model" else 1.2}
+        axis.step(np.sort(values), share, where="post", label=label, **style)
     axis.set(
         xlabel="SSIM",
         ylabel="share of test spectra",
@@ -224,6 +237,9 @@ def draw_error_over_distance(
         axis.set(xlabel="distance to the nearest training position (cm)", ylabel=label)
         axis.grid(alpha=0.3)
     axes[0].set_ylim(top=1)
-    axes[1].set_yscale("symlog", linthresh=1)
+    if np.max(aoa_error) > 2:
+        axes[1].set_yscale("symlog", linthresh=1)
+        axes[1].set_yticks([0, 1, *(n for n in (2, 5, 10, 20, 50, 100) if n <= np.max(aoa_error))])
+        axes[1].yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
     axes[0].legend()
     save(figure, path)

@@ -8,6 +8,7 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
 
+from learn.baselines.array_ceiling import shown_name
 from scenes.atomic import write_atomically
 
 SCORE_COLUMNS = {
@@ -23,6 +24,7 @@ SCORE_COLUMNS = {
 ENVIRONMENT = Environment(
     loader=PackageLoader("learn.reports"), autoescape=select_autoescape(["j2"]), undefined=StrictUndefined
 )
+ENVIRONMENT.filters["shown_name"] = shown_name
 
 
 def write_page(path: Path, template: str, **values: Any) -> None:
