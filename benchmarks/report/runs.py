@@ -76,6 +76,17 @@ def ladder(runs: Path, name: str) -> Measured | None:
     return Measured(date, machine, columns=["", *figures], rows=rows)
 
 
+def robustness(runs: Path, name: str) -> Measured | None:
+    """The table of benchmarks/robustness.py, a row for each dataset and a column for each method."""
+    found = _benchmark_figures(runs, name)
+    if found is None:
+        return None
+    figures, date, machine = found
+    columns = list(max(figures.values(), key=len))
+    rows = [[dataset, *(str(row.get(column, "–")) for column in columns)] for dataset, row in figures.items()]
+    return Measured(date, machine, columns=["", *columns], rows=rows)
+
+
 def crossvalidation(runs: Path, name: str) -> Measured | None:
     """What ``bisplat crossvalidate`` left in two runs of the lab's ``blocked`` table, a column for each model."""
     paths = {
@@ -130,6 +141,7 @@ READERS: dict[str, Callable[[Path, str], Measured | None]] = {
     "benchmark": benchmark,
     "experiment": experiment,
     "ladder": ladder,
+    "robustness": robustness,
     "crossvalidation": crossvalidation,
     "scale": scale,
     "pictures": no_figures,

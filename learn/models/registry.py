@@ -44,7 +44,7 @@ class ModelEntry:
 MODELS: dict[str, ModelEntry] = {
     "helmholtz": ModelEntry(
         builds="learn.models.helmholtz:HelmholtzField",
-        summary="kriging of element responses, or of spectra if there are none, under the Helmholtz equation",
+        summary="kriging of element responses and spectra under the Helmholtz equation, mixed with inverse distance",
         fit="closed form",
     ),
     "bisplat": ModelEntry(

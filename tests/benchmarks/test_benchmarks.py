@@ -14,6 +14,7 @@ ARGUMENTS = {
     "ladder.py": ["{dataset}", "{dataset}", "--smallest"],
     "limits.py": ["{dataset}", "{dataset}", "--smallest"],
     "path.py": ["{dataset}", "--smallest"],
+    "robustness.py": ["{dataset}", "{dataset}", "--smallest"],
     "render.py": ["--figure", "{folder}/render.png", "--smallest"],
     "results.py": ["--runs", "{folder}/runs", "--docs", "{folder}"],
     "simulation.py": ["--figure", "{folder}/simulation.png", "--smallest"],
