@@ -178,14 +178,15 @@ def predict(run: Positional[Path], positions: Path, output: Output) -> None:
     """
     if output.suffix.lower() != ".npz":
         raise InputError(f"{output}: expected a name that ends in .npz, since the file holds several arrays")
-    from learn.evaluation.reach import reach_warning
     from learn.training.run_folder import load_run
     from simulate.dataset_reader import read_points
     from simulate.dataset_writer import write_arrays
+    from simulate.reach import reach_warning
 
     loaded = load_run(run)
     points = read_points(positions)
-    warning = reach_warning(points, loaded.model.region.cpu().numpy())
+    region = loaded.model.region.cpu().numpy()
+    warning = reach_warning(points, region, "the training positions", "predictions there are guesses")
     if warning is not None:
         print(f"bisplat: warning: {positions}: {warning}", file=sys.stderr)
     prediction = loaded.predict(points)

@@ -106,7 +106,8 @@ def import_mesh(
     chosen = {name: _material_of(name, path.stem, materials, default_material) for name, _ in meshes}
     unmatched = [name for name, material in chosen.items() if material is None]
     if unmatched:
-        raise InputError(f"{path}: no material for {_listed(unmatched)}; add a pattern or a default material")
+        rule = f"{unmatched[0]}=MATERIAL"
+        raise InputError(f"{path}: no material for {_listed(unmatched)}; add a pattern ({rule}) or a default material")
     objects, report = _objects(path, [(name, mesh, chosen[name] or "") for name, mesh in meshes], unit, up)
     return objects, replace(report, warnings=_idle_rules(path, list(chosen), materials))
 
@@ -253,9 +254,26 @@ def import_scene(
     if doubt is not None and doubt.impossible:
         raise InputError(f"{path}: {doubt.sentence}")
     validate(scene, str(path))
-    if doubt is not None:
-        report = replace(report, warnings=(*report.warnings, f"{path}: {doubt.sentence}"))
+    for sentence in (doubt.sentence if doubt else None, _beside(scene)):
+        if sentence is not None:
+            report = replace(report, warnings=(*report.warnings, f"{path}: {sentence}"))
     return scene, report
+
+
+def _beside(scene: Scene) -> str | None:
+    """A warning where the gateway or the whole region is beside the place; above it they may well be."""
+    (low, high), transmitter = scene.bounds[:, :2], scene.transmitter
+    spans = {
+        "gateway": (scene.gateway.position[:2], scene.gateway.position[:2]),
+        "transmitter region": (transmitter.region_min[:2], transmitter.region_max[:2]),
+    }
+    beside = [name for name, (least, most) in spans.items() if np.any(most < low) or np.any(least > high)]
+    if not beside:
+        return None
+    return (
+        f"expected the gateway and the transmitter region in the place, which is at x {low[0]:.3g} to {high[0]:.3g} "
+        f"and y {low[1]:.3g} to {high[1]:.3g} m, found the {' and the '.join(beside)} beside it; is the up axis right?"
+    )
 
 
 def _size(mesh: Trimesh) -> tuple[float, float, float]:

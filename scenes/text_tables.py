@@ -7,6 +7,9 @@ import sys
 from rich.console import Console
 from rich.table import Table
 
+WIDEST = 80
+"""Characters per line of a cell; a longer sentence is folded."""
+
 UNLIMITED = 10_000
 """Characters per line, more than any table has."""
 
@@ -19,9 +22,9 @@ def print_table(title: str, columns: dict[str, dict]) -> None:
         columns: the cells of each column by the name of their row; the first column has all rows.
     """
     table = Table(title=title)
-    table.add_column("", overflow="fold")
+    table.add_column("", overflow="fold", max_width=WIDEST)
     for name in columns:
-        table.add_column(name.replace("_", " "), overflow="fold")
+        table.add_column(name.replace("_", " "), overflow="fold", max_width=WIDEST)
     for row in next(iter(columns.values())):
         values = (column.get(row, "") for column in columns.values())
         table.add_row(row, *(f"{value:.4g}" if isinstance(value, float) else str(value) for value in values))
@@ -37,7 +40,7 @@ def print_rows(title: str, rows: list[dict]) -> None:
     """
     table = Table(title=title)
     for name in rows[0]:
-        table.add_column(name, overflow="fold")
+        table.add_column(name, overflow="fold", max_width=WIDEST)
     for row in rows:
         table.add_row(*(f"{value:.4g}" if isinstance(value, float) else str(value) for value in row.values()))
     _print(table)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -68,8 +69,12 @@ def simulate(
         workers: trace with so many Ray workers at a time (needs bisplat-wrf[ray]).
         ray: address of a running Ray cluster to trace on.
     """
+    import numpy as np
+
     from scenes.scene_yaml import load_scene
+    from scenes.shapes import bounding_box
     from simulate.generate import generate
+    from simulate.reach import reach_warning
     from simulate.simulation import request_for
 
     followed, errors = Propagation(**vars(propagation)), Measurement(**vars(measurement))
@@ -83,5 +88,10 @@ def simulate(
     for number, (folder, seen) in enumerate(folders.items()):
         # Each array has errors of its own.
         request = request_for(seen, spectra, placement, positions, seed, followed, errors, seed + number, power_db)
+        if positions is not None and number == 0:
+            box = bounding_box(np.vstack([request.scene.bounds, request.scene.transmitter.region]))
+            warning = reach_warning(request.positions, box, "the scene", "are they in metres, in the scene's frame?")
+            if warning is not None:
+                print(f"bisplat: warning: {positions}: {warning}", file=sys.stderr)
         generate(request, folder, workers, ray)
         print(f"{len(request.positions)} spectra: {folder}")

@@ -137,6 +137,9 @@ def read_request(folder: Path) -> Request:
         InputError: no metadata.json of ours, or files that are not those it was made with any more.
     """
     path = folder / "metadata.json"
+    if not path.exists() and (folder / "scene.yaml").exists():
+        scene_file = folder / "scene.yaml"
+        raise InputError(f"{folder}: expected a simulated dataset, found the folder of a scene; give {scene_file}")
     try:
         metadata = json.loads(path.read_text())
         propagation, ray_seed = propagation_of(metadata)

@@ -9,8 +9,9 @@ from learn.comparison.compare import makers
 from learn.comparison.experiment import begin
 from learn.comparison.table import Comparison
 from learn.comparison.trained_model import TrainedModel
+from learn.models.registry import check_options
 from learn.splits import SplitKind
-from scenes.errors import require_positive
+from scenes.errors import ParameterError, require_positive
 from simulate.dataset import Dataset
 
 OURS: dict[str, dict[str, int]] = {
@@ -77,14 +78,27 @@ def ablate(
 
     Raises:
         InputError: as for ``compare``.
-        ParameterError: ``steps`` or ``seeds`` is not positive.
+        ParameterError: ``steps`` or ``seeds`` is not positive, or a model has no parts that can be switched off.
 
     >>> comparison = ablate("data/lab", models=("bisplat",), split="files", steps=2, seeds=1, primitives=20)
     >>> [row["label"] for row in comparison][-1]
     'bisplat (20 primitives) without BST'
     """
     require_positive(steps=steps, seeds=seeds)
+    for model in models:
+        for _, method in variants(model, primitives):
+            _check_parts(model, method)
     methods = makers({label: method for model in models for label, method in variants(model, primitives)})
     experiment = begin(dataset, split, output, steps=steps)
     experiment.measure(methods, seeds)
     return Comparison.of(experiment)
+
+
+def _check_parts(model: str, method: TrainedModel) -> None:
+    """Refuse a model without the options of a row, before any row is trained."""
+    try:
+        check_options(method.model, method.options)
+    except ParameterError as error:
+        raise ParameterError(
+            "models", f"expected models whose parts can be switched off, found {model} ({error.message})"
+        ) from error

@@ -71,6 +71,17 @@ def test_import_refuses_the_unit_before_it_looks_at_the_gateway(tmp_path):
     assert report.warnings == ()
 
 
+def test_antennas_beside_the_place_are_a_warning_about_the_up_axis(tmp_path):
+    box((0, 0, 0), (5, 4, 3)).export(tmp_path / "room.stl")
+    rules = [("*", "brick")]
+    _, report = import_scene(tmp_path / "room.stl", rules, up="y", gateway=GATEWAY, transmitter=REGION)
+    (warning,) = report.warnings
+    assert "at x 0 to 5 and y -3 to 0 m, found the gateway and the transmitter region beside it; is the up" in warning
+    above = Gateway((4.7, 2.0, 9.0), facing((-1, 0, 0)))
+    roof = Transmitter((1.0, 1.0, 5.0), (6.0, 3.0, 6.0))
+    assert import_scene(tmp_path / "room.stl", rules, gateway=above, transmitter=roof)[1].warnings == ()
+
+
 # The command
 
 

@@ -14,6 +14,11 @@ def test_long_names_are_whole_where_there_is_no_terminal(capsys):
     assert capsys.readouterr().out.count(NAME) == 2
 
 
+def test_sentences_are_folded_where_there_is_no_terminal(capsys):
+    print_table("table", {"": {"split": "half of the test positions have a training position nearby, " * 4}})
+    assert 80 < max(map(len, capsys.readouterr().out.splitlines())) < 100
+
+
 def test_long_names_are_folded_in_a_narrow_terminal(capsys, monkeypatch):
     monkeypatch.setattr("sys.stdout.isatty", lambda: True)
     monkeypatch.setenv("COLUMNS", "40")

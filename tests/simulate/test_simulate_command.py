@@ -14,6 +14,7 @@ from scenes.errors import InputError
 from scenes.scene_yaml import write_scene
 from simulate.command import MeasurementOptions, PropagationOptions, simulate
 from simulate.dataset import read_dataset
+from simulate.dataset_writer import write_positions
 
 DIRECT = PropagationOptions(max_depth=0)
 
@@ -59,6 +60,22 @@ def test_folder_made_once_more_is_the_same_with_its_own_settings(two_gateways, t
     simulate(str(tmp_path / "a" / "west"), tmp_path / "again")
     assert contents(tmp_path / "again") == contents(tmp_path / "a" / "west")
     assert (tmp_path / "again" / "power_db" / "00005.tif").exists()
+
+
+def test_folder_of_a_scene_is_not_taken_for_a_dataset(two_gateways, tmp_path):
+    with pytest.raises(InputError, match=r"found the folder of a scene; give .*scene.yaml"):
+        simulate(str(two_gateways.parent), tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_positions_in_millimetres_are_a_warning(two_gateways, tmp_path, capsys):
+    points = np.array([[-3.0, 0.5, 1.0], [-3.1, 0.5, 1.0]])
+    for name, unit in (("m", 1), ("mm", 1000)):
+        write_positions(tmp_path / f"{name}.csv", unit * points)
+        simulate(str(two_gateways), tmp_path / name, positions=tmp_path / f"{name}.csv", propagation=DIRECT)
+        warnings = [line for line in capsys.readouterr().err.splitlines() if "warning" in line]
+        assert len(warnings) == (unit > 1)  # once, not for each gateway
+    assert "mm.csv: 2 of 2 positions are far outside the box around the scene, " in warnings[0]
 
 
 def test_no_workers_is_wrong(two_gateways, tmp_path):

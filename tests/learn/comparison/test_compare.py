@@ -285,6 +285,14 @@ def test_ablation_has_the_papers_rows_and_ours(tiny, tmp_path, rows):
         ablate(tiny, ("bisplat",), "files", 3, 2, output=out)
 
 
+def test_model_without_parts_to_switch_off_is_refused_before_anything_is_trained(tiny, tmp_path):
+    with pytest.raises(
+        ParameterError, match="models: expected models whose parts can be switched off, found helmholtz"
+    ):
+        ablate(tiny, ("bisplat", "helmholtz"), steps=2, output=tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
 def test_summary_is_the_mean_and_the_standard_deviation_over_seeds():
     rows = [{"label": "a", "seed": seed, "ssim_median": value, "date": "x"} for seed, value in enumerate((0.5, 0.7))]
     found = summary(rows, lambda row: row["label"])["a"]
