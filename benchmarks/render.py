@@ -168,7 +168,7 @@ def main(
         "compiled_torch_ratio": round(min(single, times["reference"]) / times["compiled_torch"], 1),
         **{f"{name}_peak_mb": round(value, 1) for name, value in memory.items()},
         "reference_one_by_one_peak_mb": round(single_memory, 1),
-        "memory_ratio": round(single_memory / memory["cpu"], 1),
+        "memory_ratio": round(single_memory / memory["cpu"], 1) if memory["cpu"] > 0 else None,
         "threads": torch.get_num_threads(),
         "cores": os.cpu_count(),
     }

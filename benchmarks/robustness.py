@@ -51,7 +51,7 @@ def built_in_at(name: str, frequency: float) -> Scene:
 
 def sionna_box(frequency: float) -> Scene:
     """Sionna RT's own scene box, a closed room, with a gateway at a wall."""
-    gateway = Gateway((-4.5, 0.0, 5.0), facing((1, 0, 0)))
+    gateway = Gateway((-4.5, 0.0, 3.0), facing((1, 0, 0)))
     return import_scene(
         "sionna:box", frequency=frequency, gateway=gateway, transmitter=Transmitter((-2, -3, 1), (3, 3, 4))
     )[0]

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import shutil
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -17,6 +17,7 @@ from scipy.ndimage import map_coordinates
 
 from scenes.errors import InputError, ParameterError
 from simulate.angular_grid import COLUMNS, ROWS, AngularGrid
+from simulate.conversion import Conversion
 from simulate.dataset_reader import picture_files, read_any_picture, read_points
 from simulate.dataset_writer import encode_picture, write_index, write_metadata, write_positions
 from simulate.generate import picture_names, progress_bar
@@ -25,23 +26,6 @@ from simulate.lags import examined
 
 SIXTEEN_BITS = 257
 """65535 / 255: grey levels of 16 bits per grey level of 8 bits."""
-
-
-@dataclass(frozen=True)
-class Conversion:
-    """How to read the pictures of a folder; what a folder shows by itself need not be given.
-
-    Attributes:
-        flip_elevation: turn the pictures upside down; None: only if an array explains them better so.
-        elevations: first and last row's elevation, degrees, of pictures that are not 360 × 90.
-        azimuths: first and last column's azimuth, degrees, of pictures that are not 360 × 90.
-        one_per_position: keep only the so many-th picture of each position, from 1; None: keep all.
-    """
-
-    flip_elevation: bool | None = None
-    elevations: tuple[float, float] | None = None
-    azimuths: tuple[float, float] | None = None
-    one_per_position: int | None = None
 
 
 def convert(source: Path, output: Path, conversion: Conversion = Conversion()) -> list[str]:

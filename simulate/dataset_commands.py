@@ -6,11 +6,10 @@ import json as json_format
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
 from tyro.conf import OmitArgPrefixes, Positional
 
 from simulate.command import Output
-from simulate.convert import Conversion
+from simulate.conversion import Conversion
 
 
 def convert(
@@ -42,6 +41,8 @@ def responses(dataset: Positional[Path], json: bool = False) -> None:
         dataset: dataset folder without recorded responses.
         json: print {"pictures", "retrieved", "residual_median_grey_levels", "doubtful"} as JSON.
     """
+    import numpy as np
+
     from simulate.dataset import read_dataset
     from simulate.phase_retrieval import GOOD
     from simulate.retrieval import retrieve

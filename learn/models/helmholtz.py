@@ -13,7 +13,7 @@ from torch import Tensor, nn
 
 from learn.baselines.neighbours import NEIGHBOURS
 from learn.metrics import ssim
-from learn.models.base import SpectrumModel
+from learn.models.base import Report, SpectrumModel
 from learn.models.geometry import distances
 from learn.models.kriged_field import KrigedField
 from learn.splits import evenly
@@ -121,7 +121,7 @@ class HelmholtzField(SpectrumModel):
         """
         known = np.unique(known)
         if len(known) == 1:
-            self._set({"inverse-distance": 1.0}, {"spectra": self._fitted("spectra", dataset, known)})
+            self._set({"inverse-distance": 1.0}, {"spectra": self._fitted("spectra", dataset, known, self.report)})
             return "predicts the only known spectrum everywhere"
         left_out = evenly(np.arange(len(known)), LEFT_OUT)
         truth = spectrum_of(dataset.pictures[known[left_out]])
@@ -131,7 +131,7 @@ class HelmholtzField(SpectrumModel):
         for way in (*(["responses"] if dataset.responses is not None else []), "spectra"):
             if scores.get("responses", 0) > scores.get("inverse-distance", 1) + CLEAR_LEAD:
                 break
-            fields[way] = self._fitted(way, dataset, known)
+            fields[way] = self._fitted(way, dataset, known, self.report)
             if not predicted:
                 predicted["inverse-distance"] = _left_out_by_distance(fields[way], left_out)
                 scores["inverse-distance"] = float(ssim(predicted["inverse-distance"], truth).mean())
@@ -147,9 +147,9 @@ class HelmholtzField(SpectrumModel):
             f"{together})"
         )
 
-    def _fitted(self, way: str, dataset: Dataset, known: Int[np.ndarray, " n"]) -> KrigedField:
-        field = KrigedField(self.region.cpu().numpy(), self._beamformer, way)  # type: ignore[arg-type]
-        field.report = self.report  # type: ignore[method-assign]
+    def _fitted(self, way: str, dataset: Dataset, known: Int[np.ndarray, " n"], report: Report) -> KrigedField:
+        field = KrigedField(self.region.cpu().numpy().copy(), self._beamformer, way)  # type: ignore[arg-type]
+        field.report = report  # type: ignore[method-assign]
         field.fit(dataset, known)
         return field
 
@@ -165,8 +165,9 @@ class HelmholtzField(SpectrumModel):
         predicted = np.zeros((len(left_out), *dataset.pictures.shape[1:]), np.float32)
         if len(known) < FEW:
             for fold in range(min(FOLDS, len(known))):
+                self.report(f"score by {way}", fold, FOLDS)
                 part = left_out % FOLDS == fold
-                other = self._fitted(way, dataset, known[np.arange(len(known)) % FOLDS != fold])
+                other = self._fitted(way, dataset, known[np.arange(len(known)) % FOLDS != fold], SpectrumModel.report)
                 with torch.inference_mode():
                     positions = torch.from_numpy(dataset.positions[known[left_out[part]]]).float()
                     predicted[part] = other(positions).numpy()

@@ -9,7 +9,8 @@ from PIL import Image
 from scenes.errors import InputError, ParameterError
 from simulate.array import PlanarArray
 from simulate.beamformer import Beamformer
-from simulate.convert import Conversion, convert
+from simulate.conversion import Conversion
+from simulate.convert import convert
 from simulate.dataset import inspect, read_dataset
 from simulate.dataset_writer import write_gateway, write_index, write_positions
 from simulate.spectrum import picture

@@ -1,0 +1,22 @@
+"""How to read the pictures of another program's folder: the options of ``bisplat convert``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Conversion:
+    """How to read the pictures of a folder; what a folder shows by itself need not be given.
+
+    Attributes:
+        flip_elevation: turn the pictures upside down; None: only if an array explains them better so.
+        elevations: first and last row's elevation, degrees, of pictures that are not 360 × 90.
+        azimuths: first and last column's azimuth, degrees, of pictures that are not 360 × 90.
+        one_per_position: keep only the so many-th picture of each position, from 1; None: keep all.
+    """
+
+    flip_elevation: bool | None = None
+    elevations: tuple[float, float] | None = None
+    azimuths: tuple[float, float] | None = None
+    one_per_position: int | None = None
