@@ -37,7 +37,9 @@ if TYPE_CHECKING:  # for type checkers and editors; at run time __getattr__ impo
     from simulate.array import PlanarArray as PlanarArray
     from simulate.beamformer import Beamformer as Beamformer
     from simulate.dataset import read_dataset as read_dataset
+    from simulate.lags import fit_lags as fit_lags
     from simulate.measurement import Measurement as Measurement
+    from simulate.phase_retrieval import retrieve_responses as retrieve_responses
     from simulate.propagation import Propagation as Propagation
     from simulate.simulation import simulate as simulate
     from simulate.trace import Tracer as Tracer
@@ -51,7 +53,9 @@ _HOMES = {
     "simulate.array": ("PlanarArray",),
     "simulate.beamformer": ("Beamformer",),
     "simulate.dataset": ("read_dataset",),
+    "simulate.lags": ("fit_lags",),
     "simulate.measurement": ("Measurement",),
+    "simulate.phase_retrieval": ("retrieve_responses",),
     "simulate.propagation": ("Propagation",),
     "simulate.simulation": ("simulate",),
     "simulate.trace": ("Tracer",),

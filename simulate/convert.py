@@ -90,7 +90,7 @@ def convert(source: Path, output: Path, conversion: Conversion = Conversion()) -
             picture = _in_size(path, conversion)
             (unfinished / "spectrum" / f"{name}.png").write_bytes(encode_picture(picture[::-1] if flipped else picture))
     write_positions(unfinished / "tx_pos.csv", positions[kept])
-    shutil.copy(gateway, unfinished / "gateway_info.yml")
+    shutil.copyfile(gateway, unfinished / "gateway_info.yml")
     new_name = {old_names[index]: name for index, name in zip(kept, names, strict=True)}
     said += _write_indices(source, unfinished, old_names, new_name)
     said += _state_array(sample[:, ::-1] if flipped else sample, unfinished)

@@ -61,6 +61,13 @@ def retrieve_responses(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamf
         spectra: min–max normalised spectra, 0…1.
         beamformer: the array that measured them, and their grid.
         seed: draws the starts.
+
+    >>> from simulate.spectrum import normalise
+    >>> beamformer = Beamformer()
+    >>> truth = np.random.default_rng(0).standard_normal((2, 16, 2)) @ [1, 1j]
+    >>> found = retrieve_responses(normalise(beamformer.spectrum(truth)), beamformer)
+    >>> found.responses.shape, bool((found.residual < GOOD).all())
+    ((2, 16), True)
     """
     generator = np.random.default_rng(seed)
     array = beamformer.array
