@@ -14,9 +14,9 @@ from simulate.dataset import Dataset, inspect
 from simulate.identification import larger_array
 
 SOURCES = {
-    "metadata": "from metadata.json",
-    "fitted": "found from the pictures",
-    "assumed": "assumed: the pictures do not show it",
+    "metadata": "metadata.json",
+    "fitted": "from the pictures",
+    "assumed": "assumed",
 }
 """How the array and the grid are known, for the user."""
 
@@ -61,7 +61,7 @@ class Check:
             "positions (m)": " to ".join(str(corner.round(3).tolist()) for corner in corners),
             "gateway at (m)": str(dataset.gateway_position.round(3).tolist()),
             "gateway looks along": str(boresight_of(dataset.gateway_orientation).round(3).tolist()),
-            "array": f"{array.rows} × {array.columns}, {array.spacing:.3f} wavelengths apart ({found})",
+            "array": f"{array.rows} × {array.columns}, {array.spacing:.3f} λ apart ({found})",
             "rows (elevation)": f"{grid.elevations_deg[0]:g}° to {grid.elevations_deg[-1]:g}° ({found})",
             "left unexplained": "not computed" if residual is None else f"{residual:.2f} grey levels of 255 (median)",
             "complex responses": "yes" if dataset.responses is not None else "no",

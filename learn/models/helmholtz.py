@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,7 @@ from learn.baselines.neighbours import NEIGHBOURS
 from learn.metrics import ssim
 from learn.models.base import Report, SpectrumModel
 from learn.models.geometry import distances
-from learn.models.kriged_field import KrigedField
+from learn.models.kriged_field import KrigedField, SmoothField
 from learn.splits import evenly
 from simulate.beamformer import Beamformer
 from simulate.dataset import Dataset
@@ -24,6 +23,7 @@ from simulate.spectrum import spectrum_of
 WAYS = {
     "responses": "kriging of responses",
     "spectra": "kriging of spectra",
+    "smooth-spectra": "smooth kriging of spectra",
     "inverse-distance": "inverse-distance weighting",
 }
 """The ways of interpolation, for the user."""
@@ -36,20 +36,20 @@ FEW, FOLDS = 100, 4
 without each of so many parts, which it predicts."""
 
 QUARTERS = 4
-"""Weights are multiples of one over this number."""
+"""Number of rounds of the choice of weights, which are multiples of one over this number."""
 
 CLEAR_LEAD = 0.04
 """Mean SSIM; if kriging of responses leads inverse-distance weighting by more, kriging of spectra is not tried."""
 
 
 class HelmholtzField(SpectrumModel):
-    """A weighted mean of spectra interpolated in up to three ways.
+    """A weighted mean of spectra interpolated in up to four ways.
 
-    S(r) = w₁ S_responses(r) + w₂ S_spectra(r) + w₃ S_distance(r), where S_responses and S_spectra are interpolated by
-    ``KrigedField``, and S_distance is the mean of the nearest known spectra, weighted by 1 / distance. Where known
-    positions are dense, kriging of responses is best by far. Where they are many wavelengths apart, none says much
-    about the next, and the mean of several ways errs least. ``fit`` finds the weights by which known spectra are best
-    predicted from the others (stacking, Wolpert 1992).
+    S(r) = w₁ S_responses(r) + w₂ S_spectra(r) + w₃ S_smooth(r) + w₄ S_distance(r), where S_responses and S_spectra are
+    interpolated by ``KrigedField``, S_smooth by ``SmoothField``, and S_distance is the mean of the nearest known
+    spectra, weighted by 1 / distance. Where known positions are dense, kriging of responses is best by far. Where they
+    are many wavelengths apart, none says much about the next, and the mean of several ways errs least. ``fit`` finds
+    the weights by which known spectra are best predicted from the others (stacking, Wolpert 1992).
 
     Args:
         region: as for ``SpectrumModel``; this model does not use it.
@@ -128,7 +128,7 @@ class HelmholtzField(SpectrumModel):
         fields: dict[str, KrigedField] = {}
         predicted: dict[str, Float[np.ndarray, "L 90 360"]] = {}
         scores: dict[str, float] = {}
-        for way in (*(["responses"] if dataset.responses is not None else []), "spectra"):
+        for way in (*(["responses"] if dataset.responses is not None else []), "spectra", "smooth-spectra"):
             if scores.get("responses", 0) > scores.get("inverse-distance", 1) + CLEAR_LEAD:
                 break
             fields[way] = self._fitted(way, dataset, known, self.report)
@@ -148,7 +148,7 @@ class HelmholtzField(SpectrumModel):
         )
 
     def _fitted(self, way: str, dataset: Dataset, known: Int[np.ndarray, " n"], report: Report) -> KrigedField:
-        field = KrigedField(self.region.cpu().numpy().copy(), self._beamformer, way)  # type: ignore[arg-type]
+        field = self._empty(way)
         field.report = report  # type: ignore[method-assign]
         field.fit(dataset, known)
         return field
@@ -181,20 +181,26 @@ class HelmholtzField(SpectrumModel):
     def _best_weights(
         self, predicted: Mapping[str, Float[np.ndarray, "L 90 360"]], truth: Float[np.ndarray, "L 90 360"]
     ) -> tuple[dict[str, float], float]:
-        """Weights of the ways with the highest mean SSIM, and this SSIM."""
-        candidates = [
-            np.array(quarters) / QUARTERS
-            for quarters in product(range(QUARTERS + 1), repeat=len(predicted))
-            if sum(quarters) == QUARTERS
-        ]
-        scores = []
-        for done, weights in enumerate(candidates):
-            self.report("weights", done, len(candidates))
-            mixed = sum(weight * spectra for weight, spectra in zip(weights, predicted.values(), strict=True))
-            scores.append(ssim(np.asarray(mixed, np.float32), truth).mean())
-        best = int(np.argmax(scores))
-        by_way = dict(zip(predicted, candidates[best].tolist(), strict=True))
-        return {way: weight for way, weight in by_way.items() if weight}, float(scores[best])
+        """Weights of the ways and their mean SSIM, by greedy selection (Caruana et al. 2004).
+
+        In each round, the way that raises the mean SSIM of the mean most is added to it, once more if need be.
+        """
+        total, counts, best_score = np.zeros_like(truth), dict.fromkeys(predicted, 0), 0.0
+        for taken in range(QUARTERS):
+            self.report("weights", taken, QUARTERS)
+            mixed = {way: (total + spectra) / (taken + 1) for way, spectra in predicted.items()}
+            scores = {way: float(ssim(spectra, truth).mean()) for way, spectra in mixed.items()}
+            best = max(scores, key=lambda way: scores[way])
+            total, best_score = total + predicted[best], scores[best]
+            counts[best] += 1
+        return {way: count / QUARTERS for way, count in counts.items() if count}, best_score
+
+    def _empty(self, way: str) -> KrigedField:
+        """A field of a way, without known spectra."""
+        region = self.region.cpu().numpy().copy()
+        if way == "smooth-spectra":
+            return SmoothField(region, self._beamformer)
+        return KrigedField(region, self._beamformer, "responses" if way == "responses" else "spectra")
 
     def _set(self, weights: dict[str, float], fields: Mapping[str, KrigedField]) -> None:
         """Use these weights; of the fields keep those that are needed."""
@@ -216,7 +222,7 @@ class HelmholtzField(SpectrumModel):
             prefix = f"fields.{way}."
             of_field = {name.removeprefix(prefix): each for name, each in state_dict.items() if name.startswith(prefix)}
             if of_field:
-                fields[way] = KrigedField(np.zeros((2, 3)), self._beamformer, way)  # type: ignore[arg-type]
+                fields[way] = self._empty(way)
                 fields[way].load_state_dict(of_field)
         self.fields = nn.ModuleDict(fields)
         loaded = super().load_state_dict(state_dict, strict, assign)

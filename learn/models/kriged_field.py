@@ -19,9 +19,6 @@ from simulate.beamformer import Beamformer
 from simulate.dataset import Dataset
 from simulate.spectrum import LARGEST_GREY
 
-NEIGHBOURS = 32
-"""Number of known positions, the nearest ones, that a prediction is made from."""
-
 DIRECTIONS = 100
 """Number of directions of the plane waves, spread evenly over the sphere."""
 
@@ -76,6 +73,9 @@ class KrigedField(SpectrumModel):
         solve: solver of the kriging equations, from (matrices, right-hand sides) to solutions.
     """
 
+    neighbours = 32
+    """Number of known positions, the nearest ones, that a prediction is made from."""
+
     places: Tensor
     times: Tensor
     values: Tensor
@@ -122,7 +122,7 @@ class KrigedField(SpectrumModel):
         self._keep(dataset, known)
         if len(known) > 1:  # a single spectrum determines no covariance
             what = "responses" if self._of_responses else "spectra"
-            fit_covariance(self, NEIGHBOURS, partial(self.report, f"covariance of {what}"))
+            fit_covariance(self, self.neighbours, partial(self.report, f"covariance of {what}"))
         return f"length {self.length:.2f} m, drift {self.drift:.0f} spectra, nugget {self.nugget:.1e}"
 
     def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"]:
@@ -222,7 +222,7 @@ class KrigedField(SpectrumModel):
         distance = distances(positions, self.places)
         if left_out is not None:
             distance = distance.index_put((torch.arange(len(positions)), left_out), torch.tensor(torch.inf))
-        distance, near = distance.topk(min(NEIGHBOURS, len(self.places) - (left_out is not None)), largest=False)
+        distance, near = distance.topk(min(self.neighbours, len(self.places) - (left_out is not None)), largest=False)
         # Coordinates relative to the new position are small, and single precision suffices for them.
         relative_positions = self.places[near] - positions[:, None]
         origin = torch.zeros_like(relative_positions[:, :1])
@@ -271,3 +271,31 @@ class KrigedField(SpectrumModel):
             if name in state_dict:
                 setattr(self, name, torch.empty_like(state_dict[name]))
         return super().load_state_dict(state_dict, strict, assign)
+
+
+class SmoothField(KrigedField):
+    """Kriging of spectra by the squared exponential e^(−|Δ|²/2ℓ²), without waves.
+
+    Where known positions are many wavelengths apart, the waves between them cannot be followed, but the spectra's slow
+    change over metres can.
+
+    Args:
+        region: as for ``KrigedField``.
+        beamformer: as for ``KrigedField``.
+    """
+
+    neighbours = 64
+
+    def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer):
+        super().__init__(region, beamformer, "spectra")
+
+    def covariance(
+        self,
+        a: Float[Tensor, "*b n 3"],
+        b: Float[Tensor, "*b m 3"],
+        fading: Float[Tensor, "*b n m"],
+        shares: Float[Tensor, " J"],
+        length: Float[Tensor, ""],
+    ) -> Float[Tensor, "*b n m"]:
+        """The squared exponential, times the drift's factor."""
+        return torch.exp(-(distances(a, b) / length).square() / 2) * fading
