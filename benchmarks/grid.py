@@ -25,7 +25,8 @@ from simulate.angular_grid import AngularGrid
 from simulate.array import PlanarArray
 from simulate.beamformer import Beamformer
 from simulate.dataset import read_dataset
-from simulate.lags import examined, fit_grids, fit_lags
+from simulate.evenly import evenly
+from simulate.lags import EXAMINED, fit_grids, fit_lags
 from simulate.phase_retrieval import GOOD, retrieve_responses
 from simulate.spectrum import LARGEST_GREY, normalise, spectrum_of
 
@@ -46,7 +47,7 @@ def main(
     if smallest:
         spectra = spectra[:4]
     began = time.perf_counter()
-    best = fit_grids(examined(spectra))[0].beamformer
+    best = fit_grids(evenly(spectra, EXAMINED))[0].beamformer
     result: dict[str, float] = {
         "found_elevation_first_deg": best.grid.elevation_first_deg,
         "found_spacing_wavelengths": round(best.array.spacing, 4),

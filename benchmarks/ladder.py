@@ -27,9 +27,10 @@ from tyro.conf import Positional
 from learn.baselines.neighbours import inverse_distance, nearest
 from learn.metrics import ssim
 from learn.models.kriged_field import KrigedField
-from learn.splits import BLOCK, EVERY, evenly, split
+from learn.splits import BLOCK, EVERY, split
 from learn.training.run_folder import predict
 from simulate.dataset import Dataset, read_dataset
+from simulate.evenly import evenly
 from simulate.spectrum import spectrum_of
 
 MOST_TESTED = 300

@@ -28,8 +28,9 @@ from tyro.conf import Positional
 
 from learn.metrics import ssim
 from learn.models.kriged_field import KrigedField
-from learn.splits import SplitKind, evenly, split
+from learn.splits import SplitKind, split
 from simulate.dataset import Dataset, read_dataset
+from simulate.evenly import evenly
 from simulate.spectrum import spectrum_of
 
 NEAREST = 1, 2, 3, 4, 8, 16, 32

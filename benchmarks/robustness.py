@@ -24,13 +24,14 @@ from learn.comparison.baseline_methods import BASELINES
 from learn.comparison.task import Task
 from learn.metrics import ssim
 from learn.models.helmholtz import HelmholtzField
-from learn.splits import SplitKind, evenly
+from learn.splits import SplitKind
 from learn.training.run_folder import predict
 from scenes.description import Gateway, Scene, Transmitter, facing
 from scenes.materials import p2040_materials
 from scenes.mesh_import import import_scene
 from scenes.scene_yaml import load_scene
 from simulate.dataset import Dataset, read_dataset
+from simulate.evenly import evenly
 from simulate.propagation import Propagation
 from simulate.simulation import simulate
 from simulate.spectrum import spectrum_of

@@ -104,16 +104,3 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
             f"found {count}, which leaves {len(result.train)}, {len(result.validation)} and {len(result.test)}"
         )
     return result
-
-
-def evenly(indices: Int[np.ndarray, " n"], most: int) -> Int[np.ndarray, " m"]:
-    """At most ``most`` of the indices, evenly spread over them.
-
-    Args:
-        indices: indices in any order.
-        most: largest number of indices to return.
-
-    >>> evenly(np.arange(10), 3).tolist()
-    [0, 4, 9]
-    """
-    return indices[np.unique(np.linspace(0, len(indices) - 1, min(most, len(indices))).astype(int))]

@@ -20,9 +20,10 @@ from simulate.angular_grid import COLUMNS, ROWS, AngularGrid
 from simulate.conversion import Conversion
 from simulate.dataset_reader import picture_files, read_any_picture, read_points
 from simulate.dataset_writer import encode_picture, write_index, write_metadata, write_positions
+from simulate.evenly import evenly
 from simulate.generate import picture_names, progress_bar
 from simulate.identification import identify, larger_array
-from simulate.lags import examined
+from simulate.lags import EXAMINED
 
 SIXTEEN_BITS = 257
 """65535 / 255: grey levels of 16 bits per grey level of 8 bits."""
@@ -51,7 +52,8 @@ def convert(source: Path, output: Path, conversion: Conversion = Conversion()) -
     if not gateway.is_file():
         raise InputError(f"{gateway}: expected the gateway's position and orientation, found no such file")
     positions = read_points(source / "tx_pos.csv")
-    files, said = _numbered(source / "spectrum")
+    files = picture_files(source / "spectrum")
+    said = ["numbered the pictures from 1 instead of 0"] if int(files[0].stem) == 0 else []
     if len(files) > len(positions):
         raise InputError(
             f"{source / 'tx_pos.csv'}: expected a row for each of the {len(files)} pictures, found "
@@ -64,7 +66,7 @@ def convert(source: Path, output: Path, conversion: Conversion = Conversion()) -
         said.append(f"kept picture {conversion.one_per_position} of each position: {len(kept)} of {len(files)}")
 
     files = [files[index] for index in kept]
-    sample = np.stack([_in_size(path, conversion) for path in examined(np.array(files, object))])
+    sample = np.stack([_in_size(path, conversion) for path in evenly(np.array(files, object), EXAMINED)])
     flipped = conversion.flip_elevation
     if flipped is None:
         found = identify(sample, None)
@@ -98,13 +100,6 @@ def convert(source: Path, output: Path, conversion: Conversion = Conversion()) -
         output.rmdir()
     unfinished.rename(output)
     return said
-
-
-def _numbered(folder: Path) -> tuple[list[Path], list[str]]:
-    """All pictures by number, and a sentence if the numbers begin at 0."""
-    files = picture_files(folder)
-    zero = [path for path in folder.glob("*.png") if path.stem.isdecimal() and int(path.stem) == 0]
-    return [*zero, *files], ["numbered the pictures from 1 instead of 0"] if zero else []
 
 
 def _kept(positions: Float[np.ndarray, "K 3"], number: int | None) -> Int[np.ndarray, " n"]:

@@ -47,9 +47,10 @@ def responses(dataset: Positional[Path], json: bool = False) -> None:
     from simulate.phase_retrieval import GOOD
     from simulate.retrieval import retrieve
 
-    residual = retrieve(dataset).residual
+    given = read_dataset(dataset)
+    residual = retrieve(given).residual
     good = residual < GOOD
-    doubtful = [name for name, fine in zip(read_dataset(dataset).names, good, strict=True) if not fine]
+    doubtful = [name for name, fine in zip(given.names, good, strict=True) if not fine]
     if json:
         result = {
             "pictures": len(residual),

@@ -85,14 +85,14 @@ def _zeros(shape: tuple[int, ...]) -> UInt8[np.ndarray, "*shape"]:
 
 
 def picture_files(folder: Path) -> list[Path]:
-    """The pictures of a dataset's folder ``spectrum``, by number.
+    """The pictures of a dataset's folder ``spectrum``, by number; other programs number them from 0.
 
     Raises:
         InputError: there is no such folder, or no picture whose name is a number in it.
     """
     if not folder.is_dir():
         raise InputError(f"{folder}: expected a folder of pictures, found {what_is_at(folder)}")
-    files = [path for path in folder.glob("*.png") if path.stem.isdecimal() and int(path.stem) > 0]
+    files = [path for path in folder.glob("*.png") if path.stem.isdecimal()]
     if not files:
         raise InputError(f"{folder}: expected pictures 00001.png and on, found none")
     return sorted(files, key=lambda path: int(path.stem))
@@ -110,9 +110,8 @@ def read_pictures(folder: Path, problems: list[str]) -> tuple[list[str], UInt8[n
     """
     try:
         files = picture_files(folder)
-        zero = [path for path in folder.glob("*.png") if path.stem.strip("0") == ""]
-        if zero:
-            found = f"found {zero[0].name}; bisplat convert numbers them from 1"
+        if int(files[0].stem) == 0:
+            found = f"found {files[0].name}; bisplat convert numbers them from 1"
             raise InputError(f"{folder}: expected pictures 00001.png and on, {found}")
     except InputError as error:
         problems.append(str(error))

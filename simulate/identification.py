@@ -11,7 +11,8 @@ from jaxtyping import UInt8
 from simulate.angular_grid import AngularGrid
 from simulate.array import PlanarArray
 from simulate.beamformer import Beamformer
-from simulate.lags import GRIDS, LagFit, examined, fit_grids, fit_lags
+from simulate.evenly import evenly
+from simulate.lags import EXAMINED, GRIDS, LagFit, fit_grids, fit_lags
 from simulate.spectrum import spectrum_of
 
 EXPLAINED = 0.6
@@ -80,7 +81,7 @@ def identify(pictures: UInt8[np.ndarray, "K 90 360"], stated: Beamformer | None)
     """
     if not len(pictures):
         return Identification(stated or Beamformer(), "metadata" if stated else "assumed", None)
-    spectra = spectrum_of(examined(pictures))
+    spectra = spectrum_of(evenly(pictures, EXAMINED))
     if stated is not None:
         small = stated.array.elements <= MOST_ELEMENTS
         return Identification(stated, "metadata", fit_lags(spectra, stated).median_residual if small else None)
@@ -97,7 +98,7 @@ def larger_array(pictures: UInt8[np.ndarray, "K 90 360"]) -> LagFit | None:
     Args:
         pictures: 8-bit pictures.
     """
-    spectra = spectrum_of(examined(pictures))
+    spectra = spectrum_of(evenly(pictures, EXAMINED))
     # Upwards: a larger array with a smaller spacing explains the pictures of a smaller one, too.
     fits = (fit_grids(spectra, size, size, GRIDS[:2])[0] for size in range(5, LARGEST_SIZE + 1))
     return next((fit for fit in fits if fit.median_residual < EXPLAINED), None)

@@ -16,6 +16,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+from operator import attrgetter
 
 import numpy as np
 from jaxtyping import Complex, Float, Int
@@ -153,12 +154,14 @@ def fit_grids(
         The fits on the two best grids, the best first.
     """
 
+    by_residual = attrgetter("median_residual")
+
     def fitted(spacing: float, grid: AngularGrid) -> LagFit:
         return fit_lags(spectra, Beamformer(PlanarArray(rows, columns, float(spacing)), grid))
 
-    coarse = [min((fitted(spacing, grid) for spacing in SPACINGS), key=_median_residual) for grid in grids]
+    coarse = [min((fitted(spacing, grid) for spacing in SPACINGS), key=by_residual) for grid in grids]
     refined = []
-    for fit in sorted(coarse, key=_median_residual)[:2]:
+    for fit in sorted(coarse, key=by_residual)[:2]:
         grid, near = fit.beamformer.grid, fit.beamformer.array.spacing
         spacing = minimize_scalar(
             lambda spacing, grid=grid: fitted(spacing, grid).median_residual,
@@ -167,13 +170,4 @@ def fit_grids(
             options={"xatol": 1e-4},
         ).x
         refined.append(fitted(round(spacing, SPACING_DIGITS), grid))
-    return sorted(refined, key=_median_residual)
-
-
-def _median_residual(fit: LagFit) -> float:
-    return fit.median_residual
-
-
-def examined(spectra: Float[np.ndarray, "K 90 360"]) -> Float[np.ndarray, "E 90 360"]:
-    """At most ``EXAMINED`` spectra, evenly spread over a folder's."""
-    return spectra[np.unique(np.linspace(0, len(spectra) - 1, min(EXAMINED, len(spectra))).astype(int))]
+    return sorted(refined, key=by_residual)

@@ -2,40 +2,36 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 
 from scenes.errors import InputError
-from simulate.dataset import read_dataset
+from simulate.dataset import Dataset
 from simulate.dataset_reader import read_points
 from simulate.dataset_writer import write_arrays
 from simulate.generate import progress_bar
-from simulate.phase_retrieval import Retrieval, retrieve_responses
+from simulate.phase_retrieval import AT_ONCE, Retrieval, retrieve_responses
 from simulate.spectrum import spectrum_of
 
-BATCH = 100
-"""Pictures after which the result so far is written, so that an interruption loses no more."""
 
-
-def retrieve(folder: Path) -> Retrieval:
+def retrieve(dataset: Dataset) -> Retrieval:
     """Write channels.npz with responses retrieved from the pictures; continue if it was interrupted.
+
+    After each ``AT_ONCE`` pictures the result so far is written, so that an interruption loses no more.
 
     The file holds ``channels`` (complex64 [rows of tx_pos.csv, elements], not a number where a row has no picture),
     ``residual`` (grey levels), and ``retrieved``, which is True: readers can tell them from recorded responses, whose
     phases can be compared from one position to another.
 
     Args:
-        folder: a dataset folder.
+        dataset: a dataset; the file is written to its folder.
 
     Returns:
         The responses of the dataset's pictures.
 
     Raises:
-        InputError: the folder is no dataset, has recorded responses, or its pictures are not those of a known array.
+        InputError: the dataset has recorded responses, or its pictures are not those of a known array.
     """
-    dataset = read_dataset(folder)
-    path = folder / "channels.npz"
+    folder, path = dataset.folder, dataset.folder / "channels.npz"
     if dataset.responses is not None:
         raise InputError(f"{path}: expected no responses yet, or retrieved ones, found recorded ones, which are better")
     known = dataset.identification
@@ -56,8 +52,8 @@ def retrieve(folder: Path) -> Retrieval:
                 responses[:done], residual[:done] = begun["channels"], begun["residual"]
     with progress_bar() as progress:
         bar = progress.add_task("pictures", total=count, completed=done)
-        for first in range(done, count, BATCH):
-            batch = slice(first, min(first + BATCH, count))
+        for first in range(done, count, AT_ONCE):
+            batch = slice(first, min(first + AT_ONCE, count))
             found = retrieve_responses(spectrum_of(dataset.pictures[batch]), beamformer, seed=first)
             responses[batch], residual[batch] = found.responses, found.residual
             write_arrays(partial, {"channels": responses[: batch.stop], "residual": residual[: batch.stop]})

@@ -21,10 +21,11 @@ from learn.baselines.array_ceiling import CEILING, SAMPLES, array_ceiling
 from learn.comparison.task import Method, Task
 from learn.metrics import Scores, score
 from learn.output_folder import claim
-from learn.splits import SplitKind, evenly, split
+from learn.splits import SplitKind, split
 from learn.training.run_folder import device_name
 from scenes.atomic import write_atomically
 from simulate.dataset import Dataset, read_dataset
+from simulate.evenly import evenly
 from simulate.spectrum import spectrum_of
 
 SPLIT_SEED = 0

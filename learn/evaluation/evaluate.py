@@ -12,10 +12,10 @@ from jaxtyping import Float, Int
 from learn.baselines.array_ceiling import CEILING, SAMPLES, array_ceiling
 from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.metrics import Scores, score
-from learn.splits import evenly
 from learn.training.run_folder import Run, load_run
 from scenes.errors import InputError
 from simulate.dataset import Dataset, read_dataset, read_index
+from simulate.evenly import evenly
 from simulate.spectrum import spectrum_of
 
 JSON_NAMES = {

@@ -15,9 +15,10 @@ from learn.metrics import ssim
 from learn.models.base import Report, SpectrumModel
 from learn.models.geometry import distances
 from learn.models.kriged_field import KrigedField, SmoothField
-from learn.splits import evenly
+from simulate.angular_grid import COLUMNS, ROWS
 from simulate.beamformer import Beamformer
 from simulate.dataset import Dataset
+from simulate.evenly import evenly
 from simulate.spectrum import spectrum_of
 
 WAYS = {
@@ -31,12 +32,16 @@ WAYS = {
 LEFT_OUT = 64
 """Number of known spectra, evenly spread, that each way of interpolation predicts from the others."""
 
-FEW, FOLDS = 100, 4
-"""Where fewer spectra are known, a covariance fitted to all of them predicts them too well: it is then fitted once more
-without each of so many parts, which it predicts."""
+FEW, FOLDS = 100, 8
+"""Where fewer spectra are known, a covariance fitted to all of them predicts them too well. A way that even so is worse
+than inverse-distance weighting is dropped. The covariance of the others is fitted once more without each of so many
+parts, and then predicts that part."""
 
 QUARTERS = 4
 """Number of rounds of the choice of weights, which are multiples of one over this number."""
+
+LEAST_GAIN = 0.003
+"""Mean SSIM; where a mean of several ways gains less, which can be chance, the best one is used alone."""
 
 CLEAR_LEAD = 0.04
 """Mean SSIM; if kriging of responses leads inverse-distance weighting by more, kriging of spectra is not tried."""
@@ -131,12 +136,18 @@ class HelmholtzField(SpectrumModel):
         for way in (*(["responses"] if dataset.responses is not None else []), "spectra", "smooth-spectra"):
             if scores.get("responses", 0) > scores.get("inverse-distance", 1) + CLEAR_LEAD:
                 break
-            fields[way] = self._fitted(way, dataset, known, self.report)
+            field = fields[way] = self._fitted(way, dataset, known, self.report)
             if not predicted:
-                predicted["inverse-distance"] = _left_out_by_distance(fields[way], left_out)
+                predicted["inverse-distance"] = _left_out_by_distance(field, left_out)
                 scores["inverse-distance"] = float(ssim(predicted["inverse-distance"], truth).mean())
-            predicted[way] = self._left_out(way, fields[way], dataset, known, left_out)
-            scores[way] = float(ssim(predicted[way], truth).mean())
+            spectra = _left_out_by_kriging(field, left_out)
+            scores[way] = float(ssim(spectra, truth).mean())
+            if len(known) < FEW:
+                if scores[way] < scores["inverse-distance"]:
+                    continue
+                spectra = self._left_out_of_folds(way, dataset, known, left_out)
+                scores[way] = float(ssim(spectra, truth).mean())
+            predicted[way] = spectra
         weights, score = self._best_weights(predicted, truth)
         self._set(weights, fields)
         parts = [f"{weight:.0%} {WAYS[way]}" for way, weight in sorted(weights.items(), key=lambda item: -item[1])]
@@ -153,29 +164,17 @@ class HelmholtzField(SpectrumModel):
         field.fit(dataset, known)
         return field
 
-    def _left_out(
-        self,
-        way: str,
-        field: KrigedField,
-        dataset: Dataset,
-        known: Int[np.ndarray, " n"],
-        left_out: Int[np.ndarray, " L"],
+    def _left_out_of_folds(
+        self, way: str, dataset: Dataset, known: Int[np.ndarray, " n"], left_out: Int[np.ndarray, " L"]
     ) -> Float[np.ndarray, "L 90 360"]:
-        """Some known spectra, each predicted by kriging from others."""
-        predicted = np.zeros((len(left_out), *dataset.pictures.shape[1:]), np.float32)
-        if len(known) < FEW:
-            for fold in range(min(FOLDS, len(known))):
-                self.report(f"score by {way}", fold, FOLDS)
-                part = left_out % FOLDS == fold
-                other = self._fitted(way, dataset, known[np.arange(len(known)) % FOLDS != fold], SpectrumModel.report)
-                with torch.inference_mode():
-                    positions = torch.from_numpy(dataset.positions[known[left_out[part]]]).float()
-                    predicted[part] = other(positions).numpy()
-            return predicted
-        for row, index in enumerate(left_out):
-            self.report(f"score by {way}", row, len(left_out))
-            with torch.inference_mode():
-                predicted[row] = field(field.places[[index]], torch.tensor([index])).numpy()[0]
+        """As ``_left_out_by_kriging``, with covariances fitted without the part that they predict."""
+        predicted = np.zeros((len(left_out), ROWS, COLUMNS), np.float32)
+        for fold in range(FOLDS):
+            self.report(f"score by {way}", fold, FOLDS)
+            field = self._fitted(way, dataset, known[np.arange(len(known)) % FOLDS != fold], SpectrumModel.report)
+            field.keep(dataset, known)
+            part = left_out % FOLDS == fold
+            predicted[part] = _left_out_by_kriging(field, left_out[part])
         return predicted
 
     def _best_weights(
@@ -183,17 +182,23 @@ class HelmholtzField(SpectrumModel):
     ) -> tuple[dict[str, float], float]:
         """Weights of the ways and their mean SSIM, by greedy selection (Caruana et al. 2004).
 
-        In each round, the way that raises the mean SSIM of the mean most is added to it, once more if need be.
+        In each round, the way that raises the mean SSIM of the mean most is added to it, once more if need be. A gain
+        over the best single way of less than ``LEAST_GAIN`` is left.
         """
-        total, counts, best_score = np.zeros_like(truth), dict.fromkeys(predicted, 0), 0.0
+        total, counts, score = np.zeros_like(truth), dict.fromkeys(predicted, 0), 0.0
+        single, single_score = "", 0.0
         for taken in range(QUARTERS):
             self.report("weights", taken, QUARTERS)
             mixed = {way: (total + spectra) / (taken + 1) for way, spectra in predicted.items()}
             scores = {way: float(ssim(spectra, truth).mean()) for way, spectra in mixed.items()}
             best = max(scores, key=lambda way: scores[way])
-            total, best_score = total + predicted[best], scores[best]
+            total, score = total + predicted[best], scores[best]
             counts[best] += 1
-        return {way: count / QUARTERS for way, count in counts.items() if count}, best_score
+            if taken == 0:
+                single, single_score = best, score
+        if score < single_score + LEAST_GAIN:
+            return {single: 1.0}, single_score
+        return {way: count / QUARTERS for way, count in counts.items() if count}, score
 
     def _empty(self, way: str) -> KrigedField:
         """A field of a way, without known spectra."""
@@ -250,3 +255,12 @@ def _left_out_by_distance(field: KrigedField, left_out: Int[np.ndarray, " L"]) -
     distance[torch.arange(len(index)), index] = torch.inf
     with torch.inference_mode():
         return by_distance(field, distance).numpy()
+
+
+def _left_out_by_kriging(field: KrigedField, left_out: Int[np.ndarray, " L"]) -> Float[np.ndarray, "L 90 360"]:
+    """Some known spectra, each predicted by kriging from the others."""
+    predicted = np.zeros((len(left_out), ROWS, COLUMNS), np.float32)
+    for row, index in enumerate(left_out):
+        with torch.inference_mode():
+            predicted[row] = field(field.places[[index]], torch.tensor([index])).numpy()[0]
+    return predicted

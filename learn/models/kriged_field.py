@@ -118,18 +118,28 @@ class KrigedField(SpectrumModel):
         Returns:
             What was found, as a sentence for the user.
         """
-        known = np.unique(known)
-        self._keep(dataset, known)
-        if len(known) > 1:  # a single spectrum determines no covariance
+        self.keep(dataset, np.unique(known))
+        if len(self.places) > 1:  # a single spectrum determines no covariance
             what = "responses" if self._of_responses else "spectra"
             fit_covariance(self, self.neighbours, partial(self.report, f"covariance of {what}"))
         return f"length {self.length:.2f} m, drift {self.drift:.0f} spectra, nugget {self.nugget:.1e}"
+
+    @property
+    def first_length(self) -> float:
+        """The length ℓ at which the search for the most likely one begins, metres."""
+        return 10 * float(self.wavelength)
 
     def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"]:
         """Kriging variance relative to the field's variance: about 0 at a known position, 1 far from all of them."""
         return self.interpolated(positions)[1]
 
-    def _keep(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
+    def keep(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
+        """Interpolate between these spectra from now on; the covariance remains.
+
+        Args:
+            dataset: as for ``fit``.
+            known: indices of the spectra to interpolate, ascending.
+        """
         self.places = torch.from_numpy(dataset.positions[known]).float()
         self.times = torch.from_numpy(known).float()
         self.wavelength = torch.tensor(dataset.wavelength).float()
@@ -288,6 +298,11 @@ class SmoothField(KrigedField):
 
     def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer):
         super().__init__(region, beamformer, "spectra")
+
+    @property
+    def first_length(self) -> float:
+        """A tenth of the known positions' largest extent, metres."""
+        return float((self.places.amax(dim=0) - self.places.amin(dim=0)).max()) / 10
 
     def covariance(
         self,

@@ -10,10 +10,11 @@ import numpy as np
 import torch
 from jaxtyping import Float, Int
 from scipy.optimize import minimize
+from threadpoolctl import threadpool_limits
 from torch import Tensor
 
 from learn.models.geometry import distances
-from learn.splits import evenly
+from simulate.evenly import evenly
 
 FITTED_ON = 200
 """Number of terms of the likelihood, evenly spread over the known positions in random order."""
@@ -42,7 +43,7 @@ class Kriged(Protocol):
 
     places: Tensor
     times: Tensor
-    wavelength: Tensor
+    first_length: float
     shares: Tensor
     length: Tensor
     drift: Tensor
@@ -55,6 +56,7 @@ class Kriged(Protocol):
     def covariance(self, a: Tensor, b: Tensor, fading: Tensor, shares: Tensor, length: Tensor) -> Tensor: ...
 
 
+@threadpool_limits.wrap(1)  # threads that wait for each other take longer over such small matrices
 def fit_covariance(
     field: Kriged, neighbours_most: int, report: Callable[[int, int], None] = lambda done, most: None
 ) -> None:
@@ -105,7 +107,7 @@ def fit_covariance(
         (gradient,) = torch.autograd.grad(objective, unconstrained)
         return float(objective.detach()), gradient.numpy()
 
-    start = np.append(np.zeros(len(field.shares)), np.log([10 * float(field.wavelength), 100 * len(order), 0.1]))
+    start = np.append(np.zeros(len(field.shares)), np.log([field.first_length, 100 * len(order), 0.1]))
     bounds = [(-10.0, 10.0)] * len(field.shares)
     bounds += [tuple(start[-3] + np.log([0.001, 10.0])), (0.0, np.log(DRIFT_MOST)), (np.log(NUGGET_LEAST), 0.0)]
     minimum = minimize(

@@ -13,8 +13,9 @@ from torch.utils.data.distributed import DistributedSampler
 
 from learn.metrics import ssim
 from learn.models.base import SpectrumModel
-from learn.splits import Split, evenly
+from learn.splits import Split
 from simulate.dataset import Dataset
+from simulate.evenly import evenly
 from simulate.spectrum import LARGEST_GREY, spectrum_of
 
 WARM_UP = 0.05

@@ -17,7 +17,7 @@ from learn.metrics import ssim
 from learn.models.base import SpectrumModel
 from learn.models.registry import DEFAULT_MODEL, check_options, model_entry
 from learn.output_folder import claim
-from learn.splits import Split, SplitKind, evenly, split
+from learn.splits import Split, SplitKind, split
 from learn.training.by_steps import train_by_steps
 from learn.training.config import Config, Steps, read_config, write_config
 from learn.training.fit_progress import FitProgress
@@ -26,6 +26,7 @@ from learn.training.run_folder import Run, build_model, load_run, load_weights, 
 from scenes.errors import ParameterError, require_positive
 from scenes.shapes import bounding_box
 from simulate.dataset import Dataset, read_dataset
+from simulate.evenly import evenly
 from simulate.spectrum import spectrum_of
 
 

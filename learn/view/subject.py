@@ -18,7 +18,7 @@ from learn.baselines.neighbours import NEIGHBOURS, inverse_distance, nearest
 from learn.evaluation.crossvalidate import seen_by
 from learn.metrics import ssim
 from learn.models.splat import Splats
-from learn.splits import Split, evenly
+from learn.splits import Split
 from learn.training.run_folder import Run, load_run
 from scenes.description import SPEED_OF_LIGHT, Gateway, Scene
 from scenes.errors import InputError
@@ -27,6 +27,7 @@ from scenes.shapes import bounding_box
 from simulate.array import PlanarArray
 from simulate.beamformer import Beamformer
 from simulate.dataset import NERF2_FREQUENCY, Dataset, read_dataset
+from simulate.evenly import evenly
 from simulate.propagation import Propagation
 from simulate.request import propagation_of
 from simulate.spectrum import picture, spectrum_of

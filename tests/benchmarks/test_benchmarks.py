@@ -33,3 +33,18 @@ def test_benchmark_prints_one_json_object(name, run_python, small_dataset, short
     assert isinstance(figures, dict) and figures
     for figure in [each for each in arguments if each.endswith(".png")]:
         assert Path(figure).stat().st_size > 1000
+
+
+def test_help_of_every_benchmark_starts_without_lightning(run_python):
+    script = (
+        "import contextlib, runpy, sys\n"
+        "sys.path.insert(0, 'benchmarks')\n"
+        "names, sys.argv[1:] = sys.argv[1:], ['--help']\n"
+        "for name in names:\n"
+        "    with contextlib.suppress(SystemExit):\n"
+        "        runpy.run_path(f'benchmarks/{name}', run_name='__main__')\n"
+        "print('lightning' in sys.modules)"
+    )
+    printed = run_python("-c", script, *BENCHMARKS)
+    assert printed.count("usage:") == len(BENCHMARKS)
+    assert printed.endswith("False\n")

@@ -9,7 +9,8 @@ from simulate.angular_grid import AngularGrid
 from simulate.array import PlanarArray
 from simulate.beamformer import Beamformer
 from simulate.dataset import read_dataset
-from simulate.lags import examined, fit_grids, fit_lags, lag_functions, lag_vectors
+from simulate.evenly import evenly
+from simulate.lags import EXAMINED, fit_grids, fit_lags, lag_functions, lag_vectors
 from simulate.spectrum import normalise, picture, spectrum_of
 
 MEASURED = Path(__file__).parents[3] / "shared" / "data" / "rfid-s23-160"
@@ -73,7 +74,7 @@ def test_another_array_is_told_by_its_residual():
 @pytest.mark.skipif(not MEASURED.is_dir(), reason="the measured sample is not beside this checkout")
 def test_measured_pictures_begin_at_the_horizon_and_their_array_is_16_cm_at_920_mhz():
     spectra = spectrum_of(read_dataset(MEASURED).pictures)
-    found = fit_grids(examined(spectra))[0].beamformer
+    found = fit_grids(evenly(spectra, EXAMINED))[0].beamformer
     assert found.grid == AngularGrid(0.0)
     assert found.array.spacing == pytest.approx(0.491, abs=0.003)
     residual = fit_lags(spectra, found).median_residual

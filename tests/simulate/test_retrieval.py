@@ -35,7 +35,7 @@ def folder(tmp_path):
 
 
 def test_retrieved_responses_make_the_pictures_and_are_not_taken_for_recorded_ones(folder):
-    found = retrieve(folder)
+    found = retrieve(read_dataset(folder))
     assert (found.residual < 0.5).all()
     dataset = read_dataset(folder)
     assert dataset.responses is None
@@ -46,13 +46,13 @@ def test_retrieved_responses_make_the_pictures_and_are_not_taken_for_recorded_on
         assert archive["retrieved"] and archive["channels"].shape == (COUNT + 1, 16)
         assert np.isnan(archive["channels"][-1]).all() and np.isfinite(archive["residual"][:-1]).all()
     first = (folder / "channels.npz").read_bytes()
-    retrieve(folder)
+    retrieve(read_dataset(folder))
     assert (folder / "channels.npz").read_bytes() == first
 
 
 def test_interrupted_retrieval_goes_on_with_the_same_result(folder, monkeypatch):
-    monkeypatch.setattr("simulate.retrieval.BATCH", 2)
-    whole = retrieve(folder)
+    monkeypatch.setattr("simulate.retrieval.AT_ONCE", 2)
+    whole = retrieve(read_dataset(folder))
     (folder / "channels.npz").unlink()
     batches = []
 
@@ -67,8 +67,8 @@ def test_interrupted_retrieval_goes_on_with_the_same_result(folder, monkeypatch)
     with monkeypatch.context() as patch:
         patch.setattr("simulate.retrieval.retrieve_responses", interrupted)
         with pytest.raises(KeyboardInterrupt):
-            retrieve(folder)
-        again = retrieve(folder)
+            retrieve(read_dataset(folder))
+        again = retrieve(read_dataset(folder))
     assert batches == [0, 2, 2]  # the first batch only once
     np.testing.assert_array_equal(again.responses, whole.responses)
     assert not list(folder.glob("*partial*"))
@@ -77,7 +77,7 @@ def test_interrupted_retrieval_goes_on_with_the_same_result(folder, monkeypatch)
 def test_recorded_responses_are_not_replaced(folder):
     write_responses(folder / "channels.npz", np.ones((COUNT + 1, 16)))
     with pytest.raises(InputError, match="found recorded ones"):
-        retrieve(folder)
+        retrieve(read_dataset(folder))
     assert read_dataset(folder).responses is not None
 
 
@@ -86,6 +86,6 @@ def test_pictures_of_no_array_are_refused(folder):
     for number, image in enumerate(noise, start=1):
         (folder / "spectrum" / f"{number:05d}.png").write_bytes(encode_picture(image))
     with pytest.raises(InputError, match="expected pictures that an array explains"):
-        retrieve(folder)
+        retrieve(read_dataset(folder))
     write_metadata(folder / "metadata.json", {"array": {}})  # stated: then it is tried
-    assert (retrieve(folder).residual > 3).all()
+    assert (retrieve(read_dataset(folder)).residual > 3).all()
