@@ -32,10 +32,10 @@ WAYS = {
 LEFT_OUT = 64
 """Number of known spectra, evenly spread, that each way of interpolation predicts from the others."""
 
-FEW, FOLDS = 100, 8
-"""Where fewer spectra are known, a covariance fitted to all of them predicts them too well. A way that even so is worse
-than inverse-distance weighting is dropped. The covariance of the others is fitted once more without each of so many
-parts, and then predicts that part."""
+FOLDS, FOLDED = 8, 400
+"""Where few spectra are known, a covariance fitted to all of them predicts them too well. A way that even so is worse
+than inverse-distance weighting is dropped. The covariance of the others is fitted once more without each of some parts,
+and then predicts that part: as many parts as make FOLDED spectra in all, at least 2 and at most FOLDS."""
 
 QUARTERS = 4
 """Number of rounds of the choice of weights, which are multiples of one over this number."""
@@ -142,10 +142,11 @@ class HelmholtzField(SpectrumModel):
                 scores["inverse-distance"] = float(ssim(predicted["inverse-distance"], truth).mean())
             spectra = _left_out_by_kriging(field, left_out)
             scores[way] = float(ssim(spectra, truth).mean())
-            if len(known) < FEW:
+            folds = min(FOLDS, FOLDED // len(known))
+            if folds > 1:
                 if scores[way] < scores["inverse-distance"]:
                     continue
-                spectra = self._left_out_of_folds(way, dataset, known, left_out)
+                spectra = self._left_out_of_folds(way, dataset, known, left_out, folds)
                 scores[way] = float(ssim(spectra, truth).mean())
             predicted[way] = spectra
         weights, score = self._best_weights(predicted, truth)
@@ -165,15 +166,15 @@ class HelmholtzField(SpectrumModel):
         return field
 
     def _left_out_of_folds(
-        self, way: str, dataset: Dataset, known: Int[np.ndarray, " n"], left_out: Int[np.ndarray, " L"]
+        self, way: str, dataset: Dataset, known: Int[np.ndarray, " n"], left_out: Int[np.ndarray, " L"], folds: int
     ) -> Float[np.ndarray, "L 90 360"]:
         """As ``_left_out_by_kriging``, with covariances fitted without the part that they predict."""
         predicted = np.zeros((len(left_out), ROWS, COLUMNS), np.float32)
-        for fold in range(FOLDS):
-            self.report(f"score by {way}", fold, FOLDS)
-            field = self._fitted(way, dataset, known[np.arange(len(known)) % FOLDS != fold], SpectrumModel.report)
+        for fold in range(folds):
+            self.report(f"score by {way}", fold, folds)
+            field = self._fitted(way, dataset, known[np.arange(len(known)) % folds != fold], SpectrumModel.report)
             field.keep(dataset, known)
-            part = left_out % FOLDS == fold
+            part = left_out % folds == fold
             predicted[part] = _left_out_by_kriging(field, left_out[part])
         return predicted
 
