@@ -65,6 +65,19 @@ def _inside(points: Float[np.ndarray, "n 3"], part: Trimesh) -> Bool[np.ndarray,
     return inside
 
 
+def holds_antennas(scene: Scene, part: Trimesh) -> bool:
+    """Whether a closed surface is that of the room: the gateway and the whole transmitter region are within it.
+
+    Args:
+        scene: the scene.
+        part: one of ``closed_parts``.
+    """
+    # The region is shrunk by a thousandth, so that a region that reaches the walls is still inside the room.
+    corners = scene.transmitter.corners()
+    corners = corners + 1e-3 * (corners.mean(axis=0) - corners)
+    return bool(_inside(np.vstack([corners, scene.gateway.position]), part).all())
+
+
 def blocking_object(scene: Scene, points: Float[np.ndarray, "n 3"]) -> list[str | None]:
     """The object that each point lies inside.
 
@@ -78,15 +91,11 @@ def blocking_object(scene: Scene, points: Float[np.ndarray, "n 3"]) -> list[str 
     Returns:
         The object's name for each point, None for points outside every object.
     """
-    # The region is shrunk by a thousandth, so that a region that reaches the walls is still inside the room.
-    corners = scene.transmitter.corners()
-    corners = corners + 1e-3 * (corners.mean(axis=0) - corners)
-    antenna_points = np.vstack([corners, scene.gateway.position])
     points = np.asarray(points, dtype=float)
     blocker: list[str | None] = [None] * len(points)
     for item in scene.objects:
         for part in closed_parts(item.mesh):
-            if _inside(antenna_points, part).all():
+            if holds_antennas(scene, part):
                 continue
             for index in np.flatnonzero(_inside(points, part)):
                 blocker[index] = item.name

@@ -14,6 +14,7 @@ from trimesh import Trimesh
 
 from scenes.atomic import write_atomically
 from scenes.bedroom import bedroom
+from scenes.closet import closet
 from scenes.conference import conference
 from scenes.description import Gateway, Scene, SceneObject, Transmitter
 from scenes.errors import InputError, did_you_mean
@@ -31,6 +32,7 @@ BUILT_IN: dict[str, Callable[[], Scene]] = {
     "conference": conference,
     "bedroom": bedroom,
     "office": office,
+    "closet": closet,
 }
 HERTZ = {"hz": 1.0, "khz": 1e3, "mhz": 1e6, "ghz": 1e9}
 
@@ -39,7 +41,7 @@ def load_scene(name_or_path: str | Path) -> Scene:
     """The built-in place of a name, or the scene that a .yaml file describes.
 
     Args:
-        name_or_path: "lab", "conference", "bedroom", "office", or the path of a scene YAML.
+        name_or_path: "lab", "conference", "bedroom", "office", "closet", or the path of a scene YAML.
 
     Returns:
         The scene.

@@ -1,0 +1,185 @@
+"""The material at every edge of the cells, from a scene's slabs and conducting sheets.
+
+An edge that a slab's surface passes near is partly in the slab. With the fraction f of a cell's width that is inside,
+
+    ε̃ = 1 + f (ε̃_s − 1)        where the edge is along the surface (the field there is continuous),
+    1/ε̃ = f/ε̃_s + (1 − f)      where it is across (the flux density is continuous),
+
+ε̃ = ε_r − jσ/ωε₀. The surface thus lies where it is, not at the nearest edge, and a board thinner than a cell is an
+equivalent sheet (Farjadpour et al. 2006 derive the same means for FDTD). A conductor is the faces between the middles
+of cells on its two sides: curved and oblique ones become staircases, up to half a cell off.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, UInt16
+from numba import njit
+
+from scenes.description import Scene
+from scenes.materials import RadioMaterial
+from simulate.fullwave.slabs import VACUUM_PERMITTIVITY, Slabs, conducting_triangles, dielectric_slabs
+from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency, numerical_permittivity
+
+CONDUCTOR, AIR = 0, 1
+"""Indices of the first two materials."""
+
+LEVELS = 40
+"""Fractions of a slab in a cell are rounded to multiples of one over this number."""
+
+CORNER = 0.06
+"""Metres from the edge of the scene at which an outer wall's slab is as at the edge, and beyond it: rooms are closed at
+their corners, although a pane may sit a little behind its wall."""
+
+TOUCH = 1e-6
+"""Barycentric tolerance, so that no line falls between two triangles of one surface."""
+
+
+@dataclass(frozen=True)
+class EdgeMaterials:
+    """The material at the middle of every edge.
+
+    Attributes:
+        index: into the two tables; axis of the edge, then its place.
+        permittivity: ε_r of each material.
+        conductivity: σ of each material, S/m; infinite for ``CONDUCTOR``.
+    """
+
+    index: UInt16[np.ndarray, "3 nx+1 ny+1 nz+1"]
+    permittivity: Float[np.ndarray, " materials"]
+    conductivity: Float[np.ndarray, " materials"]
+
+
+def edge_materials(scene: Scene, grid: YeeGrid) -> EdgeMaterials:
+    """Materials of a scene on a grid.
+
+    Args:
+        scene: the scene.
+        grid: the cells.
+    """
+    objects = dielectric_slabs(scene)
+    materials = list(dict.fromkeys(slabs.material for slabs in objects))
+    permittivity, conductivity = _tables(materials, scene, grid.cell)
+    index = np.full((3, *(size + 1 for size in grid.shape)), AIR, np.uint16)
+    room = scene.bounds + np.array([[CORNER], [-CORNER]])
+    for slabs in objects:
+        _lay(slabs, materials.index(slabs.material), index, permittivity, grid, room)
+    for triangle in conducting_triangles(scene):
+        corners = (triangle - np.asarray(grid.origin)) / grid.cell
+        for axis in range(3):
+            _cover(corners, axis, index)
+    return EdgeMaterials(index, permittivity, conductivity)
+
+
+def _tables(
+    materials: list[RadioMaterial], scene: Scene, cell: float
+) -> tuple[Float[np.ndarray, " m"], Float[np.ndarray, " m"]]:
+    """ε_r and σ of the conductor, of air, and of every material at every fraction, along and across its surface.
+
+    They have at the run's frequency (``numerical_frequency``) the effect that the materials have at the scene's.
+    """
+    loss_per_conductivity = 1 / (2 * np.pi * scene.frequency * VACUUM_PERMITTIVITY)
+    fraction = np.arange(1, LEVELS + 1) / LEVELS
+    complex_permittivity = [np.array([1.0, 1.0], complex)]
+    for material in materials:
+        given = material.relative_permittivity - 1j * material.conductivity * loss_per_conductivity
+        slab = given * numerical_permittivity(given.real, scene.wavelength, cell) / given.real
+        complex_permittivity += [1 + fraction * (slab - 1), 1 / (fraction / slab + 1 - fraction)]
+    values = np.concatenate(complex_permittivity)
+    frequency = numerical_frequency(scene.wavelength, cell)
+    conductivity = -values.imag * 2 * np.pi * frequency * VACUUM_PERMITTIVITY
+    conductivity[CONDUCTOR] = np.inf
+    return values.real, conductivity
+
+
+def _lay(
+    slabs: Slabs,
+    number: int,
+    index: UInt16[np.ndarray, "3 nx+1 ny+1 nz+1"],
+    permittivity: Float[np.ndarray, " m"],
+    grid: YeeGrid,
+    room: Float[np.ndarray, "2 3"],
+) -> None:
+    """Write an object's slabs into the index. Where slabs overlap, the one of larger permittivity counts."""
+    origin, cell = np.asarray(grid.origin), grid.cell
+    for triangle, normal, start, stop, outer in zip(
+        slabs.triangles, slabs.normals, slabs.start, slabs.stop, slabs.outer, strict=True
+    ):
+        prism = np.concatenate([triangle + start * normal, triangle + stop * normal])
+        low, high = prism.min(axis=0) - cell, prism.max(axis=0) + cell
+        if outer:  # around the corners of the room, too
+            reach = abs(stop) + CORNER
+            low = np.where(low < room[0] + cell, low - reach, low)
+            high = np.where(high > room[1] - cell, high + reach, high)
+        first = np.clip(np.floor((low - origin) / cell), 0, grid.shape).astype(int)
+        last = np.clip(np.ceil((high - origin) / cell), 0, grid.shape).astype(int)
+        for axis in range(3):
+            across = abs(normal[axis]) > np.sqrt(0.5)
+            base = 2 + (2 * number + across) * LEVELS - 1
+            _fill(
+                index[axis], permittivity, base, triangle, normal, start, stop, bool(outer), room,
+                origin + cell * grid.edge_offset(axis), cell, first, last,
+            )  # fmt: skip
+
+
+@njit(cache=True)
+def _fill(index, permittivity, base, triangle, normal, start, stop, outer, room, origin, cell, first, last):
+    """Raise the index of the edges along one axis that are in one triangle's slab."""
+    a = triangle[0]
+    u, v = triangle[1] - a, triangle[2] - a
+    uu, uv, vv = (u * u).sum(), (u * v).sum(), (v * v).sum()
+    area = uu * vv - uv * uv
+    half = cell / 2 * np.abs(normal).sum()
+    if area < 1e-18:
+        return
+    for i in range(first[0], last[0] + 1):
+        for j in range(first[1], last[1] + 1):
+            for k in range(first[2], last[2] + 1):
+                p = origin + cell * np.array([i, j, k], dtype=np.float64)
+                depth = ((p - a) * normal).sum()
+                inside = (min(depth + half, stop) - max(depth - half, start)) / (2 * half)
+                level = int(np.floor(inside * LEVELS + 0.5))
+                if level < 1:
+                    continue
+                if outer:
+                    p = np.minimum(np.maximum(p, room[0]), room[1])
+                w = p - a
+                wu, wv = (w * u).sum(), (w * v).sum()
+                s, t = (wu * vv - wv * uv) / area, (wv * uu - wu * uv) / area
+                if s < -TOUCH or t < -TOUCH or s + t > 1 + TOUCH:
+                    continue
+                if permittivity[base + level] > permittivity[index[i, j, k]]:
+                    index[i, j, k] = base + level
+
+
+@njit(cache=True)
+def _cover(corners, axis, index):
+    """Make conducting the faces across an axis that a triangle separates the middles of cells at; unit: a cell."""
+    b, c = (axis + 1) % 3, (axis + 2) % 3
+    ax, ay = corners[0, b], corners[0, c]
+    ux, uy = corners[1, b] - ax, corners[1, c] - ay
+    vx, vy = corners[2, b] - ax, corners[2, c] - ay
+    area = ux * vy - uy * vx
+    if abs(area) < 1e-12:
+        return
+    size = np.array(index.shape[1:]) - 1
+    for i in range(max(0, int(np.floor(corners[:, b].min()))), min(size[b], int(np.ceil(corners[:, b].max())) + 1)):
+        for j in range(max(0, int(np.floor(corners[:, c].min()))), min(size[c], int(np.ceil(corners[:, c].max())) + 1)):
+            wx, wy = i + 0.5 - ax, j + 0.5 - ay
+            s, t = (wx * vy - wy * vx) / area, (ux * wy - uy * wx) / area
+            if s < -TOUCH or t < -TOUCH or s + t > 1 + TOUCH:
+                continue
+            height = corners[0, axis] + s * (corners[1, axis] - corners[0, axis])
+            height += t * (corners[2, axis] - corners[0, axis])
+            plane = int(np.floor(height + 0.5))
+            if plane < 0 or plane > size[axis]:
+                continue
+            place = np.zeros(3, dtype=np.int64)
+            place[axis] = plane
+            for side in range(2):
+                place[b], place[c] = i, j + side
+                index[b, place[0], place[1], place[2]] = CONDUCTOR
+                place[b], place[c] = i + side, j
+                index[c, place[0], place[1], place[2]] = CONDUCTOR

@@ -1,0 +1,233 @@
+"""One run of gprMax: the field that one source makes in a box, from the materials of the cells.
+
+gprMax (Warren et al. 2016) is licensed under the GPL; it is an optional extra, bisplat-wrf[fullwave], and runs as a
+program of its own, which gets files and leaves files.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Complex, Float, Int
+
+from scenes.errors import InputError
+from simulate.fullwave.cells import AIR, CONDUCTOR, EdgeMaterials
+from simulate.fullwave.lattice import source_weights
+from simulate.fullwave.yee_grid import YeeGrid
+
+RISE = 6
+"""Periods in which the source's oscillation begins, as half a raised cosine: slow enough to hold no other frequency."""
+
+SNAPSHOTS = 4
+"""Moments of a period at which the field is kept; amplitude, phase and a constant are fitted to them."""
+
+GEOMETRY, MODEL = "geometry", "model"
+
+PROGRESS = re.compile(r"\|--->:.*?(\d+)/(\d+) \[")
+
+
+@dataclass(frozen=True)
+class Source:
+    """A short dipole that oscillates at one frequency.
+
+    Attributes:
+        position: metres, world frame.
+        direction: unit vector, world frame.
+        frequency: hertz.
+    """
+
+    position: Float[np.ndarray, " 3"]
+    direction: Float[np.ndarray, " 3"]
+    frequency: float
+
+
+def require_gprmax() -> None:
+    """Raise InputError if gprMax is not installed."""
+    if find_spec("gprMax") is None:
+        raise InputError(
+            "the engine fullwave: expected the solver gprMax, found none; install it with "
+            "pip install 'bisplat-wrf[fullwave]'"
+        )
+
+
+def write_geometry(folder: Path, materials: EdgeMaterials, grid: YeeGrid) -> None:
+    """Write the materials of all edges as gprMax reads them: geometry.h5 and geometry_materials.json.
+
+    Args:
+        folder: existing folder.
+        materials: of the edges.
+        grid: the cells.
+    """
+    import h5py
+
+    used, index = np.unique(materials.index, return_inverse=True)
+    used_with_air = np.union1d(used, [CONDUCTOR, AIR])
+    index = np.searchsorted(used_with_air, used)[index].reshape(materials.index.shape)
+    air = int(np.searchsorted(used_with_air, AIR))
+    names = [f"material_{number:05d}" for number in range(len(used_with_air))]
+    originals = [{CONDUCTOR: "pec", AIR: "free_space"}.get(int(each), f"slab_{each}") for each in used_with_air]
+    described = {
+        name: {
+            "name": original,
+            "model": "constant",
+            "base": {
+                "relative_permittivity": float(materials.permittivity[each]),
+                "electric_conductivity_s_per_m": "inf" if each == CONDUCTOR else float(materials.conductivity[each]),
+                "relative_permeability": 1.0,
+                "magnetic_conductivity_s_per_m": 0.0,
+            },
+            "averagable": False,
+            "metadata": {"original_id": original},
+        }
+        for name, original, each in zip(names, originals, used_with_air, strict=True)
+    }
+    database = f"{GEOMETRY}_materials"
+    (folder / f"{database}.json").write_text(
+        json.dumps(
+            {
+                "schema": "gprMax-material-database",
+                "schema_version": 1,
+                "database": {"id": database, "name": database, "version": "1.0.0", "description": "made by bisplat"},
+                "materials": described,
+            }
+        )
+    )
+    with h5py.File(folder / f"{GEOMETRY}.h5", "w") as file:
+        file.attrs["MaterialDatabase"] = database
+        file.attrs["MaterialDatabaseSchemaVersion"] = 1
+        file.attrs["Title"] = GEOMETRY
+        file.attrs["dx_dy_dz"] = np.full(3, grid.cell)
+        file.attrs["gprMax"] = "4.0.1"
+        file["material_keys"] = np.array(names, "S")
+        file["data"] = np.full(grid.shape, air, np.int16)
+        of_edges = file.create_dataset("ID", (6, *index.shape[1:]), np.uint32, fillvalue=air)
+        of_edges[:3] = index
+        # 1 keeps gprMax from deriving the edges' materials from those of the cells.
+        file["rigidE"] = np.ones((12, *grid.shape), np.int8)
+        file["rigidH"] = np.ones((6, *grid.shape), np.int8)
+
+
+def run(
+    folder: Path,
+    geometry: Path,
+    grid: YeeGrid,
+    source: Source,
+    box: Int[np.ndarray, "2 3"],
+    ends: Sequence[int],
+    report: Callable[[int, int], None] = lambda done, most: None,
+) -> Complex[np.ndarray, "ends 3 nx ny nz"]:
+    """Run gprMax for one source, on one thread.
+
+    Args:
+        folder: empty folder for the files of this run.
+        geometry: folder with the files of ``write_geometry``.
+        grid: the cells.
+        source: the source.
+        box: first cell and the one after the last, of the box to keep the field of.
+        ends: numbers of time steps after which the field is wanted, the largest one last.
+        report: called with the number of time steps done, and of all.
+
+    Returns:
+        The phasor of the electric field along x, y, z at the middles of the box's cells, of a source of one
+        ampere-metre, after each number of steps.
+
+    Raises:
+        InputError: gprMax is not installed, or it failed; its last lines are in the message.
+    """
+    require_gprmax()
+    iterations = _write_input(folder, geometry, grid, source, box, ends)
+    command = [sys.executable, "-m", "gprMax", f"{MODEL}.in", "--show-progress-bars"]
+    environment = os.environ | {"OMP_NUM_THREADS": "1"}
+    with subprocess.Popen(
+        command, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, bufsize=1
+    ) as process:
+        assert process.stdout is not None
+        lines: list[str] = []
+        try:
+            for line in process.stdout:  # carriage returns end lines, too
+                lines = [*lines[-20:], line.rstrip()]
+                found = PROGRESS.search(line)
+                if found is not None:
+                    report(int(found[1]), int(found[2]))
+        except BaseException:
+            process.kill()
+            raise
+    if process.returncode != 0:
+        said = " / ".join(line for line in lines if line.strip())[-600:]
+        raise InputError(f"{folder / MODEL}.in: expected gprMax to run it, found that it stopped with: {said}")
+    return _phasors(folder, grid, source, iterations)
+
+
+def _write_input(
+    folder: Path, geometry: Path, grid: YeeGrid, source: Source, box: Int[np.ndarray, "2 3"], ends: Sequence[int]
+) -> list[list[int]]:
+    """Write model.in and excitation.txt; returns the time steps of the snapshots before each end."""
+    cell, step = grid.cell, grid.time_step
+    size = [count * cell for count in grid.shape]
+    quarter = round(1 / (SNAPSHOTS * source.frequency * step))
+    iterations = [[end - 1 - number * quarter for number in range(SNAPSHOTS)] for end in ends]
+
+    place = (source.position - np.asarray(grid.origin)) / cell
+    dipoles = []
+    for axis, share in enumerate(source.direction):
+        if abs(share) > 1e-9:
+            points, weights = source_weights(place - grid.edge_offset(axis))
+            dipoles += [("xyz"[axis], point, share * weight) for point, weight in zip(points, weights, strict=True)]
+    amplitudes, which = np.unique(np.round([weight for *_, weight in dipoles], 9), return_inverse=True)
+    times = step * np.arange(ends[-1] + 2)
+    rise = 0.5 - 0.5 * np.cos(np.pi * np.minimum(times * source.frequency / RISE, 1))
+    wave = rise * np.cos(2 * np.pi * source.frequency * times)
+    names = " ".join(f"wave{number}" for number in range(len(amplitudes)))
+    np.savetxt(
+        folder / "excitation.txt",
+        np.column_stack([times, wave[:, None] * amplitudes]),
+        fmt="%.8e",
+        header=f"time {names}",
+        comments="",
+    )
+    spans = " ".join(f"{value:.9g}" for value in (box * cell).ravel())
+    lines = [
+        f"#title: {MODEL}",
+        f"#domain: {size[0]:.9g} {size[1]:.9g} {size[2]:.9g}",
+        f"#dx_dy_dz: {cell!r} {cell!r} {cell!r}",
+        f"#time_window: {ends[-1]}",
+        "#excitation_file: excitation.txt",
+        f"#geometry_objects_read: 0 0 0 {(geometry / GEOMETRY).resolve()}.h5 {GEOMETRY}_materials",
+    ]
+    for (letter, point, _), number in zip(dipoles, which, strict=True):
+        x, y, z = point * cell
+        lines.append(f"#hertzian_dipole: {letter} {x:.9g} {y:.9g} {z:.9g} wave{number}")
+    lines += [
+        f"#snapshot: {spans} {cell!r} {cell!r} {cell!r} {iteration} {iteration}.h5"
+        for iteration in sorted({each for group in iterations for each in group})
+    ]
+    (folder / f"{MODEL}.in").write_text("\n".join(lines) + "\n")
+    return iterations
+
+
+def _phasors(
+    folder: Path, grid: YeeGrid, source: Source, iterations: list[list[int]]
+) -> Complex[np.ndarray, "ends 3 nx ny nz"]:
+    """The phasor E of a field Re E e^{jωt} + const, by least squares from its snapshots."""
+    import h5py
+
+    found = []
+    for group in iterations:
+        fields = []
+        for iteration in group:
+            with h5py.File(folder / f"{MODEL}_snaps" / f"{iteration}.h5") as file:
+                fields.append(np.stack([file[f"E{axis}"][:] for axis in "xyz"]))
+        phase = 2 * np.pi * source.frequency * grid.time_step * np.array(group)
+        design = np.stack([np.cos(phase), -np.sin(phase), np.ones_like(phase)], axis=1)
+        real, imaginary, _ = np.tensordot(np.linalg.pinv(design), np.stack(fields), axes=1)
+        found.append((real + 1j * imaginary) / grid.cell)  # a dipole of gprMax is as long as a cell
+    return np.stack(found)

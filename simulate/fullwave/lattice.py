@@ -1,0 +1,42 @@
+"""Values between the points of a lattice: the weights by which a source between points is spread over them."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float, Int
+
+POINTS = 4
+"""Number of lattice points along each axis that share a source: cubic interpolation."""
+
+
+def source_weights(
+    position: Float[np.ndarray, " 3"],
+) -> tuple[Int[np.ndarray, "n 3"], Float[np.ndarray, " n"]]:
+    """Lattice points around a position, and their weights in Lagrange's cubic interpolation.
+
+    A source at the position, spread over the points by these weights, radiates like it: interpolating the field of a
+    source and spreading the source are each other's adjoint. A position on a lattice point has only this point.
+
+    Args:
+        position: in units of the lattice's spacing, from its first point.
+
+    Returns:
+        The points that have a weight, and the weights, which add up to 1.
+
+    >>> points, weights = source_weights(np.array([5.0, 7.0, 2.5]))
+    >>> points.tolist(), weights.tolist()
+    ([[5, 7, 1], [5, 7, 2], [5, 7, 3], [5, 7, 4]], [-0.0625, 0.5625, 0.5625, -0.0625])
+    """
+    first = np.floor(position).astype(int) - (POINTS // 2 - 1)
+    nodes = np.arange(POINTS)
+    along = []
+    for offset in position - first:
+        weight = np.ones(POINTS)
+        for node in nodes:
+            others = nodes[nodes != node]
+            weight[node] = np.prod((offset - others) / (node - others))
+        along.append(weight)
+    weights = np.einsum("i,j,k->ijk", *along).ravel()
+    points = first + np.stack(np.meshgrid(nodes, nodes, nodes, indexing="ij"), axis=-1).reshape(-1, 3)
+    used = np.abs(weights) > 1e-9
+    return points[used], weights[used]

@@ -1,0 +1,145 @@
+"""What a full-wave run will be: its cells, its time steps, and what they cost."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from scenes.description import SPEED_OF_LIGHT, Scene
+from scenes.errors import ParameterError
+from scenes.shapes import bounding_box
+from simulate.fullwave.gprmax import RISE
+from simulate.fullwave.slabs import VACUUM_PERMITTIVITY, Slabs, dielectric_slabs, is_conductor
+from simulate.fullwave.stored_field import MARGIN
+from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency
+
+CELLS_PER_WAVELENGTH = 7
+"""Cells per wavelength in the material of the shortest one; in air it is then about 16."""
+
+ABSORBER = 10
+"""Cells of the absorbing boundary on every side; gprMax's default."""
+
+AIR = 2
+"""Cells of air between the scene's outermost slab and the absorbing boundary."""
+
+THICKEST = 0.3
+"""Metres; outer walls and bodies behind them that are thicker run out into the absorbing boundary."""
+
+DECAY = math.log(1e6)
+"""The run lasts until a room's energy is 60 dB down."""
+
+BYTES_PER_CELL = 80
+"""Memory that gprMax takes for a cell, measured."""
+
+CELLS_PER_SECOND = 40e6
+"""Cells that gprMax steps in a second on one core, measured (docs/fullwave.md)."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The runs for a scene, one per element.
+
+    Attributes:
+        grid: the cells.
+        frequency: of the source on the grid, hertz.
+        steps: number of time steps.
+        box: first cell and the one after the last, of the box around the region whose field is kept.
+        decay_time: estimated time in which a room's energy falls by 60 dB, seconds.
+    """
+
+    grid: YeeGrid
+    frequency: float
+    steps: int
+    box: Int[np.ndarray, "2 3"]
+    decay_time: float
+
+    @property
+    def memory(self) -> int:
+        """Bytes that a run takes."""
+        return BYTES_PER_CELL * self.grid.cells
+
+    @property
+    def seconds(self) -> float:
+        """Estimated seconds of a run on one core."""
+        return self.grid.cells * self.steps / CELLS_PER_SECOND
+
+
+def plan(scene: Scene, region: Float[np.ndarray, "2 3"], cell: float | None = None) -> Plan:
+    """Choose the cells and the number of time steps for a scene.
+
+    Args:
+        scene: the scene.
+        region: lowest and highest corner of the box that the responses are wanted in, metres.
+        cell: metres; None: a seventh of the shortest wavelength in a slab that is thicker than half a cell.
+
+    Raises:
+        ParameterError: a cell that is not positive, or longer than a quarter of the shortest wavelength.
+    """
+    slabs = dielectric_slabs(scene)
+    coarse = scene.wavelength / CELLS_PER_WAVELENGTH
+    indices = [
+        math.sqrt(each.material.relative_permittivity)
+        for each in slabs
+        if float((each.stop - each.start).max()) > coarse / 4
+    ]
+    shortest = scene.wavelength / max([*indices, 16 / CELLS_PER_WAVELENGTH])
+    if cell is None:
+        cell = math.floor(1e4 * shortest / CELLS_PER_WAVELENGTH) / 1e4  # whole tenths of a millimetre
+    if not 0 < cell <= shortest / 4:
+        raise ParameterError(
+            "cell", f"expected metres up to a quarter of the wavelength, {shortest / 4:.3g}, found {cell}"
+        )
+    margin = math.ceil(min(_behind(scene, slabs), THICKEST) / cell) + AIR + ABSORBER
+    low, high = bounding_box(np.vstack([scene.bounds, region, np.asarray(scene.gateway.position)[None]]))
+    origin = low - margin * cell
+    shape = np.ceil((high - origin) / cell).astype(int) + margin
+    grid = YeeGrid(
+        (float(origin[0]), float(origin[1]), float(origin[2])), cell, (int(shape[0]), int(shape[1]), int(shape[2]))
+    )
+    box = np.stack([np.floor((region[0] - origin) / cell) - MARGIN, np.ceil((region[1] - origin) / cell) + MARGIN])
+    frequency = numerical_frequency(scene.wavelength, cell)
+    decay = _decay_time(scene, slabs)
+    crossing = 2 * float(np.linalg.norm(high - low)) / SPEED_OF_LIGHT
+    duration = RISE / frequency + crossing + decay
+    return Plan(grid, frequency, math.ceil(duration / grid.time_step), box.astype(int), decay)
+
+
+def _behind(scene: Scene, slabs: list[Slabs]) -> float:
+    """How far slabs reach beyond the scene's surfaces, metres."""
+    return max((float(each.stop[each.outer].max()) for each in slabs if each.outer.any()), default=0.0)
+
+
+def _decay_time(scene: Scene, slabs: list[Slabs]) -> float:
+    """Time in which the energy in a scene falls by 60 dB (Sabine): 4V/cA · ln 10⁶.
+
+    A is the sum of the absorbing surfaces: of outer walls the share 1 − |R|² of their area, at normal incidence of a
+    half-space, all of what is open, and of boards within the room what they absorb of waves that pass through them.
+    """
+    extent = np.ptp(scene.bounds, axis=0)
+    volume = float(np.prod(extent))
+    surface = 2 * float(extent[0] * extent[1] + extent[1] * extent[2] + extent[2] * extent[0])
+    absorbing, closed = 0.0, 0.0
+    for each in slabs:
+        area = (
+            np.linalg.norm(
+                np.cross(each.triangles[:, 1] - each.triangles[:, 0], each.triangles[:, 2] - each.triangles[:, 0]),
+                axis=1,
+            )
+            / 2
+        )
+        loss = each.material.conductivity / (2 * np.pi * scene.frequency * VACUUM_PERMITTIVITY)
+        index = np.sqrt(each.material.relative_permittivity - 1j * loss)
+        reflected = abs((index - 1) / (index + 1)) ** 2
+        outer = float(area[each.outer].sum())
+        closed += outer
+        absorbing += (1 - reflected) * outer
+        depth = -4 * np.pi / scene.wavelength * index.imag * (each.stop - each.start)
+        absorbing += 2 * float(((1 - np.exp(-depth)) * area)[~each.outer].sum())
+    conducting = sum(
+        item.mesh.area for item in scene.objects if is_conductor(scene.materials[item.material], scene.frequency)
+    )
+    open_surface = max(surface - closed - 0.5 * conducting, 0.02 * surface)
+    return 4 * volume / (SPEED_OF_LIGHT * (absorbing + open_surface)) * DECAY

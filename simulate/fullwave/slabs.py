@@ -1,0 +1,122 @@
+"""What a scene's surfaces are made of in space: slabs of dielectric beside or around them, and conducting sheets.
+
+The ray tracer's surfaces have no thickness: a ray is reflected at the surface as by a slab whose front is there. The
+slab that takes its place here lies
+
+- behind an outer wall: everything else is on one side of the wall, and the slab is on the other;
+- inside a closed body, under its surface, unless the gateway and the region are within it (a room drawn as a box);
+- half on either side of every other sheet.
+
+A conductor reflects at its surface, whatever its thickness: it is a sheet of no thickness at the surface.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+from trimesh import Trimesh
+
+from scenes.description import Scene, SceneObject
+from scenes.materials import RadioMaterial
+from scenes.occupancy import closed_parts, holds_antennas
+
+CONDUCTOR = 1000.0
+"""A material whose loss σ/ωε₀ is larger is a perfect conductor here."""
+
+VACUUM_PERMITTIVITY = 8.8541878128e-12
+"""ε₀, farads per metre."""
+
+WALL_REACH = 0.4
+"""Metres behind an outer wall in which panes, doors and other walls' ends may lie."""
+
+
+@dataclass(frozen=True)
+class Slabs:
+    """Triangles of one dielectric, and where its slab lies at each.
+
+    Attributes:
+        material: the dielectric.
+        triangles: corners, metres, world frame.
+        normals: unit normals.
+        start: where the slab begins along the normal, metres from the triangle.
+        stop: where it ends.
+        outer: whether the slab is that of an outer wall, which is continued around the corners of the scene.
+    """
+
+    material: RadioMaterial
+    triangles: Float[np.ndarray, "n 3 3"]
+    normals: Float[np.ndarray, "n 3"]
+    start: Float[np.ndarray, " n"]
+    stop: Float[np.ndarray, " n"]
+    outer: Bool[np.ndarray, " n"]
+
+
+def is_conductor(material: RadioMaterial, frequency: float) -> bool:
+    """Whether a material is a perfect conductor for our purposes.
+
+    Args:
+        material: the material.
+        frequency: hertz.
+    """
+    return material.conductivity > CONDUCTOR * 2 * np.pi * frequency * VACUUM_PERMITTIVITY
+
+
+def conducting_triangles(scene: Scene) -> Float[np.ndarray, "n 3 3"]:
+    """Corners of the triangles of all conductors, metres, world frame."""
+    found = [item.mesh.triangles for item in scene.objects if is_conductor(_material(scene, item), scene.frequency)]
+    return np.concatenate(found) if found else np.zeros((0, 3, 3))
+
+
+def dielectric_slabs(scene: Scene) -> list[Slabs]:
+    """The slabs of all objects that are no conductors."""
+    return [
+        _slabs_of(scene, item) for item in scene.objects if not is_conductor(_material(scene, item), scene.frequency)
+    ]
+
+
+def _material(scene: Scene, item: SceneObject) -> RadioMaterial:
+    return scene.materials[item.material]
+
+
+def _slabs_of(scene: Scene, item: SceneObject) -> Slabs:
+    material = _material(scene, item)
+    thickness = material.thickness if item.thickness is None else item.thickness
+    closed = closed_parts(item.mesh)
+    pieces = [_of_closed_part(scene, part, thickness) for part in closed]
+    if sum(len(part.faces) for part in closed) < len(item.mesh.faces):
+        open_parts = [part for part in _merged(item.mesh).split(only_watertight=False) if not part.is_watertight]
+        pieces += [_of_sheet(scene, part.triangles, thickness) for part in open_parts]
+    triangles, normals, start, stop, outer = (np.concatenate(values) for values in zip(*pieces, strict=True))
+    return Slabs(material, triangles, normals, start, stop, outer)
+
+
+def _merged(mesh: Trimesh) -> Trimesh:
+    merged = Trimesh(mesh.vertices, mesh.faces, process=False)
+    merged.merge_vertices()
+    return merged
+
+
+def _of_closed_part(scene: Scene, part: Trimesh, thickness: float) -> tuple[np.ndarray, ...]:
+    """The slab under a body's surface, or behind a room's."""
+    room = holds_antennas(scene, part)
+    normals = part.face_normals * np.sign(part.volume)
+    zero, full = np.zeros(len(normals)), np.full(len(normals), thickness)
+    inside, outside = (-full, zero), (zero, full)
+    start, stop = outside if room else inside
+    return part.triangles, normals, start, stop, np.full(len(normals), room)
+
+
+def _of_sheet(scene: Scene, triangles: Float[np.ndarray, "n 3 3"], thickness: float) -> tuple[np.ndarray, ...]:
+    """The slab behind an outer wall's sheet, or on both sides of another's."""
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normals = normals / np.linalg.norm(normals, axis=1, keepdims=True).clip(1e-30)
+    corners = np.stack(np.meshgrid(*scene.bounds.T, indexing="ij"), axis=-1).reshape(8, 3)
+    beyond = (corners[None] - triangles[:, :1]) @ normals[:, :, None]  # of the box around the scene, along the normal
+    front, back = beyond.max(axis=(1, 2)), -beyond.min(axis=(1, 2))
+    outer = np.minimum(front, back) < WALL_REACH
+    away = np.where(front < back, 1.0, -1.0)  # the normal points away from the scene
+    normals = np.where(outer[:, None], away[:, None] * normals, normals)
+    start = np.where(outer, 0.0, -thickness / 2)
+    return triangles, normals, start, start + thickness, outer

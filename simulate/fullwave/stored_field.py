@@ -1,0 +1,130 @@
+"""The responses of every element on a lattice over the transmitter's region, and at positions between its points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Complex, Float
+from scipy.ndimage import map_coordinates
+
+from scenes.errors import InputError
+
+ORDER = 5
+"""Degree of the splines between lattice points."""
+
+MARGIN = 6
+"""Lattice points around the region, where splines and second differences reach."""
+
+
+@dataclass(frozen=True)
+class StoredField:
+    """Element responses on a lattice.
+
+    Attributes:
+        origin: first lattice point, metres, world frame.
+        spacing: distance of neighbouring points, metres.
+        values: element responses at the points.
+        unsettled: for each element, the last change that was seen of its field before its run ended, relative to it.
+        steps: number of time steps after which the first element's field had settled.
+    """
+
+    origin: Float[np.ndarray, " 3"]
+    spacing: float
+    values: Complex[np.ndarray, "elements nx ny nz"]
+    unsettled: Float[np.ndarray, " elements"]
+    steps: int
+
+    def responses(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements"]:
+        """Element responses to a transmitter at each position, complex64, by quintic splines.
+
+        Args:
+            positions: metres, world frame.
+
+        Raises:
+            InputError: a position outside the lattice.
+        """
+        where = ((positions - self.origin) / self.spacing).T
+        outside = (where < 0).any(axis=0) | (where > np.array(self.values.shape[1:])[:, None] - 1).any(axis=0)
+        if outside.any():
+            number = int(np.flatnonzero(outside)[0])
+            low, high = self.origin, self.origin + self.spacing * (np.array(self.values.shape[1:]) - 1)
+            raise InputError(
+                f"position {number + 1}: expected a place within {low.round(3).tolist()} to {high.round(3).tolist()} "
+                f"m, where the field is known, found {positions[number].round(3).tolist()}"
+            )
+        found = [map_coordinates(field, where, order=ORDER, mode="mirror") for field in self.values]
+        return np.stack(found, axis=1).astype(np.complex64)
+
+    def interpolation_error_db(self) -> float:
+        """Error of interpolation between points twice as far apart, which is far more than that between all points.
+
+        Returns:
+            Root mean square error over that of the field, dB.
+        """
+        coarse = replace(self, spacing=2 * self.spacing, values=self.values[:, ::2, ::2, ::2])
+        inner = [np.arange(MARGIN, size - MARGIN) for size in self.values.shape[1:]]
+        inner = [axis[axis % 2 == 1] for axis in inner]
+        points = np.stack(np.meshgrid(*inner, indexing="ij"), axis=-1).reshape(-1, 3)
+        truth = self.values[:, points[:, 0], points[:, 1], points[:, 2]].T
+        error = coarse.responses(self.origin + self.spacing * points) - truth
+        return float(20 * np.log10(np.linalg.norm(error) / np.linalg.norm(truth)))
+
+    def write(self, path: Path) -> None:
+        """Write to an npz archive."""
+        from simulate.dataset_writer import write_arrays
+
+        write_arrays(
+            path,
+            {
+                "origin": self.origin,
+                "spacing": np.array(self.spacing),
+                "values": self.values.astype(np.complex64),
+                "unsettled": self.unsettled,
+                "steps": np.array(self.steps),
+            },
+        )
+
+
+def read_stored_field(path: Path) -> StoredField:
+    """Read a field that ``StoredField.write`` wrote.
+
+    Raises:
+        InputError: no such file, or another one.
+    """
+    try:
+        with np.load(path) as archive:
+            return StoredField(
+                origin=archive["origin"],
+                spacing=float(archive["spacing"]),
+                values=archive["values"],
+                unsettled=archive["unsettled"],
+                steps=int(archive["steps"]),
+            )
+    except (OSError, ValueError, KeyError, EOFError) as error:
+        raise InputError(f"{path}: expected the stored field of a full-wave run, found {error}") from error
+
+
+def at_cell_middles_to_edges(field: Complex[np.ndarray, "nx ny nz"], axis: int) -> Complex[np.ndarray, "nx ny nz"]:
+    """Undo the mean by which a solver moves a field component from the edges of a cell to its middle.
+
+    The mean of two neighbours along y multiplies a wave of phase step θ by cos(θ/2). With the second difference
+    δ² = −4 sin²(θ/2) its inverse is 1 − δ²/8 + 3δ⁴/128 − …, here applied along both axes across the component.
+
+    Args:
+        field: component at the middles of cells.
+        axis: of the component.
+    """
+    for across in {0, 1, 2} - {axis}:
+        second = _second_difference(field, across)
+        field = field - second / 8 + 3 / 128 * _second_difference(second, across)
+    return field
+
+
+def _second_difference(field: Complex[np.ndarray, "nx ny nz"], axis: int) -> Complex[np.ndarray, "nx ny nz"]:
+    """Second difference along an axis; zero at the ends."""
+    result = np.zeros_like(field)
+    moved, source = np.moveaxis(result, axis, 0), np.moveaxis(field, axis, 0)
+    moved[1:-1] = source[2:] - 2 * source[1:-1] + source[:-2]
+    return result

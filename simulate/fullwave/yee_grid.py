@@ -1,0 +1,111 @@
+"""The cubic cells of a finite-difference run, and the wave that such cells carry."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+from scipy.optimize import brentq
+
+from scenes.description import SPEED_OF_LIGHT
+
+
+@dataclass(frozen=True)
+class YeeGrid:
+    """A box of cubic cells (Yee 1966).
+
+    Cell (i, j, k) reaches from ``origin`` + (i, j, k)·``cell`` to one cell further. The electric field along an axis is
+    known at the middles of the cells' edges along it.
+
+    Attributes:
+        origin: lowest corner, metres, world frame.
+        cell: side of a cell, metres.
+        shape: number of cells along x, y, z.
+    """
+
+    origin: tuple[float, float, float]
+    cell: float
+    shape: tuple[int, int, int]
+
+    @property
+    def cells(self) -> int:
+        """Number of cells."""
+        return math.prod(self.shape)
+
+    @property
+    def time_step(self) -> float:
+        """Largest stable time step Δ/(c√3), seconds (Courant, Friedrichs and Lewy)."""
+        return self.cell / (SPEED_OF_LIGHT * math.sqrt(3))
+
+    def edge_offset(self, axis: int) -> Float[np.ndarray, " 3"]:
+        """Middle of the first edge along an axis, in cells from the origin."""
+        return 0.5 * np.eye(3)[axis]
+
+
+def numerical_frequency(wavelength: float, cell: float) -> float:
+    """The frequency at which waves on the grid have a wavelength in air, on average over all directions.
+
+    On the grid a plane wave of wave vector k has the frequency ω of (Taflove, Computational Electrodynamics, chapter 4)
+
+        sin²(ω Δt / 2) / (c Δt)² = Σ_i sin²(k_i Δ / 2) / Δ²,
+
+    a little below c|k|. A source of the returned frequency radiates waves of the right length instead of waves that are
+    a little too short.
+
+    Args:
+        wavelength: metres.
+        cell: Δ, metres.
+
+    Returns:
+        Hertz.
+
+    >>> round(numerical_frequency(0.3276, 0.02) / (299792458 / 0.3276), 4)
+    0.9974
+    """
+    return float(np.mean(_frequencies(2 * np.pi / wavelength * _directions(), cell)))
+
+
+def numerical_permittivity(permittivity: float, wavelength: float, cell: float) -> float:
+    """The permittivity with which waves on the grid have the right length in a medium, on average over all directions.
+
+    Waves are shorter in a medium, and cells are coarser for them than for waves in air.
+
+    Args:
+        permittivity: ε_r of the medium.
+        wavelength: in air, metres.
+        cell: metres.
+
+    >>> round(numerical_permittivity(1.0, 0.3276, 0.02), 3), round(numerical_permittivity(5.24, 0.3276, 0.02), 3)
+    (1.0, 5.139)
+    """
+    wave_vectors = 2 * np.pi / wavelength * np.sqrt(permittivity) * _directions()
+    squares = (np.sin(wave_vectors * cell / 2) ** 2).sum(axis=1).mean()
+    angle = np.pi * numerical_frequency(wavelength, cell) * cell / (SPEED_OF_LIGHT * math.sqrt(3))
+    return float(squares / (3 * np.sin(angle) ** 2))
+
+
+def dispersion_residual(wavelength: float, cell: float) -> float:
+    """Largest relative error of the wavelength, over all directions, at ``numerical_frequency``."""
+    frequency = numerical_frequency(wavelength, cell)
+
+    def excess(scale: float, direction: np.ndarray) -> float:
+        return float(_frequencies(scale * 2 * np.pi / wavelength * direction[None], cell)[0]) - frequency
+
+    axis, diagonal = np.array([1.0, 0, 0]), np.ones(3) / math.sqrt(3)
+    return max(abs(brentq(excess, 0.8, 1.2, args=(direction,)) - 1) for direction in (axis, diagonal))
+
+
+def _frequencies(wave_vectors: Float[np.ndarray, "n 3"], cell: float) -> Float[np.ndarray, " n"]:
+    courant = 1 / math.sqrt(3)
+    sines = np.sqrt((np.sin(wave_vectors * cell / 2) ** 2).sum(axis=1))
+    return np.arcsin(courant * sines) / (np.pi * courant * cell / SPEED_OF_LIGHT)
+
+
+def _directions(count: int = 500) -> Float[np.ndarray, "n 3"]:
+    """Unit vectors, evenly spread over the sphere."""
+    index = np.arange(count) + 0.5
+    height, angle = 1 - 2 * index / count, np.pi * (1 + 5**0.5) * index
+    radius = np.sqrt(1 - height**2)
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), height], axis=1)
