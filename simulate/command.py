@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
@@ -50,10 +50,13 @@ def simulate(
     propagation: OmitArgPrefixes[PropagationOptions] = PropagationOptions(),
     measurement: OmitArgPrefixes[MeasurementOptions] = MeasurementOptions(),
     power_db: bool = False,
+    engine: Literal["rays", "fullwave"] = "rays",
+    cell: float | None = None,
+    field: Path | None = None,
     workers: int | None = None,
     ray: str | None = None,
 ) -> None:
-    """Ray-trace a scene into a NeRF² dataset folder. The same command again finishes an interrupted one.
+    """Simulate a scene into a NeRF² dataset folder. The same command again finishes an interrupted one.
 
     Args:
         scene: built-in name (lab, conference, bedroom, office, closet), scene YAML, or a simulated dataset folder,
@@ -66,7 +69,12 @@ def simulate(
         propagation: mechanisms that the ray tracer follows.
         measurement: errors that the receiver adds.
         power_db: also write each spectrum's absolute power in dB, as power_db/NNNNN.tif.
-        workers: trace with so many Ray workers at a time (needs bisplat-wrf[ray]).
+        engine: rays traces rays, in milliseconds a spectrum; fullwave solves Maxwell's equations by finite differences,
+            in minutes to hours a place, whatever the number of spectra (needs bisplat-wrf[fullwave]).
+        cell: side of the cells in full wave, metres; by default a seventh of the shortest wavelength in a material.
+        field: folder of a full-wave dataset of the same scene; its stored field is used instead of a new run.
+        workers: trace with so many Ray workers at a time (needs bisplat-wrf[ray]); in full wave, the number of the
+            solver's runs at a time, by default one per core.
         ray: address of a running Ray cluster to trace on.
     """
     import numpy as np
@@ -75,7 +83,7 @@ def simulate(
     from scenes.shapes import bounding_box
     from simulate.generate import generate
     from simulate.reach import reach_warning
-    from simulate.simulation import request_for
+    from simulate.simulation import request_for, with_engine
 
     followed, errors = Propagation(**vars(propagation)), Measurement(**vars(measurement))
     if Path(scene).is_dir():
@@ -88,6 +96,7 @@ def simulate(
     for number, (folder, seen) in enumerate(folders.items()):
         # Each array has errors of its own.
         request = request_for(seen, spectra, placement, positions, seed, followed, errors, seed + number, power_db)
+        request = with_engine(request, engine, cell, field)
         if positions is not None and number == 0:
             box = bounding_box(np.vstack([request.scene.bounds, request.scene.transmitter.region]))
             warning = reach_warning(request.positions, box, "the scene", "are they in metres, in the scene's frame?")

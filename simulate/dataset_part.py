@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
-from jaxtyping import Complex
+from jaxtyping import Complex, Float
 
 from simulate.dataset_writer import encode_picture, encode_power
 from simulate.request import Request
 from simulate.spectrum import picture
 
-if TYPE_CHECKING:  # needs the ray tracer
-    from simulate.trace import Tracer
+
+class ResponseSource(Protocol):
+    """A tracer of rays, or a stored field."""
+
+    def responses(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements"]: ...
 
 
 @dataclass(frozen=True)
@@ -32,12 +35,12 @@ class Part:
     power: list[bytes]
 
 
-def make_part(request: Request, tracer: Tracer, start: int, size: int) -> Part:
-    """Trace consecutive positions of a request.
+def make_part(request: Request, source: ResponseSource, start: int, size: int) -> Part:
+    """Find the responses to consecutive positions of a request, and draw them.
 
     Args:
         request: the dataset to make.
-        tracer: of the request's scene.
+        source: of the responses in the request's scene.
         start: index of the first position.
         size: number of positions; fewer are traced at the end of the request.
 
@@ -46,7 +49,7 @@ def make_part(request: Request, tracer: Tracer, start: int, size: int) -> Part:
     """
     positions = request.positions[start : start + size]
     numbers = np.arange(start, start + len(positions))
-    responses = request.measurement.apply(tracer.responses(positions), numbers, request.measurement_seed)
+    responses = request.measurement.apply(source.responses(positions), numbers, request.measurement_seed)
     with ThreadPoolExecutor() as pool:
         pictures = list(pool.map(encode_picture, picture(request.beamformer.spectrum(responses))))
         power = list(pool.map(encode_power, request.beamformer.power_db(responses))) if request.power else []

@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from io import BytesIO
 from itertools import zip_longest
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from rich.console import Console
@@ -40,8 +40,14 @@ from simulate.dataset_writer import (
     write_positions,
     write_responses,
 )
+from simulate.fullwave.dataset_field import field_of
+from simulate.fullwave.gprmax import require_gprmax
+from simulate.fullwave.stored_field import StoredField
 from simulate.request import Request
 from simulate.workers import parts_of_workers, require_ray
+
+if TYPE_CHECKING:  # needs the ray tracer
+    from simulate.trace import Tracer
 
 PART = 100
 """Positions per part. A run that is killed loses one part at most."""
@@ -56,6 +62,7 @@ def generate(request: Request, folder: Path, workers: int | None = None, ray: st
         request: the dataset to make.
         folder: the dataset folder: a new one, an empty one, or one that the same request began.
         workers: number of Ray workers that trace at a time; this process traces if neither this nor ``ray`` is given.
+            In full wave, the number of the solver's runs at a time; one per core if None.
         ray: address of a running Ray cluster.
 
     Raises:
@@ -69,10 +76,14 @@ def generate(request: Request, folder: Path, workers: int | None = None, ray: st
     if begun and (folder / "test_index.txt").exists():
         shutil.rmtree(folder / "parts", ignore_errors=True)  # left by a run that was killed while it removed them
         return
-    import simulate.ray_tracer  # noqa: F401  a ray tracer that cannot be used is refused before anything is written
+    # What cannot be used is refused before anything is written.
+    if request.fullwave is not None:
+        require_gprmax()
+    else:
+        import simulate.ray_tracer  # noqa: F401
 
-    if workers is not None or ray is not None:
-        require_ray(ray)
+        if workers is not None or ray is not None:
+            require_ray(ray)
 
     if not begun:
         folder.mkdir(parents=True, exist_ok=True)
@@ -118,6 +129,7 @@ def _begun(folder: Path, metadata: dict[str, Any]) -> bool:
         raise InputError(f"{path}: expected JSON, found {error}") from error
     if not isinstance(found, dict):
         raise InputError(f"{path}: expected a JSON object, found {type(found).__name__}")
+    found.setdefault("engine", "rays")  # of version 0.1, which had no other
     # As JSON, so that numbers compare as they were written.
     wanted = json.loads(json.dumps(metadata))
     for key in ("seed", *wanted):  # the seed first, since propagation and measurement hold seeds too
@@ -138,24 +150,14 @@ def _trace_parts(request: Request, names: list[str], folder: Path, workers: int 
     todo = [start for start in range(0, count, PART) if not _part_file(folder, start).exists()]
     if not todo:
         return
-    from simulate.trace import Tracer  # needs the ray tracer
-
     with progress_bar() as progress:
-        search = progress.add_task("finding paths", total=None)
-        tracer = Tracer(
-            request.scene,
-            request.propagation,
-            request.region,
-            request.seed,
-            lambda sentence: progress.update(search, description=f"finding paths, {sentence}"),
-        )
-        progress.update(search, total=1, completed=1)
+        source = _source(request, folder, workers, progress)
         done = count - sum(min(PART, count - start) for start in todo)
         bar = progress.add_task("spectra", total=count, completed=done)
-        if workers is None and ray is None:
-            parts: Iterator[tuple[int, Part]] = ((start, make_part(request, tracer, start, PART)) for start in todo)
+        if isinstance(source, StoredField) or (workers is None and ray is None):
+            parts: Iterator[tuple[int, Part]] = ((start, make_part(request, source, start, PART)) for start in todo)
         else:
-            parts = parts_of_workers(request, tracer.chains, todo, PART, workers, ray)
+            parts = parts_of_workers(request, source.chains, todo, PART, workers, ray)
         for start, part in parts:
             for name, picture, power in zip_longest(names[start : start + PART], part.pictures, part.power):
                 write_atomically(folder / "spectrum" / f"{name}.png", picture)
@@ -166,6 +168,24 @@ def _trace_parts(request: Request, names: list[str], folder: Path, workers: int 
             np.save(buffer, part.responses)
             write_atomically(_part_file(folder, start), buffer.getvalue())
             progress.advance(bar, len(part.responses))
+
+
+def _source(request: Request, folder: Path, workers: int | None, progress: Progress) -> Tracer | StoredField:
+    """What tells the responses to any position: a tracer of rays, or the stored field of a full-wave simulation."""
+    if request.fullwave is not None:
+        return field_of(request, folder, workers, progress)
+    from simulate.trace import Tracer  # needs the ray tracer
+
+    search = progress.add_task("finding paths", total=None)
+    tracer = Tracer(
+        request.scene,
+        request.propagation,
+        request.region,
+        request.seed,
+        lambda sentence: progress.update(search, description=f"finding paths, {sentence}"),
+    )
+    progress.update(search, total=1, completed=1)
+    return tracer
 
 
 class RateColumn(ProgressColumn):

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 import json
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, fields
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -20,6 +21,8 @@ from simulate.angular_grid import AngularGrid
 from simulate.array import PlanarArray
 from simulate.beamformer import Beamformer
 from simulate.dataset_reader import read_points
+from simulate.fullwave.plan import plan
+from simulate.fullwave.settings import FullWave
 from simulate.identification import beamformer_of
 from simulate.measurement import Measurement
 from simulate.propagation import Propagation
@@ -42,6 +45,8 @@ class Request:
         measurement_seed: seed of these errors.
         power: also write the spectra's absolute power.
         grid: directions of the spectra's rows and columns.
+        fullwave: solve Maxwell's equations with these settings instead of tracing rays; None: trace rays.
+        field: folder of a full-wave dataset of the same scene, whose stored field is used; None: it is computed.
     """
 
     scene: Scene
@@ -49,10 +54,12 @@ class Request:
     placement: str
     propagation: Propagation
     seed: int
-    measurement: Measurement = field(default_factory=Measurement)
+    measurement: Measurement = dataclasses.field(default_factory=Measurement)
     measurement_seed: int = 0
     power: bool = False
-    grid: AngularGrid = field(default_factory=AngularGrid)
+    grid: AngularGrid = dataclasses.field(default_factory=AngularGrid)
+    fullwave: FullWave | None = None
+    field: Path | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "positions", self.positions.round(6))  # as tx_pos.csv has them
@@ -80,13 +87,32 @@ class Request:
             "spectra": len(self.positions),
             "placement": self.placement,
             "positions_sha256": hashlib.sha256(self.positions.tobytes()).hexdigest(),
-            "propagation": asdict(self.propagation) | {"seed": self.seed},
-            "method": "chains" if self.propagation.chains_suffice else "shooting",
+            **self._engine(),
             "measurement": asdict(self.measurement) | {"seed": self.measurement_seed},
             "power": self.power,
             "seed": self.seed,
             "picture": "magnitude, min-max normalised per spectrum, 8 bit",
-            "versions": {name: version(name) for name in ("sionna-rt", "mitsuba", "drjit", "numpy")},
+            "versions": {name: version(name) for name in self._packages},
+        }
+
+    @property
+    def _packages(self) -> tuple[str, ...]:
+        """Packages that the content depends on."""
+        return ("gprMax", "numpy") if self.fullwave is not None else ("sionna-rt", "mitsuba", "drjit", "numpy")
+
+    def _engine(self) -> dict[str, Any]:
+        """The part of the metadata that is the engine's."""
+        if self.fullwave is not None:
+            planned = plan(self.scene, self.region, self.fullwave.cell)
+            window = planned.steps * planned.grid.time_step
+            return {
+                "engine": "fullwave",
+                "fullwave": asdict(self.fullwave) | {"window_ns": round(1e9 * window, 1), "antennas": "short dipoles"},
+            }
+        return {
+            "engine": "rays",
+            "propagation": asdict(self.propagation) | {"seed": self.seed},
+            "method": "chains" if self.propagation.chains_suffice else "shooting",
         }
 
 
@@ -154,10 +180,12 @@ def read_request(folder: Path) -> Request:
         }
         stated = beamformer_of(metadata)
         settings["grid"] = AngularGrid() if stated is None else stated.grid
+        if metadata.get("engine") == "fullwave":
+            settings["fullwave"] = FullWave(metadata["fullwave"]["cell"])
         scene_file = metadata["scene_file"]
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputError(f"{path}: expected the metadata of a simulated dataset, found {error!r}") from error
-    if ray_seed != metadata["seed"]:
+    if metadata.get("engine") != "fullwave" and ray_seed != metadata["seed"]:
         raise InputError(
             f"{path}: expected the dataset's seed {metadata['seed']} as propagation.seed, found {ray_seed}"
         )

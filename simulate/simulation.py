@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -12,12 +14,17 @@ from scenes.errors import InputError, ParameterError
 from scenes.scene_yaml import load_scene
 from scenes.validation import validate
 from simulate.dataset import Dataset, read_dataset
+from simulate.fullwave.dataset_field import cell_of_field
+from simulate.fullwave.plan import default_cell
+from simulate.fullwave.settings import FullWave
 from simulate.generate import generate
 from simulate.measurement import Measurement
 from simulate.placement import check_positions, place, read_positions
 from simulate.placement_kind import Placement
 from simulate.propagation import Propagation
 from simulate.request import Request, read_request
+
+Engine = Literal["rays", "fullwave"]
 
 LEAST_SPECTRA = 2
 """One to train on and one to test on."""
@@ -34,10 +41,13 @@ def simulate(
     propagation: Propagation = Propagation(),
     measurement: Measurement = Measurement(),
     power_db: bool = False,
+    engine: Engine = "rays",
+    cell: float | None = None,
+    field: str | Path | None = None,
     workers: int | None = None,
     ray: str | None = None,
 ) -> Dataset:
-    """Ray-trace a scene into a NeRF² dataset folder; the same call again finishes an interrupted one.
+    """Simulate a scene into a NeRF² dataset folder; the same call again finishes an interrupted one.
 
     Args:
         scene: a scene of one gateway, a built-in place's name, a scene YAML, or a simulated dataset folder, which is
@@ -50,7 +60,11 @@ def simulate(
         propagation: the mechanisms to follow.
         measurement: errors that the receiver adds.
         power_db: also write each spectrum's absolute power in dB.
-        workers: trace with so many Ray workers at a time; in this process if neither this nor ``ray`` is given.
+        engine: "rays": trace rays; "fullwave": solve Maxwell's equations by finite differences.
+        cell: side of the cells in full wave, metres; None: a seventh of the shortest wavelength in a material.
+        field: folder of a full-wave dataset of the same scene, whose stored field is used instead of a new run.
+        workers: trace with so many Ray workers at a time; in this process if neither this nor ``ray`` is given. In full
+            wave, the number of the solver's runs at a time; None: one per core.
         ray: address of a running Ray cluster to trace on.
 
     Returns:
@@ -73,8 +87,32 @@ def simulate(
     ((3, 3), (3, 16), (3, 90, 360))
     """
     request = request_for(scene, n, placement, positions, seed, propagation, measurement, seed, power_db)
+    request = with_engine(request, engine, cell, None if field is None else Path(field))
     generate(request, Path(output), workers, ray)
     return read_dataset(output)
+
+
+def with_engine(request: Request, engine: Engine, cell: float | None, field: Path | None) -> Request:
+    """A request by another engine.
+
+    Args:
+        request: a request that traces rays, or one that was read from a folder and has its engine.
+        engine: as of ``simulate``.
+        cell: as of ``simulate``.
+        field: as of ``simulate``.
+
+    Raises:
+        ParameterError: cells or a field for rays, or cells of no size.
+        InputError: a field's folder that is none.
+    """
+    if engine == "fullwave":
+        if field is not None:
+            cell = cell_of_field(field, request)
+        return replace(request, fullwave=request.fullwave or FullWave(cell or default_cell(request.scene)), field=field)
+    for name, value in (("cell", cell), ("field", field)):
+        if value is not None and request.fullwave is None:
+            raise ParameterError(name, f"expected none, or the engine fullwave, found {value} for rays")
+    return replace(request, field=field)
 
 
 def request_for(

@@ -16,8 +16,8 @@ from simulate.fullwave.slabs import VACUUM_PERMITTIVITY, Slabs, dielectric_slabs
 from simulate.fullwave.stored_field import MARGIN
 from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency
 
-CELLS_PER_WAVELENGTH = 7
-"""Cells per wavelength in the material of the shortest one; in air it is then about 16."""
+CELLS_PER_WAVELENGTH, CELLS_PER_WAVELENGTH_IN_AIR = 7, 16
+"""Least number of cells per wavelength in a material, and in air."""
 
 ABSORBER = 10
 """Cells of the absorbing boundary on every side; gprMax's default."""
@@ -67,38 +67,50 @@ class Plan:
         return self.grid.cells * self.steps / CELLS_PER_SECOND
 
 
-def plan(scene: Scene, region: Float[np.ndarray, "2 3"], cell: float | None = None) -> Plan:
+def default_cell(scene: Scene) -> float:
+    """A seventh of the shortest wavelength in a slab, or in air a sixteenth; whole tenths of a millimetre.
+
+    Slabs thinner than a quarter of such a cell do not count: no wave fits into them.
+
+    Args:
+        scene: the scene.
+
+    Returns:
+        Metres.
+    """
+    return math.floor(1e4 * _shortest_wavelength(scene) / CELLS_PER_WAVELENGTH) / 1e4
+
+
+def _shortest_wavelength(scene: Scene) -> float:
+    thick = scene.wavelength / CELLS_PER_WAVELENGTH / 4
+    slabs = [each for each in dielectric_slabs(scene) if float((each.stop - each.start).max()) > thick]
+    indices = [math.sqrt(each.material.relative_permittivity) for each in slabs]
+    return scene.wavelength / max([*indices, CELLS_PER_WAVELENGTH_IN_AIR / CELLS_PER_WAVELENGTH])
+
+
+def plan(scene: Scene, region: Float[np.ndarray, "2 3"], cell: float) -> Plan:
     """Choose the cells and the number of time steps for a scene.
 
     Args:
         scene: the scene.
         region: lowest and highest corner of the box that the responses are wanted in, metres.
-        cell: metres; None: a seventh of the shortest wavelength in a slab that is thicker than half a cell.
+        cell: metres, for example ``default_cell``.
 
     Raises:
-        ParameterError: a cell that is not positive, or longer than a quarter of the shortest wavelength.
+        ParameterError: cells longer than a quarter of the shortest wavelength.
     """
-    slabs = dielectric_slabs(scene)
-    coarse = scene.wavelength / CELLS_PER_WAVELENGTH
-    indices = [
-        math.sqrt(each.material.relative_permittivity)
-        for each in slabs
-        if float((each.stop - each.start).max()) > coarse / 4
-    ]
-    shortest = scene.wavelength / max([*indices, 16 / CELLS_PER_WAVELENGTH])
-    if cell is None:
-        cell = math.floor(1e4 * shortest / CELLS_PER_WAVELENGTH) / 1e4  # whole tenths of a millimetre
-    if not 0 < cell <= shortest / 4:
+    shortest = _shortest_wavelength(scene)
+    if cell > shortest / 4:
         raise ParameterError(
-            "cell", f"expected metres up to a quarter of the wavelength, {shortest / 4:.3g}, found {cell}"
+            "cell",
+            f"expected at most {shortest / 4:.3g} m, a quarter of the shortest wavelength in a material, found {cell}",
         )
-    margin = math.ceil(min(_behind(scene, slabs), THICKEST) / cell) + AIR + ABSORBER
+    slabs = dielectric_slabs(scene)
+    margin = math.ceil(min(_behind(slabs), THICKEST) / cell) + AIR + ABSORBER
     low, high = bounding_box(np.vstack([scene.bounds, region, np.asarray(scene.gateway.position)[None]]))
     origin = low - margin * cell
-    shape = np.ceil((high - origin) / cell).astype(int) + margin
-    grid = YeeGrid(
-        (float(origin[0]), float(origin[1]), float(origin[2])), cell, (int(shape[0]), int(shape[1]), int(shape[2]))
-    )
+    nx, ny, nz = (int(size) for size in np.ceil((high - origin) / cell).astype(int) + margin)
+    grid = YeeGrid((float(origin[0]), float(origin[1]), float(origin[2])), cell, (nx, ny, nz))
     box = np.stack([np.floor((region[0] - origin) / cell) - MARGIN, np.ceil((region[1] - origin) / cell) + MARGIN])
     frequency = numerical_frequency(scene.wavelength, cell)
     decay = _decay_time(scene, slabs)
@@ -107,7 +119,7 @@ def plan(scene: Scene, region: Float[np.ndarray, "2 3"], cell: float | None = No
     return Plan(grid, frequency, math.ceil(duration / grid.time_step), box.astype(int), decay)
 
 
-def _behind(scene: Scene, slabs: list[Slabs]) -> float:
+def _behind(slabs: list[Slabs]) -> float:
     """How far slabs reach beyond the scene's surfaces, metres."""
     return max((float(each.stop[each.outer].max()) for each in slabs if each.outer.any()), default=0.0)
 

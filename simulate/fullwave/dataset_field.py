@@ -1,0 +1,99 @@
+"""The stored field of a dataset folder: made by the solver, or taken from another folder of the same scene."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from rich.progress import Progress
+
+from scenes.errors import InputError
+from simulate.fullwave.engine import stored_field
+from simulate.fullwave.plan import Plan, plan
+from simulate.fullwave.stored_field import StoredField, read_stored_field
+from simulate.fullwave.yee_grid import dispersion_residual
+
+if TYPE_CHECKING:
+    from simulate.request import Request
+
+FIELD = "field.npz"
+
+
+def field_of(request: Request, folder: Path, workers: int | None, progress: Progress) -> StoredField:
+    """The field of a request, from its folder, another folder, or the solver.
+
+    Args:
+        request: asks for full wave.
+        folder: its dataset folder, which keeps the field.
+        workers: number of the solver's runs at a time; None: one per core.
+        progress: shows the runs.
+
+    Raises:
+        InputError: gprMax is not installed, or it failed.
+    """
+    path = folder / FIELD
+    if path.exists():
+        return read_stored_field(path)
+    if request.field is not None:
+        shutil.copyfile(request.field / FIELD, folder / f"{FIELD}.tmp")
+        (folder / f"{FIELD}.tmp").rename(path)
+        return read_stored_field(path)
+    assert request.fullwave is not None
+    planned = plan(request.scene, request.region, request.fullwave.cell)
+    progress.console.print(description(request, planned))
+    count = request.beamformer.array.elements
+    bar = progress.add_task("elements", total=count)
+    done = [0.0] * count
+
+    def report(element: int, elements: int, step: int, steps: int) -> None:
+        done[element] = step / steps
+        progress.update(bar, completed=sum(done))
+
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    field = stored_field(request.scene, planned, folder / "field", workers or cores, report)
+    progress.update(bar, completed=count)
+    field.write(path)
+    shutil.rmtree(folder / "field")
+    return field
+
+
+def description(request: Request, planned: Plan) -> str:
+    """What the runs cost, and what coarser cells would, as a sentence for the user."""
+    cell, wavelength = planned.grid.cell, request.scene.wavelength
+    coarser = 1.25 * cell
+    return (
+        f"full wave: {planned.grid.cells / 1e6:.1f} million cells of {1e3 * cell:g} mm, at most {planned.steps} time "
+        f"steps; {planned.memory / 1e9:.2g} GB and at most {planned.seconds / 60:.1f} minutes on one core for each of "
+        f"{request.beamformer.array.elements} elements; wavelengths are right to "
+        f"{100 * dispersion_residual(wavelength, cell):.2f} %. Cells of {1e3 * coarser:.3g} mm would take "
+        f"{planned.seconds / 60 / 1.25**4:.1f} minutes, with {100 * dispersion_residual(wavelength, coarser):.2f} %"
+    )
+
+
+def cell_of_field(folder: Path, request: Request) -> float:
+    """Side of the cells of a folder's stored field, metres.
+
+    Args:
+        folder: another dataset folder.
+        request: asks for its field.
+
+    Raises:
+        InputError: not the folder of a finished full-wave simulation, or of another scene.
+    """
+    expected = f"{folder}: expected a folder that was simulated with --engine fullwave to its end"
+    try:
+        metadata = json.loads((folder / "metadata.json").read_text())
+        engine = metadata.get("engine")
+    except (OSError, ValueError, AttributeError) as error:
+        raise InputError(f"{expected}, found {error}") from error
+    if engine != "fullwave" or not (folder / FIELD).is_file():
+        raise InputError(f"{expected}, found no {FIELD} of it")
+    if metadata.get("scene_sha256") != request.metadata()["scene_sha256"]:
+        raise InputError(
+            f"{folder}: expected the field of the same scene, found that of {metadata.get('scene')} with other "
+            "objects, materials or antennas"
+        )
+    return float(metadata["fullwave"]["cell"])

@@ -1,0 +1,108 @@
+"""Where slabs and conductors come to lie on the cells."""
+
+import numpy as np
+import pytest
+
+from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.materials import RadioMaterial
+from scenes.scene_yaml import load_scene
+from scenes.shapes import box, sheet
+from simulate.fullwave.cells import AIR, CONDUCTOR, edge_materials
+from simulate.fullwave.slabs import conducting_triangles, dielectric_slabs
+from simulate.fullwave.yee_grid import YeeGrid, dispersion_residual, numerical_permittivity
+
+STONE = RadioMaterial("stone", 5.0, 0.05, 0.1)
+METAL = RadioMaterial("metal", 1.0, 1e7, 0.002)
+GRID = YeeGrid((0.0, 0.0, 0.0), 0.02, (50, 50, 50))
+
+
+def scene(*objects: SceneObject) -> Scene:
+    gateway = Gateway((0.8, 0.5, 0.5), facing((-1, 0, 0)))
+    return Scene(
+        "cells",
+        915e6,
+        gateway,
+        Transmitter((0.3, 0.3, 0.3), (0.5, 0.5, 0.5)),
+        objects,
+        {"stone": STONE, "metal": METAL},
+    )
+
+
+def permittivity_along(place: Scene, axis: int, line: tuple) -> np.ndarray:
+    """ε_r of the edges along an axis, at those on a line through the cells."""
+    found = edge_materials(place, GRID)
+    return found.permittivity[found.index[axis][line]]
+
+
+def test_board_in_the_room_lies_on_both_sides_of_its_sheet():
+    board = SceneObject("board", sheet((0.5, 0.1, 0.1), (0, 0.8, 0), (0, 0, 0.8)), "stone")
+    (slabs,) = dielectric_slabs(scene(board, SceneObject("room", box((0, 0, 0), (1, 1, 1)), "metal")))
+    assert slabs.start.tolist() == [-0.05, -0.05] and slabs.stop.tolist() == [0.05, 0.05]
+    assert not slabs.outer.any()
+
+
+def test_outer_wall_lies_behind_its_sheet():
+    wall = SceneObject("wall", sheet((0.9, 0, 0), (0, 1, 0), (0, 0, 1)), "stone")
+    far = SceneObject("far", sheet((0, 0, 0), (0, 1, 0), (0, 0, 1)), "stone")
+    for slabs, outwards in zip(dielectric_slabs(scene(wall, far)), (1, -1), strict=True):
+        assert slabs.outer.all()
+        assert np.allclose(slabs.normals, [outwards, 0, 0])
+        assert slabs.start.tolist() == [0, 0] and np.allclose(slabs.stop, 0.1)
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "start"), [((0.1, 0.1, 0.1), (0.2, 0.2, 0.2), -0.1), ((0, 0, 0), (1, 1, 1), 0.0)]
+)
+def test_body_is_filled_under_its_surface_and_a_room_behind_it(low, high, start):
+    (slabs,) = dielectric_slabs(scene(SceneObject("box", box(low, high), "stone")))
+    assert np.allclose(slabs.start, start)
+    assert slabs.outer.all() == (start == 0)
+
+
+def test_fractions_of_a_slab_add_up_to_its_thickness():
+    board = SceneObject("board", sheet((0.503, 0.1, 0.1), (0, 0.8, 0), (0, 0, 0.8)), "stone", thickness=0.05)
+    place = scene(board, SceneObject("room", box((0, 0, 0), (1, 1, 1)), "metal"))
+    slab = numerical_permittivity(5.0, place.wavelength, GRID.cell)
+    tangential = permittivity_along(place, 1, (slice(1, -1), 25, 25))
+    assert (tangential - 1).sum() * GRID.cell == pytest.approx((slab - 1) * 0.05, rel=0.03)
+    assert tangential.max() == pytest.approx(slab)
+    across = permittivity_along(place, 0, (slice(1, -1), 25, 25))
+    assert (1 - 1 / across).sum() * GRID.cell == pytest.approx((1 - 1 / slab) * 0.05, rel=0.03)
+
+
+def test_walls_are_closed_at_the_corners_of_the_room():
+    room = box((0.16, 0.16, 0.16), (0.84, 0.84, 0.84))
+    found = edge_materials(scene(SceneObject("room", room, "stone")), GRID)
+    around = found.index[2][4:47, 4:47, 25] != AIR
+    inside = found.index[2][9:42, 9:42, 25] != AIR
+    assert not inside.any()
+    assert around[0].all() and around[:, 0].all() and around[-1].all() and around[:, -1].all()
+
+
+def test_conductor_is_the_faces_nearest_to_its_surface():
+    place = scene(SceneObject("plate", sheet((0.3, 0.1, 0.512), (0.4, 0, 0), (0, 0.8, 0)), "metal"))
+    index = edge_materials(place, GRID).index
+    planes = {axis: np.unique(np.argwhere(index[axis] == CONDUCTOR)[:, 2]).tolist() for axis in range(3)}
+    assert planes == {0: [26], 1: [26], 2: []}
+    along_x = np.argwhere(index[0] == CONDUCTOR)
+    assert (along_x.min(axis=0)[:2], along_x.max(axis=0)[:2]) == (pytest.approx([15, 5]), pytest.approx([34, 45]))
+
+
+def test_oblique_conductor_has_no_holes():
+    tilted = sheet((0.2, 0.2, 0.2), (0.6, 0.0, 0.0), (0.0, 0.35, 0.45))
+    index = edge_materials(scene(SceneObject("plate", tilted, "metal")), GRID).index
+    # A path of cells from one side to the other, along y, meets a conducting face in every column of the sheet.
+    faces = (index[0] == CONDUCTOR)[:-1, :, :-1] & (index[2] == CONDUCTOR)[:-1, :, :-1]
+    for i in range(11, 39):
+        for k in range(11, 31):
+            assert faces[i, :, k].any(), (i, k)
+
+
+def test_conductors_of_built_in_places_are_metal_alone():
+    lab = load_scene("lab")
+    metal = [item for item in lab.objects if item.material == "metal"]
+    assert len(conducting_triangles(lab)) == sum(len(item.mesh.faces) for item in metal)
+
+
+def test_waves_on_finer_cells_are_nearer_the_truth():
+    assert dispersion_residual(0.3276, 0.02) / dispersion_residual(0.3276, 0.01) == pytest.approx(4, rel=0.05)

@@ -1,0 +1,127 @@
+"""Runs of the elements, kept as they end, and datasets made of their field; the solver is replaced by a formula."""
+
+import json
+
+import numpy as np
+import pytest
+
+from scenes.description import SPEED_OF_LIGHT, Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.errors import InputError, ParameterError
+from scenes.materials import p2040_materials
+from scenes.scene_yaml import write_scene
+from scenes.shapes import sheet
+from simulate.dataset import read_dataset
+from simulate.fullwave.engine import DIPOLE_GAIN, VACUUM_PERMEABILITY, free_space_response
+from simulate.fullwave.stored_field import read_stored_field
+from simulate.simulation import simulate
+
+
+@pytest.fixture
+def nook() -> Scene:
+    """A floor, an array of two elements and a small region."""
+    floor = SceneObject("floor", sheet((0, 0, 0), (1.2, 0, 0), (0, 1.0, 0)), "concrete")
+    gateway = Gateway((1.0, 0.5, 0.5), facing((-1, 0, 0)), rows=2, columns=1, pattern="dipole")
+    region = Transmitter((0.35, 0.3, 0.3), (0.6, 0.7, 0.6), pattern="dipole")
+    return Scene("nook", 915e6, gateway, region, (floor,), p2040_materials(["concrete"], 915e6))
+
+
+class Solver:
+    """In place of the solver, the field in free space.
+
+    Attributes:
+        sources: positions of the sources that were run.
+        interrupted_at: number of runs after which Ctrl-C is pressed.
+    """
+
+    def __init__(self) -> None:
+        self.sources: list[np.ndarray] = []
+        self.interrupted_at: int | None = None
+
+    def run(self, folder, geometry, grid, source, box, ends, report):
+        assert (geometry / "geometry.h5").exists()
+        if len(self.sources) == self.interrupted_at:
+            raise KeyboardInterrupt
+        self.sources.append(source.position)
+        report(ends[-1], ends[-1])
+        index = np.stack(np.meshgrid(*(np.arange(*span) for span in box.T), indexing="ij"), axis=-1)
+        points = np.asarray(grid.origin) + grid.cell * (index.reshape(-1, 3) + 0.5)
+        # The engine multiplies by this factor; the frequency is that of the grid.
+        factor = DIPOLE_GAIN * SPEED_OF_LIGHT / 915e6 / (-2j * np.pi * source.frequency * VACUUM_PERMEABILITY)
+        fields = [
+            free_space_response(source.position, source.direction, points, axis, 915e6) / factor for axis in np.eye(3)
+        ]
+        return np.stack([np.stack(fields).reshape(3, *index.shape[:3])] * len(ends))
+
+
+@pytest.fixture
+def solver(monkeypatch) -> Solver:
+    """Takes the solver's place."""
+    instead = Solver()
+    monkeypatch.setattr("simulate.fullwave.engine.run", instead.run)
+    return instead
+
+
+def test_dataset_has_the_responses_of_the_field(nook, solver, tmp_path):
+    dataset = simulate(nook, tmp_path / "nook", n=12, engine="fullwave", cell=0.03)
+    assert len(solver.sources) == 2
+    expected = np.stack(
+        [
+            free_space_response(element, np.array([0.0, 0, 1]), dataset.positions, np.array([0.0, 0, 1]), 915e6)
+            for element in solver.sources
+        ],
+        axis=1,
+    )
+    # A field known at the middles of cells is taken for the mean of their edges, whose inverse raises it by about 2 %.
+    assert np.abs(dataset.responses / expected - 1).max() < 0.08
+    metadata = json.loads((tmp_path / "nook" / "metadata.json").read_text())
+    assert metadata["engine"] == "fullwave" and metadata["fullwave"]["cell"] == 0.03
+    assert "gprMax" in metadata["versions"] and "propagation" not in metadata
+
+
+def test_more_positions_come_from_the_stored_field(nook, solver, tmp_path):
+    first = simulate(nook, tmp_path / "few", n=12, engine="fullwave", cell=0.03)
+    more = simulate(nook, tmp_path / "more", n=40, engine="fullwave", field=tmp_path / "few")
+    assert len(solver.sources) == 2
+    field = read_stored_field(tmp_path / "few" / "field.npz")
+    assert np.array_equal(more.responses, field.responses(more.positions))
+    assert np.array_equal(first.responses, field.responses(first.positions))
+
+
+def test_interrupted_runs_are_continued(nook, solver, tmp_path):
+    solver.interrupted_at = 1
+    with pytest.raises(KeyboardInterrupt):
+        simulate(nook, tmp_path / "nook", n=12, engine="fullwave", cell=0.03, workers=1)
+    assert len(solver.sources) == 1
+    solver.interrupted_at = None
+    simulate(nook, tmp_path / "nook", n=12, engine="fullwave", cell=0.03, workers=1)
+    assert len(solver.sources) == 2
+    assert len(read_dataset(tmp_path / "nook").names) == 12
+    assert not (tmp_path / "nook" / "field").exists()
+
+
+def test_settings_that_do_not_fit_are_refused_before_anything_is_written(nook, solver, tmp_path):
+    with pytest.raises(ParameterError, match="cell: expected none, or the engine fullwave"):
+        simulate(nook, tmp_path / "a", n=4, cell=0.03)
+    with pytest.raises(ParameterError, match=r"cell: expected at most 0\.0358 m"):
+        simulate(nook, tmp_path / "a", n=4, engine="fullwave", cell=0.1)
+    with pytest.raises(ParameterError, match="cell: expected metres above 0"):
+        simulate(nook, tmp_path / "a", n=4, engine="fullwave", cell=-0.1)
+    with pytest.raises(InputError, match="expected a folder that was simulated with --engine fullwave"):
+        simulate(nook, tmp_path / "a", n=4, engine="fullwave", field=tmp_path)
+    assert not (tmp_path / "a").exists()
+
+
+def test_field_of_another_scene_is_refused(nook, solver, tmp_path):
+    simulate(nook, tmp_path / "nook", n=4, engine="fullwave", cell=0.03)
+    write_scene(nook, tmp_path / "scene")
+    text = (tmp_path / "scene" / "scene.yaml").read_text().replace("915", "920")
+    (tmp_path / "scene" / "scene.yaml").write_text(text)
+    with pytest.raises(InputError, match="expected the field of the same scene, found that of nook"):
+        simulate(tmp_path / "scene" / "scene.yaml", tmp_path / "b", n=4, engine="fullwave", field=tmp_path / "nook")
+
+
+def test_dataset_is_made_once_more_by_its_own_settings(nook, solver, tmp_path):
+    first = simulate(nook, tmp_path / "nook", n=4, engine="fullwave", cell=0.03)
+    again = simulate(tmp_path / "nook", tmp_path / "again")
+    assert len(solver.sources) == 4
+    assert np.array_equal(first.pictures, again.pictures)
