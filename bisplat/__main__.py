@@ -12,7 +12,7 @@ import traceback
 
 import tyro
 
-from learn.commands import check, crossvalidate, demo, evaluate, export, predict, train
+from learn.commands import check, crossvalidate, demo, engines, evaluate, export, predict, train
 from learn.comparison_commands import ablate, compare, sweep
 from learn.view.command import view
 from scenes.command import scene
@@ -27,8 +27,8 @@ DESCRIPTION = """Ray-trace spatial spectra in NeRF² format, train models on the
 def main() -> None:
     """Run a command, and report a mistake of the user as one sentence."""
     commands = (
-        demo, scene, simulate, check, convert, responses, train, evaluate, crossvalidate, predict, export, compare,
-        ablate, sweep, view,
+        demo, scene, simulate, check, convert, responses, train, evaluate, crossvalidate, engines, predict, export,
+        compare, ablate, sweep, view,
     )  # fmt: skip
     named = {command.__name__: command for command in commands}
     try:

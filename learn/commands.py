@@ -1,4 +1,4 @@
-"""The commands of a dataset and a run: demo, check, train, evaluate, crossvalidate, predict, export."""
+"""The commands of a dataset and a run: demo, check, train, evaluate, crossvalidate, engines, predict, export."""
 
 from __future__ import annotations
 
@@ -7,13 +7,14 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from tyro.conf import Positional, arg
+from tyro.conf import OmitArgPrefixes, Positional, arg
 
 from learn.models.registry import DEFAULT_MODEL, MODELS
 from learn.splits import SplitKind
 from scenes.errors import InputError
 from scenes.text_tables import print_table
-from simulate.command import Output
+from simulate.command import Output, PropagationOptions
+from simulate.propagation import Propagation
 
 if TYPE_CHECKING:
     ModelName = str
@@ -146,26 +147,57 @@ def crossvalidate(
     scene: str,
     positions: Annotated[int, arg(aliases=["-n"])] = 100,
     seed: int = 1,
+    field: Path | None = None,
     json: bool = False,
 ) -> None:
-    """Compare a run with fresh ray tracing at new positions. Writes RUN/crossvalidation.json and figures.
+    """Compare a run with a fresh simulation at new positions. Writes RUN/crossvalidation.json and figures.
+
+    The truth is ray-traced; if the run's dataset is a full-wave one, it is that dataset's stored field.
 
     Args:
         run: the run folder.
         scene: scene that the run's dataset was simulated in: a built-in name or a YAML file.
         positions: number of new positions, drawn in the bounding box of the positions that the run was trained on.
         seed: seed of the new positions.
+        field: folder of a full-wave dataset of the same place, whose stored field is the truth.
         json: print the scores as JSON.
     """
-    from learn.evaluation.crossvalidate import crossvalidate as compare_with_tracing
+    from learn.evaluation.crossvalidate import crossvalidate as compare_with_truth
     from learn.reports.crossvalidation_report import write_crossvalidation
 
-    fresh = compare_with_tracing(run, scene, positions, seed)
+    fresh = compare_with_truth(run, scene, positions, seed, field=field)
     write_crossvalidation(fresh, run)
     if json:
         print(json_format.dumps(fresh.metrics(), indent=2))
     else:
-        print_table("against fresh ray tracing", {"model": fresh.metrics()})
+        print_table(f"against {fresh.truth_by}", {"model": fresh.metrics()})
+
+
+def engines(
+    dataset: Positional[Path],
+    output: Output,
+    positions: Annotated[int, arg(aliases=["-n"])] = 200,
+    propagation: OmitArgPrefixes[PropagationOptions] = PropagationOptions(),
+    json: bool = False,
+) -> None:
+    """Compare ray tracing with a full-wave dataset at its positions. Writes engines.json and a map to a folder.
+
+    Args:
+        dataset: folder that bisplat simulate --engine fullwave made.
+        output: folder for engines.json and engines_map.
+        positions: largest number of the dataset's positions to trace.
+        propagation: mechanisms that the ray tracer follows.
+        json: print the figures as JSON.
+    """
+    from learn.evaluation.engines import compare_engines
+    from learn.reports.engines_report import write_engines
+
+    compared = compare_engines(dataset, Propagation(**vars(propagation)), positions)
+    write_engines(compared, output)
+    if json:
+        print(json_format.dumps(compared.metrics(), indent=2))
+    else:
+        print_table("rays against full wave", {"rays": compared.metrics()})
 
 
 def predict(run: Positional[Path], positions: Path, output: Output) -> None:

@@ -1,4 +1,4 @@
-"""Cross-validation: a model's predictions against fresh ray tracing at new positions, which are in no dataset."""
+"""Cross-validation: a model's predictions against a fresh simulation at new positions, which are in no dataset."""
 
 from __future__ import annotations
 
@@ -18,6 +18,8 @@ from scenes.shapes import bounding_box
 from simulate.angular_grid import AngularGrid
 from simulate.array import PlanarArray
 from simulate.dataset import Dataset, read_dataset
+from simulate.fullwave.dataset_field import FIELD
+from simulate.fullwave.stored_field import read_stored_field
 from simulate.placement import free_positions
 from simulate.request import propagation_of
 from simulate.spectrum import picture, spectrum_of
@@ -32,23 +34,25 @@ SAME_SPACING = 0.003
 
 @dataclass(frozen=True)
 class CrossValidation:
-    """Predicted and freshly traced spectra at the same K new positions.
+    """Predicted and freshly simulated spectra at the same K new positions.
 
     Attributes:
         run_name: name of the run's folder.
-        scene_name: name of the scene that was traced.
+        scene_name: name of the scene that was simulated.
+        truth_by: what the truth comes from, for the user: "fresh ray tracing" or "full wave".
         positions: new transmitter positions, metres, world frame.
         known_positions: transmitter positions of the n spectra that the run learned from, metres, world frame.
         prediction: predicted spectra, 0…1, float32.
-        truth: spectra of the traced responses, rounded to eight bits as in a dataset, 0…1, float32.
+        truth: spectra of the simulated responses, rounded to eight bits as in a dataset, 0…1, float32.
         grid: directions of the spectra's rows and columns.
         scores: scores of the prediction.
-        correlation: |⟨ŷ, y⟩| / (‖ŷ‖ ‖y‖) of the predicted responses ŷ and the traced responses y, 0…1; it does not
+        correlation: |⟨ŷ, y⟩| / (‖ŷ‖ ‖y‖) of the predicted responses ŷ and the simulated responses y, 0…1; it does not
             depend on the common factor that a spectrum leaves open. None: the model predicts no responses.
     """
 
     run_name: str
     scene_name: str
+    truth_by: str
     positions: Float[np.ndarray, "K 3"]
     known_positions: Float[np.ndarray, "n 3"]
     prediction: Float[np.ndarray, "K 90 360"]
@@ -66,9 +70,16 @@ class CrossValidation:
 
 
 def crossvalidate(
-    run: Run | Path | str, scene: Scene | Path | str, positions: int = 100, seed: int = 1, tracer: Tracer | None = None
+    run: Run | Path | str,
+    scene: Scene | Path | str,
+    positions: int = 100,
+    seed: int = 1,
+    tracer: Tracer | None = None,
+    field: Path | str | None = None,
 ) -> CrossValidation:
-    """Compare a run with fresh ray tracing. Writes nothing: ``learn.reports.crossvalidation_report`` writes the report.
+    """Compare a run with a fresh simulation: by rays, or for a full-wave dataset by its stored field.
+
+    Writes nothing: ``learn.reports.crossvalidation_report`` writes the report.
 
     Args:
         run: a trained run, or its folder.
@@ -77,13 +88,15 @@ def crossvalidate(
             from.
         seed: seed of the new positions.
         tracer: a tracer of the scene. None: a new one with the propagation settings of the dataset's metadata.
+        field: folder of a full-wave dataset of the same place, whose stored field is the truth; None: the run's own
+            dataset if that is a full-wave one, else rays are traced.
 
     Returns:
         The predicted and the traced spectra, and the scores.
 
     Raises:
-        InputError: the run, its dataset or the scene cannot be read, the scene has no gateway with the position and
-            orientation of the dataset's, or the gateway has another array.
+        InputError: the run, its dataset, the field or the scene cannot be read, the scene has no gateway with the
+            position and orientation of the dataset's, or the gateway has another array.
         ParameterError: ``positions`` is not positive.
 
     >>> fresh = crossvalidate("runs/lab", "lab", positions=5)
@@ -106,17 +119,18 @@ def crossvalidate(
     known = dataset.positions[run.split(dataset).known]
     region = bounding_box(known)
     drawn = free_positions(scene, region, positions, np.random.default_rng(seed))
-    if tracer is None:
-        from simulate.trace import Tracer
-
-        propagation, seed_of_rays = propagation_of(dataset.metadata)
-        tracer = Tracer(scene, propagation, region, seed_of_rays)
-    responses = tracer.responses(drawn)
+    if field is None and dataset.metadata.get("engine") == "fullwave":
+        field = dataset.folder
+    if field is not None:
+        responses, truth_by = read_stored_field(Path(field) / FIELD).responses(drawn), "full wave"
+    else:
+        responses, truth_by = _traced(dataset, scene, region, drawn, tracer), "fresh ray tracing"
     truth = spectrum_of(picture(run.beamformer.spectrum(responses)))
     prediction = run.predict(drawn)
     return CrossValidation(
         run_name=run.folder.name,
         scene_name=scene.name,
+        truth_by=truth_by,
         positions=drawn,
         known_positions=known,
         prediction=prediction.spectra,
@@ -125,6 +139,22 @@ def crossvalidate(
         scores=score(prediction.spectra, truth, run.beamformer.grid),
         correlation=None if prediction.responses is None else correlation(prediction.responses, responses),
     )
+
+
+def _traced(
+    dataset: Dataset,
+    scene: Scene,
+    region: Float[np.ndarray, "2 3"],
+    positions: Float[np.ndarray, "K 3"],
+    tracer: Tracer | None,
+) -> Complex[np.ndarray, "K elements"]:
+    """Responses by rays."""
+    if tracer is None:
+        from simulate.trace import Tracer
+
+        propagation, seed_of_rays = propagation_of(dataset.metadata)
+        tracer = Tracer(scene, propagation, region, seed_of_rays)
+    return tracer.responses(positions)
 
 
 def seen_by(dataset: Dataset, scene: Scene) -> Scene:

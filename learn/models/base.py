@@ -104,6 +104,15 @@ class SpectrumModel(nn.Module):
         """
         raise NotImplementedError(f"{type(self).__name__} is trained by steps")
 
+    def refit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
+        """Fit a fitted model to other known spectra, with the choices that ``fit`` made.
+
+        Args:
+            dataset: as for ``fit``.
+            known: indices of the spectra to fit to.
+        """
+        raise NotImplementedError(f"{type(self).__name__} is trained by steps")
+
     # --- for subclasses ------------------------------------------------------------------------------------
 
     def scaled(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 3"]:

@@ -32,7 +32,7 @@ WAYS = {
 LEFT_OUT = 64
 """Number of known spectra, evenly spread, that each way of interpolation predicts from the others."""
 
-FOLDS, FOLDED = 8, 400
+FOLDS, FOLDED = 8, 300
 """Where few spectra are known, a covariance fitted to all of them predicts them too well. A way that even so is worse
 than inverse-distance weighting is dropped. The covariance of the others is fitted once more without each of some parts,
 and then predicts that part: as many parts as make FOLDED spectra in all, at least 2 and at most FOLDS."""
@@ -41,7 +41,7 @@ QUARTERS = 4
 """Number of rounds of the choice of weights, which are multiples of one over this number."""
 
 LEAST_GAIN = 0.003
-"""Mean SSIM; where a mean of several ways gains less, which can be chance, the best one is used alone."""
+"""Mean SSIM; a smaller gain can be chance."""
 
 CLEAR_LEAD = 0.04
 """Mean SSIM; if kriging of responses leads inverse-distance weighting by more, kriging of spectra is not tried."""
@@ -159,6 +159,16 @@ class HelmholtzField(SpectrumModel):
             f"{together})"
         )
 
+    def refit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
+        """Keep other known spectra with the weights found before; the covariances are fitted again.
+
+        Args:
+            dataset: as for ``fit``.
+            known: indices of the spectra to interpolate.
+        """
+        known = np.unique(known)
+        self._set(self._used, {way: self._fitted(way, dataset, known, self.report) for way in self.fields})
+
     def _fitted(self, way: str, dataset: Dataset, known: Int[np.ndarray, " n"], report: Report) -> KrigedField:
         field = self._empty(way)
         field.report = report  # type: ignore[method-assign]
@@ -183,8 +193,9 @@ class HelmholtzField(SpectrumModel):
     ) -> tuple[dict[str, float], float]:
         """Weights of the ways and their mean SSIM, by greedy selection (Caruana et al. 2004).
 
-        In each round, the way that raises the mean SSIM of the mean most is added to it, once more if need be. A gain
-        over the best single way of less than ``LEAST_GAIN`` is left.
+        In each round, the way that raises the mean SSIM of the mean most is added to it, once more if need be. Gains of
+        less than ``LEAST_GAIN`` count for nothing: of a mean over a single way, and of a way over an earlier one of
+        ``WAYS``.
         """
         total, counts, score = np.zeros_like(truth), dict.fromkeys(predicted, 0), 0.0
         single, single_score = "", 0.0
@@ -196,7 +207,8 @@ class HelmholtzField(SpectrumModel):
             total, score = total + predicted[best], scores[best]
             counts[best] += 1
             if taken == 0:
-                single, single_score = best, score
+                single = next(way for way in WAYS if scores.get(way, 0) > score - LEAST_GAIN)
+                single_score = scores[single]
         if score < single_score + LEAST_GAIN:
             return {single: 1.0}, single_score
         return {way: count / QUARTERS for way, count in counts.items() if count}, score

@@ -48,7 +48,7 @@ def page_values(fresh: CrossValidation, folder: Path) -> dict[str, Any]:
         folder: folder in which ``write_crossvalidation`` has written the figures.
     """
     return {
-        "fresh_rows": {"model, against fresh ray tracing": fresh.scores.summary()},
+        "fresh_rows": {f"model, against {fresh.truth_by}": fresh.scores.summary()},
         "columns": SCORE_COLUMNS,
         "fresh": fresh.metrics(),
         "figures": embedded(folder, FIGURES),

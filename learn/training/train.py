@@ -153,20 +153,20 @@ def _check(config: Config, devices: int, nodes: int) -> None:
 
 
 def _fit_in_closed_form(model: SpectrumModel, dataset: Dataset, parts: Split, folder: Path) -> None:
-    """Fit a model to the training part and score it on the validation part; then fit it to both parts.
+    """Fit a model to the training part and score it on the validation part; then fit it to both, with the same choices.
 
     The baselines interpolate both parts too.
     """
     began = time.perf_counter()
     with FitProgress(f"fit to the {len(parts.train)} training spectra") as model.report:
-        model.fit(dataset, parts.train)
+        found = model.fit(dataset, parts.train)
     validated = evenly(parts.validation, Spectra.VALIDATED)
     validation_ssim = 0.0
     if len(validated):
         prediction = predict(model, dataset.positions[validated]).spectra
         validation_ssim = float(np.median(ssim(prediction, spectrum_of(dataset.pictures[validated]))))
     with FitProgress(f"fit to all {len(parts.known)} known spectra") as model.report:
-        found = model.fit(dataset, parts.known)
+        model.refit(dataset, parts.known)
     Console(stderr=True).print(f"bisplat: {found}", highlight=False, soft_wrap=True)
     write_training(folder, 0, time.perf_counter() - began, validation_ssim)
     save_weights(folder, model)

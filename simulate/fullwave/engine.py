@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import tempfile
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -22,6 +23,9 @@ from simulate.fullwave.stored_field import StoredField, at_cell_middles_to_edges
 
 VACUUM_PERMEABILITY = 1.25663706212e-6
 """μ₀, henries per metre."""
+
+WORKING = "running-"
+"""Beginning of the names of folders that runs work in."""
 
 SETTLED = 1e-3
 """A field that differs less from that at the end of the run, relative to it, has settled: its rest is 60 dB down."""
@@ -78,11 +82,13 @@ def stored_field(
         InputError: gprMax is not installed, or it failed.
     """
     folder.mkdir(parents=True, exist_ok=True)
+    for left in folder.glob(f"{WORKING}*"):  # by a run that was killed
+        shutil.rmtree(left)
     count = len(element_positions(scene))
     missing = [number for number in range(count) if not _file(folder, number).exists()]
     if missing:
         require_gprmax()
-        with tempfile.TemporaryDirectory(dir=folder) as geometry:
+        with tempfile.TemporaryDirectory(dir=folder, prefix=WORKING) as geometry:
             write_geometry(Path(geometry), edge_materials(scene, planned.grid), planned.grid)
             first = [number for number in missing if number == 0]
             for number in first:
@@ -125,7 +131,7 @@ def _run_element(
     # The first run looks back in steps of a tenth of its end, the others to the last two periods.
     period = 1 / (planned.frequency * planned.grid.time_step)
     ends = [steps * tenth // 20 for tenth in range(6, 21)] if number == 0 else [steps - round(2 * period), steps]
-    with tempfile.TemporaryDirectory(dir=folder) as working:
+    with tempfile.TemporaryDirectory(dir=folder, prefix=WORKING) as working:
         fields = run(Path(working), geometry, planned.grid, source, planned.box, ends, report)
     last = float(np.linalg.norm(fields[-1]))
     changes = [float(np.linalg.norm(field - fields[-1])) / max(last, 1e-300) for field in fields[:-1]]

@@ -317,3 +317,24 @@ def test_options_of_other_models_are_refused(tiny, tmp_path):
     with pytest.raises(InputError, match="bypass: expected an option of the model helmholtz, which has none"):
         train(tiny, tmp_path / "run", options={"bypass": ["bst"]})
     assert not (tmp_path / "run").exists()
+
+
+def test_gains_that_can_be_chance_count_for_nothing():
+    truth = np.random.default_rng(0).random((4, 90, 360)).astype(np.float32)
+    noise = np.random.default_rng(1).standard_normal((3, *truth.shape)).astype(np.float32)
+    nearly_alike = {"spectra": truth + 0.100 * noise[0], "smooth-spectra": truth + 0.0999 * noise[0]}
+    weights, score = HelmholtzField(np.zeros((2, 3)), Beamformer())._best_weights(nearly_alike, truth)
+    assert weights == {"spectra": 1.0} and score > 0.9
+    independent = {"spectra": truth + 0.3 * noise[1], "smooth-spectra": truth + 0.3 * noise[2]}
+    weights, _ = HelmholtzField(np.zeros((2, 3)), Beamformer())._best_weights(independent, truth)
+    assert weights == {"spectra": 0.5, "smooth-spectra": 0.5}
+
+
+def test_second_fit_keeps_the_weights(waves):
+    pictures = dataclasses.replace(waves, responses=None)
+    model = HelmholtzField(np.zeros((2, 3)), waves.beamformer)
+    model.fit(pictures, np.arange(0, 8))
+    weights = model.weights.clone()
+    model.refit(pictures, np.arange(0, 12))
+    assert torch.equal(model.weights, weights)
+    assert all(len(field.places) == 12 for field in model.fields.values())

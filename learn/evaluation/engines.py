@@ -1,0 +1,121 @@
+"""Rays against full wave: how far the ray tracer's responses are from a full-wave dataset's, at the same positions."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Complex, Float
+
+from learn.evaluation.crossvalidate import correlation
+from learn.metrics import Scores, score
+from scenes.description import Scene
+from scenes.errors import InputError, ParameterError
+from scenes.scene_yaml import read_scene
+from simulate.dataset import Dataset, read_dataset
+from simulate.evenly import evenly
+from simulate.propagation import Propagation
+from simulate.spectrum import picture, spectrum_of
+
+
+@dataclass(frozen=True)
+class EngineComparison:
+    """Responses by rays and by full wave to the same K positions.
+
+    Attributes:
+        name: name of the full-wave dataset's folder.
+        positions: transmitter positions, metres, world frame.
+        rays: element responses by rays.
+        full_wave: element responses by full wave.
+        correlation: |⟨rays, full wave⟩| over the product of their norms, at each position, 0…1.
+        level_error_db: power of the rays' responses over that of the full wave's, at each position, dB.
+        scores: scores of the rays' spectra against those of the full wave.
+    """
+
+    name: str
+    positions: Float[np.ndarray, "K 3"]
+    rays: Complex[np.ndarray, "K elements"]
+    full_wave: Complex[np.ndarray, "K elements"]
+    correlation: Float[np.ndarray, " K"]
+    level_error_db: Float[np.ndarray, " K"]
+    scores: Scores
+
+    def metrics(self) -> dict[str, Any]:
+        """What engines.json and ``bisplat engines`` show.
+
+        The correlation over all elements and positions together also counts errors of phase from place to place,
+        which the median over positions does not.
+        """
+        together = correlation(self.rays.reshape(1, -1), self.full_wave.reshape(1, -1))[0]
+        return {
+            "correlation_rays": float(np.median(self.correlation)),
+            "correlation_rays_together": float(together),
+            "ssim_rays": float(np.median(self.scores.ssim)),
+            "aoa_error_deg": float(np.median(self.scores.aoa_error)),
+            "level_error_db": float(np.median(np.abs(self.level_error_db))),
+            "level_bias_db": float(np.median(self.level_error_db)),
+            "positions": len(self.positions),
+        }
+
+
+def compare_engines(folder: Path | str, propagation: Propagation, positions: int, seed: int = 1) -> EngineComparison:
+    """Trace a full-wave dataset's positions by rays, between short dipoles as in full wave.
+
+    Args:
+        folder: folder of a dataset simulated with the engine fullwave, without measurement errors.
+        propagation: the mechanisms that the rays follow.
+        positions: largest number of the dataset's positions, evenly spread over its order.
+        seed: seed of the rays.
+
+    Raises:
+        InputError: another folder, or one with measurement errors.
+        ParameterError: ``positions`` is not positive.
+    """
+    if positions < 1:
+        raise ParameterError("positions", f"expected a positive number, found {positions}")
+    dataset = read_dataset(folder)
+    scene = _dipoles(_scene(dataset))
+    from simulate.trace import Tracer
+
+    chosen = evenly(np.arange(len(dataset.names)), positions)
+    tracer = Tracer(scene, propagation, None, seed)
+    rays = tracer.responses(dataset.positions[chosen])
+    assert dataset.responses is not None
+    full_wave = dataset.responses[chosen]
+    traced = spectrum_of(picture(dataset.beamformer.spectrum(rays)))
+    power = np.linalg.norm(rays, axis=1) / np.maximum(np.linalg.norm(full_wave, axis=1), 1e-30)
+    return EngineComparison(
+        name=dataset.folder.name,
+        positions=dataset.positions[chosen],
+        rays=rays,
+        full_wave=full_wave,
+        correlation=correlation(rays, full_wave),
+        level_error_db=20 * np.log10(np.maximum(power, 1e-15)),
+        scores=score(traced, spectrum_of(dataset.pictures[chosen]), dataset.grid),
+    )
+
+
+def _scene(dataset: Dataset) -> Scene:
+    """The scene that a full-wave dataset was simulated in."""
+    if dataset.metadata.get("engine") != "fullwave":
+        raise InputError(
+            f"{dataset.folder}: expected a dataset simulated with --engine fullwave, found one made otherwise"
+        )
+    errors = {name: value for name, value in dataset.metadata["measurement"].items() if value and name != "seed"}
+    if errors:
+        raise InputError(
+            f"{dataset.folder}: expected a dataset without measurement errors, which would count as the rays', found "
+            f"{errors}"
+        )
+    return read_scene(dataset.folder / dataset.metadata["scene_file"])
+
+
+def _dipoles(scene: Scene) -> Scene:
+    """The scene with short dipoles for antennas."""
+    return replace(
+        scene,
+        gateway=replace(scene.gateway, pattern="dipole"),
+        transmitter=replace(scene.transmitter, pattern="dipole"),
+    )

@@ -1,0 +1,51 @@
+"""The figures of ``bisplat engines``, and its figures as JSON."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from learn.evaluation.engines import EngineComparison
+from learn.reports.figures import MAGNITUDE, save
+from scenes.atomic import write_atomically
+
+LARGEST_LEVEL = 6.0
+"""Ends of the colour scale of level errors, dB."""
+
+
+def write_engines(compared: EngineComparison, folder: Path) -> None:
+    """Write engines.json, and engines_map as PNG and PDF.
+
+    Args:
+        compared: the result of ``compare_engines``.
+        folder: made if it does not exist.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    write_atomically(folder / "engines.json", (json.dumps(compared.metrics(), indent=2) + "\n").encode())
+    quantities = (
+        (compared.correlation, "correlation", MAGNITUDE, 0.0, 1.0),
+        (compared.scores.ssim, "SSIM", MAGNITUDE, 0.0, 1.0),
+        (compared.level_error_db, "rays' level over full wave's (dB)", "coolwarm", -LARGEST_LEVEL, LARGEST_LEVEL),
+    )
+    figure = Figure(figsize=(13, 8), layout="constrained")
+    axes = figure.subplots(2, 3)
+    for column, (values, label, colours, low, high) in zip(axes.T, quantities, strict=True):
+        for axis, (first, second) in zip(column, ((0, 1), (0, 2)), strict=True):
+            points = axis.scatter(
+                compared.positions[:, first],
+                compared.positions[:, second],
+                c=values,
+                s=22,
+                cmap=colours,
+                vmin=low,
+                vmax=high,
+            )
+            axis.set(xlabel=f"{'xyz'[first]} (m)", ylabel=f"{'xyz'[second]} (m)", aspect="equal")
+        figure.colorbar(
+            points, ax=column, label=label, orientation="horizontal", extend="both" if low < 0 else "neither"
+        )
+    axes[0, 0].set_title("from above")
+    axes[1, 0].set_title("from the side")
+    save(figure, folder / "engines_map.png")
