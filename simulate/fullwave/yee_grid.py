@@ -62,7 +62,7 @@ def numerical_frequency(wavelength: float, cell: float) -> float:
         Hertz.
 
     >>> round(numerical_frequency(0.3276, 0.02) / (299792458 / 0.3276), 4)
-    0.9974
+    0.9984
     """
     return float(np.mean(_frequencies(2 * np.pi / wavelength * _directions(), cell)))
 
@@ -78,7 +78,7 @@ def numerical_permittivity(permittivity: float, wavelength: float, cell: float) 
         cell: metres.
 
     >>> round(numerical_permittivity(1.0, 0.3276, 0.02), 3), round(numerical_permittivity(5.24, 0.3276, 0.02), 3)
-    (1.0, 5.139)
+    (1.0, 5.079)
     """
     wave_vectors = 2 * np.pi / wavelength * np.sqrt(permittivity) * _directions()
     squares = (np.sin(wave_vectors * cell / 2) ** 2).sum(axis=1).mean()
