@@ -47,12 +47,16 @@ def winding_number(points: Float[np.ndarray, "n 3"], triangles: Float[np.ndarray
     return total
 
 
+def merged(mesh: Trimesh) -> Trimesh:
+    """A copy whose faces share corners; files repeat them per face or per normal, and then no component is closed."""
+    copy = Trimesh(mesh.vertices, mesh.faces, process=False)
+    copy.merge_vertices()
+    return copy
+
+
 def closed_parts(mesh: Trimesh) -> list[Trimesh]:
     """The connected components of a mesh that bound a volume, wound consistently; sheets and open shells have none."""
-    # Files repeat corners per face or per normal; without merging them no component would be closed.
-    merged = Trimesh(mesh.vertices, mesh.faces, process=False)
-    merged.merge_vertices()
-    parts = list(merged.split(only_watertight=True, repair=False))
+    parts = list(merged(mesh).split(only_watertight=True, repair=False))
     for part in parts:
         trimesh.repair.fix_winding(part)  # the solid angles of triangles wound in opposite senses would cancel
     return parts

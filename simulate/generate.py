@@ -71,16 +71,15 @@ def generate(request: Request, folder: Path, workers: int | None = None, ray: st
     """
     if workers is not None and workers < 1:
         raise ParameterError("workers", f"expected at least 1, found {workers}")
+    if request.fullwave is not None:
+        require_gprmax()  # whose version is in the metadata
     metadata = request.metadata()
     begun = _begun(folder, metadata)
     if begun and (folder / "test_index.txt").exists():
         shutil.rmtree(folder / "parts", ignore_errors=True)  # left by a run that was killed while it removed them
         return
-    # What cannot be used is refused before anything is written.
-    if request.fullwave is not None:
-        require_gprmax()
-    else:
-        import simulate.ray_tracer  # noqa: F401
+    if request.fullwave is None:
+        import simulate.ray_tracer  # noqa: F401  a ray tracer that cannot be used is refused before anything is written
 
         if workers is not None or ray is not None:
             require_ray(ray)

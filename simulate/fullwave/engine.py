@@ -14,8 +14,8 @@ import numpy as np
 from jaxtyping import Complex, Float
 from scipy.spatial.transform import Rotation
 
+from scenes.array_clearance import element_positions
 from scenes.description import SPEED_OF_LIGHT, Scene
-from simulate.array import PlanarArray
 from simulate.fullwave.cells import edge_materials
 from simulate.fullwave.gprmax import Source, require_gprmax, run, write_geometry
 from simulate.fullwave.plan import Plan
@@ -32,12 +32,6 @@ SETTLED = 1e-3
 
 DIPOLE_GAIN = 1.5
 """Gain of a short dipole."""
-
-
-def element_positions(scene: Scene) -> Float[np.ndarray, "elements 3"]:
-    """Positions of the gateway's elements, metres, world frame."""
-    offsets = Rotation.from_quat(scene.gateway.orientation).apply(PlanarArray.of(scene.gateway).positions)
-    return np.asarray(scene.gateway.position) + scene.wavelength * offsets
 
 
 def element_direction(scene: Scene) -> Float[np.ndarray, " 3"]:
@@ -84,15 +78,14 @@ def stored_field(
     folder.mkdir(parents=True, exist_ok=True)
     for left in folder.glob(f"{WORKING}*"):  # by a run that was killed
         shutil.rmtree(left)
-    count = len(element_positions(scene))
+    count = len(element_positions(scene.gateway, scene.wavelength))
     missing = [number for number in range(count) if not _file(folder, number).exists()]
     if missing:
         require_gprmax()
         with tempfile.TemporaryDirectory(dir=folder, prefix=WORKING) as geometry:
             write_geometry(Path(geometry), edge_materials(scene, planned.grid), planned.grid)
-            first = [number for number in missing if number == 0]
-            for number in first:
-                _run_element(scene, planned, planned.steps, number, folder, Path(geometry), partial(report, 0, count))
+            if 0 in missing:
+                _run_element(scene, planned, planned.steps, 0, folder, Path(geometry), partial(report, 0, count))
             steps = read_stored_field(_file(folder, 0)).steps
             with ThreadPoolExecutor(at_once) as pool:
                 runs = [
@@ -127,10 +120,14 @@ def _run_element(
     report: Callable[[int, int], None],
 ) -> None:
     """Run one element and write its responses."""
-    source = Source(element_positions(scene)[number], element_direction(scene), planned.frequency)
-    # The first run looks back in steps of a tenth of its end, the others to the last two periods.
+    source = Source(
+        element_positions(scene.gateway, scene.wavelength)[number], element_direction(scene), planned.frequency
+    )
+    # The first run looks back in steps of a twentieth of its end, the others to the last two periods.
     period = 1 / (planned.frequency * planned.grid.time_step)
-    ends = [steps * tenth // 20 for tenth in range(6, 21)] if number == 0 else [steps - round(2 * period), steps]
+    ends = (
+        [steps * twentieth // 20 for twentieth in range(6, 21)] if number == 0 else [steps - round(2 * period), steps]
+    )
     with tempfile.TemporaryDirectory(dir=folder, prefix=WORKING) as working:
         fields = run(Path(working), geometry, planned.grid, source, planned.box, ends, report)
     last = float(np.linalg.norm(fields[-1]))

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+import trimesh
 from jaxtyping import Float, Int
 
 from scenes.description import SPEED_OF_LIGHT, Scene
@@ -47,14 +48,12 @@ class Plan:
         frequency: of the source on the grid, hertz.
         steps: number of time steps.
         box: first cell and the one after the last, of the box around the region whose field is kept.
-        decay_time: estimated time in which a room's energy falls by 60 dB, seconds.
     """
 
     grid: YeeGrid
     frequency: float
     steps: int
     box: Int[np.ndarray, "2 3"]
-    decay_time: float
 
     @property
     def memory(self) -> int:
@@ -113,10 +112,9 @@ def plan(scene: Scene, region: Float[np.ndarray, "2 3"], cell: float) -> Plan:
     grid = YeeGrid((float(origin[0]), float(origin[1]), float(origin[2])), cell, (nx, ny, nz))
     box = np.stack([np.floor((region[0] - origin) / cell) - MARGIN, np.ceil((region[1] - origin) / cell) + MARGIN])
     frequency = numerical_frequency(scene.wavelength, cell)
-    decay = _decay_time(scene, slabs)
     crossing = 2 * float(np.linalg.norm(high - low)) / SPEED_OF_LIGHT
-    duration = RISE / frequency + crossing + decay
-    return Plan(grid, frequency, math.ceil(duration / grid.time_step), box.astype(int), decay)
+    duration = RISE / frequency + crossing + _decay_time(scene, slabs)
+    return Plan(grid, frequency, math.ceil(duration / grid.time_step), box.astype(int))
 
 
 def _behind(slabs: list[Slabs]) -> float:
@@ -135,13 +133,7 @@ def _decay_time(scene: Scene, slabs: list[Slabs]) -> float:
     surface = 2 * float(extent[0] * extent[1] + extent[1] * extent[2] + extent[2] * extent[0])
     absorbing, closed = 0.0, 0.0
     for each in slabs:
-        area = (
-            np.linalg.norm(
-                np.cross(each.triangles[:, 1] - each.triangles[:, 0], each.triangles[:, 2] - each.triangles[:, 0]),
-                axis=1,
-            )
-            / 2
-        )
+        area = trimesh.triangles.area(each.triangles)
         loss = each.material.conductivity / (2 * np.pi * scene.frequency * VACUUM_PERMITTIVITY)
         index = np.sqrt(each.material.relative_permittivity - 1j * loss)
         reflected = abs((index - 1) / (index + 1)) ** 2

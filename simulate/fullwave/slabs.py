@@ -19,17 +19,15 @@ from jaxtyping import Bool, Float
 from trimesh import Trimesh
 
 from scenes.description import Scene, SceneObject
+from scenes.enclosure import WALL_REACH
 from scenes.materials import RadioMaterial
-from scenes.occupancy import closed_parts, holds_antennas
+from scenes.occupancy import closed_parts, holds_antennas, merged
 
 CONDUCTOR = 1000.0
 """A material whose loss σ/ωε₀ is larger is a perfect conductor here."""
 
 VACUUM_PERMITTIVITY = 8.8541878128e-12
 """ε₀, farads per metre."""
-
-WALL_REACH = 0.4
-"""Metres behind an outer wall in which panes, doors and other walls' ends may lie."""
 
 
 @dataclass(frozen=True)
@@ -86,16 +84,10 @@ def _slabs_of(scene: Scene, item: SceneObject) -> Slabs:
     closed = closed_parts(item.mesh)
     pieces = [_of_closed_part(scene, part, thickness) for part in closed]
     if sum(len(part.faces) for part in closed) < len(item.mesh.faces):
-        open_parts = [part for part in _merged(item.mesh).split(only_watertight=False) if not part.is_watertight]
+        open_parts = [part for part in merged(item.mesh).split(only_watertight=False) if not part.is_watertight]
         pieces += [_of_sheet(scene, part.triangles, thickness) for part in open_parts]
     triangles, normals, start, stop, outer = (np.concatenate(values) for values in zip(*pieces, strict=True))
     return Slabs(material, triangles, normals, start, stop, outer)
-
-
-def _merged(mesh: Trimesh) -> Trimesh:
-    merged = Trimesh(mesh.vertices, mesh.faces, process=False)
-    merged.merge_vertices()
-    return merged
 
 
 def _of_closed_part(scene: Scene, part: Trimesh, thickness: float) -> tuple[np.ndarray, ...]:

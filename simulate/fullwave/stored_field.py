@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Complex, Float
-from scipy.ndimage import map_coordinates
+from scipy.ndimage import map_coordinates, spline_filter
 
 from scenes.errors import InputError
+from simulate.dataset_writer import write_arrays
 
 ORDER = 5
 """Degree of the splines between lattice points."""
@@ -54,8 +56,13 @@ class StoredField:
                 f"position {number + 1}: expected a place within {low.round(3).tolist()} to {high.round(3).tolist()} "
                 f"m, where the field is known, found {positions[number].round(3).tolist()}"
             )
-        found = [map_coordinates(field, where, order=ORDER, mode="mirror") for field in self.values]
+        found = [map_coordinates(each, where, order=ORDER, mode="mirror", prefilter=False) for each in self._splines]
         return np.stack(found, axis=1).astype(np.complex64)
+
+    @cached_property
+    def _splines(self) -> list[Complex[np.ndarray, "nx ny nz"]]:
+        """The splines' coefficients, found once for all positions."""
+        return [spline_filter(field, order=ORDER, output=complex, mode="mirror") for field in self.values]
 
     def interpolation_error_db(self) -> float:
         """Error of interpolation between points twice as far apart, which is far more than that between all points.
@@ -73,8 +80,6 @@ class StoredField:
 
     def write(self, path: Path) -> None:
         """Write to an npz archive."""
-        from simulate.dataset_writer import write_arrays
-
         write_arrays(
             path,
             {

@@ -10,11 +10,12 @@ from learn.evaluation.crossvalidate import crossvalidate
 from learn.evaluation.engines import compare_engines
 from learn.reports.engines_report import write_engines
 from learn.training.train import train
+from scenes.array_clearance import element_positions
 from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
 from scenes.errors import InputError, ParameterError
 from scenes.materials import p2040_materials
 from scenes.shapes import sheet
-from simulate.fullwave.engine import element_positions, free_space_response
+from simulate.fullwave.engine import free_space_response
 from simulate.fullwave.stored_field import StoredField
 from simulate.propagation import Propagation
 from simulate.simulation import simulate
@@ -31,7 +32,10 @@ def in_free_space(monkeypatch):
         size = np.ceil((high - low) / 0.02).astype(int) + 1
         index = np.stack(np.meshgrid(*(np.arange(count) for count in size), indexing="ij"), axis=-1)
         points, up = low + 0.02 * index.reshape(-1, 3), np.array([0.0, 0.0, 1.0])
-        values = [free_space_response(each, up, points, up, scene.frequency) for each in element_positions(scene)]
+        values = [
+            free_space_response(each, up, points, up, scene.frequency)
+            for each in element_positions(scene.gateway, scene.wavelength)
+        ]
         folder.mkdir()
         return StoredField(low, 0.02, np.stack(values).reshape(-1, *size), np.zeros(16), 900)
 

@@ -5,12 +5,12 @@ import pytest
 from scipy.integrate import quad_vec
 from scipy.special import j0
 
+from scenes.array_clearance import element_positions
 from scenes.description import SPEED_OF_LIGHT, Gateway, Scene, SceneObject, Transmitter, facing
 from scenes.materials import RadioMaterial
 from scenes.shapes import sheet
 from simulate.fullwave.engine import (
     element_direction,
-    element_positions,
     free_space_response,
     stored_field,
     transmitter_direction,
@@ -49,7 +49,7 @@ def traced(scene: Scene, origin: tuple, shape: tuple, steps: int, folder) -> tup
     """The stored field, places of the region drawn at random, and the responses there."""
     grid, region = YeeGrid(origin, CELL, shape), scene.transmitter.region
     box = np.stack([np.floor((region[0] - origin) / CELL) - MARGIN, np.ceil((region[1] - origin) / CELL) + MARGIN])
-    planned = Plan(grid, numerical_frequency(scene.wavelength, CELL), steps, box.astype(int), 0.0)
+    planned = Plan(grid, numerical_frequency(scene.wavelength, CELL), steps, box.astype(int))
     field = stored_field(scene, planned, folder)
     positions = np.random.default_rng(0).uniform(*region, (100, 3))
     return field, positions, field.responses(positions)[:, 0]
@@ -57,7 +57,10 @@ def traced(scene: Scene, origin: tuple, shape: tuple, steps: int, folder) -> tup
 
 def direct(scene: Scene, positions: np.ndarray, mirror=(1, 1, 1), sign: float = 1.0) -> np.ndarray:
     """Response in free space to the source, or to its image by a mirror, of a dipole that is mirrored and signed."""
-    source, along = np.array(mirror) * element_positions(scene)[0], sign * np.array(mirror) * element_direction(scene)
+    source, along = (
+        np.array(mirror) * element_positions(scene.gateway, scene.wavelength)[0],
+        sign * np.array(mirror) * element_direction(scene),
+    )
     return free_space_response(source, along, positions, transmitter_direction(scene), FREQUENCY)
 
 
@@ -68,7 +71,7 @@ def through_plane_waves(scene: Scene, positions: np.ndarray, height: np.ndarray,
     scaled so that it is the response in free space where the coefficient is 1.
     """
     k = 2 * np.pi / scene.wavelength
-    radius = np.linalg.norm((positions - element_positions(scene)[0])[:, 1:], axis=1)
+    radius = np.linalg.norm((positions - element_positions(scene.gateway, scene.wavelength)[0])[:, 1:], axis=1)
 
     def integral(height: np.ndarray, radius: np.ndarray, coefficient) -> np.ndarray:
         def integrand(kappa: complex) -> np.ndarray:
@@ -128,7 +131,7 @@ def test_dielectric_half_space_reflects_by_fresnel(tmp_path):
     gateway = Gateway((0.111, -0.333, 0.027), facing((0.0, 0.0, 1.0)), rows=1, columns=1, polarization="H")
     scene = place(gateway, ((0.08, 0.1, -0.1), (0.2, 0.4, 0.1)), wall(STONE, 9.0), far_sheet(50), material=STONE)
     _, positions, found = traced(scene, (-0.4, -0.7, -0.5), (50, 70, 50), 620, tmp_path)
-    height = element_positions(scene)[0][0] + positions[:, 0]
+    height = element_positions(scene.gateway, scene.wavelength)[0][0] + positions[:, 0]
     expected = direct(scene, positions)
     expected += through_plane_waves(scene, positions, height, lambda kappa: interface(STONE, kappa)[0])
     assert error(found, direct(scene, positions)) > 0.1
@@ -148,6 +151,6 @@ def test_slab_transmits_as_the_formula_says(thickness, tmp_path):
         r, inside = interface(STONE, kappa)
         return (1 - r**2) * np.exp(1j * (kappa - inside) * thickness) / (1 - r**2 * np.exp(-2j * inside * thickness))
 
-    height = positions[:, 0] - element_positions(scene)[0][0]
+    height = positions[:, 0] - element_positions(scene.gateway, scene.wavelength)[0][0]
     assert error(found, direct(scene, positions)) > 0.1
     assert error(found, through_plane_waves(scene, positions, height, transmission)) < 0.03

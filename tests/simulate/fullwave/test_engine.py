@@ -125,3 +125,10 @@ def test_dataset_is_made_once_more_by_its_own_settings(nook, solver, tmp_path):
     again = simulate(tmp_path / "nook", tmp_path / "again")
     assert len(solver.sources) == 4
     assert np.array_equal(first.pictures, again.pictures)
+
+
+def test_missing_solver_is_one_sentence(nook, monkeypatch, tmp_path):
+    monkeypatch.setattr("simulate.fullwave.gprmax.find_spec", lambda name: None)
+    with pytest.raises(InputError, match="expected the solver gprMax, found none"):
+        simulate(nook, tmp_path / "nook", n=4, engine="fullwave", cell=0.03)
+    assert not (tmp_path / "nook").exists()
