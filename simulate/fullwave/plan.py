@@ -12,16 +12,13 @@ from jaxtyping import Float, Int
 from scenes.description import SPEED_OF_LIGHT, Scene
 from scenes.errors import ParameterError
 from scenes.shapes import bounding_box
-from simulate.fullwave.gprmax import RISE
+from simulate.fullwave.gprmax import ABSORBER, RISE
 from simulate.fullwave.slabs import VACUUM_PERMITTIVITY, Slabs, dielectric_slabs, is_conductor
 from simulate.fullwave.stored_field import MARGIN
 from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency
 
 CELLS_PER_WAVELENGTH, CELLS_PER_WAVELENGTH_IN_AIR = 7, 16
 """Least number of cells per wavelength in a material, and in air."""
-
-ABSORBER = 10
-"""Cells of the absorbing boundary on every side; gprMax's default."""
 
 AIR = 2
 """Cells of air between the scene's outermost slab and the absorbing boundary."""
@@ -105,21 +102,24 @@ def plan(scene: Scene, region: Float[np.ndarray, "2 3"], cell: float) -> Plan:
             f"expected at most {shortest / 4:.3g} m, a quarter of the shortest wavelength in a material, found {cell}",
         )
     slabs = dielectric_slabs(scene)
-    margin = math.ceil(min(_behind(slabs), THICKEST) / cell) + AIR + ABSORBER
-    low, high = bounding_box(np.vstack([scene.bounds, region, np.asarray(scene.gateway.position)[None]]))
-    origin = low - margin * cell
-    nx, ny, nz = (int(size) for size in np.ceil((high - origin) / cell).astype(int) + margin)
+    inner = bounding_box(np.vstack([scene.bounds, region, np.asarray(scene.gateway.position)[None]]))
+    low, high = bounding_box(np.vstack([inner, *(_behind(each) for each in slabs)]))
+    # Whole cells from the scene's lowest corner, so that faces at multiples of the cell from there are faces of cells.
+    before = np.ceil((inner[0] - low) / cell - 1e-6) + AIR + ABSORBER
+    origin = inner[0] - before * cell
+    nx, ny, nz = (int(size) for size in np.ceil((high - origin) / cell - 1e-6).astype(int) + AIR + ABSORBER)
     grid = YeeGrid((float(origin[0]), float(origin[1]), float(origin[2])), cell, (nx, ny, nz))
     box = np.stack([np.floor((region[0] - origin) / cell) - MARGIN, np.ceil((region[1] - origin) / cell) + MARGIN])
     frequency = numerical_frequency(scene.wavelength, cell)
-    crossing = 2 * float(np.linalg.norm(high - low)) / SPEED_OF_LIGHT
+    crossing = 2 * float(np.linalg.norm(inner[1] - inner[0])) / SPEED_OF_LIGHT
     duration = RISE / frequency + crossing + _decay_time(scene, slabs)
     return Plan(grid, frequency, math.ceil(duration / grid.time_step), box.astype(int))
 
 
-def _behind(slabs: list[Slabs]) -> float:
-    """How far slabs reach beyond the scene's surfaces, metres."""
-    return max((float(each.stop[each.outer].max()) for each in slabs if each.outer.any()), default=0.0)
+def _behind(slabs: Slabs) -> Float[np.ndarray, "n 3"]:
+    """Corners of the backs of outer walls, metres, as far as they are not left to the absorbing boundary."""
+    depth = np.minimum(slabs.stop[slabs.outer], THICKEST)[:, None, None]
+    return (slabs.triangles[slabs.outer] + depth * slabs.normals[slabs.outer][:, None]).reshape(-1, 3)
 
 
 def _decay_time(scene: Scene, slabs: list[Slabs]) -> float:

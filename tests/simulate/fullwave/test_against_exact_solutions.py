@@ -118,6 +118,15 @@ def test_free_space(orientation, tmp_path):
     assert field.interpolation_error_db() < -40
 
 
+def test_absorbing_boundary_reflects_nothing(tmp_path):
+    """The same field in two domains, one with the boundary twelve cells further away."""
+    gateway = Gateway((-0.217, 0.013, 0.027), facing((1.0, 0.0, 0.0)), rows=1, columns=1, pattern="dipole")
+    scene = place(gateway, ((-0.05, -0.1, -0.1), (0.2, 0.1, 0.1)), far_sheet(50))
+    near = traced(scene, (-0.42, -0.3, -0.3), (46, 30, 30), 500, tmp_path / "near")[2]
+    far = traced(scene, (-0.66, -0.54, -0.54), (70, 54, 54), 500, tmp_path / "far")[2]
+    assert error(near, far) < 10 ** (-55 / 20)
+
+
 def test_metal_plane_mirrors_the_source(tmp_path):
     gateway = Gateway((0.313, 0.013, 0.027), facing((1.0, 0.0, 0.0)), rows=1, columns=1, pattern="dipole")
     scene = place(gateway, ((0.08, -0.3, -0.3), (0.5, 0.3, 0.3)), wall(METAL, 0.002), far_sheet(50))
