@@ -41,7 +41,6 @@ from simulate.dataset_writer import (
     write_responses,
 )
 from simulate.fullwave.dataset_field import field_of
-from simulate.fullwave.gprmax import require_gprmax
 from simulate.fullwave.stored_field import StoredField
 from simulate.request import Request
 from simulate.workers import parts_of_workers, require_ray
@@ -71,8 +70,6 @@ def generate(request: Request, folder: Path, workers: int | None = None, ray: st
     """
     if workers is not None and workers < 1:
         raise ParameterError("workers", f"expected at least 1, found {workers}")
-    if request.fullwave is not None:
-        require_gprmax()  # whose version is in the metadata
     metadata = request.metadata()
     begun = _begun(folder, metadata)
     if begun and (folder / "test_index.txt").exists():

@@ -98,7 +98,7 @@ class Request:
     @property
     def _packages(self) -> tuple[str, ...]:
         """Packages that the content depends on."""
-        return ("gprMax", "numpy") if self.fullwave is not None else ("sionna-rt", "mitsuba", "drjit", "numpy")
+        return ("numpy",) if self.fullwave is not None else ("sionna-rt", "mitsuba", "drjit", "numpy")
 
     def _engine(self) -> dict[str, Any]:
         """The part of the metadata that is the engine's."""
@@ -181,7 +181,7 @@ def read_request(folder: Path) -> Request:
         stated = beamformer_of(metadata)
         settings["grid"] = AngularGrid() if stated is None else stated.grid
         if metadata.get("engine") == "fullwave":
-            settings["fullwave"] = FullWave(metadata["fullwave"]["cell"])
+            settings["fullwave"] = FullWave(metadata["fullwave"]["cell"], metadata["fullwave"]["solver"])
         scene_file = metadata["scene_file"]
     except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
         raise InputError(f"{path}: expected the metadata of a simulated dataset, found {error!r}") from error

@@ -14,7 +14,8 @@ from scenes.errors import InputError, ParameterError
 from scenes.scene_yaml import load_scene
 from scenes.validation import validate
 from simulate.dataset import Dataset, read_dataset
-from simulate.fullwave.dataset_field import cell_of_field
+from simulate.fullwave.dataset_field import settings_of_field
+from simulate.fullwave.gprmax import installed_solver
 from simulate.fullwave.plan import default_cell
 from simulate.fullwave.settings import FullWave
 from simulate.generate import generate
@@ -103,16 +104,20 @@ def with_engine(request: Request, engine: Engine, cell: float | None, field: Pat
 
     Raises:
         ParameterError: cells or a field for rays, or cells of no size.
-        InputError: a field's folder that is none.
+        InputError: a field's folder that is none, or no solver is installed.
     """
-    if engine == "fullwave":
-        if field is not None:
-            cell = cell_of_field(field, request)
-        return replace(request, fullwave=request.fullwave or FullWave(cell or default_cell(request.scene)), field=field)
-    for name, value in (("cell", cell), ("field", field)):
-        if value is not None and request.fullwave is None:
-            raise ParameterError(name, f"expected none, or the engine fullwave, found {value} for rays")
-    return replace(request, field=field)
+    if engine == "rays" and request.fullwave is None:
+        for name, value in (("cell", cell), ("field", field)):
+            if value is not None:
+                raise ParameterError(name, f"expected none, or the engine fullwave, found {value} for rays")
+        return request
+    if field is not None:
+        return replace(request, fullwave=settings_of_field(field, request), field=field)
+    if request.fullwave is not None:
+        cell = request.fullwave.cell
+    elif cell is None:
+        cell = default_cell(request.scene)
+    return replace(request, fullwave=FullWave(cell, installed_solver()))
 
 
 def request_for(

@@ -13,6 +13,7 @@ from rich.progress import Progress
 from scenes.errors import InputError
 from simulate.fullwave.engine import stored_field
 from simulate.fullwave.plan import Plan, plan
+from simulate.fullwave.settings import FullWave
 from simulate.fullwave.stored_field import StoredField, read_stored_field
 from simulate.fullwave.yee_grid import dispersion_residual
 
@@ -73,8 +74,8 @@ def description(request: Request, planned: Plan) -> str:
     )
 
 
-def cell_of_field(folder: Path, request: Request) -> float:
-    """Side of the cells of a folder's stored field, metres.
+def settings_of_field(folder: Path, request: Request) -> FullWave:
+    """The settings that a folder's stored field was made with.
 
     Args:
         folder: another dataset folder.
@@ -96,4 +97,4 @@ def cell_of_field(folder: Path, request: Request) -> float:
             f"{folder}: expected the field of the same scene, found that of {metadata.get('scene')} with other "
             "objects, materials or antennas"
         )
-    return float(metadata["fullwave"]["cell"])
+    return FullWave(metadata["fullwave"]["cell"], metadata["fullwave"]["solver"])

@@ -17,7 +17,7 @@ from scipy.spatial.transform import Rotation
 from scenes.array_clearance import element_positions
 from scenes.description import SPEED_OF_LIGHT, Scene
 from simulate.fullwave.cells import edge_materials
-from simulate.fullwave.gprmax import Source, require_gprmax, run, write_geometry
+from simulate.fullwave.gprmax import Source, installed_solver, run, write_geometry
 from simulate.fullwave.plan import Plan
 from simulate.fullwave.stored_field import StoredField, at_cell_middles_to_edges, read_stored_field
 
@@ -81,7 +81,7 @@ def stored_field(
     count = len(element_positions(scene.gateway, scene.wavelength))
     missing = [number for number in range(count) if not _file(folder, number).exists()]
     if missing:
-        require_gprmax()
+        installed_solver()  # or an error, before anything is written
         with tempfile.TemporaryDirectory(dir=folder, prefix=WORKING) as geometry:
             write_geometry(Path(geometry), edge_materials(scene, planned.grid), planned.grid)
             if 0 in missing:

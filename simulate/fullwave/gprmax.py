@@ -13,7 +13,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from importlib.util import find_spec
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import numpy as np
@@ -53,13 +53,19 @@ class Source:
     frequency: float
 
 
-def require_gprmax() -> None:
-    """Raise InputError if gprMax is not installed."""
-    if find_spec("gprMax") is None:
+def installed_solver() -> str:
+    """Name and version of the installed solver.
+
+    Raises:
+        InputError: gprMax is not installed.
+    """
+    try:
+        return f"gprMax {version('gprMax')}"
+    except PackageNotFoundError:
         raise InputError(
             "the engine fullwave: expected the solver gprMax, found none; install it with "
-            "pip install 'bisplat-wrf[fullwave]'"
-        )
+            "pip install 'bisplat-wrf[fullwave]', or take the field of a finished simulation with --field"
+        ) from None
 
 
 def write_geometry(folder: Path, materials: EdgeMaterials, grid: YeeGrid) -> None:
@@ -144,9 +150,8 @@ def run(
         ampere-metre, after each number of steps.
 
     Raises:
-        InputError: gprMax is not installed, or it failed; its last lines are in the message.
+        InputError: gprMax failed; its last lines are in the message.
     """
-    require_gprmax()
     iterations = _write_input(folder, geometry, grid, source, box, ends)
     command = [sys.executable, "-m", "gprMax", f"{MODEL}.in", "--show-progress-bars"]
     environment = os.environ | {"OMP_NUM_THREADS": "1"}

@@ -64,7 +64,7 @@ class Plan:
 
 
 def default_cell(scene: Scene) -> float:
-    """A seventh of the shortest wavelength in a slab, or in air a sixteenth; whole tenths of a millimetre.
+    """A seventh of the shortest wavelength in a slab, or in air a sixteenth; rounded down to two digits.
 
     Slabs thinner than a quarter of such a cell do not count: no wave fits into them.
 
@@ -74,7 +74,9 @@ def default_cell(scene: Scene) -> float:
     Returns:
         Metres.
     """
-    return math.floor(1e4 * _shortest_wavelength(scene) / CELLS_PER_WAVELENGTH) / 1e4
+    largest = _shortest_wavelength(scene) / CELLS_PER_WAVELENGTH
+    digits = 1 - math.floor(math.log10(largest))
+    return round(math.floor(largest * 10**digits) / 10**digits, digits)
 
 
 def _shortest_wavelength(scene: Scene) -> float:

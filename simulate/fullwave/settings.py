@@ -13,12 +13,14 @@ class FullWave:
 
     Attributes:
         cell: side of the cells, metres.
+        solver: the solver's name and version.
 
     Raises:
         ParameterError: a cell that is not positive.
     """
 
     cell: float
+    solver: str
 
     def __post_init__(self) -> None:
         if not self.cell > 0:

@@ -1,6 +1,7 @@
 """Runs of the elements, kept as they end, and datasets made of their field; the solver is replaced by a formula."""
 
 import json
+from importlib.metadata import PackageNotFoundError
 
 import numpy as np
 import pytest
@@ -75,7 +76,7 @@ def test_dataset_has_the_responses_of_the_field(nook, solver, tmp_path):
     assert np.abs(dataset.responses / expected - 1).max() < 0.08
     metadata = json.loads((tmp_path / "nook" / "metadata.json").read_text())
     assert metadata["engine"] == "fullwave" and metadata["fullwave"]["cell"] == 0.03
-    assert "gprMax" in metadata["versions"] and "propagation" not in metadata
+    assert metadata["fullwave"]["solver"].startswith("gprMax") and "propagation" not in metadata
 
 
 def test_more_positions_come_from_the_stored_field(nook, solver, tmp_path):
@@ -127,8 +128,14 @@ def test_dataset_is_made_once_more_by_its_own_settings(nook, solver, tmp_path):
     assert np.array_equal(first.pictures, again.pictures)
 
 
-def test_missing_solver_is_one_sentence(nook, monkeypatch, tmp_path):
-    monkeypatch.setattr("simulate.fullwave.gprmax.find_spec", lambda name: None)
+def test_missing_solver_is_one_sentence_and_a_stored_field_needs_none(nook, solver, monkeypatch, tmp_path):
+    simulate(nook, tmp_path / "few", n=4, engine="fullwave", cell=0.03)
+
+    def missing(name):
+        raise PackageNotFoundError(name)
+
+    monkeypatch.setattr("simulate.fullwave.gprmax.version", missing)
     with pytest.raises(InputError, match="expected the solver gprMax, found none"):
         simulate(nook, tmp_path / "nook", n=4, engine="fullwave", cell=0.03)
     assert not (tmp_path / "nook").exists()
+    simulate(nook, tmp_path / "more", n=8, engine="fullwave", field=tmp_path / "few")
