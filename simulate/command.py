@@ -55,6 +55,7 @@ def simulate(
     field: Path | None = None,
     workers: int | None = None,
     ray: str | None = None,
+    gpu: bool = False,
 ) -> None:
     """Simulate a scene into a NeRF² dataset folder. The same command again finishes an interrupted one.
 
@@ -75,7 +76,8 @@ def simulate(
         field: folder of a full-wave dataset of the same scene; its stored field is used instead of a new run.
         workers: trace with so many Ray workers at a time (needs bisplat-wrf[ray]); in full wave, the number of the
             solver's runs at a time, by default one per core.
-        ray: address of a running Ray cluster to trace on.
+        ray: address of a running Ray cluster to trace on, or in full wave to run the solver on.
+        gpu: in full wave, run the solver on an NVIDIA GPU (needs pycuda).
     """
     import numpy as np
 
@@ -102,5 +104,5 @@ def simulate(
             warning = reach_warning(request.positions, box, "the scene", "are they in metres, in the scene's frame?")
             if warning is not None:
                 print(f"bisplat: warning: {positions}: {warning}", file=sys.stderr)
-        generate(request, folder, workers, ray)
+        generate(request, folder, workers, ray, gpu)
         print(f"{len(request.positions)} spectra: {folder}")

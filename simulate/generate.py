@@ -42,8 +42,9 @@ from simulate.dataset_writer import (
 )
 from simulate.fullwave.dataset_field import field_of
 from simulate.fullwave.stored_field import StoredField
+from simulate.ray_cluster import require_ray
 from simulate.request import Request
-from simulate.workers import parts_of_workers, require_ray
+from simulate.workers import parts_of_workers
 
 if TYPE_CHECKING:  # needs the ray tracer
     from simulate.trace import Tracer
@@ -54,7 +55,9 @@ PART = 100
 TEST_FRACTION = 0.2
 
 
-def generate(request: Request, folder: Path, workers: int | None = None, ray: str | None = None) -> None:
+def generate(
+    request: Request, folder: Path, workers: int | None = None, ray: str | None = None, gpu: bool = False
+) -> None:
     """Simulate a dataset into a folder, or finish one that the same request began.
 
     Args:
@@ -63,13 +66,16 @@ def generate(request: Request, folder: Path, workers: int | None = None, ray: st
         workers: number of Ray workers that trace at a time; this process traces if neither this nor ``ray`` is given.
             In full wave, the number of the solver's runs at a time; one per core if None.
         ray: address of a running Ray cluster.
+        gpu: in full wave, run the solver on an NVIDIA GPU.
 
     Raises:
         InputError: the folder holds something else, or a dataset of another request.
-        ParameterError: less than one worker, or no Ray cluster at the address.
+        ParameterError: less than one worker, no Ray cluster at the address, or a GPU for rays.
     """
     if workers is not None and workers < 1:
         raise ParameterError("workers", f"expected at least 1, found {workers}")
+    if gpu and request.fullwave is None:
+        raise ParameterError("gpu", "expected none, or the engine fullwave, found it for rays")
     metadata = request.metadata()
     begun = _begun(folder, metadata)
     if begun and (folder / "test_index.txt").exists():
@@ -77,9 +83,8 @@ def generate(request: Request, folder: Path, workers: int | None = None, ray: st
         return
     if request.fullwave is None:
         import simulate.ray_tracer  # noqa: F401  a ray tracer that cannot be used is refused before anything is written
-
-        if workers is not None or ray is not None:
-            require_ray(ray)
+    if ray is not None or (request.fullwave is None and workers is not None):
+        require_ray(ray)
 
     if not begun:
         folder.mkdir(parents=True, exist_ok=True)
@@ -91,7 +96,7 @@ def generate(request: Request, folder: Path, workers: int | None = None, ray: st
         write_scene(request.scene, folder / "scene.tmp")
         (folder / "scene.tmp").rename(folder / "scene")
     names = picture_names(len(request.positions))
-    _trace_parts(request, names, folder, workers, ray)
+    _trace_parts(request, names, folder, workers, ray, gpu)
 
     responses = np.concatenate([np.load(_part_file(folder, start)) for start in range(0, len(names), PART)])
     scene = request.scene
@@ -141,13 +146,15 @@ def _part_file(folder: Path, start: int) -> Path:
     return folder / "parts" / f"{start:010d}.npy"
 
 
-def _trace_parts(request: Request, names: list[str], folder: Path, workers: int | None, ray: str | None) -> None:
+def _trace_parts(
+    request: Request, names: list[str], folder: Path, workers: int | None, ray: str | None, gpu: bool
+) -> None:
     count = len(names)
     todo = [start for start in range(0, count, PART) if not _part_file(folder, start).exists()]
     if not todo:
         return
     with progress_bar() as progress:
-        source = _source(request, folder, workers, progress)
+        source = _source(request, folder, workers, ray, gpu, progress)
         done = count - sum(min(PART, count - start) for start in todo)
         bar = progress.add_task("spectra", total=count, completed=done)
         if isinstance(source, StoredField) or (workers is None and ray is None):
@@ -166,10 +173,12 @@ def _trace_parts(request: Request, names: list[str], folder: Path, workers: int 
             progress.advance(bar, len(part.responses))
 
 
-def _source(request: Request, folder: Path, workers: int | None, progress: Progress) -> Tracer | StoredField:
+def _source(
+    request: Request, folder: Path, workers: int | None, ray: str | None, gpu: bool, progress: Progress
+) -> Tracer | StoredField:
     """What tells the responses to any position: a tracer of rays, or the stored field of a full-wave simulation."""
     if request.fullwave is not None:
-        return field_of(request, folder, workers, progress)
+        return field_of(request, folder, workers, ray, gpu, progress)
     from simulate.trace import Tracer  # needs the ray tracer
 
     search = progress.add_task("finding paths", total=None)

@@ -47,6 +47,7 @@ def simulate(
     field: str | Path | None = None,
     workers: int | None = None,
     ray: str | None = None,
+    gpu: bool = False,
 ) -> Dataset:
     """Simulate a scene into a NeRF² dataset folder; the same call again finishes an interrupted one.
 
@@ -67,6 +68,7 @@ def simulate(
         workers: trace with so many Ray workers at a time; in this process if neither this nor ``ray`` is given. In full
             wave, the number of the solver's runs at a time; None: one per core.
         ray: address of a running Ray cluster to trace on.
+        gpu: in full wave, run the solver on an NVIDIA GPU (needs pycuda).
 
     Returns:
         The dataset, read from the folder.
@@ -89,7 +91,7 @@ def simulate(
     """
     request = request_for(scene, n, placement, positions, seed, propagation, measurement, seed, power_db)
     request = with_engine(request, engine, cell, None if field is None else Path(field))
-    generate(request, Path(output), workers, ray)
+    generate(request, Path(output), workers, ray, gpu)
     return read_dataset(output)
 
 

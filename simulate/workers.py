@@ -6,45 +6,16 @@ arrives and keeps it. When a worker is lost, Ray gives its part to another worke
 
 from __future__ import annotations
 
-import logging
-import os
-import socket
 from collections.abc import Iterator
-from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
-from scenes.errors import InputError, ParameterError
 from simulate.dataset_part import Part, make_part
+from simulate.ray_cluster import RETRIES, ray_cluster
 from simulate.request import Request
 
 if TYPE_CHECKING:  # need the ray tracer
     from simulate.chains import Chains
     from simulate.trace import Tracer
-
-RETRIES = 20
-"""How often a part is given to another worker before the run gives up (and can be resumed)."""
-
-
-def require_ray(address: str | None) -> None:
-    """Make sure, before anything is written, that Ray is installed and its cluster answers.
-
-    Args:
-        address: of a running Ray cluster; None if Ray is to be started on this machine.
-
-    Raises:
-        InputError: Ray is not installed.
-        ParameterError: nothing listens at the address (host:port or ray://host:port).
-    """
-    if find_spec("ray") is None:
-        raise InputError("tracing with workers needs Ray: in the checkout, pip install -c constraints.txt '.[ray]'")
-    if address is None:
-        return
-    host, _, port = address.removeprefix("ray://").rpartition(":")
-    try:  # Ray itself would wait for minutes
-        socket.create_connection((host, int(port)), timeout=10).close()
-    except (OSError, ValueError) as error:
-        message = f"expected the host:port of a running Ray cluster, found {address} ({error})"
-        raise ParameterError("ray", message) from None
 
 
 def parts_of_workers(
@@ -63,12 +34,7 @@ def parts_of_workers(
     Raises:
         InputError: a part was lost ``RETRIES`` times.
     """
-    import ray
-
-    os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")  # or Ray warns at every start
-    options: dict[str, Any] = {"num_cpus": os.cpu_count()} if address is None else {"address": address}
-    ray.init(log_to_driver=False, include_dashboard=False, logging_level=logging.ERROR, **options)
-    try:
+    with ray_cluster(address) as ray:
         cores = int(ray.cluster_resources().get("CPU", 1))
         workers = workers or len(ray.nodes())
         threads = max(1, cores // workers)
@@ -87,12 +53,6 @@ def parts_of_workers(
             finished, _ = ray.wait(list(running))
             for reference in finished:
                 yield running.pop(reference), ray.get(reference)
-    except ray.exceptions.RayError as error:
-        if isinstance(error, ray.exceptions.RayTaskError):
-            raise
-        raise InputError(f"Ray lost a part of the dataset {RETRIES} times: {error}; run it again to go on") from error
-    finally:
-        ray.shutdown()
 
 
 def _trace_part(shared: tuple[Request, Chains | None, str], threads: int, start: int, size: int) -> Part:

@@ -23,13 +23,17 @@ if TYPE_CHECKING:
 FIELD = "field.npz"
 
 
-def field_of(request: Request, folder: Path, workers: int | None, progress: Progress) -> StoredField:
+def field_of(
+    request: Request, folder: Path, workers: int | None, ray: str | None, gpu: bool, progress: Progress
+) -> StoredField:
     """The field of a request, from its folder, another folder, or the solver.
 
     Args:
         request: asks for full wave.
         folder: its dataset folder, which keeps the field.
         workers: number of the solver's runs at a time; None: one per core.
+        ray: address of a running Ray cluster to run the solver on.
+        gpu: run the solver on an NVIDIA GPU.
         progress: shows the runs.
 
     Raises:
@@ -49,12 +53,12 @@ def field_of(request: Request, folder: Path, workers: int | None, progress: Prog
     bar = progress.add_task("elements", total=count)
     done = [0.0] * count
 
-    def report(element: int, elements: int, step: int, steps: int) -> None:
+    def report(element: int, step: int, steps: int) -> None:
         done[element] = step / steps
         progress.update(bar, completed=sum(done))
 
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    field = stored_field(request.scene, planned, folder / "field", workers or cores, report)
+    field = stored_field(request.scene, planned, folder / "field", workers or cores, gpu, ray, report)
     progress.update(bar, completed=count)
     field.write(path)
     shutil.rmtree(folder / "field")

@@ -132,9 +132,11 @@ def run(
     source: Source,
     box: Int[np.ndarray, "2 3"],
     ends: Sequence[int],
+    threads: int = 1,
+    gpu: bool = False,
     report: Callable[[int, int], None] = lambda done, most: None,
 ) -> Complex[np.ndarray, "ends 3 nx ny nz"]:
-    """Run gprMax for one source, on one thread.
+    """Run gprMax for one source.
 
     Args:
         folder: empty folder for the files of this run.
@@ -143,6 +145,8 @@ def run(
         source: the source.
         box: first cell and the one after the last, of the box to keep the field of.
         ends: numbers of time steps after which the field is wanted, the largest one last.
+        threads: on the CPU.
+        gpu: run on an NVIDIA GPU, which needs pycuda.
         report: called with the number of time steps done, and of all.
 
     Returns:
@@ -153,8 +157,8 @@ def run(
         InputError: gprMax failed; its last lines are in the message.
     """
     iterations = _write_input(folder, geometry, grid, source, box, ends)
-    command = [sys.executable, "-m", "gprMax", f"{MODEL}.in", "--show-progress-bars"]
-    environment = os.environ | {"OMP_NUM_THREADS": "1"}
+    command = [sys.executable, "-m", "gprMax", f"{MODEL}.in", "--show-progress-bars", *(["-gpu"] if gpu else [])]
+    environment = os.environ | {"OMP_NUM_THREADS": str(threads)}
     with subprocess.Popen(
         command, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, bufsize=1
     ) as process:

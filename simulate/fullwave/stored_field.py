@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 from jaxtyping import Complex, Float
-from scipy.ndimage import map_coordinates, spline_filter
+from scipy.interpolate import NdBSpline, make_interp_spline
 
 from scenes.errors import InputError
 from simulate.dataset_writer import write_arrays
@@ -56,13 +56,22 @@ class StoredField:
                 f"position {number + 1}: expected a place within {low.round(3).tolist()} to {high.round(3).tolist()} "
                 f"m, where the field is known, found {positions[number].round(3).tolist()}"
             )
-        found = [map_coordinates(each, where, order=ORDER, mode="mirror", prefilter=False) for each in self._splines]
-        return np.stack(found, axis=1).astype(np.complex64)
+        return self._splines(where.T).astype(np.complex64)
 
     @cached_property
-    def _splines(self) -> list[Complex[np.ndarray, "nx ny nz"]]:
-        """The splines' coefficients, found once for all positions."""
-        return [spline_filter(field, order=ORDER, output=complex, mode="mirror") for field in self.values]
+    def _splines(self) -> NdBSpline:
+        """Splines of all elements as a function of place, in units of the spacing from the origin."""
+        knots, coefficients = [], np.moveaxis(self.values, 0, -1).astype(complex)
+        for axis in range(3):
+            points = np.arange(coefficients.shape[axis])
+            along = make_interp_spline(points, np.moveaxis(coefficients, axis, 0), ORDER)
+            knots.append(along.t)
+            coefficients = np.moveaxis(along.c, 0, axis)
+        return NdBSpline(tuple(knots), coefficients, ORDER)
+
+    def thinned(self, every: int) -> StoredField:
+        """The field at every so many points along each axis."""
+        return replace(self, spacing=every * self.spacing, values=self.values[:, ::every, ::every, ::every])
 
     def interpolation_error_db(self) -> float:
         """Error of interpolation between points twice as far apart, which is far more than that between all points.
@@ -70,12 +79,11 @@ class StoredField:
         Returns:
             Root mean square error over that of the field, dB.
         """
-        coarse = replace(self, spacing=2 * self.spacing, values=self.values[:, ::2, ::2, ::2])
         inner = [np.arange(MARGIN, size - MARGIN) for size in self.values.shape[1:]]
         inner = [axis[axis % 2 == 1] for axis in inner]
         points = np.stack(np.meshgrid(*inner, indexing="ij"), axis=-1).reshape(-1, 3)
         truth = self.values[:, points[:, 0], points[:, 1], points[:, 2]].T
-        error = coarse.responses(self.origin + self.spacing * points) - truth
+        error = self.thinned(2).responses(self.origin + self.spacing * points) - truth
         return float(20 * np.log10(np.linalg.norm(error) / np.linalg.norm(truth)))
 
     def write(self, path: Path) -> None:

@@ -15,7 +15,7 @@ from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
 from scenes.errors import InputError, ParameterError
 from scenes.materials import p2040_materials
 from scenes.shapes import sheet
-from simulate.fullwave.engine import free_space_response
+from simulate.fullwave.dipole import free_space_response
 from simulate.fullwave.stored_field import StoredField
 from simulate.propagation import Propagation
 from simulate.simulation import simulate
@@ -27,7 +27,7 @@ LINE_OF_SIGHT = Propagation(max_depth=0, rays=1000)
 def in_free_space(monkeypatch):
     """The solver's field is that in free space."""
 
-    def field(scene, planned, folder, at_once, report):
+    def field(scene, planned, folder, at_once, gpu, ray, report):
         low, high = scene.transmitter.region + np.array([[-0.2], [0.2]])
         size = np.ceil((high - low) / 0.02).astype(int) + 1
         index = np.stack(np.meshgrid(*(np.arange(count) for count in size), indexing="ij"), axis=-1)

@@ -9,12 +9,8 @@ from scenes.array_clearance import element_positions
 from scenes.description import SPEED_OF_LIGHT, Gateway, Scene, SceneObject, Transmitter, facing
 from scenes.materials import RadioMaterial
 from scenes.shapes import sheet
-from simulate.fullwave.engine import (
-    element_direction,
-    free_space_response,
-    stored_field,
-    transmitter_direction,
-)
+from simulate.fullwave.dipole import element_direction, free_space_response, transmitter_direction
+from simulate.fullwave.engine import stored_field
 from simulate.fullwave.plan import Plan
 from simulate.fullwave.slabs import VACUUM_PERMITTIVITY
 from simulate.fullwave.stored_field import MARGIN

@@ -12,7 +12,8 @@ from scenes.materials import p2040_materials
 from scenes.scene_yaml import write_scene
 from scenes.shapes import sheet
 from simulate.dataset import read_dataset
-from simulate.fullwave.engine import DIPOLE_GAIN, VACUUM_PERMEABILITY, free_space_response
+from simulate.fullwave.dipole import GAIN, free_space_response
+from simulate.fullwave.element import VACUUM_PERMEABILITY
 from simulate.fullwave.stored_field import read_stored_field
 from simulate.simulation import simulate
 
@@ -38,7 +39,7 @@ class Solver:
         self.sources: list[np.ndarray] = []
         self.interrupted_at: int | None = None
 
-    def run(self, folder, geometry, grid, source, box, ends, report):
+    def run(self, folder, geometry, grid, source, box, ends, threads, gpu, report):
         assert (geometry / "geometry.h5").exists()
         if len(self.sources) == self.interrupted_at:
             raise KeyboardInterrupt
@@ -47,7 +48,7 @@ class Solver:
         index = np.stack(np.meshgrid(*(np.arange(*span) for span in box.T), indexing="ij"), axis=-1)
         points = np.asarray(grid.origin) + grid.cell * (index.reshape(-1, 3) + 0.5)
         # The engine multiplies by this factor; the frequency is that of the grid.
-        factor = DIPOLE_GAIN * SPEED_OF_LIGHT / 915e6 / (-2j * np.pi * source.frequency * VACUUM_PERMEABILITY)
+        factor = GAIN * SPEED_OF_LIGHT / 915e6 / (-2j * np.pi * source.frequency * VACUUM_PERMEABILITY)
         fields = [
             free_space_response(source.position, source.direction, points, axis, 915e6) / factor for axis in np.eye(3)
         ]
@@ -58,7 +59,7 @@ class Solver:
 def solver(monkeypatch) -> Solver:
     """Takes the solver's place."""
     instead = Solver()
-    monkeypatch.setattr("simulate.fullwave.engine.run", instead.run)
+    monkeypatch.setattr("simulate.fullwave.element.run", instead.run)
     return instead
 
 

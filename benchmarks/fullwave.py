@@ -1,0 +1,170 @@
+"""How long full wave takes in the closet, whether it has converged, and how far the rays' spectra are from it.
+
+python benchmarks/fullwave.py --json
+
+Measured: minutes of ``bisplat simulate closet --engine fullwave`` from its start to the last file on disk, its peak
+memory (GB), and the seconds of 10,000 further spectra from the stored field. Correlation of element responses (median
+over the positions of |⟨a, b⟩| over the product of the norms; ``together``: of all positions' responses as one vector)
+and median SSIM: of the rays with full wave, for several mechanisms; of full wave with cells a quarter larger and a
+quarter smaller with that of the cells between, for the four elements in the middle of the array; of the rays with full
+wave in the closet without furniture, for the same four elements, by depth.
+
+Runs that have ended are kept in --folder, so that an interrupted benchmark continues. In all it takes about two and a
+half hours on two cores; no other program should run during the first part, whose minutes are counted.
+"""
+
+from __future__ import annotations
+
+import json
+import resource
+import sys
+import tempfile
+import time
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import tyro
+from report.printing import print_figures
+
+from learn.evaluation.crossvalidate import correlation
+from learn.evaluation.engines import compare_engines
+from scenes.closet import closet
+from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.shapes import sheet
+from simulate.dataset import Dataset
+from simulate.fullwave.plan import default_cell
+from simulate.propagation import Propagation
+from simulate.simulation import simulate
+
+FURNITURE = ("cabinet", "panel", "table", "shelf")
+
+MECHANISMS = {
+    "line of sight": Propagation(max_depth=0),
+    "depth 1": Propagation(max_depth=1),
+    "depth 3": Propagation(max_depth=3),
+    "depth 5": Propagation(),
+    "depth 5, no refraction": Propagation(refraction=False),
+    "depth 3, diffraction": Propagation(max_depth=3, diffraction=True, rays=30_000),
+}
+DEPTHS = {f"depth {depth}": Propagation(max_depth=depth) for depth in (0, 1, 2, 3, 5)}
+
+
+def nook() -> Scene:
+    """A floor and one object beside it, small enough for a run of seconds."""
+    place = closet()
+    floor = SceneObject("floor", sheet((0, 0, 0), (0.8, 0, 0), (0, 0.5, 0)), "concrete")
+    panel = SceneObject("panel", sheet((0.0, 0.4, 0.0), (0.3, 0, 0), (0, 0, 0.3)), "metal")
+    gateway = Gateway((0.7, 0.25, 0.25), facing((-1, 0, 0)), rows=2, columns=1, spacing=0.1, pattern="dipole")
+    region = Transmitter((0.2, 0.2, 0.2), (0.3, 0.3, 0.3), pattern="dipole")
+    return replace(place, name="nook", gateway=gateway, transmitter=region, objects=(floor, panel))
+
+
+class Clock:
+    """Seconds of work that may be interrupted, summed over its parts in a file, and the largest memory of a process.
+
+    Args:
+        path: the file.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.seconds, self.memory = json.loads(path.read_text()) if path.exists() else (0.0, 0.0)
+
+    def __enter__(self) -> Clock:
+        self.began = time.perf_counter()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.seconds += time.perf_counter() - self.began
+        solver = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+        self.memory = max(self.memory, (WORKERS * solver + resource.getrusage(resource.RUSAGE_SELF).ru_maxrss) / 1e6)
+        self.path.write_text(json.dumps([self.seconds, self.memory]))
+
+
+WORKERS = 2
+"""Runs of the solver at a time."""
+
+
+def four_elements(scene: Scene) -> Scene:
+    """The scene with the four elements in the middle of its array of 4 × 4."""
+    return replace(scene, gateway=replace(scene.gateway, rows=2, columns=2))
+
+
+MIDDLE = [5, 6, 9, 10]
+"""Numbers of these elements in the whole array."""
+
+
+def agreement(first: np.ndarray, second: np.ndarray) -> dict[str, float]:
+    """Correlation of two sets of responses [K, elements]."""
+    return {
+        "median": round(float(np.median(correlation(first, second))), 4),
+        "together": round(float(correlation(first.reshape(1, -1), second.reshape(1, -1))[0]), 4),
+    }
+
+
+def main(
+    folder: Path = Path("runs/fullwave"),
+    positions: int = 400,
+    smallest: bool = False,
+    json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
+) -> None:
+    """Simulate the closet in full wave, with other cells, and without furniture.
+
+    Args:
+        folder: keeps the datasets, and the seconds of the first.
+        positions: number of transmitter positions at which responses are compared.
+        smallest: a run of seconds in a smaller place that shows that the benchmark works; its figures mean nothing.
+        json_output: print one JSON object.
+    """
+    scene, further, mechanisms, depths = closet(), 10_000, MECHANISMS, DEPTHS
+    if smallest:
+        scene, positions, further = nook(), 5, 20
+        mechanisms = depths = {"depth 5": Propagation(max_depth=1, rays=10_000)}
+        folder = Path(tempfile.mkdtemp())
+    folder.mkdir(parents=True, exist_ok=True)
+    cell = default_cell(scene) * (1.2 if smallest else 1)
+
+    with Clock(folder / "seconds.json") as clock:
+        truth = simulate(scene, folder / "closet", positions, engine="fullwave", cell=cell, workers=WORKERS)
+    began = time.perf_counter()
+    with tempfile.TemporaryDirectory() as more:
+        simulate(scene, more, further, engine="fullwave", field=truth.folder)
+    seconds_further = time.perf_counter() - began
+
+    def with_four(name: str, place: Scene, side: float) -> Dataset:
+        few = place if smallest else four_elements(place)
+        where = truth.positions
+        return simulate(few, folder / name, positions=where, engine="fullwave", cell=side, workers=WORKERS)
+
+    finer, coarser = (with_four(f"cells-{ratio}", scene, ratio * cell) for ratio in (0.75, 1.25))
+    shell = tuple(item for item in scene.objects if item.name not in FURNITURE)
+    empty = with_four("empty", replace(scene, name="empty", objects=shell), cell)
+    assert truth.responses is not None and finer.responses is not None and coarser.responses is not None
+    middle = truth.responses if smallest else truth.responses[:, MIDDLE]
+    converged, coarse = agreement(finer.responses, middle), agreement(coarser.responses, middle)
+
+    rays = {name: compare_engines(truth.folder, each, positions).metrics() for name, each in mechanisms.items()}
+    without = {name: compare_engines(empty.folder, each, positions).metrics() for name, each in depths.items()}
+    keys = ("correlation_rays", "correlation_rays_together", "ssim_rays", "level_bias_db")
+    result: dict[str, Any] = {
+        "minutes": round(clock.seconds / 60, 1),
+        "peak_memory_gb": round(clock.memory, 2),
+        f"seconds_of_{further}_further_spectra": round(seconds_further, 1),
+        "correlation_rays": round(rays["depth 5"]["correlation_rays"], 4),
+        "ssim_rays": round(rays["depth 5"]["ssim_rays"], 4),
+        "correlation_converged": converged["median"],
+        "correlation_converged_together": converged["together"],
+        "correlation_of_coarser_cells": coarse["median"],
+        "cell_mm": round(1e3 * cell, 2),
+        "rays": {name: {key: round(value[key], 3) for key in keys} for name, value in rays.items()},
+        "rays without furniture": {
+            name: {key: round(value[key], 4) for key in keys} for name, value in without.items()
+        },
+    }
+    print_figures(result, json_output, smallest)
+
+
+if __name__ == "__main__":
+    sys.exit(tyro.cli(main))
