@@ -21,6 +21,7 @@ from jaxtyping import Complex, Float, Int
 
 from scenes.errors import InputError
 from simulate.fullwave.cells import AIR, CONDUCTOR, EdgeMaterials
+from simulate.fullwave.conductor_edges import PERMEABILITY, beside_edges
 from simulate.fullwave.lattice import source_weights
 from simulate.fullwave.yee_grid import YeeGrid
 
@@ -85,20 +86,20 @@ def write_geometry(folder: Path, materials: EdgeMaterials, grid: YeeGrid) -> Non
     names = [f"material_{number:05d}" for number in range(len(used_with_air))]
     originals = [{CONDUCTOR: "pec", AIR: "free_space"}.get(int(each), f"slab_{each}") for each in used_with_air]
     described = {
-        name: {
-            "name": original,
-            "model": "constant",
-            "base": {
-                "relative_permittivity": float(materials.permittivity[each]),
-                "electric_conductivity_s_per_m": "inf" if each == CONDUCTOR else float(materials.conductivity[each]),
-                "relative_permeability": 1.0,
-                "magnetic_conductivity_s_per_m": 0.0,
-            },
-            "averagable": False,
-            "metadata": {"original_id": original},
-        }
+        name: _material(
+            original,
+            float(materials.permittivity[each]),
+            "inf" if each == CONDUCTOR else float(materials.conductivity[each]),
+            1.0,
+        )
         for name, original, each in zip(names, originals, used_with_air, strict=True)
     }
+    beside = beside_edges(materials.index == CONDUCTOR)
+    magnetic = [air]
+    for permeability in PERMEABILITY[1:]:
+        magnetic.append(len(names))
+        names.append(f"material_{len(names):05d}")
+        described[names[-1]] = _material(f"beside_edge_{len(magnetic) - 1}", 1.0, 0.0, permeability)
     database = f"{GEOMETRY}_materials"
     (folder / f"{database}.json").write_text(
         json.dumps(
@@ -118,11 +119,27 @@ def write_geometry(folder: Path, materials: EdgeMaterials, grid: YeeGrid) -> Non
         file.attrs["gprMax"] = "4.0.1"
         file["material_keys"] = np.array(names, "S")
         file["data"] = np.full(grid.shape, air, np.int16)
-        of_edges = file.create_dataset("ID", (6, *index.shape[1:]), np.uint32, fillvalue=air)
-        of_edges[:3] = index
+        components = file.create_dataset("ID", (6, *index.shape[1:]), np.uint32)
+        components[:3], components[3:] = index, np.array(magnetic, np.uint32)[beside]
         # 1 keeps gprMax from deriving the edges' materials from those of the cells.
         file["rigidE"] = np.ones((12, *grid.shape), np.int8)
         file["rigidH"] = np.ones((6, *grid.shape), np.int8)
+
+
+def _material(name: str, permittivity: float, conductivity: float | str, permeability: float) -> dict[str, object]:
+    """A material as gprMax's database has it."""
+    return {
+        "name": name,
+        "model": "constant",
+        "base": {
+            "relative_permittivity": permittivity,
+            "electric_conductivity_s_per_m": conductivity,
+            "relative_permeability": permeability,
+            "magnetic_conductivity_s_per_m": 0.0,
+        },
+        "averagable": False,
+        "metadata": {"original_id": name},
+    }
 
 
 def run(

@@ -11,6 +11,7 @@ from scenes.materials import RadioMaterial
 from scenes.shapes import sheet
 from simulate.fullwave.dipole import element_direction, free_space_response, transmitter_direction
 from simulate.fullwave.engine import stored_field
+from simulate.fullwave.half_plane import half_plane_response
 from simulate.fullwave.plan import Plan
 from simulate.fullwave.slabs import VACUUM_PERMITTIVITY
 from simulate.fullwave.stored_field import MARGIN
@@ -130,6 +131,18 @@ def test_metal_plane_mirrors_the_source(tmp_path):
     expected = direct(scene, positions) + direct(scene, positions, (-1, 1, 1), -1.0)
     assert error(found, direct(scene, positions)) > 0.3
     assert error(found, expected) < 0.03
+
+
+def test_edge_of_a_half_plane_diffracts(tmp_path):
+    """Source behind the plane x = 0, y < 0; half of the region is in its shadow."""
+    gateway = Gateway((-0.417, -0.053, 0.027), facing((1.0, 0.0, 0.0)), rows=1, columns=1, pattern="dipole")
+    plate = SceneObject("plate", sheet((0, -5, -5), (0, 5, 0), (0, 0, 10)), "metal")
+    scene = place(gateway, ((0.1, -0.3, -0.1), (0.5, 0.4, 0.1)), plate, far_sheet(50))
+    _, positions, found = traced(scene, (-0.7, -0.6, -0.4), (75, 62, 40), 620, tmp_path)
+    expected = half_plane_response(element_positions(scene.gateway, scene.wavelength)[0], positions, FREQUENCY)
+    shadow = positions[:, 1] < 0.053 / 0.417 * positions[:, 0]
+    assert error(found, expected) < 0.03
+    assert error(found[shadow], expected[shadow]) < 0.08
 
 
 def test_dielectric_half_space_reflects_by_fresnel(tmp_path):

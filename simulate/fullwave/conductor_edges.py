@@ -1,0 +1,68 @@
+"""Corrections at the edges of conductors, where the field is singular and differences between cells are wrong.
+
+Along an edge the electric field grows like r^½ with the distance r from a sheet's edge, and like r^⅔ from a block's.
+The differences that stand for derivatives take it for smooth, so that a conductor appears about a third of a cell too
+large. Mur (1981) mends this: the magnetic field beside the edge is that of the singular field if its component's
+permeability is divided by
+
+    α = √2 + 2·2^¼ cos(π/8) − 3                  = 0.612 beside the edge of a sheet,
+    α = (2^⅔ sin 60° + 2^⅓ (1 + ½)) / sin 60° − 3 = 0.770 beside that of a block,
+
+which makes the differences of the static field add up to zero around the first edge of cells beside the conductor's.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from jaxtyping import Bool, UInt8
+
+SHEET = 1 / (math.sqrt(2) + 2 * 2**0.25 * math.cos(math.pi / 8) - 3)
+BLOCK = 1 / ((2 ** (2 / 3) * math.sqrt(0.75) + 1.5 * 2 ** (1 / 3)) / math.sqrt(0.75) - 3)
+PERMEABILITY = (1.0, SHEET, BLOCK)
+"""μ_r of a magnetic component that is not beside an edge, beside that of a sheet, and beside that of a block."""
+
+
+def beside_edges(conducting: Bool[np.ndarray, "3 nx+1 ny+1 nz+1"]) -> UInt8[np.ndarray, "3 nx+1 ny+1 nz+1"]:
+    """Which magnetic components are beside an edge of a conductor.
+
+    Args:
+        conducting: whether each edge of the cells is in a conductor; axis of the edge, then its place.
+
+    Returns:
+        Index into ``PERMEABILITY`` for the face of the cells across each axis; axis, then the face's place.
+    """
+    faces = np.stack([_faces(conducting, axis) for axis in range(3)])
+    found = np.zeros(conducting.shape, np.uint8)
+    for axis in range(3):
+        b, c = (axis + 1) % 3, (axis + 2) % 3
+        # The four faces around an edge: across b on either side along c, and across c on either side along b.
+        around = [(b, faces[b]), (b, _moved(faces[b], c, 1)), (c, faces[c]), (c, _moved(faces[c], b, 1))]
+        across_b, across_c = around[0][1] ^ around[1][1], around[2][1] ^ around[3][1]
+        number = sum(face.astype(np.uint8) for _, face in around)
+        of_sheet, of_block = number == 1, (number == 2) & across_b & across_c
+        code = of_sheet.astype(np.uint8) + 2 * of_block.astype(np.uint8)
+        for normal, other, side in ((b, c, 0), (b, c, -1), (c, b, 0), (c, b, -1)):
+            beside = _moved(code, other, side)
+            found[normal] = np.where(faces[normal], 0, np.maximum(found[normal], beside))
+    return found
+
+
+def _faces(conducting: Bool[np.ndarray, "3 nx+1 ny+1 nz+1"], axis: int) -> Bool[np.ndarray, "nx+1 ny+1 nz+1"]:
+    """Whether each face across an axis is conducting: all its four edges are."""
+    b, c = (axis + 1) % 3, (axis + 2) % 3
+    return conducting[b] & _moved(conducting[b], c, -1) & conducting[c] & _moved(conducting[c], b, -1)
+
+
+def _moved(values: np.ndarray, axis: int, by: int) -> np.ndarray:
+    """Values moved along an axis towards higher (1) or lower (-1) indices, zeros at the end; 0: as they are."""
+    if by == 0:
+        return values
+    result = np.zeros_like(values)
+    to, source = np.moveaxis(result, axis, 0), np.moveaxis(values, axis, 0)
+    if by > 0:
+        to[1:] = source[:-1]
+    else:
+        to[:-1] = source[1:]
+    return result

@@ -1,0 +1,87 @@
+"""Exact field of a dipole beside a conducting half-plane: what diffraction is tested against.
+
+The half-plane is x = 0, y < 0; its edge is the z axis. A dipole parallel to the edge has a Hertz vector along z, which
+vanishes on the plane. Macdonald (1915) solved this case (Bowman, Senior and Uslenghi, Electromagnetic and Acoustic
+Scattering by Simple Shapes, chapter 8): with the distances R from the source and R′ from its image,
+
+    G = g(R, m) − g(R′, m′),
+    g(R, m) = e^{−jkR}/4πR · ∫_{−∞}^{T} H₁⁽²⁾(kR cosh t) dt / ∫_{−∞}^{∞} H₁⁽²⁾(kR cosh t) dt,   sinh T = m / kR,
+    m = 2k √(ρρ₀) cos((φ − φ₀)/2),   m′ = 2k √(ρρ₀) cos((φ + φ₀)/2),
+
+ρ and φ the distance from the edge and the angle from the half-plane, with index 0 those of the source.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Complex, Float
+from scipy.integrate import quad_vec
+from scipy.special import hankel2
+
+from scenes.description import SPEED_OF_LIGHT
+from simulate.fullwave.dipole import GAIN
+
+
+def half_plane_response(
+    source: Float[np.ndarray, " 3"], positions: Float[np.ndarray, "K 3"], frequency: float
+) -> Complex[np.ndarray, " K"]:
+    """Response between short dipoles along z beside the conducting half-plane x = 0, y < 0.
+
+    y = 1.5 λ (1 + ∂²/∂z² / k²) G, whose square is the channel gain.
+
+    Args:
+        source: metres; not on the half-plane.
+        positions: metres.
+        frequency: hertz.
+
+    >>> source = np.array([-1.0, 0.3, 0.0])
+    >>> lit_and_shadow = half_plane_response(source, np.array([[1.0, 0.5, 0.0], [1.0, -2.0, 0.0]]), 915e6)
+    >>> np.round(20 * np.log10(np.abs(lit_and_shadow)), 1).tolist()
+    [-32.7, -62.5]
+    """
+    wavenumber = 2 * np.pi * frequency / SPEED_OF_LIGHT
+    step = 0.1 / wavenumber  # metres
+    weights = {-2: -1 / 12, -1: 4 / 3, 0: -5 / 2, 1: 4 / 3, 2: -1 / 12}  # second difference of fourth order
+    values = {number: _green(source, positions + number * step * np.array([0, 0, 1]), wavenumber) for number in weights}
+    second = sum(weight * values[number] for number, weight in weights.items()) / step**2
+    return GAIN * 2 * np.pi / wavenumber * (values[0] + second / wavenumber**2)
+
+
+def _green(
+    source: Float[np.ndarray, " 3"], positions: Float[np.ndarray, "K 3"], wavenumber: float
+) -> Complex[np.ndarray, " K"]:
+    """G of the module's text."""
+
+    def around_edge(points: Float[np.ndarray, "n 3"]) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+        angle = np.arctan2(points[:, 0], -points[:, 1])  # 0 on the half-plane, positive where x > 0
+        return np.hypot(points[:, 0], points[:, 1]), np.where(angle < 0, angle + 2 * np.pi, angle)
+
+    (radius,), (angle,) = around_edge(source[None])
+    radii, angles = around_edge(positions)
+    total = np.zeros(len(positions), complex)
+    for sign in (1, -1):
+        across = radii**2 + radius**2 - 2 * radii * radius * np.cos(angles - sign * angle)
+        distance = np.sqrt(across + (positions[:, 2] - source[2]) ** 2)
+        m = 2 * np.sqrt(radii * radius) * np.cos((angles - sign * angle) / 2)
+        total += sign * _wave(wavenumber * distance, np.arcsinh(m / distance)) * wavenumber
+    return total
+
+
+def _wave(phase: Float[np.ndarray, " K"], until: Float[np.ndarray, " K"]) -> Complex[np.ndarray, " K"]:
+    """g / k for kR = ``phase`` and T = ``until``."""
+
+    def tail(start: Float[np.ndarray, " K"]) -> Complex[np.ndarray, " K"]:
+        """∫ of H₁⁽²⁾(kR cosh t) from a non-negative start to ∞, on a path along which it decays."""
+
+        def integrand(s: float) -> Complex[np.ndarray, " K"]:
+            bend = np.pi / 4
+            t = start + s - 1j * bend * np.tanh(s)
+            return hankel2(1, phase * np.cosh(t)) * (1 - 1j * bend / np.cosh(s) ** 2)
+
+        start = np.minimum(start, 10)  # nothing is left beyond
+        return quad_vec(integrand, 0, 6, epsabs=1e-12, epsrel=1e-10)[0]
+
+    whole = 2 * tail(np.zeros_like(phase))
+    rest = tail(np.abs(until))
+    share = np.where(until < 0, rest, whole - rest) / whole
+    return share * np.exp(-1j * phase) / (4 * np.pi * phase)

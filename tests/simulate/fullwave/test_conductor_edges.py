@@ -1,0 +1,81 @@
+"""Which magnetic components are corrected beside edges of conductors, and the exact field beside a half-plane."""
+
+import numpy as np
+import pytest
+
+from simulate.fullwave.conductor_edges import BLOCK, SHEET, beside_edges
+from simulate.fullwave.dipole import free_space_response
+from simulate.fullwave.half_plane import half_plane_response
+
+FREQUENCY = 915e6
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def conducting_box(low: tuple, high: tuple) -> np.ndarray:
+    """Edges of a grid of 8 cells along each axis that are on the faces of a box between two corners of cells."""
+    conducting = np.zeros((3, 9, 9, 9), bool)
+    for axis in range(3):
+        for side in (low[axis], high[axis]):
+            b, c = (axis + 1) % 3, (axis + 2) % 3
+            for along, across in ((b, c), (c, b)):
+                where = [slice(None)] * 3
+                where[axis] = side
+                where[along], where[across] = slice(low[along], high[along]), slice(low[across], high[across] + 1)
+                conducting[(along, *where)] = True
+    return conducting
+
+
+def test_edge_of_a_sheet_has_three_components_beside_it():
+    found = beside_edges(conducting_box((4, 0, 0), (4, 4, 8)))
+    expected = np.zeros((3, 9, 9, 9), int)
+    expected[0, 4, 4, :8] = expected[1, 4, 4, :8] = expected[1, 3, 4, :8] = 1
+    middle = slice(1, 7)
+    assert np.array_equal(found[:, 1:8, 1:8, middle], expected[:, 1:8, 1:8, middle])
+
+
+def test_edge_of_a_block_has_two_components_beside_it():
+    found = beside_edges(conducting_box((0, 0, 0), (4, 4, 8)))
+    expected = np.zeros((3, 9, 9, 9), int)
+    expected[0, 4, 4, :8] = expected[1, 4, 4, :8] = 2
+    middle = slice(1, 7)
+    assert np.array_equal(found[:, 1:8, 1:8, middle], expected[:, 1:8, 1:8, middle])
+
+
+def test_nothing_is_corrected_in_the_middle_of_a_wall():
+    found = beside_edges(conducting_box((4, 0, 0), (4, 8, 8)))
+    assert not found[:, :, 1:8, 1:8].any()
+
+
+@pytest.mark.parametrize("wedge, permeability", [(2.0, SHEET), (1.5, BLOCK)], ids=["sheet", "block"])
+def test_correction_makes_the_static_field_a_solution_of_the_differences(wedge, permeability):
+    """r^(1/w) sin(φ/w) with w = outer angle / π, on the cells next to the edge; φ is 0 on the conductor's face."""
+    place = np.exp(0.5j * np.pi)  # across the edge from the face that φ starts from
+
+    def field(z: complex) -> float:
+        return abs(z) ** (1 / wedge) * np.sin(np.angle(z) / wedge)
+
+    neighbours = sum(field(place + step) for step in (1, 1j, -1) if abs(place + step) > 0.5)
+    here = field(place)
+    assert neighbours - 3 * here - here / permeability == pytest.approx(0, abs=1e-12)
+
+
+def test_half_plane_far_from_its_edge_is_a_mirror_or_nothing():
+    source, position = np.array([-1.0, -19.0, 0.1]), np.array([[-1.0, -20.0, 0.1]])
+    mirrored = free_space_response(source, UP, position, UP, FREQUENCY)
+    mirrored -= free_space_response(source * [-1, 1, 1], UP, position, UP, FREQUENCY)
+    np.testing.assert_allclose(half_plane_response(source, position, FREQUENCY), mirrored, rtol=1e-4)
+    source, position = source * [1, -1, 1], position * [1, -1, 1]
+    direct = free_space_response(source, UP, position, UP, FREQUENCY)
+    np.testing.assert_allclose(half_plane_response(source, position, FREQUENCY), direct, rtol=1e-3)
+
+
+def test_field_beside_a_half_plane_is_half_the_direct_one_on_the_shadow_boundary_far_from_the_edge():
+    source, behind = np.array([-30.0, 0.0, 0.0]), np.array([[25.0, 0.0, 0.0]])
+    direct = free_space_response(source, UP, behind, UP, FREQUENCY)
+    np.testing.assert_allclose(half_plane_response(source, behind, FREQUENCY), direct / 2, rtol=0.04)
+
+
+def test_half_plane_conducts():
+    source = np.array([-1.0, 0.3, 0.1])
+    on_plane = np.array([[0.0, -0.7, 0.4], [0.0, -0.01, 0.0]])
+    assert np.abs(half_plane_response(source, on_plane, FREQUENCY)).max() < 1e-9
