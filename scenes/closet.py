@@ -29,9 +29,9 @@ def closet() -> Scene:
         floor=Finish("concrete"),
         ceiling=Finish("concrete"),
         south=Finish("brick"),
-        north=Finish("concrete"),
+        north=Finish("brick"),
         west=Finish("brick"),
-        east=Finish("concrete"),
+        east=Finish("brick"),
     )
     return furnished(
         "closet",

@@ -13,6 +13,8 @@ Scattering by Simple Shapes, chapter 8): with the distances R from the source an
 
 from __future__ import annotations
 
+from typing import Literal
+
 import numpy as np
 from jaxtyping import Complex, Float
 from scipy.integrate import quad_vec
@@ -42,15 +44,29 @@ def half_plane_response(
     wavenumber = 2 * np.pi * frequency / SPEED_OF_LIGHT
     step = 0.1 / wavenumber  # metres
     weights = {-2: -1 / 12, -1: 4 / 3, 0: -5 / 2, 1: 4 / 3, 2: -1 / 12}  # second difference of fourth order
-    values = {number: _green(source, positions + number * step * np.array([0, 0, 1]), wavenumber) for number in weights}
+    values = {
+        number: half_plane_green(source, positions + number * step * np.array([0, 0, 1]), wavenumber)
+        for number in weights
+    }
     second = sum(weight * values[number] for number, weight in weights.items()) / step**2
     return GAIN * 2 * np.pi / wavenumber * (values[0] + second / wavenumber**2)
 
 
-def _green(
-    source: Float[np.ndarray, " 3"], positions: Float[np.ndarray, "K 3"], wavenumber: float
+def half_plane_green(
+    source: Float[np.ndarray, " 3"],
+    positions: Float[np.ndarray, "K 3"],
+    wavenumber: float,
+    image: Literal[-1, 1] = -1,
 ) -> Complex[np.ndarray, " K"]:
-    """G of the module's text."""
+    """G of the module's text: the scalar wave of a point source beside a half-plane, e^{−jkR}/4πR where there is none.
+
+    Args:
+        source: metres; not on the half-plane.
+        positions: metres.
+        wavenumber: k, radians per metre.
+        image: sign of g(R′, m′): −1 for a wave that vanishes on the half-plane (soft), as the electric field along the
+            edge does, and +1 for one whose normal derivative does (hard), as that of the magnetic field along the edge.
+    """
 
     def around_edge(points: Float[np.ndarray, "n 3"]) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
         angle = np.arctan2(points[:, 0], -points[:, 1])  # 0 on the half-plane, positive where x > 0
@@ -59,11 +75,11 @@ def _green(
     (radius,), (angle,) = around_edge(source[None])
     radii, angles = around_edge(positions)
     total = np.zeros(len(positions), complex)
-    for sign in (1, -1):
+    for sign, factor in ((1, 1), (-1, image)):
         across = radii**2 + radius**2 - 2 * radii * radius * np.cos(angles - sign * angle)
         distance = np.sqrt(across + (positions[:, 2] - source[2]) ** 2)
         m = 2 * np.sqrt(radii * radius) * np.cos((angles - sign * angle) / 2)
-        total += sign * _wave(wavenumber * distance, np.arcsinh(m / distance)) * wavenumber
+        total += factor * _wave(wavenumber * distance, np.arcsinh(m / distance)) * wavenumber
     return total
 
 

@@ -20,7 +20,7 @@ from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency
 CELLS_PER_WAVELENGTH, CELLS_PER_WAVELENGTH_IN_AIR = 7, 16
 """Least number of cells per wavelength in a material, and in air."""
 
-AIR = 2
+AIR = 1
 """Cells of air between the scene's outermost slab and the absorbing boundary."""
 
 THICKEST = 0.3
@@ -32,7 +32,7 @@ DECAY = math.log(1e6)
 BYTES_PER_CELL = 80
 """Memory that gprMax takes for a cell, measured."""
 
-CELLS_PER_SECOND = 40e6
+CELLS_PER_SECOND = 30e6
 """Cells that gprMax steps in a second on one core, measured (docs/fullwave.md)."""
 
 
