@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import datetime
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -53,13 +53,22 @@ def demo(runs: Path, name: str) -> Measured | None:
 
 
 def benchmark(runs: Path, name: str) -> Measured | None:
-    """The JSON object that a benchmark printed, a row for each figure."""
+    """The JSON object that a benchmark printed, a row for each figure, also for those of objects in it."""
     found = _benchmark_figures(runs, name)
     if found is None:
         return None
     figures, date, machine = found
-    rows = [[key, "–" if value is None else str(value)] for key, value in figures.items()]
+    rows = [[key, "–" if value is None else str(value)] for key, value in _flat(figures)]
     return Measured(date, machine, columns=["", ""], rows=rows)
+
+
+def _flat(figures: dict[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+    """Figures of an object, and of the objects in it, whose names are put before."""
+    for key, value in figures.items():
+        if isinstance(value, dict):
+            yield from _flat(value, f"{before}{key}, ")
+        else:
+            yield f"{before}{key}", value
 
 
 def ladder(runs: Path, name: str) -> Measured | None:
@@ -76,8 +85,8 @@ def ladder(runs: Path, name: str) -> Measured | None:
     return Measured(date, machine, columns=["", *figures], rows=rows)
 
 
-def robustness(runs: Path, name: str) -> Measured | None:
-    """The table of benchmarks/robustness.py, a row for each dataset and a column for each method."""
+def table(runs: Path, name: str) -> Measured | None:
+    """The table that a benchmark printed: a row for each of its objects, and a column for each of their figures."""
     found = _benchmark_figures(runs, name)
     if found is None:
         return None
@@ -141,7 +150,7 @@ READERS: dict[str, Callable[[Path, str], Measured | None]] = {
     "benchmark": benchmark,
     "experiment": experiment,
     "ladder": ladder,
-    "robustness": robustness,
+    "table": table,
     "crossvalidation": crossvalidation,
     "scale": scale,
     "pictures": no_figures,
