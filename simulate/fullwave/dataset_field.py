@@ -8,6 +8,7 @@ import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
 from rich.progress import Progress
 
 from scenes.errors import InputError
@@ -40,12 +41,24 @@ def field_of(
         InputError: gprMax is not installed, or it failed.
     """
     path = folder / FIELD
-    if path.exists():
-        return read_stored_field(path)
-    if request.field is not None:
+    if not path.exists() and request.field is not None:
         shutil.copyfile(request.field / FIELD, folder / f"{FIELD}.tmp")
         (folder / f"{FIELD}.tmp").rename(path)
-        return read_stored_field(path)
+    if not path.exists():
+        _solve(request, folder, workers, ray, gpu, progress).write(path)
+        shutil.rmtree(folder / "field")
+    field = read_stored_field(path)
+    progress.console.print(
+        f"stored field: settled to {20 * np.log10(max(field.unsettled.max(), 1e-9)):.0f} dB, error of interpolation at most "
+        f"{field.interpolation_error_db:.0f} dB"
+    )
+    return field
+
+
+def _solve(
+    request: Request, folder: Path, workers: int | None, ray: str | None, gpu: bool, progress: Progress
+) -> StoredField:
+    """The field of a request from the solver, which keeps the runs that have ended in the folder ``field``."""
     assert request.fullwave is not None
     planned = plan(request.scene, request.region, request.fullwave.cell)
     progress.console.print(description(request, planned))
@@ -60,8 +73,6 @@ def field_of(
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     field = stored_field(request.scene, planned, folder / "field", workers or cores, gpu, ray, report)
     progress.update(bar, completed=count)
-    field.write(path)
-    shutil.rmtree(folder / "field")
     return field
 
 

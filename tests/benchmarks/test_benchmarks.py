@@ -10,6 +10,7 @@ ROOT = Path(__file__).parents[2]
 BENCHMARKS = sorted(path.name for path in (ROOT / "benchmarks").glob("*.py"))
 
 ARGUMENTS = {
+    "diffraction.py": ["--figure", "{folder}/diffraction.png", "--smallest"],
     "grid.py": ["{dataset}", "--smallest"],
     "ladder.py": ["{dataset}", "{dataset}", "--smallest"],
     "limits.py": ["{dataset}", "{dataset}", "--smallest"],

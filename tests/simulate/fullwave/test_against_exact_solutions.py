@@ -112,7 +112,7 @@ def test_free_space(orientation, tmp_path):
     assert np.median(np.abs(np.angle(ratio, deg=True))) < 2
     assert error(found, expected) < 0.03
     assert field.unsettled[0] < 1e-3
-    assert field.interpolation_error_db() < -40
+    assert field.interpolation_error_db < -40
 
 
 def test_absorbing_boundary_reflects_nothing(tmp_path):
@@ -154,6 +154,22 @@ def test_dielectric_half_space_reflects_by_fresnel(tmp_path):
     expected += through_plane_waves(scene, positions, height, lambda kappa: interface(STONE, kappa)[0])
     assert error(found, direct(scene, positions)) > 0.1
     assert error(found, expected) < 0.03
+
+
+def test_element_and_transmitter_may_change_places(tmp_path):
+    """Reciprocity, between a dielectric wall and a metal sheet that stands on it."""
+    wall_of_stone = wall(STONE, 0.06)
+    fin = SceneObject("fin", sheet((0, 0, -5), (0.22, 0, 0), (0, 0, 10)), "metal")
+    ends = np.array([0.113, -0.181, 0.027]), np.array([0.177, 0.143, 0.059])
+    responses = []
+    for here, there in (ends, ends[::-1]):
+        gateway = Gateway(tuple(here), facing((1.0, 0.0, 0.0)), rows=1, columns=1, pattern="dipole")
+        around = (tuple(there - 0.03), tuple(there + 0.03))
+        scene = place(gateway, around, wall_of_stone, fin, far_sheet(50), material=STONE)
+        field, _, _ = traced(scene, (-0.4, -0.5, -0.4), (50, 52, 42), 620, tmp_path / f"{here[0]}")
+        responses.append(field.responses(there[None])[0, 0])
+    assert abs(responses[0] - direct(scene, ends[0][None])[0]) > 0.3 * abs(responses[0])
+    assert abs(responses[0] - responses[1]) < 0.01 * abs(responses[0])
 
 
 @pytest.mark.parametrize("thickness", [0.012, 0.053], ids=["thinner than a cell", "three cells"])
