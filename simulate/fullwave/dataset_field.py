@@ -48,10 +48,8 @@ def field_of(
         _solve(request, folder, workers, ray, gpu, progress).write(path)
         shutil.rmtree(folder / "field")
     field = read_stored_field(path)
-    progress.console.print(
-        f"stored field: settled to {20 * np.log10(max(field.unsettled.max(), 1e-9)):.0f} dB, error of interpolation at most "
-        f"{field.interpolation_error_db:.0f} dB"
-    )
+    settled, error = 20 * np.log10(max(field.unsettled.max(), 1e-9)), field.interpolation_error_db
+    progress.console.print(f"stored field: settled to {settled:.0f} dB; error of interpolation {error:.0f} dB at most")
     return field
 
 

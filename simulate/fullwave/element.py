@@ -13,7 +13,7 @@ from scenes.description import Scene
 from simulate.fullwave.dipole import GAIN, element_direction, transmitter_direction
 from simulate.fullwave.gprmax import Source, run
 from simulate.fullwave.plan import Plan
-from simulate.fullwave.stored_field import StoredField, at_cell_middles_to_edges
+from simulate.fullwave.stored_field import LOST, StoredField, at_cell_middles_to_edges
 
 VACUUM_PERMEABILITY = 1.25663706212e-6
 """μ₀, henries per metre."""
@@ -79,9 +79,9 @@ def _in_region(
     along = sum(share * at_cell_middles_to_edges(field[axis], axis) for axis, share in enumerate(direction) if share)
     factor = GAIN * scene.wavelength / (-2j * np.pi * planned.frequency * VACUUM_PERMEABILITY)
     grid = planned.grid
-    inner = slice(2, -2)  # second differences need two neighbours
+    inner = slice(LOST, -LOST)
     return StoredField(
-        np.asarray(grid.origin) + grid.cell * (planned.box[0] + 2.5),
+        np.asarray(grid.origin) + grid.cell * (planned.box[0] + LOST + 0.5),
         grid.cell,
         (factor * along)[None, inner, inner, inner].astype(np.complex64),
         np.array([change]),

@@ -16,8 +16,11 @@ from simulate.dataset_writer import write_arrays
 ORDER = 5
 """Degree of the splines between lattice points."""
 
-MARGIN = 6
-"""Lattice points around the region, where splines and second differences reach."""
+LOST = 2
+"""Points at the ends that ``at_cell_middles_to_edges`` is not right at."""
+
+MARGIN = 4 + LOST
+"""Cells of the solver around the region; the stored field has ``LOST`` less."""
 
 
 @dataclass(frozen=True)
@@ -72,9 +75,9 @@ class StoredField:
         return NdBSpline(tuple(knots), coefficients, ORDER)
 
     def thinned(self, every: int) -> StoredField:
-        """The field at every so many points along each axis; its interpolation error is that at the other points."""
+        """The field at every so many points along each axis; its interpolation error is that in the region."""
         coarse = replace(self, spacing=every * self.spacing, values=self.values[:, ::every, ::every, ::every].copy())
-        inner = [np.arange(MARGIN, size - MARGIN) for size in self.values.shape[1:]]
+        inner = [np.arange(MARGIN - LOST, size - MARGIN + LOST) for size in self.values.shape[1:]]
         points = np.stack(np.meshgrid(*inner, indexing="ij"), axis=-1).reshape(-1, 3)
         points = points[(points % every != 0).any(axis=1)]
         truth = self.values[:, points[:, 0], points[:, 1], points[:, 2]].T
