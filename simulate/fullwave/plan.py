@@ -105,7 +105,8 @@ def plan(scene: Scene, region: Float[np.ndarray, "2 3"], cell: float) -> Plan:
         )
     slabs = dielectric_slabs(scene)
     inner = bounding_box(np.vstack([scene.bounds, region, np.asarray(scene.gateway.position)[None]]))
-    low, high = bounding_box(np.vstack([inner, *(_behind(each) for each in slabs)]))
+    kept = region + MARGIN * cell * np.array([[-1], [1]])
+    low, high = bounding_box(np.vstack([inner, kept, *(_behind(each) for each in slabs)]))
     # Whole cells from the scene's lowest corner, so that faces at multiples of the cell from there are faces of cells.
     before = np.ceil((inner[0] - low) / cell - 1e-6) + AIR + ABSORBER
     origin = inner[0] - before * cell

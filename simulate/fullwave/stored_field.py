@@ -14,12 +14,12 @@ from scenes.errors import InputError
 from simulate.dataset_writer import write_arrays
 
 ORDER = 5
-"""Degree of the splines between lattice points."""
+"""Degree of the splines between lattice points, less where there are fewer points."""
 
 LOST = 2
 """Points at the ends that ``at_cell_middles_to_edges`` is not right at."""
 
-MARGIN = 4 + LOST
+MARGIN = 6 + LOST
 """Cells of the solver around the region; the stored field has ``LOST`` less."""
 
 
@@ -66,13 +66,14 @@ class StoredField:
     @cached_property
     def _splines(self) -> NdBSpline:
         """Splines of all elements as a function of place, in units of the spacing from the origin."""
-        knots, coefficients = [], np.moveaxis(self.values, 0, -1).astype(complex)
+        knots, degrees, coefficients = [], [], np.moveaxis(self.values, 0, -1).astype(complex)
         for axis in range(3):
             points = np.arange(coefficients.shape[axis])
-            along = make_interp_spline(points, np.moveaxis(coefficients, axis, 0), ORDER)
+            along = make_interp_spline(points, np.moveaxis(coefficients, axis, 0), min(ORDER, len(points) - 1))
             knots.append(along.t)
+            degrees.append(along.k)
             coefficients = np.moveaxis(along.c, 0, axis)
-        return NdBSpline(tuple(knots), coefficients, ORDER)
+        return NdBSpline(tuple(knots), coefficients, tuple(degrees))
 
     def thinned(self, every: int) -> StoredField:
         """The field at every so many points along each axis; its interpolation error is that in the region."""

@@ -113,6 +113,21 @@ def test_settings_that_do_not_fit_are_refused_before_anything_is_written(nook, s
     assert not (tmp_path / "a").exists()
 
 
+def test_gpu_is_asked_of_the_solver(nook, monkeypatch, tmp_path):
+    commands = []
+
+    def start(command, **_):
+        commands.append(command)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("simulate.fullwave.gprmax.subprocess.Popen", start)
+    with pytest.raises(KeyboardInterrupt):
+        simulate(nook, tmp_path / "nook", n=4, engine="fullwave", cell=0.03, gpu=True)
+    assert len(commands) == 1 and commands[0][-1] == "-gpu"
+    with pytest.raises(ParameterError, match="gpu: expected none, or the engine fullwave"):
+        simulate(nook, tmp_path / "rays", n=4, gpu=True)
+
+
 def test_field_of_another_scene_is_refused(nook, solver, tmp_path):
     simulate(nook, tmp_path / "nook", n=4, engine="fullwave", cell=0.03)
     write_scene(nook, tmp_path / "scene")

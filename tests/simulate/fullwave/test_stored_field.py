@@ -36,6 +36,13 @@ def test_positions_between_points_are_interpolated(field):
     assert 20 * np.log10(error) < field.thinned(2).interpolation_error_db < -40
 
 
+def test_few_points_are_enough():
+    origin = np.array([1.0, 2.0, 0.5])
+    field = StoredField(origin, CELL, plane_wave(origin + lattice((5, 4, 12)))[None], np.array([1e-4]), 900)
+    point = origin + CELL * np.array([[2.4, 1.5, 5.3]])
+    assert np.abs(field.responses(point)[:, 0] - plane_wave(point)).max() < 1e-3
+
+
 def test_position_outside_is_refused(field):
     inside = field.origin + 0.2
     with pytest.raises(InputError, match=r"position 2: expected a place within \[1.0, 2.0, 0.5\]"):
