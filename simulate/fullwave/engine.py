@@ -7,8 +7,8 @@ import tempfile
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
+from threading import Event
 
 import numpy as np
 
@@ -98,9 +98,15 @@ def _elements_here(
     with tempfile.TemporaryDirectory(dir=folder, prefix=WORKING) as geometry:
         write_geometry(Path(geometry), edge_materials(scene, planned.grid), planned.grid)
 
+        stopped = Event()
+
         def element(number: int) -> tuple[int, StoredField]:
+            def told(step: int, steps: int) -> None:
+                if stopped.is_set():  # raised here, it ends the solver's process
+                    raise InterruptedError
+                report(number, step, steps)
+
             with tempfile.TemporaryDirectory(dir=folder, prefix=WORKING) as working:
-                told = partial(report, number)
                 return number, element_field(
                     scene, planned, number, steps, Path(working), Path(geometry), threads, gpu, told
                 )
@@ -110,5 +116,6 @@ def _elements_here(
                 for done in as_completed([pool.submit(element, number) for number in numbers]):
                     yield done.result()
             except BaseException:
+                stopped.set()
                 pool.shutdown(cancel_futures=True)
                 raise

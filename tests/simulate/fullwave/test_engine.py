@@ -1,7 +1,11 @@
 """Runs of the elements, kept as they end, and datasets made of their field; the solver is replaced by a formula."""
 
 import json
+import time
+from dataclasses import replace
 from importlib.metadata import PackageNotFoundError
+from itertools import count
+from threading import Event
 
 import numpy as np
 import pytest
@@ -99,6 +103,32 @@ def test_interrupted_runs_are_continued(nook, solver, tmp_path):
     assert len(solver.sources) == 2
     assert len(read_dataset(tmp_path / "nook").names) == 12
     assert not (tmp_path / "nook" / "field").exists()
+
+
+def test_interrupt_ends_the_runs_beside(nook, solver, monkeypatch, tmp_path):
+    third, ended, calls = Event(), Event(), count()
+
+    def run(folder, geometry, grid, source, box, ends, threads, gpu, report):
+        number = next(calls)
+        if number == 0:
+            return solver.run(folder, geometry, grid, source, box, ends, threads, gpu, report)
+        if number == 1:
+            third.wait(10)
+            raise KeyboardInterrupt
+        third.set()
+        try:
+            for _ in range(1000):
+                report(1, 2)
+                time.sleep(0.01)
+        except InterruptedError:
+            ended.set()
+            raise
+
+    monkeypatch.setattr("simulate.fullwave.element.run", run)
+    with pytest.raises(KeyboardInterrupt):
+        taller = replace(nook, gateway=replace(nook.gateway, rows=3))
+        simulate(taller, tmp_path / "nook", n=4, engine="fullwave", cell=0.03, workers=2)
+    assert ended.is_set()
 
 
 def test_settings_that_do_not_fit_are_refused_before_anything_is_written(nook, solver, tmp_path):
