@@ -74,8 +74,13 @@ class Clock:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.seconds, self.memory = json.loads(path.read_text()) if path.exists() else (0.0, 0.0)
+        if self.seconds is None:
+            raise SystemExit(
+                f"{path}: expected seconds, found that a run was killed before it wrote them; delete {path.parent}"
+            )
 
     def __enter__(self) -> Clock:
+        self.path.write_text(json.dumps([None, None]))  # until the end
         self.began = time.perf_counter()
         return self
 
