@@ -118,10 +118,9 @@ def traced(
 
 
 def exact(source: np.ndarray, places: np.ndarray, polarisation: str) -> np.ndarray:
-    """Exact responses [K].
+    """λ G [K] of the scalar wave: the electric field along the edge (V), or the magnetic field along it (H).
 
-    Polarised across the edge, the wave is that of the magnetic field along it; the vectors φ at both ends of a path
-    point to opposite sides, which is the sign.
+    In H the unit vectors φ of the antennas at both ends of a path are opposite, hence the minus sign.
     """
     image: Literal[-1, 1] = -1 if polarisation == "V" else 1
     return -image * WAVELENGTH * half_plane_green(source, places, 2 * np.pi / WAVELENGTH, image)

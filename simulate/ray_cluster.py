@@ -59,6 +59,6 @@ def ray_cluster(address: str | None) -> Iterator[ModuleType]:
     except ray.exceptions.RayError as error:
         if isinstance(error, ray.exceptions.RayTaskError):
             raise
-        raise InputError(f"Ray lost a part of the dataset {RETRIES} times: {error}; run it again to go on") from error
+        raise InputError(f"Ray lost a task {RETRIES} times: {error}; run it again to go on") from error
     finally:
         ray.shutdown()

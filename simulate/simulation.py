@@ -63,7 +63,8 @@ def simulate(
         measurement: errors that the receiver adds.
         power_db: also write each spectrum's absolute power in dB.
         engine: "rays": trace rays; "fullwave": solve Maxwell's equations by finite differences.
-        cell: side of the cells in full wave, metres; None: a seventh of the shortest wavelength in a material.
+        cell: side of the cells in full wave, metres; None: a seventh of the shortest wavelength in a
+            material, at most a sixteenth of that in air.
         field: folder of a full-wave dataset of the same scene, whose stored field is used instead of a new run.
         workers: trace with so many Ray workers at a time; in this process if neither this nor ``ray`` is given. In full
             wave, the number of the solver's runs at a time; None: one per core.

@@ -12,6 +12,7 @@ import numpy as np
 from rich.progress import Progress
 
 from scenes.errors import InputError
+from simulate.fullwave.element import SETTLED
 from simulate.fullwave.engine import stored_field
 from simulate.fullwave.plan import Plan, plan
 from simulate.fullwave.settings import FullWave
@@ -46,10 +47,12 @@ def field_of(
         (folder / f"{FIELD}.tmp").rename(path)
     if not path.exists():
         _solve(request, folder, workers, ray, gpu, progress).write(path)
-        shutil.rmtree(folder / "field")
+    shutil.rmtree(folder / "field", ignore_errors=True)
     field = read_stored_field(path)
     settled, error = 20 * np.log10(max(field.unsettled.max(), 1e-9)), field.interpolation_error_db
     progress.console.print(f"stored field: settled to {settled:.0f} dB; error of interpolation {error:.0f} dB at most")
+    if field.unsettled.max() > SETTLED:
+        progress.console.print("warning: expected a field that had settled to -60 dB; the place may be a resonator")
     return field
 
 
@@ -68,10 +71,18 @@ def _solve(
         done[element] = step / steps
         progress.update(bar, completed=sum(done))
 
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    field = stored_field(request.scene, planned, folder / "field", workers or cores, gpu, ray, report)
+    field = stored_field(request.scene, planned, folder / "field", workers or _at_once(planned), gpu, ray, report)
     progress.update(bar, completed=count)
     return field
+
+
+def _at_once(planned: Plan) -> int:
+    """Number of runs that this machine's cores and memory hold at a time."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    if not hasattr(os, "sysconf"):
+        return cores
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    return max(1, min(cores, memory // planned.memory))
 
 
 def description(request: Request, planned: Plan) -> str:

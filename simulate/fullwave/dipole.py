@@ -33,9 +33,11 @@ def free_space_response(
 ) -> Complex[np.ndarray, " K"]:
     """Response between two short dipoles in free space, near field included (Balanis, Antenna Theory, chapter 4).
 
+    y = 1.5 λ / (−jωμ₀) · E·q / Iℓ, with q the direction of the transmitter's dipole and
+
     E = −jωμ₀ Iℓ e^{−jkr}/4πr · [(p − u u·p)(1 + 1/jkr + 1/(jkr)²) − 2 u u·p (1/jkr + 1/(jkr)²)]
 
-    with p the direction of the source's dipole and u that from the source.
+    p the direction of the source's dipole, u the unit vector from the source to the position.
 
     Args:
         source: metres.

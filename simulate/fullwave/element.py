@@ -13,7 +13,7 @@ from scenes.description import Scene
 from simulate.fullwave.dipole import GAIN, element_direction, transmitter_direction
 from simulate.fullwave.gprmax import Source, run
 from simulate.fullwave.plan import Plan
-from simulate.fullwave.stored_field import LOST, StoredField, at_cell_middles_to_edges
+from simulate.fullwave.stored_field import LOST, StoredField, undo_mean_of_edges
 
 VACUUM_PERMEABILITY = 1.25663706212e-6
 """μ₀, henries per metre."""
@@ -59,11 +59,10 @@ def element_field(
     """
     position = element_positions(scene.gateway, scene.wavelength)[number]
     source = Source(position, element_direction(scene), planned.frequency)
-    if steps is None:  # look back in steps of a twentieth
-        ends = [planned.steps * twentieth // 20 for twentieth in range(6, 21)]
-    else:
-        period = 1 / (planned.frequency * planned.grid.time_step)
-        ends = [steps - round(2 * period), steps]
+    # Look back by a twentieth of the planned run, and the first element's run by many of them.
+    ends = [planned.steps * twentieth // 20 for twentieth in range(6, 21)]
+    if steps is not None:
+        ends = [steps - planned.steps // 20, steps]
     fields = run(working, geometry, planned.grid, source, planned.box, ends, threads, gpu, report)
     last = max(float(np.linalg.norm(fields[-1])), 1e-300)
     changes = [float(np.linalg.norm(field - fields[-1])) / last for field in fields[:-1]]
@@ -76,7 +75,7 @@ def _in_region(
 ) -> StoredField:
     """The response of one element, from the field at the middles of cells."""
     direction = transmitter_direction(scene)
-    along = sum(share * at_cell_middles_to_edges(field[axis], axis) for axis, share in enumerate(direction) if share)
+    along = sum(share * undo_mean_of_edges(field[axis], axis) for axis, share in enumerate(direction) if share)
     factor = GAIN * scene.wavelength / (-2j * np.pi * planned.frequency * VACUUM_PERMEABILITY)
     grid = planned.grid
     inner = slice(LOST, -LOST)

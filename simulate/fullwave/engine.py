@@ -45,7 +45,7 @@ def stored_field(
         scene: the scene.
         planned: the runs.
         folder: keeps ``element-NNN.npz`` of each run that has ended.
-        at_once: number of runs at a time, on one core each; the first run has as many threads.
+        at_once: number of runs at a time, on one core each; when fewer are left, they share the cores.
         gpu: run on an NVIDIA GPU, one run at a time.
         ray: address of a running Ray cluster to run on.
         report: tells the progress.

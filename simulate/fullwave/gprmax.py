@@ -26,13 +26,15 @@ from simulate.fullwave.lattice import source_weights
 from simulate.fullwave.yee_grid import YeeGrid
 
 RISE = 6
-"""Periods in which the source's oscillation begins, as half a raised cosine: slow enough to hold no other frequency."""
+"""Periods over which the source's amplitude rises, as half a raised cosine: slow, so that it hardly radiates at other
+frequencies."""
 
 ABSORBER = 6
 """Cells of the absorbing boundary on every side. It reflects -61 dB; ten cells, -105 dB, take a third longer."""
 
 SNAPSHOTS = 4
-"""Moments of a period at which the field is kept; amplitude, phase and a constant are fitted to them."""
+"""Moments of a period at which the field is kept. Amplitude and phase are fitted to them, and a constant, since the
+beginning of the oscillation leaves static charges at the dipole's ends."""
 
 GEOMETRY, MODEL = "geometry", "model"
 
@@ -212,8 +214,9 @@ def _write_input(
             points, weights = source_weights(place - grid.edge_offset(axis))
             dipoles += [("xyz"[axis], point, share * weight) for point, weight in zip(points, weights, strict=True)]
     amplitudes, which = np.unique(np.round([weight for *_, weight in dipoles], 9), return_inverse=True)
-    times = step * np.arange(ends[-1] + 2)
-    rise = 0.5 - 0.5 * np.cos(np.pi * np.minimum(times * source.frequency / RISE, 1))
+    # gprMax evaluates the current at half steps, linearly between the file's times, which therefore are half steps.
+    times = step * (np.arange(ends[-1] + 3) - 0.5)
+    rise = 0.5 - 0.5 * np.cos(np.pi * np.clip(times * source.frequency / RISE, 0, 1))
     wave = rise * np.cos(2 * np.pi * source.frequency * times)
     names = " ".join(f"wave{number}" for number in range(len(amplitudes)))
     np.savetxt(

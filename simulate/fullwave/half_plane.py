@@ -5,7 +5,7 @@ vanishes on the plane. Macdonald (1915) solved this case (Bowman, Senior and Usl
 Scattering by Simple Shapes, chapter 8): with the distances R from the source and R′ from its image,
 
     G = g(R, m) − g(R′, m′),
-    g(R, m) = e^{−jkR}/4πR · ∫_{−∞}^{T} H₁⁽²⁾(kR cosh t) dt / ∫_{−∞}^{∞} H₁⁽²⁾(kR cosh t) dt,   sinh T = m / kR,
+    g(R, m) = k/(8πj) · ∫_{−∞}^{T} H₁⁽²⁾(kR cosh t) dt,   sinh T = m / kR,
     m = 2k √(ρρ₀) cos((φ − φ₀)/2),   m′ = 2k √(ρρ₀) cos((φ + φ₀)/2),
 
 ρ and φ the distance from the edge and the angle from the half-plane, with index 0 those of the source.
@@ -29,7 +29,7 @@ def half_plane_response(
 ) -> Complex[np.ndarray, " K"]:
     """Response between short dipoles along z beside the conducting half-plane x = 0, y < 0.
 
-    y = 1.5 λ (1 + ∂²/∂z² / k²) G, whose square is the channel gain.
+    y = 1.5 λ (1 + ∂²/∂z² / k²) G, |y|² is the channel gain.
 
     Args:
         source: metres; not on the half-plane.
@@ -97,7 +97,6 @@ def _wave(phase: Float[np.ndarray, " K"], until: Float[np.ndarray, " K"]) -> Com
         start = np.minimum(start, 10)  # nothing is left beyond
         return quad_vec(integrand, 0, 6, epsabs=1e-12, epsrel=1e-10)[0]
 
-    whole = 2 * tail(np.zeros_like(phase))
+    whole = 2j * np.exp(-1j * phase) / phase
     rest = tail(np.abs(until))
-    share = np.where(until < 0, rest, whole - rest) / whole
-    return share * np.exp(-1j * phase) / (4 * np.pi * phase)
+    return np.where(until < 0, rest, whole - rest) / (8j * np.pi)

@@ -1,4 +1,4 @@
-"""Values between the points of a lattice: the weights by which a source between points is spread over them."""
+"""Weights that spread a source between lattice points over the points around it."""
 
 from __future__ import annotations
 
@@ -8,14 +8,17 @@ from jaxtyping import Float, Int
 POINTS = 4
 """Number of lattice points along each axis that share a source: cubic interpolation."""
 
+SOURCE_REACH = POINTS // 2
+"""Largest distance of these points from the source, in units of the lattice's spacing."""
+
 
 def source_weights(
     position: Float[np.ndarray, " 3"],
 ) -> tuple[Int[np.ndarray, "n 3"], Float[np.ndarray, " n"]]:
     """Lattice points around a position, and their weights in Lagrange's cubic interpolation.
 
-    A source at the position, spread over the points by these weights, radiates like it: interpolating the field of a
-    source and spreading the source are each other's adjoint. A position on a lattice point has only this point.
+    Sources of these weights at these points radiate like one at the position, because the weights interpolate the field
+    (reciprocity). A position on a lattice point has only this point.
 
     Args:
         position: in units of the lattice's spacing, from its first point.

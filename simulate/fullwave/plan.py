@@ -9,18 +9,20 @@ import numpy as np
 import trimesh
 from jaxtyping import Float, Int
 
+from scenes.array_clearance import element_positions
 from scenes.description import SPEED_OF_LIGHT, Scene
 from scenes.errors import ParameterError
 from scenes.shapes import bounding_box
 from simulate.fullwave.gprmax import ABSORBER, RISE
-from simulate.fullwave.slabs import VACUUM_PERMITTIVITY, Slabs, dielectric_slabs, is_conductor
+from simulate.fullwave.lattice import SOURCE_REACH
+from simulate.fullwave.slabs import Slabs, conducting_triangles, dielectric_slabs, in_outer_wall, refractive_index
 from simulate.fullwave.stored_field import MARGIN
 from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency
 
 CELLS_PER_WAVELENGTH, CELLS_PER_WAVELENGTH_IN_AIR = 7, 16
 """Least number of cells per wavelength in a material, and in air."""
 
-AIR = 1
+CELLS_OF_AIR = 1
 """Cells of air between the scene's outermost slab and the absorbing boundary."""
 
 THICKEST = 0.3
@@ -66,7 +68,7 @@ class Plan:
 def default_cell(scene: Scene) -> float:
     """A seventh of the shortest wavelength in a slab, or in air a sixteenth; rounded down to two digits.
 
-    Slabs thinner than a quarter of such a cell do not count: no wave fits into them.
+    Slabs thinner than λ/28 (1.2 cm at 915 MHz) do not count: they act as equivalent sheets.
 
     Args:
         scene: the scene.
@@ -74,15 +76,16 @@ def default_cell(scene: Scene) -> float:
     Returns:
         Metres.
     """
-    largest = _shortest_wavelength(scene) / CELLS_PER_WAVELENGTH
+    largest = _wavelength_to_resolve(scene) / CELLS_PER_WAVELENGTH
     digits = 1 - math.floor(math.log10(largest))
     return round(math.floor(largest * 10**digits) / 10**digits, digits)
 
 
-def _shortest_wavelength(scene: Scene) -> float:
+def _wavelength_to_resolve(scene: Scene) -> float:
+    """The shortest wavelength in a thick slab, or that share of the one in air that needs as many cells; metres."""
     thick = scene.wavelength / CELLS_PER_WAVELENGTH / 4
     slabs = [each for each in dielectric_slabs(scene) if float((each.stop - each.start).max()) > thick]
-    indices = [math.sqrt(each.material.relative_permittivity) for each in slabs]
+    indices = [refractive_index(each.material, scene.frequency).real for each in slabs]
     return scene.wavelength / max([*indices, CELLS_PER_WAVELENGTH_IN_AIR / CELLS_PER_WAVELENGTH])
 
 
@@ -95,28 +98,46 @@ def plan(scene: Scene, region: Float[np.ndarray, "2 3"], cell: float) -> Plan:
         cell: metres, for example ``default_cell``.
 
     Raises:
-        ParameterError: cells longer than a quarter of the shortest wavelength.
+        ParameterError: cells too long for the wavelengths in the scene's materials and in air, or longer than half of
+            the distance of an element from a conductor.
     """
-    shortest = _shortest_wavelength(scene)
-    if cell > shortest / 4:
+    largest = _wavelength_to_resolve(scene) / 4
+    if cell > largest:
         raise ParameterError(
-            "cell",
-            f"expected at most {shortest / 4:.3g} m, a quarter of the shortest wavelength in a material, found {cell}",
+            "cell", f"expected at most {largest:.3g} m, for wavelengths in these materials and in air, found {cell}"
         )
+    elements = element_positions(scene.gateway, scene.wavelength)
+    reach = cell * SOURCE_REACH * np.array([[-1.0], [1.0]])
+    _check_distance(elements, conducting_triangles(scene), cell)
     slabs = dielectric_slabs(scene)
-    inner = bounding_box(np.vstack([scene.bounds, region, np.asarray(scene.gateway.position)[None]]))
+    inner = bounding_box(np.vstack([scene.bounds, region, bounding_box(elements) + reach]))
     kept = region + MARGIN * cell * np.array([[-1], [1]])
     low, high = bounding_box(np.vstack([inner, kept, *(_behind(each) for each in slabs)]))
     # Whole cells from the scene's lowest corner, so that faces at multiples of the cell from there are faces of cells.
-    before = np.ceil((inner[0] - low) / cell - 1e-6) + AIR + ABSORBER
+    before = np.ceil((inner[0] - low) / cell - 1e-6) + CELLS_OF_AIR + ABSORBER
     origin = inner[0] - before * cell
-    nx, ny, nz = (int(size) for size in np.ceil((high - origin) / cell - 1e-6).astype(int) + AIR + ABSORBER)
+    nx, ny, nz = (int(size) for size in np.ceil((high - origin) / cell - 1e-6).astype(int) + CELLS_OF_AIR + ABSORBER)
     grid = YeeGrid((float(origin[0]), float(origin[1]), float(origin[2])), cell, (nx, ny, nz))
     box = np.stack([np.floor((region[0] - origin) / cell) - MARGIN, np.ceil((region[1] - origin) / cell) + MARGIN])
     frequency = numerical_frequency(scene.wavelength, cell)
     crossing = 2 * float(np.linalg.norm(inner[1] - inner[0])) / SPEED_OF_LIGHT
     duration = RISE / frequency + crossing + _decay_time(scene, slabs)
     return Plan(grid, frequency, math.ceil(duration / grid.time_step), box.astype(int))
+
+
+def _check_distance(
+    elements: Float[np.ndarray, "elements 3"], conductors: Float[np.ndarray, "n 3 3"], cell: float
+) -> None:
+    """A source that is spread over conducting edges, or over both sides of a sheet, would not radiate as it should."""
+    for number, element in enumerate(elements):
+        nearest = trimesh.triangles.closest_point(conductors, np.tile(element, (len(conductors), 1)))
+        distance = float(np.linalg.norm(nearest - element, axis=1).min(initial=np.inf))
+        if distance < SOURCE_REACH * cell:
+            raise ParameterError(
+                "cell",
+                f"expected at most {distance / SOURCE_REACH:.3g} m, element {number + 1} being {distance:.3g} m from "
+                f"a conductor, found {cell}",
+            )
 
 
 def _behind(slabs: Slabs) -> Float[np.ndarray, "n 3"]:
@@ -137,16 +158,14 @@ def _decay_time(scene: Scene, slabs: list[Slabs]) -> float:
     absorbing, closed = 0.0, 0.0
     for each in slabs:
         area = trimesh.triangles.area(each.triangles)
-        loss = each.material.conductivity / (2 * np.pi * scene.frequency * VACUUM_PERMITTIVITY)
-        index = np.sqrt(each.material.relative_permittivity - 1j * loss)
+        index = refractive_index(each.material, scene.frequency)
         reflected = abs((index - 1) / (index + 1)) ** 2
         outer = float(area[each.outer].sum())
         closed += outer
         absorbing += (1 - reflected) * outer
         depth = -4 * np.pi / scene.wavelength * index.imag * (each.stop - each.start)
         absorbing += 2 * float(((1 - np.exp(-depth)) * area)[~each.outer].sum())
-    conducting = sum(
-        item.mesh.area for item in scene.objects if is_conductor(scene.materials[item.material], scene.frequency)
-    )
-    open_surface = max(surface - closed - 0.5 * conducting, 0.02 * surface)
+    conductors = conducting_triangles(scene)
+    closed += float(trimesh.triangles.area(conductors)[in_outer_wall(scene, conductors)].sum())
+    open_surface = max(surface - closed, 0.02 * surface)  # 2 %, for the gaps that even metal rooms have
     return 4 * volume / (SPEED_OF_LIGHT * (absorbing + open_surface)) * DECAY

@@ -23,7 +23,7 @@ from scenes.enclosure import WALL_REACH
 from scenes.materials import RadioMaterial
 from scenes.occupancy import closed_parts, holds_antennas, merged
 
-CONDUCTOR = 1000.0
+LEAST_LOSS_OF_CONDUCTOR = 1000.0
 """A material whose loss σ/ωε₀ is larger is a perfect conductor here."""
 
 VACUUM_PERMITTIVITY = 8.8541878128e-12
@@ -58,7 +58,18 @@ def is_conductor(material: RadioMaterial, frequency: float) -> bool:
         material: the material.
         frequency: hertz.
     """
-    return material.conductivity > CONDUCTOR * 2 * np.pi * frequency * VACUUM_PERMITTIVITY
+    return material.conductivity > LEAST_LOSS_OF_CONDUCTOR * 2 * np.pi * frequency * VACUUM_PERMITTIVITY
+
+
+def refractive_index(material: RadioMaterial, frequency: float) -> complex:
+    """√(ε_r − jσ/ωε₀).
+
+    Args:
+        material: the material.
+        frequency: hertz.
+    """
+    loss = material.conductivity / (2 * np.pi * frequency * VACUUM_PERMITTIVITY)
+    return complex(np.sqrt(material.relative_permittivity - 1j * loss))
 
 
 def conducting_triangles(scene: Scene) -> Float[np.ndarray, "n 3 3"]:
@@ -102,13 +113,31 @@ def _of_closed_part(scene: Scene, part: Trimesh, thickness: float) -> tuple[np.n
 
 def _of_sheet(scene: Scene, triangles: Float[np.ndarray, "n 3 3"], thickness: float) -> tuple[np.ndarray, ...]:
     """The slab behind an outer wall's sheet, or on both sides of another's."""
-    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    normals = normals / np.linalg.norm(normals, axis=1, keepdims=True).clip(1e-30)
-    corners = np.stack(np.meshgrid(*scene.bounds.T, indexing="ij"), axis=-1).reshape(8, 3)
-    beyond = (corners[None] - triangles[:, :1]) @ normals[:, :, None]  # of the box around the scene, along the normal
-    front, back = beyond.max(axis=(1, 2)), -beyond.min(axis=(1, 2))
-    outer = np.minimum(front, back) < WALL_REACH
+    normals, front, back = _scene_beyond(scene, triangles)
+    outer = in_outer_wall(scene, triangles)
     away = np.where(front < back, 1.0, -1.0)  # the normal points away from the scene
     normals = np.where(outer[:, None], away[:, None] * normals, normals)
     start = np.where(outer, 0.0, -thickness / 2)
     return triangles, normals, start, start + thickness, outer
+
+
+def in_outer_wall(scene: Scene, triangles: Float[np.ndarray, "n 3 3"]) -> Bool[np.ndarray, " n"]:
+    """Whether the scene is on one side of each triangle's plane, to within ``WALL_REACH``.
+
+    Args:
+        scene: the scene.
+        triangles: corners, metres, world frame.
+    """
+    _, front, back = _scene_beyond(scene, triangles)
+    return np.minimum(front, back) < WALL_REACH
+
+
+def _scene_beyond(
+    scene: Scene, triangles: Float[np.ndarray, "n 3 3"]
+) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+    """Unit normals, and how far the box around the scene reaches along each normal and against it, metres."""
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normals = normals / np.linalg.norm(normals, axis=1, keepdims=True).clip(1e-30)
+    corners = np.stack(np.meshgrid(*scene.bounds.T, indexing="ij"), axis=-1).reshape(8, 3)
+    beyond = (corners[None] - triangles[:, :1]) @ normals[:, :, None]
+    return normals, beyond.max(axis=(1, 2)), -beyond.min(axis=(1, 2))

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
+from zipfile import BadZipFile
 
 import numpy as np
 from jaxtyping import Complex, Float
@@ -17,7 +18,7 @@ ORDER = 5
 """Degree of the splines between lattice points, less where there are fewer points."""
 
 LOST = 2
-"""Points at the ends that ``at_cell_middles_to_edges`` is not right at."""
+"""Points at each end where ``undo_mean_of_edges`` is wrong."""
 
 MARGIN = 6 + LOST
 """Cells of the solver around the region; the stored field has ``LOST`` less."""
@@ -31,7 +32,7 @@ class StoredField:
         origin: first lattice point, metres, world frame.
         spacing: distance of neighbouring points, metres.
         values: element responses at the points.
-        unsettled: for each element, the last change that was seen of its field before its run ended, relative to it.
+        unsettled: change of each element's field over the last twentieth of the planned run, relative to the field.
         steps: number of time steps after which the first element's field had settled.
         interpolation_error_db: error between points, root mean square over that of the field, dB; nan: not known.
     """
@@ -117,11 +118,11 @@ def read_stored_field(path: Path) -> StoredField:
                 steps=int(archive["steps"]),
                 interpolation_error_db=float(archive["interpolation_error_db"]),
             )
-    except (OSError, ValueError, KeyError, EOFError) as error:
+    except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
         raise InputError(f"{path}: expected the stored field of a full-wave run, found {error}") from error
 
 
-def at_cell_middles_to_edges(field: Complex[np.ndarray, "nx ny nz"], axis: int) -> Complex[np.ndarray, "nx ny nz"]:
+def undo_mean_of_edges(field: Complex[np.ndarray, "nx ny nz"], axis: int) -> Complex[np.ndarray, "nx ny nz"]:
     """Undo the mean by which a solver moves a field component from the edges of a cell to its middle.
 
     The mean of two neighbours along y multiplies a wave of phase step θ by cos(θ/2). With the second difference

@@ -45,7 +45,7 @@ class YeeGrid:
 
 
 def numerical_frequency(wavelength: float, cell: float) -> float:
-    """The frequency at which waves on the grid have a wavelength in air, on average over all directions.
+    """The frequency at which waves on the grid have the given wavelength in air, on average over all directions.
 
     On the grid a plane wave of wave vector k has the frequency ω of (Taflove, Computational Electrodynamics, chapter 4)
 

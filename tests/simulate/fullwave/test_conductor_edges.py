@@ -5,7 +5,7 @@ import pytest
 
 from simulate.fullwave.conductor_edges import BLOCK, SHEET, beside_edges
 from simulate.fullwave.dipole import free_space_response
-from simulate.fullwave.half_plane import half_plane_response
+from simulate.fullwave.half_plane import half_plane_green, half_plane_response
 
 FREQUENCY = 915e6
 UP = np.array([0.0, 0.0, 1.0])
@@ -73,6 +73,14 @@ def test_field_beside_a_half_plane_is_half_the_direct_one_on_the_shadow_boundary
     source, behind = np.array([-30.0, 0.0, 0.0]), np.array([[25.0, 0.0, 0.0]])
     direct = free_space_response(source, UP, behind, UP, FREQUENCY)
     np.testing.assert_allclose(half_plane_response(source, behind, FREQUENCY), direct / 2, rtol=0.04)
+
+
+def test_hard_half_plane_lets_no_wave_through():
+    """The derivative across the plane is zero on it."""
+    source, wavenumber, step = np.array([-1.0, 0.3, 0.1]), 2 * np.pi / 0.3276, np.array([1e-4, 0, 0])
+    on_plane = np.array([[-2e-4, -0.7, 0.4], [-2e-4, -2.0, 0.0]])
+    near, nearer = (half_plane_green(source, on_plane + number * step, wavenumber, 1) for number in (0, 1))
+    assert (np.abs(nearer - near) / 1e-4 < 0.01 * wavenumber * np.abs(near)).all()
 
 
 def test_half_plane_conducts():

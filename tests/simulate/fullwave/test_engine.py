@@ -134,12 +134,23 @@ def test_interrupt_ends_the_runs_beside(nook, solver, monkeypatch, tmp_path):
 def test_settings_that_do_not_fit_are_refused_before_anything_is_written(nook, solver, tmp_path):
     with pytest.raises(ParameterError, match="cell: expected none, or the engine fullwave"):
         simulate(nook, tmp_path / "a", n=4, cell=0.03)
-    with pytest.raises(ParameterError, match=r"cell: expected at most 0\.0358 m"):
+    with pytest.raises(ParameterError, match=r"cell: expected at most 0\.0357 m"):
         simulate(nook, tmp_path / "a", n=4, engine="fullwave", cell=0.1)
     with pytest.raises(ParameterError, match="cell: expected metres above 0"):
         simulate(nook, tmp_path / "a", n=4, engine="fullwave", cell=-0.1)
     with pytest.raises(InputError, match="expected a folder that was simulated with --engine fullwave"):
         simulate(nook, tmp_path / "a", n=4, engine="fullwave", field=tmp_path)
+    assert not (tmp_path / "a").exists()
+
+
+def test_element_near_a_conductor_needs_small_cells(nook, solver, tmp_path):
+    fin = SceneObject("fin", sheet((0.98, 0.3, 0.3), (0, 0.4, 0), (0, 0, 0.4)), "metal")
+    materials = p2040_materials(["concrete", "metal"], 915e6)
+    with pytest.raises(ParameterError, match=r"cell: expected at most 0\.01 m, element 1 being 0\.02 m from a cond"):
+        simulate(
+            replace(nook, objects=(*nook.objects, fin), materials=materials), tmp_path / "a", n=4, engine="fullwave",
+            cell=0.03,
+        )  # fmt: skip
     assert not (tmp_path / "a").exists()
 
 

@@ -5,7 +5,7 @@ import pytest
 
 from scenes.errors import InputError
 from simulate.fullwave.lattice import source_weights
-from simulate.fullwave.stored_field import MARGIN, StoredField, at_cell_middles_to_edges, read_stored_field
+from simulate.fullwave.stored_field import MARGIN, StoredField, read_stored_field, undo_mean_of_edges
 
 K = 2 * np.pi / 0.3276
 WAVE = K * np.array([0.6, -0.64, 0.48])
@@ -65,7 +65,7 @@ def test_mean_of_a_cells_edges_is_undone(axis):
     for across in {0, 1, 2} - {axis}:
         middle = middle * np.cos(WAVE[across] * CELL / 2)  # the mean of the two edges half a cell away on each side
     inner = (slice(4, -4),) * 3
-    assert np.abs(at_cell_middles_to_edges(middle, axis)[inner] - plane_wave(points)[inner]).max() < 2e-4
+    assert np.abs(undo_mean_of_edges(middle, axis)[inner] - plane_wave(points)[inner]).max() < 2e-4
     assert np.abs(middle[inner] - plane_wave(points)[inner]).max() > 5e-3
 
 
