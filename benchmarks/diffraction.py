@@ -15,7 +15,7 @@ from __future__ import annotations
 import inspect
 import textwrap
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -36,14 +36,13 @@ SOURCE_DISTANCE, RECEIVER_DISTANCE = 8.0, 5.0
 WIDTH = 15.0
 """Degrees on either side of a boundary that count as near it."""
 
+SHADOW = {"diffraction": True, "edge_diffraction": True, "diffraction_lit_region": False}
+EVERYWHERE = {**SHADOW, "diffraction_lit_region": True}
 METHODS: dict[str, tuple[dict[str, bool], bool]] = {
     "geometric optics": ({"diffraction": False}, False),
-    "diffraction in the shadow": (
-        {"diffraction": True, "edge_diffraction": True, "diffraction_lit_region": False},
-        False,
-    ),
-    "diffraction": ({"diffraction": True, "edge_diffraction": True, "diffraction_lit_region": True}, False),
-    "diffraction, mended": ({"diffraction": True, "edge_diffraction": True, "diffraction_lit_region": True}, True),
+    "diffraction in the shadow": (SHADOW, False),
+    "diffraction": (EVERYWHERE, False),
+    "diffraction, mended": (EVERYWHERE, True),
 }
 """Arguments of ``PathSolver``, and whether Sionna is mended."""
 
@@ -186,10 +185,7 @@ def main(
         for polarisation in "VH":
             fields = {"exact": exact(source, places, polarisation)}
             for name, (options, to_mend) in METHODS.items():
-                if to_mend:
-                    with mended():
-                        fields[name] = traced(source, places, polarisation, rays, options)
-                else:
+                with mended() if to_mend else nullcontext():
                     fields[name] = traced(source, places, polarisation, rays, options)
                 error = np.abs(fields[name] - fields["exact"])
                 result[f"{incidence:g}°, {polarisation}, {name}"] = {

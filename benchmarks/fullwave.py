@@ -43,6 +43,9 @@ from simulate.simulation import simulate
 
 FURNITURE = ("cabinet", "panel", "table", "shelf")
 
+WORKERS = 2
+"""Runs of the solver at a time."""
+
 MECHANISMS = {
     "line of sight": Propagation(max_depth=0),
     "depth 1": Propagation(max_depth=1),
@@ -89,10 +92,6 @@ class Clock:
         solver = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
         self.memory = max(self.memory, (WORKERS * solver + resource.getrusage(resource.RUSAGE_SELF).ru_maxrss) / 1e6)
         self.path.write_text(json.dumps([self.seconds, self.memory]))
-
-
-WORKERS = 2
-"""Runs of the solver at a time."""
 
 
 def four_elements(scene: Scene) -> Scene:

@@ -13,6 +13,7 @@ from threading import Event
 import numpy as np
 
 from scenes.description import Scene
+from simulate.array import PlanarArray
 from simulate.fullwave.cells import edge_materials
 from simulate.fullwave.cluster import elements_of_cluster
 from simulate.fullwave.element import element_field
@@ -56,7 +57,7 @@ def stored_field(
     folder.mkdir(parents=True, exist_ok=True)
     for left in folder.glob(f"{WORKING}*"):  # by a run that was killed
         shutil.rmtree(left)
-    count = scene.gateway.rows * scene.gateway.columns
+    count = PlanarArray.of(scene.gateway).elements
     files = [folder / f"element-{number:03d}.npz" for number in range(count)]
 
     def keep(fields: Iterator[tuple[int, StoredField]]) -> None:

@@ -30,7 +30,7 @@ RISE = 6
 frequencies."""
 
 ABSORBER = 6
-"""Cells of the absorbing boundary on every side. It reflects -61 dB; ten cells, -105 dB, take a third longer."""
+"""Cells of the absorbing boundary on every side. It reflects less than -55 dB; ten cells take a third longer."""
 
 SNAPSHOTS = 4
 """Moments of a period at which the field is kept. Amplitude and phase are fitted to them, and a constant, since the

@@ -35,7 +35,7 @@ BYTES_PER_CELL = 80
 """Memory that gprMax takes for a cell, measured."""
 
 CELLS_PER_SECOND = 30e6
-"""Cells that gprMax steps in a second on one core, measured (docs/fullwave.md)."""
+"""Cells that gprMax steps in a second on one core of the slowest machine we used; others reach half as much again."""
 
 
 @dataclass(frozen=True)
@@ -76,15 +76,15 @@ def default_cell(scene: Scene) -> float:
     Returns:
         Metres.
     """
-    largest = _wavelength_to_resolve(scene) / CELLS_PER_WAVELENGTH
+    largest = _wavelength_to_resolve(scene, dielectric_slabs(scene)) / CELLS_PER_WAVELENGTH
     digits = 1 - math.floor(math.log10(largest))
     return round(math.floor(largest * 10**digits) / 10**digits, digits)
 
 
-def _wavelength_to_resolve(scene: Scene) -> float:
+def _wavelength_to_resolve(scene: Scene, objects: list[Slabs]) -> float:
     """The shortest wavelength in a thick slab, or that share of the one in air that needs as many cells; metres."""
     thick = scene.wavelength / CELLS_PER_WAVELENGTH / 4
-    slabs = [each for each in dielectric_slabs(scene) if float((each.stop - each.start).max()) > thick]
+    slabs = [each for each in objects if float((each.stop - each.start).max()) > thick]
     indices = [refractive_index(each.material, scene.frequency).real for each in slabs]
     return scene.wavelength / max([*indices, CELLS_PER_WAVELENGTH_IN_AIR / CELLS_PER_WAVELENGTH])
 
@@ -101,15 +101,15 @@ def plan(scene: Scene, region: Float[np.ndarray, "2 3"], cell: float) -> Plan:
         ParameterError: cells too long for the wavelengths in the scene's materials and in air, or longer than half of
             the distance of an element from a conductor.
     """
-    largest = _wavelength_to_resolve(scene) / 4
+    slabs, conductors = dielectric_slabs(scene), conducting_triangles(scene)
+    largest = _wavelength_to_resolve(scene, slabs) / 4
     if cell > largest:
         raise ParameterError(
             "cell", f"expected at most {largest:.3g} m, for wavelengths in these materials and in air, found {cell}"
         )
     elements = element_positions(scene.gateway, scene.wavelength)
     reach = cell * SOURCE_REACH * np.array([[-1.0], [1.0]])
-    _check_distance(elements, conducting_triangles(scene), cell)
-    slabs = dielectric_slabs(scene)
+    _check_distance(elements, conductors, cell)
     inner = bounding_box(np.vstack([scene.bounds, region, bounding_box(elements) + reach]))
     kept = region + MARGIN * cell * np.array([[-1], [1]])
     low, high = bounding_box(np.vstack([inner, kept, *(_behind(each) for each in slabs)]))
@@ -121,7 +121,7 @@ def plan(scene: Scene, region: Float[np.ndarray, "2 3"], cell: float) -> Plan:
     box = np.stack([np.floor((region[0] - origin) / cell) - MARGIN, np.ceil((region[1] - origin) / cell) + MARGIN])
     frequency = numerical_frequency(scene.wavelength, cell)
     crossing = 2 * float(np.linalg.norm(inner[1] - inner[0])) / SPEED_OF_LIGHT
-    duration = RISE / frequency + crossing + _decay_time(scene, slabs)
+    duration = RISE / frequency + crossing + _decay_time(scene, slabs, conductors)
     return Plan(grid, frequency, math.ceil(duration / grid.time_step), box.astype(int))
 
 
@@ -146,7 +146,7 @@ def _behind(slabs: Slabs) -> Float[np.ndarray, "n 3"]:
     return (slabs.triangles[slabs.outer] + depth * slabs.normals[slabs.outer][:, None]).reshape(-1, 3)
 
 
-def _decay_time(scene: Scene, slabs: list[Slabs]) -> float:
+def _decay_time(scene: Scene, slabs: list[Slabs], conductors: Float[np.ndarray, "n 3 3"]) -> float:
     """Time in which the energy in a scene falls by 60 dB (Sabine): 4V/cA · ln 10⁶.
 
     A is the sum of the absorbing surfaces: of outer walls the share 1 − |R|² of their area, at normal incidence of a
@@ -165,7 +165,6 @@ def _decay_time(scene: Scene, slabs: list[Slabs]) -> float:
         absorbing += (1 - reflected) * outer
         depth = -4 * np.pi / scene.wavelength * index.imag * (each.stop - each.start)
         absorbing += 2 * float(((1 - np.exp(-depth)) * area)[~each.outer].sum())
-    conductors = conducting_triangles(scene)
     closed += float(trimesh.triangles.area(conductors)[in_outer_wall(scene, conductors)].sum())
     open_surface = max(surface - closed, 0.02 * surface)  # 2 %, for the gaps that even metal rooms have
     return 4 * volume / (SPEED_OF_LIGHT * (absorbing + open_surface)) * DECAY
