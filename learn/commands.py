@@ -180,20 +180,23 @@ def engines(
     propagation: OmitArgPrefixes[PropagationOptions] = PropagationOptions(),
     json: bool = False,
 ) -> None:
-    """Compare ray tracing with a full-wave dataset at its positions. Writes engines.json and a map to a folder.
+    """Compare ray tracing with a full-wave dataset at its positions. Writes engines.json and maps to a folder.
 
     Args:
         dataset: folder that bisplat simulate --engine fullwave made.
-        output: folder for engines.json and engines_map.
+        output: folder for engines.json, engines_map and engines_plane.
         positions: largest number of the dataset's positions to trace.
         propagation: mechanisms that the ray tracer follows.
         json: print the figures as JSON.
     """
     from learn.evaluation.engines import compare_engines
-    from learn.reports.engines_report import write_engines
+    from learn.evaluation.engines_plane import compare_on_plane
+    from learn.reports.engines_report import draw_plane, write_engines
 
-    compared = compare_engines(dataset, Propagation(**vars(propagation)), positions)
+    mechanisms = Propagation(**vars(propagation))
+    compared = compare_engines(dataset, mechanisms, positions)
     write_engines(compared, output)
+    draw_plane(compare_on_plane(dataset, mechanisms), output)
     if json:
         print(json_format.dumps(compared.metrics(), indent=2))
     else:

@@ -76,7 +76,7 @@ def compare_engines(folder: Path | str, propagation: Propagation, positions: int
     if positions < 1:
         raise ParameterError("positions", f"expected a positive number, found {positions}")
     dataset = read_dataset(folder)
-    scene = _dipoles(_scene(dataset))
+    scene = scene_for_rays(dataset)
     from simulate.trace import Tracer
 
     chosen = evenly(np.arange(len(dataset.names)), positions)
@@ -97,8 +97,12 @@ def compare_engines(folder: Path | str, propagation: Propagation, positions: int
     )
 
 
-def _scene(dataset: Dataset) -> Scene:
-    """The scene that a full-wave dataset was simulated in."""
+def scene_for_rays(dataset: Dataset) -> Scene:
+    """The scene that a full-wave dataset was simulated in, with short dipoles for antennas.
+
+    Raises:
+        InputError: the dataset was made otherwise, or has measurement errors.
+    """
     if dataset.metadata.get("engine") != "fullwave":
         raise InputError(
             f"{dataset.folder}: expected a dataset simulated with --engine fullwave, found one made otherwise"
@@ -109,11 +113,7 @@ def _scene(dataset: Dataset) -> Scene:
             f"{dataset.folder}: expected a dataset without measurement errors, which would count as the rays', found "
             f"{errors}"
         )
-    return read_scene(dataset.folder / dataset.metadata["scene_file"])
-
-
-def _dipoles(scene: Scene) -> Scene:
-    """The scene with short dipoles for antennas."""
+    scene = read_scene(dataset.folder / dataset.metadata["scene_file"])
     return replace(
         scene,
         gateway=replace(scene.gateway, pattern="dipole"),

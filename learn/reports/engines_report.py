@@ -1,4 +1,4 @@
-"""The figures of ``bisplat engines``, and its figures as JSON."""
+"""The drawings of ``bisplat engines``, and its figures as JSON."""
 
 from __future__ import annotations
 
@@ -8,11 +8,15 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from learn.evaluation.engines import EngineComparison
+from learn.evaluation.engines_plane import EnginePlane
 from learn.reports.figures import MAGNITUDE, save
 from scenes.atomic import write_atomically
 
 LARGEST_LEVEL = 6.0
 """Ends of the colour scale of level errors, dB."""
+
+LOWEST, HIGHEST = -30.0, 5.0
+"""Ends of the colour scale of levels and errors on the plane, dB."""
 
 
 def write_engines(compared: EngineComparison, folder: Path) -> None:
@@ -49,3 +53,26 @@ def write_engines(compared: EngineComparison, folder: Path) -> None:
     axes[0, 0].set_title("from above")
     axes[1, 0].set_title("from the side")
     save(figure, folder / "engines_map.png")
+
+
+def draw_plane(plane: EnginePlane, folder: Path) -> None:
+    """Draw full wave's level and the rays' errors as engines_plane, PNG and PDF.
+
+    White lines are where half of the array's elements lose the direct path: the shadow boundary.
+
+    Args:
+        plane: the result of ``compare_on_plane``.
+        folder: exists.
+    """
+    errors = {f"error of rays, depth {depth}": values for depth, values in plane.errors_db.items()}
+    panels = {"full wave": plane.level_db, **errors}
+    figure = Figure(figsize=(4 * len(panels), 4.4), layout="constrained")
+    axes = figure.subplots(1, len(panels), sharey=True)
+    for axis, (title, values) in zip(axes, panels.items(), strict=True):
+        image = axis.pcolormesh(plane.x, plane.y, values, vmin=LOWEST, vmax=HIGHEST, cmap=MAGNITUDE, shading="nearest")
+        if 0 < plane.in_sight.mean() < 1:
+            axis.contour(plane.x, plane.y, plane.in_sight, levels=[0.5], colors="white", linewidths=1.5)
+        axis.set(title=title, xlabel="x (m)", aspect="equal")
+    axes[0].set_ylabel("y (m)")
+    figure.colorbar(image, ax=axes, label=f"dB over full wave's mean at z = {plane.z:g} m", extend="both")
+    save(figure, folder / "engines_plane.png")

@@ -8,7 +8,8 @@ import pytest
 
 from learn.evaluation.crossvalidate import crossvalidate
 from learn.evaluation.engines import compare_engines
-from learn.reports.engines_report import write_engines
+from learn.evaluation.engines_plane import compare_on_plane
+from learn.reports.engines_report import draw_plane, write_engines
 from learn.training.train import train
 from scenes.array_clearance import element_positions
 from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
@@ -72,6 +73,15 @@ def test_reflection_that_the_field_lacks_is_seen(full_wave):
     with_floor = compare_engines(full_wave.folder, Propagation(max_depth=1, rays=20_000), 20).metrics()
     assert 1 - with_floor["correlation_rays_together"] > 3 * (1 - without["correlation_rays_together"])
     assert with_floor["level_error_db"] > 3 * without["level_error_db"]
+
+
+def test_plane_shows_each_mechanisms_error_and_the_shadow(yard, full_wave, tmp_path):
+    plane = compare_on_plane(full_wave.folder, Propagation(max_depth=1, rays=20_000))
+    assert plane.errors_db[0].max() < -25  # the field is that in free space, near field included
+    assert plane.errors_db[1].mean() > plane.errors_db[0].max() + 4  # and lacks the reflection
+    assert (plane.in_sight == 1).all()
+    draw_plane(replace(plane, in_sight=np.linspace(0, 1, plane.in_sight.size).reshape(plane.in_sight.shape)), tmp_path)
+    assert (tmp_path / "engines_plane.png").stat().st_size > 10_000
 
 
 def test_other_datasets_are_refused(yard, full_wave, tmp_path, in_free_space):

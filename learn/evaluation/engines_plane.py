@@ -1,0 +1,86 @@
+"""Rays against full wave on a horizontal plane: error by depth, and the direct path's shadow."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Complex, Float
+
+from learn.evaluation.engines import scene_for_rays
+from simulate.dataset import read_dataset
+from simulate.fullwave.dataset_field import FIELD
+from simulate.fullwave.stored_field import read_stored_field
+from simulate.propagation import Propagation
+
+POINTS_PER_WAVELENGTH = 8
+"""Points of the plane along x and y."""
+
+
+@dataclass(frozen=True)
+class EnginePlane:
+    """Levels and errors at points of a horizontal plane through the middle of the transmitter's region.
+
+    Attributes:
+        x: of the points' columns, metres.
+        y: of the points' rows, metres.
+        z: height of the plane, metres.
+        level_db: power of the full wave's responses, relative to its mean over the plane, dB.
+        errors_db: by the largest number of interactions on a path, |rays − full wave|², relative to the same mean, dB.
+        in_sight: fraction of the elements from which the rays find a direct path, 0…1.
+    """
+
+    x: Float[np.ndarray, " nx"]
+    y: Float[np.ndarray, " ny"]
+    z: float
+    level_db: Float[np.ndarray, "ny nx"]
+    errors_db: dict[int, Float[np.ndarray, "ny nx"]]
+    in_sight: Float[np.ndarray, "ny nx"]
+
+
+def compare_on_plane(folder: Path | str, propagation: Propagation, seed: int = 1) -> EnginePlane:
+    """Trace the points of a plane and compare them with a full-wave dataset's stored field.
+
+    The rays follow the direct path alone, then at most one interaction, then as many as ``propagation`` allows.
+
+    Args:
+        folder: folder of a dataset simulated with the engine fullwave.
+        propagation: the mechanisms that the rays follow.
+        seed: seed of the rays.
+
+    Raises:
+        InputError: another folder, or its stored field is missing.
+    """
+    dataset = read_dataset(folder)
+    scene = scene_for_rays(dataset)
+    (x_low, y_low, z_low), (x_high, y_high, z_high) = scene.transmitter.region
+    step = scene.wavelength / POINTS_PER_WAVELENGTH
+    x, y = (
+        np.linspace(low, high, 1 + int(np.ceil((high - low) / step)))
+        for low, high in ((x_low, x_high), (y_low, y_high))
+    )
+    z = (z_low + z_high) / 2
+    columns, rows = np.meshgrid(x, y)
+    points = np.stack([columns.ravel(), rows.ravel(), np.full(columns.size, z)], axis=1)
+    full_wave = read_stored_field(dataset.folder / FIELD).responses(points)
+    mean = float((np.abs(full_wave) ** 2).sum(axis=1).mean())
+
+    def decibels(responses: Complex[np.ndarray, "K elements"]) -> Float[np.ndarray, "ny nx"]:
+        power = (np.abs(responses) ** 2).sum(axis=1) / mean
+        return 10 * np.log10(np.maximum(power, 1e-12)).reshape(columns.shape)
+
+    from simulate.trace import Tracer
+
+    rays = {
+        depth: Tracer(scene, replace(propagation, max_depth=depth), None, seed).responses(points)
+        for depth in sorted({0, min(1, propagation.max_depth), propagation.max_depth})
+    }
+    return EnginePlane(
+        x=x,
+        y=y,
+        z=z,
+        level_db=decibels(full_wave),
+        errors_db={depth: decibels(each - full_wave) for depth, each in rays.items()},
+        in_sight=(rays[0] != 0).mean(axis=1).reshape(columns.shape),
+    )
