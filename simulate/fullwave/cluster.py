@@ -37,14 +37,21 @@ def elements_of_cluster(
         report: called with an element's number and twice its time steps, when its run has ended.
 
     Raises:
-        InputError: the solver failed, or a run was lost ``RETRIES`` times.
+        InputError: the solver failed, a run was lost ``RETRIES`` times, or no machine is large enough for one.
     """
     if not numbers:
         return
+    needs = {"CPU": 1, "GPU": int(gpu), "memory": planned.memory}
     with ray_cluster(address) as ray:
+        machines = [node["Resources"] for node in ray.nodes() if node["Alive"]]
+        if not any(all(each.get(kind, 0) >= amount for kind, amount in needs.items()) for each in machines):
+            raise InputError(
+                f"{address}: expected a machine with a core, {planned.memory / 1e9:.2g} GB of memory"
+                f"{' and a GPU' if gpu else ''} in the Ray cluster, found {len(machines)} without"
+            )
         task = ray.remote(max_retries=RETRIES)(_run).options(
-            num_cpus=1, num_gpus=int(gpu), memory=planned.memory
-        )  # fmt: skip
+            num_cpus=needs["CPU"], num_gpus=needs["GPU"], memory=needs["memory"]
+        )
         shared = ray.put((scene, planned, steps, gpu))
         running = {task.remote(shared, number): number for number in numbers}
         while running:

@@ -47,3 +47,9 @@ def test_failure_in_the_cluster_is_one_sentence(nook, address, tmp_path):
     outside = replace(planned, box=planned.box + 1000)
     with pytest.raises(InputError, match=r"model\.in: expected gprMax to run it, found that it stopped with"):
         stored_field(nook, outside, tmp_path, ray=address)
+
+
+def test_machines_too_small_are_told_instead_of_waited_for(nook, address, tmp_path):
+    planned = plan(nook, nook.transmitter.region, 0.03)
+    with pytest.raises(InputError, match=r"expected a machine with a core, .* GB of memory and a GPU in the Ray"):
+        stored_field(nook, planned, tmp_path, ray=address, gpu=True)
