@@ -147,25 +147,26 @@ def crossvalidate(
     scene: str,
     positions: Annotated[int, arg(aliases=["-n"])] = 100,
     seed: int = 1,
+    engine: Literal["rays", "fullwave"] | None = None,
     field: Path | None = None,
     json: bool = False,
 ) -> None:
     """Compare a run with a fresh simulation at new positions. Writes RUN/crossvalidation.json and figures.
-
-    The truth is ray-traced; if the run's dataset is a full-wave one, it is that dataset's stored field.
 
     Args:
         run: the run folder.
         scene: scene that the run's dataset was simulated in: a built-in name or a YAML file.
         positions: number of new positions, drawn in the bounding box of the positions that the run was trained on.
         seed: seed of the new positions.
+        engine: what the truth is made by (default: the engine of the run's dataset). If that is rays, fullwave solves
+            the field first, in RUN/fullwave.
         field: folder of a full-wave dataset of the same place, whose stored field is the truth.
         json: print the scores as JSON.
     """
     from learn.evaluation.crossvalidate import crossvalidate as compare_with_truth
     from learn.reports.crossvalidation_report import write_crossvalidation
 
-    fresh = compare_with_truth(run, scene, positions, seed, field=field)
+    fresh = compare_with_truth(run, scene, positions, seed, engine=engine, field=field)
     write_crossvalidation(fresh, run)
     if json:
         print(json_format.dumps(fresh.metrics(), indent=2))

@@ -24,7 +24,8 @@ from simulate.placement import free_positions
 from simulate.request import propagation_of
 from simulate.spectrum import picture, spectrum_of
 
-if TYPE_CHECKING:  # importing it needs the ray tracer, which users of measured data need not install
+if TYPE_CHECKING:  # importing them needs the ray tracer, which users of measured data need not install
+    from simulate.simulation import Engine
     from simulate.trace import Tracer
 
 
@@ -75,11 +76,13 @@ def crossvalidate(
     positions: int = 100,
     seed: int = 1,
     tracer: Tracer | None = None,
+    engine: Engine | None = None,
     field: Path | str | None = None,
 ) -> CrossValidation:
-    """Compare a run with a fresh simulation: by rays, or for a full-wave dataset by its stored field.
+    """Compare a run with a fresh simulation, by rays or by full wave.
 
-    Writes nothing: ``learn.reports.crossvalidation_report`` writes the report.
+    It writes no report (``learn.reports.crossvalidation_report`` does). A full-wave field that has to be solved is kept
+    in the run's folder.
 
     Args:
         run: a trained run, or its folder.
@@ -88,8 +91,9 @@ def crossvalidate(
             from.
         seed: seed of the new positions.
         tracer: a tracer of the scene. None: a new one with the propagation settings of the dataset's metadata.
-        field: folder of a full-wave dataset of the same place, whose stored field is the truth; None: the run's own
-            dataset if that is a full-wave one, else rays are traced.
+        engine: "rays", or "fullwave": the truth is the stored field of the run's dataset, or, where it was simulated
+            by rays, a field solved now. None: as the dataset.
+        field: folder of a full-wave dataset of the same place, whose stored field is the truth instead.
 
     Returns:
         The predicted and the traced spectra, and the scores.
@@ -119,8 +123,9 @@ def crossvalidate(
     known = dataset.positions[run.split(dataset).known]
     region = bounding_box(known)
     drawn = free_positions(scene, region, positions, np.random.default_rng(seed))
-    if field is None and dataset.metadata.get("engine") == "fullwave":
-        field = dataset.folder
+    by_full_wave = dataset.metadata.get("engine") == "fullwave"
+    if field is None and (engine or ("fullwave" if by_full_wave else "rays")) == "fullwave":
+        field = dataset.folder if by_full_wave else _solved(scene, run.folder / "fullwave")
     if field is not None:
         responses, truth_by = read_stored_field(Path(field) / FIELD).responses(drawn), "full wave"
     else:
@@ -155,6 +160,13 @@ def _traced(
         propagation, seed_of_rays = propagation_of(dataset.metadata)
         tracer = Tracer(scene, propagation, region, seed_of_rays)
     return tracer.responses(positions)
+
+
+def _solved(scene: Scene, folder: Path) -> Path:
+    """A folder with the scene's full-wave field, which is solved unless it is there."""
+    from simulate.simulation import LEAST_SPECTRA, simulate
+
+    return simulate(scene, folder, LEAST_SPECTRA, engine="fullwave").folder
 
 
 def seen_by(dataset: Dataset, scene: Scene) -> Scene:

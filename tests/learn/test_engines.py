@@ -104,7 +104,7 @@ def test_run_on_full_wave_is_validated_by_the_stored_field(yard, full_wave, tmp_
     assert np.median(fresh.correlation) > 0.99
 
 
-def test_run_on_rays_is_validated_by_a_field_that_is_given(yard, full_wave, tmp_path):
+def test_run_on_rays_is_validated_by_full_wave_if_asked(yard, full_wave, tmp_path, monkeypatch):
     dipoles = replace(
         yard,
         gateway=replace(yard.gateway, pattern="dipole"),
@@ -114,3 +114,8 @@ def test_run_on_rays_is_validated_by_a_field_that_is_given(yard, full_wave, tmp_
     run = train(rays, tmp_path / "run")
     fresh = crossvalidate(run, yard, positions=8, field=full_wave.folder)
     assert fresh.truth_by == "full wave" and np.median(fresh.correlation) > 0.99
+    monkeypatch.setattr("simulate.simulation.default_cell", lambda scene: 0.03)  # which the formula ignores
+    solved = crossvalidate(run, dipoles, positions=8, engine="fullwave")
+    assert solved.truth_by == "full wave" and (tmp_path / "run" / "fullwave" / "field.npz").is_file()
+    np.testing.assert_allclose(solved.correlation, fresh.correlation)
+    assert crossvalidate(run, dipoles, positions=8, engine="rays").truth_by == "fresh ray tracing"
