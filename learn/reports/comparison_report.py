@@ -54,6 +54,8 @@ def write_ablation(comparison: Comparison, folder: Path) -> None:
     values, spreads = ([row[key] for row in rows] for key in ("ssim_median", "ssim_spread"))
     axis.errorbar(values, range(len(rows)), xerr=spreads, fmt="o", capsize=3)
     axis.set_yticks(range(len(rows)), [row["label"] for row in rows])
+    axis.set_ylim(-0.5, len(rows) - 0.5)
+    axis.locator_params(axis="x", nbins=6)
     figure.supxlabel("median SSIM, mean and standard deviation over seeds", fontsize="medium")
     axis.grid(axis="x", alpha=0.3)
     save(figure, folder / "ablation.png")
