@@ -52,7 +52,10 @@ def ray_cluster(address: str | None) -> Iterator[ModuleType]:
     import ray
 
     os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")  # or Ray warns at every start
-    options: dict[str, Any] = {"num_cpus": os.cpu_count()} if address is None else {"address": address}
+    # Without an address Ray would join another program's cluster on this machine.
+    options: dict[str, Any] = (
+        {"address": "local", "num_cpus": os.cpu_count()} if address is None else {"address": address}
+    )
     ray.init(log_to_driver=False, include_dashboard=False, logging_level=logging.ERROR, **options)
     try:
         yield ray

@@ -15,6 +15,7 @@ import pytest
 from simulate import generate as module
 from simulate.generate import generate
 from simulate.propagation import Propagation
+from simulate.ray_cluster import ray_cluster
 from simulate.request import Request
 
 pytest.importorskip("ray", reason="Ray is an extra: make setup")
@@ -62,6 +63,17 @@ def test_two_workers_one_of_them_killed_make_the_same_bytes_as_one_process(reque
     killer.join()
     assert killed
     assert contents(tmp_path / "together") == contents(tmp_path / "alone")
+
+
+def test_workers_do_not_join_another_programs_cluster():
+    from ray.cluster_utils import Cluster
+
+    other = Cluster(initialize_head=True, head_node_args={"num_cpus": 1})
+    try:
+        with ray_cluster(None) as ray:
+            assert ray.get_runtime_context().gcs_address != other.address
+    finally:
+        other.shutdown()
 
 
 def test_no_cluster_at_the_address_is_one_sentence(tmp_path):
