@@ -7,16 +7,16 @@ array at 915 MHz is in the near field, where one point with plane-wave phases (`
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Complex, Float, Int
 
 from scenes.description import Scene
 from scenes.errors import ParameterError
 from simulate.chains import Chains, find_chains, paths_of_chains, solve_chains
-from simulate.paths import courses, fields, refine, shoot
+from simulate.paths import Paths, courses, fields, refine, shoot
 from simulate.propagation import Propagation
 from simulate.ray_scene import RayScene
 from simulate.ray_tracer import PathsBuffer
@@ -126,18 +126,32 @@ class Tracer:
         Returns:
             The responses, un-normalised.
         """
+        result = np.zeros((len(positions), len(self.elements)), np.complex128)
+        for start, paths in self._found(positions):
+            paths.add_to(result[start:])
+        return result.astype(np.complex64)
+
+    def path_counts(self, positions: Float[np.ndarray, "K 3"]) -> Int[np.ndarray, "K elements"]:
+        """Number of paths between each position and each element.
+
+        Args:
+            positions: metres, world frame.
+        """
+        result = np.zeros((len(positions), len(self.elements)), np.int64)
+        for start, paths in self._found(positions):
+            np.add.at(result[start:], (paths.targets, paths.sources), 1)
+        return result
+
+    def _found(self, positions: Float[np.ndarray, "K 3"]) -> Iterator[tuple[int, Paths]]:
+        """Batches of paths, and the index of the position that counts as their first target."""
         targets = transmitter_antennas(self.ray_scene.description, positions)
-        result = np.zeros((len(targets), len(self.elements)), np.complex128)
         if self.method == "chains":
             for _, paths in paths_of_chains(self.ray_scene, self._chains, self.elements, targets):
-                paths.add_to(result)
-            return result.astype(np.complex64)
+                yield 0, paths
+            return
         for start in range(0, len(targets), self._batch_size):
-            stop = min(start + self._batch_size, len(targets))
-            batch = targets.subset(np.arange(start, stop))
-            buffer = self._shot(self.elements, batch)
-            fields(self.ray_scene, buffer, self.elements, batch).add_to(result[start:stop])
-        return result.astype(np.complex64)
+            batch = targets.subset(np.arange(start, min(start + self._batch_size, len(targets))))
+            yield start, fields(self.ray_scene, self._shot(self.elements, batch), self.elements, batch)
 
     def paths(self, position: Float[np.ndarray, " 3"]) -> list[TracedPath]:
         """The paths between one position and one element, the first of those nearest the array's centre.

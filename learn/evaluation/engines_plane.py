@@ -1,4 +1,4 @@
-"""Rays against full wave on a horizontal plane: error by depth, and the direct path's shadow."""
+"""Rays against full wave on a horizontal plane: error by depth, and where paths end."""
 
 from __future__ import annotations
 
@@ -6,15 +6,16 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Complex, Float, Int
 
 from learn.evaluation.engines import scene_for_rays
+from scenes.array_clearance import element_positions
 from simulate.dataset import read_dataset
 from simulate.fullwave.dataset_field import FIELD
 from simulate.fullwave.stored_field import read_stored_field
 from simulate.propagation import Propagation
 
-POINTS_PER_WAVELENGTH = 8
+POINTS_PER_WAVELENGTH = 12
 """Points of the plane along x and y."""
 
 
@@ -28,7 +29,8 @@ class EnginePlane:
         z: height of the plane, metres.
         level_db: power of the full wave's responses, relative to its mean over the plane, dB.
         errors_db: by the largest number of interactions on a path, |rays − full wave|², relative to the same mean, dB.
-        in_sight: fraction of the elements from which the rays find a direct path, 0…1.
+        paths: number of paths with at most one interaction to the element nearest the array's centre. Where it changes,
+            a direct or reflected path ends: a shadow boundary or a reflection boundary of geometric optics.
     """
 
     x: Float[np.ndarray, " nx"]
@@ -36,7 +38,7 @@ class EnginePlane:
     z: float
     level_db: Float[np.ndarray, "ny nx"]
     errors_db: dict[int, Float[np.ndarray, "ny nx"]]
-    in_sight: Float[np.ndarray, "ny nx"]
+    paths: Int[np.ndarray, "ny nx"]
 
 
 def compare_on_plane(folder: Path | str, propagation: Propagation, seed: int = 1) -> EnginePlane:
@@ -72,15 +74,17 @@ def compare_on_plane(folder: Path | str, propagation: Propagation, seed: int = 1
 
     from simulate.trace import Tracer
 
-    rays = {
-        depth: Tracer(scene, replace(propagation, max_depth=depth), None, seed).responses(points)
+    tracers = {
+        depth: Tracer(scene, replace(propagation, max_depth=depth), None, seed)
         for depth in sorted({0, min(1, propagation.max_depth), propagation.max_depth})
     }
+    elements = element_positions(scene.gateway, scene.wavelength)
+    nearest = np.argmin(np.linalg.norm(elements - np.asarray(scene.gateway.position), axis=1).round(6))
     return EnginePlane(
         x=x,
         y=y,
         z=z,
         level_db=decibels(full_wave),
-        errors_db={depth: decibels(each - full_wave) for depth, each in rays.items()},
-        in_sight=(rays[0] != 0).mean(axis=1).reshape(columns.shape),
+        errors_db={depth: decibels(tracer.responses(points) - full_wave) for depth, tracer in tracers.items()},
+        paths=tracers[min(1, propagation.max_depth)].path_counts(points)[:, nearest].reshape(columns.shape),
     )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import numpy as np
 from matplotlib.figure import Figure
 
 from learn.evaluation.engines import EngineComparison
@@ -15,7 +16,7 @@ from scenes.atomic import write_atomically
 LARGEST_LEVEL = 6.0
 """Ends of the colour scale of level errors, dB."""
 
-LOWEST, HIGHEST = -30.0, 5.0
+LOWEST, HIGHEST = -20.0, 5.0
 """Ends of the colour scale of levels and errors on the plane, dB."""
 
 
@@ -58,7 +59,7 @@ def write_engines(compared: EngineComparison, folder: Path) -> None:
 def draw_plane(plane: EnginePlane, folder: Path) -> None:
     """Draw full wave's level and the rays' errors as engines_plane, PNG and PDF.
 
-    White lines are where half of the array's elements lose the direct path: the shadow boundary.
+    White lines are where direct or once reflected paths of the array's middle element end.
 
     Args:
         plane: the result of ``compare_on_plane``.
@@ -70,8 +71,9 @@ def draw_plane(plane: EnginePlane, folder: Path) -> None:
     axes = figure.subplots(1, len(panels), sharey=True)
     for axis, (title, values) in zip(axes, panels.items(), strict=True):
         image = axis.pcolormesh(plane.x, plane.y, values, vmin=LOWEST, vmax=HIGHEST, cmap=MAGNITUDE, shading="nearest")
-        if 0 < plane.in_sight.mean() < 1:
-            axis.contour(plane.x, plane.y, plane.in_sight, levels=[0.5], colors="white", linewidths=1.5)
+        borders = np.arange(plane.paths.min(), plane.paths.max()) + 0.5
+        if len(borders):
+            axis.contour(plane.x, plane.y, plane.paths, levels=borders, colors="white", linewidths=1)
         axis.set(title=title, xlabel="x (m)", aspect="equal")
     axes[0].set_ylabel("y (m)")
     figure.colorbar(image, ax=axes, label=f"dB over full wave's mean at z = {plane.z:g} m", extend="both")

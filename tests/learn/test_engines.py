@@ -75,12 +75,12 @@ def test_reflection_that_the_field_lacks_is_seen(full_wave):
     assert with_floor["level_error_db"] > 3 * without["level_error_db"]
 
 
-def test_plane_shows_each_mechanisms_error_and_the_shadow(yard, full_wave, tmp_path):
+def test_plane_shows_each_depths_error_and_counts_paths(yard, full_wave, tmp_path):
     plane = compare_on_plane(full_wave.folder, Propagation(max_depth=1, rays=20_000))
     assert plane.errors_db[0].max() < -25  # the field is that in free space, near field included
     assert plane.errors_db[1].mean() > plane.errors_db[0].max() + 4  # and lacks the reflection
-    assert (plane.in_sight == 1).all()
-    draw_plane(replace(plane, in_sight=np.linspace(0, 1, plane.in_sight.size).reshape(plane.in_sight.shape)), tmp_path)
+    assert (plane.paths == 2).all()
+    draw_plane(replace(plane, paths=plane.paths + (plane.x > -2)), tmp_path)
     assert (tmp_path / "engines_plane.png").stat().st_size > 10_000
 
 
