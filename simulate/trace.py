@@ -127,31 +127,37 @@ class Tracer:
             The responses, un-normalised.
         """
         result = np.zeros((len(positions), len(self.elements)), np.complex128)
-        for start, paths in self._found(positions):
+        for start, paths in self._found(self.elements, positions):
             paths.add_to(result[start:])
         return result.astype(np.complex64)
 
-    def path_counts(self, positions: Float[np.ndarray, "K 3"]) -> Int[np.ndarray, "K elements"]:
-        """Number of paths between each position and each element.
+    def path_counts(self, positions: Float[np.ndarray, "K 3"]) -> Int[np.ndarray, " K"]:
+        """Number of paths between each position and the element of ``paths``.
 
         Args:
             positions: metres, world frame.
         """
-        result = np.zeros((len(positions), len(self.elements)), np.int64)
-        for start, paths in self._found(positions):
-            np.add.at(result[start:], (paths.targets, paths.sources), 1)
+        result = np.zeros(len(positions), np.int64)
+        for start, paths in self._found(self._middle, positions):
+            np.add.at(result[start:], paths.targets, 1)
         return result
 
-    def _found(self, positions: Float[np.ndarray, "K 3"]) -> Iterator[tuple[int, Paths]]:
-        """Batches of paths, and the index of the position that counts as their first target."""
+    @property
+    def _middle(self) -> Antennas:
+        """One element, the first of those nearest the array's centre."""
+        offsets = self.elements.positions - np.asarray(self.ray_scene.description.gateway.position)
+        return self.elements.subset(np.argmin(np.linalg.norm(offsets, axis=1).round(6), keepdims=True))
+
+    def _found(self, elements: Antennas, positions: Float[np.ndarray, "K 3"]) -> Iterator[tuple[int, Paths]]:
+        """Batches of paths, and the index of the position that is target 0 of the batch."""
         targets = transmitter_antennas(self.ray_scene.description, positions)
         if self.method == "chains":
-            for _, paths in paths_of_chains(self.ray_scene, self._chains, self.elements, targets):
+            for _, paths in paths_of_chains(self.ray_scene, self._chains, elements, targets):
                 yield 0, paths
             return
         for start in range(0, len(targets), self._batch_size):
             batch = targets.subset(np.arange(start, min(start + self._batch_size, len(targets))))
-            yield start, fields(self.ray_scene, self._shot(self.elements, batch), self.elements, batch)
+            yield start, fields(self.ray_scene, self._shot(elements, batch), elements, batch)
 
     def paths(self, position: Float[np.ndarray, " 3"]) -> list[TracedPath]:
         """The paths between one position and one element, the first of those nearest the array's centre.
@@ -162,8 +168,7 @@ class Tracer:
         Returns:
             The paths, strongest first.
         """
-        offsets = self.elements.positions - np.asarray(self.ray_scene.description.gateway.position)
-        element = self.elements.subset(np.argmin(np.linalg.norm(offsets, axis=1).round(6), keepdims=True))
+        element = self._middle
         target = transmitter_antennas(self.ray_scene.description, np.asarray(position)[None])
         if self.method == "chains":
             buffers = [buffer for _, buffer in solve_chains(self.ray_scene, self._chains, element, target)]

@@ -9,7 +9,6 @@ import numpy as np
 from jaxtyping import Complex, Float, Int
 
 from learn.evaluation.engines import scene_for_rays
-from scenes.array_clearance import element_positions
 from simulate.dataset import read_dataset
 from simulate.fullwave.dataset_field import FIELD
 from simulate.fullwave.stored_field import read_stored_field
@@ -78,13 +77,11 @@ def compare_on_plane(folder: Path | str, propagation: Propagation, seed: int = 1
         depth: Tracer(scene, replace(propagation, max_depth=depth), None, seed)
         for depth in sorted({0, min(1, propagation.max_depth), propagation.max_depth})
     }
-    elements = element_positions(scene.gateway, scene.wavelength)
-    nearest = np.argmin(np.linalg.norm(elements - np.asarray(scene.gateway.position), axis=1).round(6))
     return EnginePlane(
         x=x,
         y=y,
         z=z,
         level_db=decibels(full_wave),
         errors_db={depth: decibels(tracer.responses(points) - full_wave) for depth, tracer in tracers.items()},
-        paths=tracers[min(1, propagation.max_depth)].path_counts(points)[:, nearest].reshape(columns.shape),
+        paths=tracers[min(1, propagation.max_depth)].path_counts(points).reshape(columns.shape),
     )
