@@ -123,9 +123,9 @@ def crossvalidate(
     known = dataset.positions[run.split(dataset).known]
     region = bounding_box(known)
     drawn = free_positions(scene, region, positions, np.random.default_rng(seed))
-    by_full_wave = dataset.metadata.get("engine") == "fullwave"
-    if field is None and (engine or ("fullwave" if by_full_wave else "rays")) == "fullwave":
-        field = dataset.folder if by_full_wave else _solved(scene, run.folder / "fullwave")
+    engine_of_dataset = dataset.metadata.get("engine", "rays")
+    if field is None and (engine or engine_of_dataset) == "fullwave":
+        field = dataset.folder if engine_of_dataset == "fullwave" else _solved(scene, run.folder / "fullwave")
     if field is not None:
         responses, truth_by = read_stored_field(Path(field) / FIELD).responses(drawn), "full wave"
     else:
