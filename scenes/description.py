@@ -237,3 +237,10 @@ class Scene:
         low = np.min([item.mesh.bounds[0] for item in self.objects], axis=0)
         high = np.max([item.mesh.bounds[1] for item in self.objects], axis=0)
         return np.stack([low, high])
+
+    @property
+    def extent(self) -> Float[np.ndarray, "2 3"]:
+        """Lowest and highest corner of the box around all objects, gateways and the region, metres, world frame."""
+        gateways = [gateway.position for gateway in (self.gateway, *self.further_gateways.values())]
+        points = np.vstack([self.bounds, self.transmitter.region, gateways])
+        return np.stack([points.min(axis=0), points.max(axis=0)])

@@ -152,7 +152,7 @@ def _decay_time(scene: Scene, slabs: list[Slabs], conductors: Float[np.ndarray, 
     A is the sum of the absorbing surfaces: of outer walls the share 1 − |R|² of their area, at normal incidence of a
     half-space, all of what is open, and of boards within the room what they absorb of waves that pass through them.
     """
-    extent = np.ptp(scene.bounds, axis=0)
+    extent = np.ptp(scene.extent, axis=0)
     volume = float(np.prod(extent))
     surface = 2 * float(extent[0] * extent[1] + extent[1] * extent[2] + extent[2] * extent[0])
     absorbing, closed = 0.0, 0.0

@@ -3,7 +3,7 @@
 The ray tracer's surfaces have no thickness: a ray is reflected at the surface as by a slab whose front is there. The
 slab that takes its place here lies
 
-- behind an outer wall: everything else is on one side of the wall, and the slab is on the other;
+- behind an outer wall: everything else, antennas included, is on one side of the wall, and the slab on the other;
 - inside a closed body, under its surface, unless the gateway and the region are within it (a room drawn as a box);
 - half on either side of every other sheet.
 
@@ -135,9 +135,9 @@ def in_outer_wall(scene: Scene, triangles: Float[np.ndarray, "n 3 3"]) -> Bool[n
 def _scene_beyond(
     scene: Scene, triangles: Float[np.ndarray, "n 3 3"]
 ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
-    """Unit normals, and how far the box around the scene reaches along each normal and against it, metres."""
+    """Unit normals, and how far the box around objects and antennas reaches along each normal and against it, metres."""
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     normals = normals / np.linalg.norm(normals, axis=1, keepdims=True).clip(1e-30)
-    corners = np.stack(np.meshgrid(*scene.bounds.T, indexing="ij"), axis=-1).reshape(8, 3)
+    corners = np.stack(np.meshgrid(*scene.extent.T, indexing="ij"), axis=-1).reshape(8, 3)
     beyond = (corners[None] - triangles[:, :1]) @ normals[:, :, None]
     return normals, beyond.max(axis=(1, 2)), -beyond.min(axis=(1, 2))

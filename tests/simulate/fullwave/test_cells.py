@@ -1,5 +1,7 @@
 """Where slabs and conductors come to lie on the cells."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -48,6 +50,13 @@ def test_outer_wall_lies_behind_its_sheet():
         assert slabs.outer.all()
         assert np.allclose(slabs.normals, [outwards, 0, 0])
         assert slabs.start.tolist() == [0, 0] and np.allclose(slabs.stop, 0.1)
+
+
+def test_sheet_between_the_antennas_is_no_outer_wall():
+    between = SceneObject("between", sheet((0.2, 0, 0), (0, 1, 0), (0, 0, 1)), "stone")
+    region = Transmitter((-0.5, 0.3, 0.3), (0.5, 0.5, 0.5))
+    (slabs,) = dielectric_slabs(replace(scene(between), transmitter=region))
+    assert not slabs.outer.any() and slabs.start.tolist() == [-0.05, -0.05]
 
 
 @pytest.mark.parametrize(
