@@ -20,8 +20,9 @@ from numba import njit
 
 from scenes.description import Scene
 from scenes.materials import RadioMaterial
-from simulate.fullwave.slabs import VACUUM_PERMITTIVITY, Slabs, conducting_triangles, dielectric_slabs
+from simulate.fullwave.slabs import Slabs, conducting_triangles, dielectric_slabs
 from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency, numerical_permittivity
+from simulate.permittivity import VACUUM_PERMITTIVITY, relative_permittivity
 
 CONDUCTOR, AIR = 0, 1
 """Indices of the first two materials."""
@@ -80,11 +81,10 @@ def _tables(
 
     They have at the run's frequency (``numerical_frequency``) the effect that the materials have at the scene's.
     """
-    loss_per_conductivity = 1 / (2 * np.pi * scene.frequency * VACUUM_PERMITTIVITY)
     fraction = np.arange(1, LEVELS + 1) / LEVELS
     complex_permittivity = [np.array([1.0, 1.0], complex)]
     for material in materials:
-        given = material.relative_permittivity - 1j * material.conductivity * loss_per_conductivity
+        given = relative_permittivity(material, scene.frequency)
         slab = given * numerical_permittivity(given.real, scene.wavelength, cell) / given.real
         complex_permittivity += [1 + fraction * (slab - 1), 1 / (fraction / slab + 1 - fraction)]
     values = np.concatenate(complex_permittivity)

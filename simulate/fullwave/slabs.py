@@ -22,12 +22,7 @@ from scenes.description import Scene, SceneObject
 from scenes.enclosure import WALL_REACH
 from scenes.materials import RadioMaterial
 from scenes.occupancy import closed_parts, holds_antennas, merged
-
-LEAST_LOSS_OF_CONDUCTOR = 1000.0
-"""A material whose loss σ/ωε₀ is larger is a perfect conductor here."""
-
-VACUUM_PERMITTIVITY = 8.8541878128e-12
-"""ε₀, farads per metre."""
+from simulate.permittivity import is_conductor
 
 
 @dataclass(frozen=True)
@@ -49,27 +44,6 @@ class Slabs:
     start: Float[np.ndarray, " n"]
     stop: Float[np.ndarray, " n"]
     outer: Bool[np.ndarray, " n"]
-
-
-def is_conductor(material: RadioMaterial, frequency: float) -> bool:
-    """Whether a material is a perfect conductor for our purposes.
-
-    Args:
-        material: the material.
-        frequency: hertz.
-    """
-    return material.conductivity > LEAST_LOSS_OF_CONDUCTOR * 2 * np.pi * frequency * VACUUM_PERMITTIVITY
-
-
-def refractive_index(material: RadioMaterial, frequency: float) -> complex:
-    """√(ε_r − jσ/ωε₀).
-
-    Args:
-        material: the material.
-        frequency: hertz.
-    """
-    loss = material.conductivity / (2 * np.pi * frequency * VACUUM_PERMITTIVITY)
-    return complex(np.sqrt(material.relative_permittivity - 1j * loss))
 
 
 def conducting_triangles(scene: Scene) -> Float[np.ndarray, "n 3 3"]:
@@ -135,7 +109,7 @@ def in_outer_wall(scene: Scene, triangles: Float[np.ndarray, "n 3 3"]) -> Bool[n
 def _scene_beyond(
     scene: Scene, triangles: Float[np.ndarray, "n 3 3"]
 ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
-    """Unit normals, and how far the box around objects and antennas reaches along each normal and against it, metres."""
+    """Unit normals, and how far the box around all objects and antennas reaches to either side, metres."""
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     normals = normals / np.linalg.norm(normals, axis=1, keepdims=True).clip(1e-30)
     corners = np.stack(np.meshgrid(*scene.extent.T, indexing="ij"), axis=-1).reshape(8, 3)

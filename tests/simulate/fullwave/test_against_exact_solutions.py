@@ -13,9 +13,9 @@ from simulate.fullwave.dipole import element_direction, free_space_response, tra
 from simulate.fullwave.engine import stored_field
 from simulate.fullwave.half_plane import half_plane_response
 from simulate.fullwave.plan import Plan
-from simulate.fullwave.slabs import VACUUM_PERMITTIVITY
 from simulate.fullwave.stored_field import MARGIN
 from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency
+from simulate.permittivity import relative_permittivity
 
 FREQUENCY = 915e6
 CELL = 0.02
@@ -85,13 +85,9 @@ def through_plane_waves(scene: Scene, positions: np.ndarray, height: np.ndarray,
     return scale * integral(height, radius, coefficient)
 
 
-def relative_permittivity(material: RadioMaterial) -> complex:
-    return material.relative_permittivity - 1j * material.conductivity / (2 * np.pi * FREQUENCY * VACUUM_PERMITTIVITY)
-
-
 def interface(material: RadioMaterial, kappa: complex) -> tuple[complex, complex]:
     """Reflection coefficient of a half-space for the field along its normal, and the normal wave number in it."""
-    k, permittivity = 2 * np.pi * FREQUENCY / SPEED_OF_LIGHT, relative_permittivity(material)
+    k, permittivity = 2 * np.pi * FREQUENCY / SPEED_OF_LIGHT, relative_permittivity(material, FREQUENCY)
     inside = np.sqrt(permittivity * k**2 - (k**2 - kappa**2))
     inside = -inside if inside.imag > 0 else inside
     return (permittivity * kappa - inside) / (permittivity * kappa + inside), inside

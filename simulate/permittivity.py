@@ -1,0 +1,47 @@
+"""Complex permittivity of materials at a frequency, and which of them are conductors."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scenes.materials import RadioMaterial
+
+VACUUM_PERMITTIVITY = 8.8541878128e-12
+"""ε₀, farads per metre."""
+
+LEAST_LOSS_OF_CONDUCTOR = 1000.0
+"""A material whose loss σ/ωε₀ is larger is a perfect conductor for our purposes."""
+
+
+def relative_permittivity(material: RadioMaterial, frequency: float) -> complex:
+    """ε_r − jσ/ωε₀.
+
+    Args:
+        material: the material.
+        frequency: hertz.
+    """
+    return material.relative_permittivity - 1j * _loss(material, frequency)
+
+
+def refractive_index(material: RadioMaterial, frequency: float) -> complex:
+    """√(ε_r − jσ/ωε₀).
+
+    Args:
+        material: the material.
+        frequency: hertz.
+    """
+    return complex(np.sqrt(relative_permittivity(material, frequency)))
+
+
+def is_conductor(material: RadioMaterial, frequency: float) -> bool:
+    """Whether a material is a perfect conductor for our purposes.
+
+    Args:
+        material: the material.
+        frequency: hertz.
+    """
+    return _loss(material, frequency) > LEAST_LOSS_OF_CONDUCTOR
+
+
+def _loss(material: RadioMaterial, frequency: float) -> float:
+    return material.conductivity / (2 * np.pi * frequency * VACUUM_PERMITTIVITY)
