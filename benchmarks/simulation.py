@@ -174,7 +174,7 @@ def main(
         "dense_positions": dense,
         "loop_seconds_per_spectrum": round(looping, 3),
         "finding_chains_seconds": round(finding, 1),
-        "chains": len(tracer.chains or ()),
+        "chains": len(tracer.found.reflected or ()),
         **{f"seconds_{size}": round(seconds, 1) for size, (seconds, _) in zip(sizes, timed, strict=True)},
         **{
             f"milliseconds_per_further_spectrum_to_{n}": round(1e3 * m, 2)

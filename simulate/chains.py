@@ -169,7 +169,7 @@ def find_chains(
         new_share = float(new_power.sum() / power.sum()) if len(power) else 0.0
         quiet_rounds = quiet_rounds + 1 if new_share < TOLERANCE else 0
         report(f"round {number}: {len(known)} chains, {len(new)} of them new with {new_share:.1e} of the power")
-    share = power / np.bincount(pair, power, len(trials) * len(elements))[pair]
+    share = power / np.maximum(np.bincount(pair, power, len(trials) * len(elements))[pair], 1e-30)
     largest_share = np.zeros(len(known))
     np.maximum.at(largest_share, chain, share)
     return known.subset((largest_share >= NEGLIGIBLE) | (known.interactions.types[:, 0] == NONE))

@@ -160,7 +160,7 @@ def _trace_parts(
         if isinstance(source, StoredField) or (workers is None and ray is None):
             parts: Iterator[tuple[int, Part]] = ((start, make_part(request, source, start, PART)) for start in todo)
         else:
-            parts = parts_of_workers(request, source.chains, todo, PART, workers, ray)
+            parts = parts_of_workers(request, source.found, todo, PART, workers, ray)
         for start, part in parts:
             for name, picture, power in zip_longest(names[start : start + PART], part.pictures, part.power):
                 write_atomically(folder / "spectrum" / f"{name}.png", picture)

@@ -27,6 +27,8 @@ class Planes:
         first: plane p's triangles are ``first[p]`` … ``first[p + 1] − 1`` of ``sides``, [planes + 1].
         sides: for each triangle and side a unit vector e pointing inwards in the plane, and a length g: a point x of
             the plane is inside where e·x ≥ g for all three sides, [triangles, 3, 4].
+        faces: number of each of these triangles, counted through the scene's objects, [triangles].
+        of_face: the plane of each triangle, counted through the scene's objects.
         vertices: for each identifier, one vertex of each of the object's triangles, [triangles, 3], metres.
     """
 
@@ -35,7 +37,7 @@ class Planes:
         triangles = np.concatenate([mesh.triangles for mesh in meshes])
         normals = np.concatenate([mesh.face_normals for mesh in meshes])
         offsets = (normals * triangles[:, 0]).sum(axis=1)
-        self._plane = _group(np.column_stack([normals, offsets]))
+        self.of_face = _group(np.column_stack([normals, offsets]))
         self._first_triangle = dict(
             zip(identifiers, np.cumsum([0] + [len(mesh.faces) for mesh in meshes[:-1]]), strict=True)
         )
@@ -44,11 +46,11 @@ class Planes:
             for identifier, mesh in zip(identifiers, meshes, strict=True)
         }
 
-        order = np.argsort(self._plane, kind="stable")
-        count = int(self._plane.max()) + 1
-        self.first = np.searchsorted(self._plane[order], np.arange(count + 1))
+        order = np.argsort(self.of_face, kind="stable")
+        count = int(self.of_face.max()) + 1
+        self.first = np.searchsorted(self.of_face[order], np.arange(count + 1))
         self.normals, self.offsets = normals[order][self.first[:-1]], offsets[order][self.first[:-1]]
-        corners = triangles[order]
+        self.faces, corners = order, triangles[order]
         inwards = np.cross(normals[order][:, None], np.roll(corners, -1, axis=1) - corners)
         inwards /= np.linalg.norm(inwards, axis=-1, keepdims=True)
         self.sides = np.concatenate([inwards, (inwards * corners).sum(axis=-1, keepdims=True)], axis=-1)
@@ -66,7 +68,7 @@ class Planes:
         first = np.zeros(max(self._first_triangle) + 1, dtype=np.int64)
         for identifier, start in self._first_triangle.items():
             first[identifier] = start
-        return self._plane[first[shapes] + triangles]
+        return self.of_face[first[shapes] + triangles]
 
 
 def _group(planes: Float[np.ndarray, "n 4"]) -> Int[np.ndarray, " n"]:

@@ -17,12 +17,15 @@ class Propagation:
         specular: follow specular reflection.
         refraction: follow transmission through objects.
         diffuse: follow diffuse reflection off materials that have a scattering coefficient.
-        diffraction: follow first-order diffraction at edges.
-        rays: rays launched from each source; about 20000 suffice with diffuse reflection or diffraction, where every
-            ray may become a path.
+        diffraction: follow diffraction at the edges of conductors, once on a path.
+        sionna_diffraction: follow Sionna RT's own diffraction instead, as version 0.2 did; much slower, and farther
+            from full wave (docs/sionna-diffraction.md).
+        rays: rays launched from each source; about 20000 suffice with diffuse reflection or Sionna's diffraction,
+            where every ray may become a path.
 
     Raises:
-        ParameterError: a depth or a number of rays that is no whole number, a negative depth, or no rays.
+        ParameterError: a depth or a number of rays that is no whole number, a negative depth, no rays, or two kinds
+            of diffraction.
 
     >>> Propagation(max_depth=2).chains_suffice
     True
@@ -36,6 +39,7 @@ class Propagation:
     refraction: bool = True
     diffuse: bool = False
     diffraction: bool = False
+    sionna_diffraction: bool = False
     rays: int = 1_000_000
 
     def __post_init__(self) -> None:
@@ -43,8 +47,10 @@ class Propagation:
             value = getattr(self, name)
             if not (isinstance(value, int) and value >= least):
                 raise ParameterError(name, f"expected a whole number of at least {least}, found {value}")
+        if self.diffraction and self.sionna_diffraction:
+            raise ParameterError("sionna_diffraction", "expected one kind of diffraction, found both")
 
     @property
     def chains_suffice(self) -> bool:
-        """Whether every path is a chain of reflections and refractions, which ``simulate.chains`` solves exactly."""
-        return not (self.diffuse or self.diffraction)
+        """Whether every path is a chain of interactions with planes and edges, which are solved exactly."""
+        return not (self.diffuse or self.sionna_diffraction)

@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import Float, Int
 
 from scenes.description import Scene
 from simulate.planes import Planes
 from simulate.propagation import Propagation
-from simulate.ray_tracer import rt
+from simulate.ray_tracer import dr, mi, rt
 from simulate.sionna_scene import build_scene, sionna_names
 
 
@@ -48,6 +48,40 @@ class RayScene:
         return np.array([int(self.sionna.objects[name].object_id) for name in sionna_names(self.description)])
 
     @cached_property
+    def first_face(self) -> Int[np.ndarray, " identifiers"]:
+        """For each identifier, how many triangles the objects before it in the description have."""
+        faces = [len(item.mesh.faces) for item in self.description.objects]
+        result = np.zeros(self.identifiers.max() + 1, np.int64)
+        result[self.identifiers] = np.cumsum([0, *faces[:-1]])
+        return result
+
+    @cached_property
     def planes(self) -> Planes:
         """The planes that the objects' triangles lie in."""
         return Planes(self.description, self.identifiers.tolist())
+
+
+def first_hits(
+    ray_scene: RayScene, starts: Float[np.ndarray, "n 3"], steps: Float[np.ndarray, "n 3"], reach: float
+) -> tuple[Int[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+    """The first triangle that each straight line meets.
+
+    Args:
+        ray_scene: the scene.
+        starts: where the lines begin, metres.
+        steps: their directions.
+        reach: their lengths, in lengths of ``steps``.
+
+    Returns:
+        Numbers of triangles, counted through the objects of the description, −1 where a line meets none; and how far
+        away they are, in lengths of ``steps``.
+    """
+    if not len(starts):  # the ray tracer would abort the process
+        return np.zeros(0, np.int64), np.zeros(0)
+    points, directions = (np.array(each.T, np.float32, order="C") for each in (starts, steps))
+    lines = mi.Ray3f(mi.Point3f(points), mi.Vector3f(directions))
+    lines.maxt = mi.Float(reach)  # type: ignore[assignment]
+    hit = ray_scene.sionna.mi_scene.ray_intersect_preliminary(lines)
+    shape = mi.UInt(dr.reinterpret_array(mi.UInt, hit.shape)).numpy()
+    face = ray_scene.first_face[shape] + hit.prim_index.numpy()
+    return np.where(hit.is_valid().numpy(), face, -1), hit.t.numpy()

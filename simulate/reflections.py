@@ -44,7 +44,7 @@ def possible_paths(
     reflecting = np.take_along_axis(chains, order, axis=1)
     count = (chains >= 0).sum(axis=1)
     images = np.empty((len(chains), len(sources), chains.shape[1], 3))
-    _mirror(planes.normals, planes.offsets, reflecting, count, sources, images)
+    mirror(planes.normals, planes.offsets, reflecting, count, sources, images)
     batch_size = max(1, AT_ONCE // max(1, len(chains) * len(sources)))
     found = [np.zeros((3, 0), np.int64)]
     for start in range(0, len(targets), batch_size):
@@ -59,7 +59,7 @@ def possible_paths(
 
 
 @numba.njit(cache=True)
-def _mirror(normals, offsets, chains, count, sources, images):
+def mirror(normals, offsets, chains, count, sources, images):
     """Fill ``images`` [chains, sources, depth, 3]: image k is image k − 1 mirrored at plane k."""
     for chain in range(len(chains)):
         for source in range(len(sources)):
@@ -73,16 +73,16 @@ def _mirror(normals, offsets, chains, count, sources, images):
 
 
 @numba.njit(cache=True, inline="always")
-def _on_surface(first, sides, plane, x, y, z):
-    """Whether a point of a plane lies in one of its triangles, or within ``MARGIN`` of it."""
+def on_surface(first, sides, plane, x, y, z, margin):
+    """The first triangle of a plane that a point of the plane lies in, or within a margin of; −1, none."""
     for triangle in range(first[plane], first[plane + 1]):
         inside = True
         for side in range(3):
             ex, ey, ez, least = sides[triangle, side]
-            inside = inside and ex * x + ey * y + ez * z >= least - MARGIN
+            inside = inside and ex * x + ey * y + ez * z >= least - margin
         if inside:
-            return True
-    return False
+            return triangle
+    return -1
 
 
 @numba.njit(cache=True, parallel=True)
@@ -106,7 +106,7 @@ def _backtrack(normals, offsets, first, sides, chains, count, images, targets, p
                         break
                     share = distance / towards
                     x, y, z = x + share * dx, y + share * dy, z + share * dz
-                    if not _on_surface(first, sides, plane, x, y, z):
+                    if on_surface(first, sides, plane, x, y, z, MARGIN) < 0:
                         on_surfaces = False
                         break
                 possible[target, chain, source] = on_surfaces

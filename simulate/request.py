@@ -147,6 +147,8 @@ def propagation_of(metadata: dict[str, Any]) -> tuple[Propagation, int]:
     unknown = settings.keys() - {setting.name for setting in fields(Propagation)}
     if unknown:
         raise InputError(f"metadata.json: expected settings of the propagation that are known, found {sorted(unknown)}")
+    if "sionna_diffraction" not in settings:  # version 0.2 knew no other diffraction
+        settings |= {"diffraction": False, "sionna_diffraction": settings.get("diffraction", False)}
     return Propagation(**settings), seed
 
 

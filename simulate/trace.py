@@ -16,6 +16,9 @@ from jaxtyping import Complex, Float, Int
 from scenes.description import Scene
 from scenes.errors import ParameterError
 from simulate.chains import Chains, find_chains, paths_of_chains, solve_chains
+from simulate.diffraction.chains import DiffractedChains
+from simulate.diffraction.search import find_diffracted_chains
+from simulate.diffraction.solve import EdgeScene, diffracted_paths
 from simulate.paths import Paths, courses, fields, refine, shoot
 from simulate.propagation import Propagation
 from simulate.ray_scene import RayScene
@@ -40,12 +43,25 @@ class TracedPath(NamedTuple):
     response: complex
 
 
+class Found(NamedTuple):
+    """Chains that were found in a scene, for another tracer of the same scene and propagation.
+
+    Attributes:
+        reflected: of reflections and refractions, with the scene's objects by their index; None where rays are shot
+            for every batch instead.
+        diffracted: with one diffraction; None where none is followed.
+    """
+
+    reflected: Chains | None
+    diffracted: DiffractedChains | None
+
+
 class Tracer:
     """A scene made ready for tracing.
 
-    Where all paths are chains of reflections and refractions, the chains are found once, here, and ``responses``
-    solves them exactly (``method`` is "chains"). Diffuse reflection and diffraction take Sionna's general way, which
-    shoots rays from every element for each batch of transmitters ("shooting").
+    Where all paths are chains of reflections, refractions and a diffraction, the chains are found once, here, and
+    ``responses`` solves them exactly (``method`` is "chains"). Diffuse reflection and Sionna's own diffraction take
+    Sionna's general way, which shoots rays from every element for each batch of transmitters ("shooting").
 
     Args:
         scene: where to trace.
@@ -82,17 +98,17 @@ class Tracer:
         region: Float[np.ndarray, "2 3"] | None = None,
         seed: int = 1,
         report: Callable[[str], None] = lambda sentence: None,
-        found: Chains | None = None,
+        found: Found | None = None,
     ):
         self.ray_scene = RayScene.of(scene, propagation)
         self.elements = gateway_antennas(scene)
         self._seed = seed
         self.method = "chains" if propagation.chains_suffice else "shooting"
+        region = scene.transmitter.region if region is None else region
         if propagation.chains_suffice:
-            if found is not None:
-                self._chains = found.renamed(self.ray_scene.identifiers)
+            if found is not None and found.reflected is not None:
+                self._chains = found.reflected.renamed(self.ray_scene.identifiers)
             else:
-                region = scene.transmitter.region if region is None else region
                 self._chains = find_chains(self.ray_scene, region, seed, report)
         else:
             bytes_per_ray = BYTES_PER_CANDIDATE * max(1, propagation.max_depth) * len(self.elements)
@@ -101,18 +117,25 @@ class Tracer:
                 raise ParameterError(
                     "rays",
                     f"expected at most {MEMORY // bytes_per_ray:,} rays at depth {propagation.max_depth}, since with "
-                    f"diffuse reflection or diffraction every ray may become a path, found {propagation.rays:,}",
+                    "diffuse reflection or Sionna's diffraction every ray may become a path, found "
+                    f"{propagation.rays:,}",
                 )
+        self._diffracted: DiffractedChains | None = None
+        if propagation.diffraction and propagation.max_depth > 0:
+            self._edge_scene = EdgeScene(self.ray_scene)
+            self._diffracted = found.diffracted if found is not None else None
+            if self._diffracted is None:
+                self._diffracted = find_diffracted_chains(self._edge_scene, region, seed, report)
 
     @property
-    def chains(self) -> Chains | None:
-        """The chains found, with the scene's objects by their index; None where rays are shot instead."""
+    def found(self) -> Found:
+        """The chains found, for ``Tracer(found=...)``."""
         if self.method != "chains":
-            return None
+            return Found(None, self._diffracted)
         identifiers = self.ray_scene.identifiers
         index = np.zeros(identifiers.max() + 1, dtype=np.int64)
         index[identifiers] = np.arange(len(identifiers))
-        return self._chains.renamed(index)
+        return Found(self._chains.renamed(index), self._diffracted)
 
     def responses(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements"]:
         """Element responses y_m = Σ_paths a e^{-j2πfτ} to a transmitter at each position, complex64.
@@ -154,10 +177,13 @@ class Tracer:
         if self.method == "chains":
             for _, paths in paths_of_chains(self.ray_scene, self._chains, elements, targets):
                 yield 0, paths
-            return
-        for start in range(0, len(targets), self._batch_size):
-            batch = targets.subset(np.arange(start, min(start + self._batch_size, len(targets))))
-            yield start, fields(self.ray_scene, self._shot(elements, batch), elements, batch)
+        else:
+            for start in range(0, len(targets), self._batch_size):
+                batch = targets.subset(np.arange(start, min(start + self._batch_size, len(targets))))
+                yield start, fields(self.ray_scene, self._shot(elements, batch), elements, batch)
+        if self._diffracted is not None:
+            for _, paths, _ in diffracted_paths(self._edge_scene, self._diffracted, elements, targets):
+                yield 0, paths
 
     def paths(self, position: Float[np.ndarray, " 3"]) -> list[TracedPath]:
         """The paths between one position and one element, the first of those nearest the array's centre.
@@ -179,6 +205,9 @@ class Tracer:
             responses = fields(self.ray_scene, buffer, element, target).responses
             vertices = courses(buffer, element, target)
             found += [TracedPath(*path) for path in zip(vertices, responses, strict=True)]
+        if self._diffracted is not None:
+            for _, paths, course in diffracted_paths(self._edge_scene, self._diffracted, element, target):
+                found += [TracedPath(*path) for path in zip(course, paths.responses, strict=True)]
         return sorted(found, key=lambda path: -abs(path.response))
 
     def _shot(self, sources: Antennas, targets: Antennas) -> PathsBuffer:

@@ -14,18 +14,17 @@ from simulate.ray_cluster import RETRIES, ray_cluster
 from simulate.request import Request
 
 if TYPE_CHECKING:  # need the ray tracer
-    from simulate.chains import Chains
-    from simulate.trace import Tracer
+    from simulate.trace import Found, Tracer
 
 
 def parts_of_workers(
-    request: Request, chains: Chains | None, starts: list[int], size: int, workers: int | None, address: str | None
+    request: Request, found: Found, starts: list[int], size: int, workers: int | None, address: str | None
 ) -> Iterator[tuple[int, Part]]:
     """Parts in the order they are finished, with their first position's index.
 
     Args:
         request: the dataset to make.
-        chains: ``Tracer.chains`` of a tracer of the request.
+        found: ``Tracer.found`` of a tracer of the request.
         starts: first positions of the parts to make.
         size: positions per part.
         workers: parts made at a time; one per machine of the cluster if None.
@@ -41,7 +40,7 @@ def parts_of_workers(
         task = ray.remote(num_cpus=threads, max_retries=RETRIES)(_trace_part).options(
             runtime_env={"env_vars": {"OMP_NUM_THREADS": str(threads), "NUMBA_NUM_THREADS": str(threads)}}
         )
-        shared = ray.put((request, chains, str(request.metadata())))
+        shared = ray.put((request, found, str(request.metadata())))
         waiting = list(starts)
         running: dict[Any, int] = {}
         while waiting or running:
@@ -55,16 +54,16 @@ def parts_of_workers(
                 yield running.pop(reference), ray.get(reference)
 
 
-def _trace_part(shared: tuple[Request, Chains | None, str], threads: int, start: int, size: int) -> Part:
+def _trace_part(shared: tuple[Request, Found, str], threads: int, start: int, size: int) -> Part:
     """Make one part; this function runs in a worker."""
-    request, chains, name = shared
+    request, found, name = shared
     if name not in _tracers:
         from simulate.ray_tracer import dr
         from simulate.trace import Tracer
 
         dr.set_thread_count(threads)
         _tracers.clear()
-        _tracers[name] = Tracer(request.scene, request.propagation, request.region, request.seed, found=chains)
+        _tracers[name] = Tracer(request.scene, request.propagation, request.region, request.seed, found=found)
     return make_part(request, _tracers[name], start, size)
 
 

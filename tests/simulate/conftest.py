@@ -16,6 +16,7 @@ MATERIALS = {
         RadioMaterial("concrete", 5.24, 0.043, 0.3),  # so lossy that its far side hardly matters
         RadioMaterial("brick", 3.91, 0.024, 0.1),
         RadioMaterial("lossless", 4.0, 0.0, 0.05),  # all of it interference between its two sides
+        RadioMaterial("metal", 1.0, 1e7, 0.002),
     )
 }
 

@@ -23,7 +23,7 @@ from simulate.dataset import inspect
 from simulate.generate import generate, picture_names
 from simulate.measurement import Measurement
 from simulate.propagation import Propagation
-from simulate.request import Request, read_request
+from simulate.request import Request, propagation_of, read_request
 from simulate.spectrum import picture
 
 COUNT = 7
@@ -260,6 +260,13 @@ def test_folder_made_again_from_its_own_metadata_holds_the_same_bytes(finished, 
     """With the real tracer, and the scene as its YAML has it."""
     generate(read_request(finished), tmp_path / "again")
     assert contents(tmp_path / "again") == contents(finished)
+
+
+def test_diffraction_of_older_datasets_is_sionnas():
+    older, _ = propagation_of({"propagation": {"max_depth": 3, "diffraction": True, "rays": 20_000, "seed": 1}})
+    assert older.sionna_diffraction and not older.diffraction
+    request = Propagation(max_depth=3, diffraction=True)
+    assert propagation_of({"propagation": vars(request)})[0] == request
 
 
 def test_folder_whose_positions_were_changed_is_not_made_again(finished, tmp_path):

@@ -6,12 +6,14 @@ import subprocess
 import sys
 import threading
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import psutil
 import pytest
 
+from scenes.materials import p2040_materials
 from simulate import generate as module
 from simulate.generate import generate
 from simulate.propagation import Propagation
@@ -23,10 +25,14 @@ pytest.importorskip("ray", reason="Ray is an extra: make setup")
 
 @pytest.fixture(scope="module")
 def request_of(room) -> Request:
-    """Sixty positions in a room of two bounces."""
+    """Sixty positions in a room of two bounces, with a screen that diffracts."""
+    screen = replace(room.objects[3], material="metal")
+    room = replace(
+        room, objects=(*room.objects[:3], screen), materials=room.materials | p2040_materials(["metal"], 915e6)
+    )
     low, high = room.transmitter.region_min, room.transmitter.region_max
     positions = np.random.default_rng(9).uniform(low, high, (60, 3))
-    return Request(room, positions, "uniform, seed 9", Propagation(max_depth=2, rays=20_000), seed=3)
+    return Request(room, positions, "uniform, seed 9", Propagation(max_depth=2, diffraction=True, rays=20_000), seed=3)
 
 
 def contents(folder: Path) -> dict[str, bytes]:

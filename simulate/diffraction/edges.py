@@ -1,0 +1,176 @@
+"""The edges of a scene's conductors that diffract: wedges, where two faces meet, and free edges of sheets.
+
+Two triangles of one plane meet in no edge, and neither do facets of a curved surface, whose normals differ by less than
+``SMOOTH``. An edge ends where another body touches it (a cabinet on the floor, a panel against a wall): there is no
+open space around it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import trimesh
+from jaxtyping import Bool, Float, Int
+
+from scenes.shapes import union
+from simulate.permittivity import is_conductor
+from simulate.ray_scene import RayScene, first_hits
+
+SMOOTH = np.radians(30)
+"""Faces whose normals differ by less are parts of a curved surface."""
+
+TOUCHING = 1 / 50
+"""Wavelengths: another body that comes nearer than this to an edge touches it."""
+
+SHORTEST = 1 / 4
+"""Wavelengths: shorter edges are left out."""
+
+PIECES = 16
+"""Pieces of an edge that are each examined for a body that touches them."""
+
+
+@dataclass(frozen=True)
+class Edges:
+    """Straight edges, each with the open space around it from one face (0) to the other (n).
+
+    Attributes:
+        starts: one end of each edge, metres, world frame.
+        directions: unit vectors from there along the edge.
+        lengths: metres.
+        exterior: the angle of the open space, radians: 2π at the edge of a sheet, 3π/2 at that of a box.
+        normals: unit normals of face 0, towards the open space.
+        tangents: unit vectors from the edge along face 0, perpendicular to the edge.
+    """
+
+    starts: Float[np.ndarray, "edges 3"]
+    directions: Float[np.ndarray, "edges 3"]
+    lengths: Float[np.ndarray, " edges"]
+    exterior: Float[np.ndarray, " edges"]
+    normals: Float[np.ndarray, "edges 3"]
+    tangents: Float[np.ndarray, "edges 3"]
+
+    def __len__(self) -> int:
+        return len(self.lengths)
+
+    def subset(self, index: Int[np.ndarray, " k"] | Bool[np.ndarray, " edges"]) -> Edges:
+        """The edges at these indices, or those of a mask."""
+        return Edges(**{name: values[index] for name, values in vars(self).items()})
+
+    def points(self, share: Float[np.ndarray, " k"]) -> Float[np.ndarray, "edges k 3"]:
+        """Points of the edges at shares of their lengths from the start, metres."""
+        return self.starts[:, None] + (self.lengths[:, None] * share)[..., None] * self.directions[:, None]
+
+    def around(self, angles: Float[np.ndarray, "edges k"]) -> Float[np.ndarray, "edges k 3"]:
+        """Unit vectors perpendicular to each edge at angles from its face 0 on, radians."""
+        cosine, sine = np.cos(angles)[..., None], np.sin(angles)[..., None]
+        return cosine * self.tangents[:, None] + sine * self.normals[:, None]
+
+
+def diffracting_edges(ray_scene: RayScene) -> Edges:
+    """The edges of the scene's conductors.
+
+    Args:
+        ray_scene: the scene.
+
+    >>> from scenes.closet import closet
+    >>> from simulate.propagation import Propagation
+    >>> edges = diffracting_edges(RayScene.of(closet(), Propagation()))
+    >>> len(edges), np.unique(np.degrees(edges.exterior).round()).tolist()  # all but the four on the floor
+    (12, [270.0, 360.0])
+    """
+    scene = ray_scene.description
+    conducting = np.array([is_conductor(scene.materials[item.material], scene.frequency) for item in scene.objects])
+    object_of_face = np.repeat(np.arange(len(scene.objects)), [len(item.mesh.faces) for item in scene.objects])
+    chosen = conducting[object_of_face]
+    mesh = union(*(item.mesh for item in scene.objects))
+    mesh.update_faces(chosen)
+    mesh.merge_vertices(digits_vertex=4)
+    body_of_face = -1 - object_of_face  # of what is no conductor: any number that is no conductor's
+    body_of_face[chosen] = trimesh.graph.connected_component_labels(mesh.face_adjacency, node_count=len(mesh.faces))
+    pieces, face = _edges_of(mesh)
+    edges, body = _joined(pieces, body_of_face[chosen][face])
+    edges = _untouched(edges, body, body_of_face, ray_scene)
+    return edges.subset(edges.lengths >= SHORTEST * scene.wavelength)
+
+
+def _edges_of(mesh: trimesh.Trimesh) -> tuple[Edges, Int[np.ndarray, " edges"]]:
+    """Every edge of one triangle or of two that meet at an angle, and the number of one of its triangles.
+
+    Three triangles and more that share an edge leave no open space around it, unless two of them are one surface.
+    """
+    corners, index, count = np.unique(mesh.edges_sorted, axis=0, return_inverse=True, return_counts=True)
+    order = np.argsort(index.ravel(), kind="stable")
+    first = np.cumsum(count) - count
+    faces = mesh.edges_face[order]
+    third = mesh.faces.sum(axis=1)[faces] - corners.sum(axis=1)[index.ravel()[order]]  # the triangle's other corner
+    vertices = np.asarray(mesh.vertices)
+    starts, ends = vertices[corners[:, 0]], vertices[corners[:, 1]]
+    lengths = np.linalg.norm(ends - starts, axis=1)
+    directions = (ends - starts) / lengths[:, None].clip(1e-12)
+
+    def inwards(which: Int[np.ndarray, " k"], of: Int[np.ndarray, " k"]) -> Float[np.ndarray, "k 3"]:
+        """Unit vectors perpendicular to edges ``of``, along the triangles that are entries ``which`` of ``faces``."""
+        towards = vertices[third[which]] - starts[of]
+        towards = towards - (towards * directions[of]).sum(1, keepdims=True) * directions[of]
+        return towards / np.linalg.norm(towards, axis=1, keepdims=True).clip(1e-12)
+
+    free, shared = np.nonzero(count == 1)[0], np.nonzero(count == 2)[0]
+    tangents = np.concatenate([inwards(first[free], free), inwards(first[shared], shared)])
+    others = np.concatenate([tangents[: len(free)], inwards(first[shared] + 1, shared)])
+    number = np.concatenate([free, shared])
+    interior = np.arccos(np.clip((tangents * others).sum(axis=1), -1, 1))
+    interior[: len(free)] = 0
+    # Of the two normals of face 0, the one that points away from the other face.
+    normals = np.cross(tangents, directions[number])
+    normals *= np.where((normals * others).sum(axis=1) > 0, -1, 1)[:, None]
+    edges = Edges(starts[number], directions[number], lengths[number], 2 * np.pi - interior, normals, tangents)
+    sharp = (interior < np.pi - SMOOTH) & (edges.lengths > 0)
+    return edges.subset(sharp), faces[first[number]][sharp]
+
+
+def _joined(edges: Edges, body: Int[np.ndarray, " edges"]) -> tuple[Edges, Int[np.ndarray, " joined"]]:
+    """Edges of one body that continue one another in a line, between the same faces, as one."""
+    if not len(edges):
+        return edges, body
+    largest = np.abs(edges.directions).argmax(axis=1)
+    sign = np.sign(edges.directions[np.arange(len(edges)), largest])
+    directions = edges.directions * sign[:, None]
+    along = (edges.starts * directions).sum(axis=1)
+    feet = edges.starts - along[:, None] * directions
+    first = np.where(sign > 0, along, along - edges.lengths)
+    middle = edges.around(edges.exterior[:, None] / 2)[:, 0]  # the same whichever face is face 0
+    key = np.column_stack([directions, feet, middle, edges.exterior, body]).round(3)
+    line = np.unique(key, axis=0, return_inverse=True)[1].ravel()
+    order = np.lexsort([first, line])
+    line, first, last = line[order], first[order], (first + edges.lengths)[order]
+    begins = np.r_[True, (np.diff(line) != 0) | (first[1:] > last[:-1] + 1e-4)]
+    ends = np.r_[begins[1:], True]
+    kept = order[begins]
+    starts, lengths = feet[kept] + first[begins][:, None] * directions[kept], last[ends] - first[begins]
+    return replace(edges.subset(kept), starts=starts, directions=directions[kept], lengths=lengths), body[kept]
+
+
+def _untouched(
+    edges: Edges, body: Int[np.ndarray, " edges"], body_of_face: Int[np.ndarray, " faces"], ray_scene: RayScene
+) -> Edges:
+    """The stretches of edges around which no other body is nearer than ``TOUCHING``.
+
+    The sides of a polygon around each piece of an edge, from near face 0 to near face n, must meet no other body.
+    """
+    shares = (np.arange(PIECES) + 0.5) / PIECES
+    around = edges.around(edges.exterior[:, None] * np.linspace(0.05, 0.95, 9))
+    corners = edges.points(shares)[:, :, None] + TOUCHING * ray_scene.description.wavelength * around[:, None]
+    starts, sides = corners[:, :, :-1], np.diff(corners, axis=2)
+    face, _ = first_hits(ray_scene, starts.reshape(-1, 3), sides.reshape(-1, 3), 1.0)
+    face = face.reshape(starts.shape[:3])
+    touched = ((face >= 0) & (body_of_face[face] != body[:, None, None])).any(axis=2)
+    # Where each stretch of untouched pieces begins and ends.
+    change = np.diff(np.pad(~touched, ((0, 0), (1, 1))).astype(int), axis=1)
+    edge, begin = np.nonzero(change == 1)
+    end = np.nonzero(change == -1)[1]
+    chosen = edges.subset(edge)
+    piece = chosen.lengths / PIECES
+    return replace(
+        chosen, starts=chosen.starts + (begin * piece)[:, None] * chosen.directions, lengths=(end - begin) * piece
+    )

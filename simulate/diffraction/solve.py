@@ -1,0 +1,94 @@
+"""Solve chains with one diffraction between all sources and targets."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from simulate.diffraction.chains import DiffractedChains
+from simulate.diffraction.corners import end_weight
+from simulate.diffraction.edges import Edges, diffracting_edges
+from simulate.diffraction.fields import Surfaces, path_responses
+from simulate.diffraction.geometry import courses_of, ends_of, possible_paths
+from simulate.paths import Paths
+from simulate.ray_scene import RayScene
+from simulate.sionna_scene import Antennas
+
+LANES = 400_000
+"""Paths solved at once: bounds the memory."""
+
+AT_ONCE = 50_000_000
+"""Combinations of target, chain and source examined at once, a byte each."""
+
+
+class EdgeScene:
+    """A scene with its edges.
+
+    Args:
+        ray_scene: the scene, with the propagation to follow.
+
+    Attributes:
+        ray_scene: the scene, with the propagation to follow.
+        edges: the edges that diffract.
+        surfaces: what its triangles are made of.
+    """
+
+    def __init__(self, ray_scene: RayScene):
+        self.ray_scene = ray_scene
+        self.edges: Edges = diffracting_edges(ray_scene)
+        self.surfaces = Surfaces(ray_scene)
+
+
+def diffracted_paths(
+    edge_scene: EdgeScene, chains: DiffractedChains, sources: Antennas, targets: Antennas
+) -> Iterator[tuple[Int[np.ndarray, " paths"], Paths, Float[np.ndarray, "paths vertices 3"]]]:
+    """Solve every chain between every source and target.
+
+    The paths are ordered by the chains' number of reflections before the edge and after it, then by target, chain and
+    source, and those of one target do not depend on the other targets.
+
+    Args:
+        edge_scene: the scene and its edges.
+        chains: the chains to solve.
+        sources: where the paths begin.
+        targets: where they end.
+
+    Yields:
+        Batches of paths, the index of each path's chain, and its vertices from source to target, metres.
+    """
+    planes, edges = edge_scene.ray_scene.planes, edge_scene.edges
+    wavelength = edge_scene.ray_scene.description.wavelength
+    near = ends_of(planes, edges, chains.near, sources.positions)
+    shapes = chains.shapes
+    for shape in np.unique(shapes, axis=0):
+        number = np.nonzero((shapes == shape).all(axis=1))[0]
+        alike = DiffractedChains(chains.near, chains.far, chains.pairs[number])
+        batch = max(1, AT_ONCE // (len(alike) * len(sources)))
+        for start in range(0, len(targets), batch):
+            positions = targets.positions[start : start + batch]
+            far = ends_of(planes, edges, chains.far, positions)
+            possible = possible_paths(planes, edges, alike, near, far, wavelength)
+            for first in range(0, possible.shape[1], LANES):
+                paths = possible[:, first : first + LANES]
+                target, chain, source = paths
+                courses = courses_of(planes, edges, alike, near, far, paths)
+                ends = sources.positions[source][:, None], positions[target][:, None]
+                vertices = np.concatenate([ends[0], courses.vertices, ends[1]], axis=1)
+                responses = path_responses(
+                    edge_scene.surfaces,
+                    edges.subset(chains.near.edges[alike.pairs[chain, 0]]),
+                    sources,
+                    targets,
+                    vertices,
+                    courses,
+                    int(shape[0]),
+                    edge_scene.ray_scene.propagation,
+                ) * end_weight(courses.detours, courses.excess, wavelength)
+                kept = responses != 0
+                yield (
+                    number[chain[kept]],
+                    Paths(target[kept] + start, source[kept], responses[kept]),
+                    vertices[kept],
+                )
