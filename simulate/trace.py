@@ -18,7 +18,7 @@ from scenes.errors import ParameterError
 from simulate.chains import Chains, find_chains, paths_of_chains, solve_chains
 from simulate.diffraction.chains import DiffractedChains
 from simulate.diffraction.search import find_diffracted_chains
-from simulate.diffraction.solve import EdgeScene, diffracted_paths
+from simulate.diffraction.solve import EdgeScene, diffracted_courses, diffracted_paths
 from simulate.paths import Paths, courses, fields, refine, shoot
 from simulate.propagation import Propagation
 from simulate.ray_scene import RayScene
@@ -182,7 +182,7 @@ class Tracer:
                 batch = targets.subset(np.arange(start, min(start + self._batch_size, len(targets))))
                 yield start, fields(self.ray_scene, self._shot(elements, batch), elements, batch)
         if self._diffracted is not None:
-            for _, paths, _ in diffracted_paths(self._edge_scene, self._diffracted, elements, targets):
+            for _, paths in diffracted_paths(self._edge_scene, self._diffracted, elements, targets):
                 yield 0, paths
 
     def paths(self, position: Float[np.ndarray, " 3"]) -> list[TracedPath]:
@@ -206,8 +206,8 @@ class Tracer:
             vertices = courses(buffer, element, target)
             found += [TracedPath(*path) for path in zip(vertices, responses, strict=True)]
         if self._diffracted is not None:
-            for _, paths, course in diffracted_paths(self._edge_scene, self._diffracted, element, target):
-                found += [TracedPath(*path) for path in zip(course, paths.responses, strict=True)]
+            diffracted = diffracted_courses(self._edge_scene, self._diffracted, element, target)
+            found += [TracedPath(*path) for path in diffracted]
         return sorted(found, key=lambda path: -abs(path.response))
 
     def _shot(self, sources: Antennas, targets: Antennas) -> PathsBuffer:

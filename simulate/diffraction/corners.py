@@ -20,17 +20,17 @@ drawn towards the step in proportion to q, which it is beyond ``REACH``.
 
 from __future__ import annotations
 
-import numpy as np
-from jaxtyping import Complex, Float
-from scipy.special import fresnel
+from collections.abc import Sequence
+
+from sionna.rt.utils import fresnel
+
+from simulate.ray_tracer import dr, mi
 
 REACH = 0.5
 """Wavelengths; ends with a longer detour are not felt."""
 
 
-def end_weight(
-    detours: Float[np.ndarray, "n 2"], excess: Float[np.ndarray, " n"], wavelength: float
-) -> Complex[np.ndarray, " n"]:
+def end_weight(detours: Sequence[mi.Float], excess: mi.Float, wavelength: float) -> mi.Complex2f:
     """What both ends of an edge leave of a wave.
 
     Args:
@@ -38,15 +38,19 @@ def end_weight(
         excess: p, metres.
         wavelength: metres.
 
-    >>> detours = np.array([[9.0, 9.0], [0.0, 9.0], [-9.0, 9.0]])
-    >>> end_weight(detours, np.array([1.0, 1.0, 1.0]), 0.3).round(2).real.tolist()
+    >>> start, end = mi.Float([9.0, 0.0, -9.0]), mi.Float([9.0, 9.0, 9.0])
+    >>> end_weight((start, end), mi.Float([1.0, 1.0, 1.0]), 0.3).real.numpy().round(2).tolist()
     [1.0, 0.5, 0.0]
     """
-    u = np.sign(detours) * np.sqrt(2 * np.pi / wavelength * np.abs(detours))
-    # scipy's integrals are of cos and sin of πt²/2, from 0 on.
-    sine, cosine = fresnel(u * np.sqrt(2 / np.pi))
-    integral = 0.5 + np.exp(1j * np.pi / 4) / np.sqrt(2) * (cosine - 1j * sine)
-    step = detours >= 0
-    felt = np.clip(1 - np.abs(detours) / (REACH * wavelength), 0, 1)
-    shares = excess[:, None] / (excess[:, None] + np.abs(detours) + 1e-12)
-    return (step + felt * shares * (integral - step)).sum(axis=1) - 1
+    weight = mi.Complex2f(-1)
+    for detour in detours:
+        step = dr.select(detour >= 0, mi.Float(1), mi.Float(0))
+        # Sionna's integral is the conjugate of ours, from 0 to |u|, over √(π/2).
+        half = dr.conj(fresnel(2 * dr.pi / wavelength * dr.abs(detour))) * dr.select(
+            detour >= 0, mi.Float(1), mi.Float(-1)
+        )
+        integral = 0.5 + mi.Complex2f(0.5, 0.5) * half
+        felt = dr.clip(1 - dr.abs(detour) / (REACH * wavelength), 0, 1)
+        share = excess / (excess + dr.abs(detour) + 1e-9)
+        weight += step + felt * share * (integral - step)
+    return weight

@@ -18,6 +18,7 @@ from sionna.rt.utils import (
     theta_phi_from_unit_vec,
 )
 
+from simulate.diffraction.corners import end_weight
 from simulate.diffraction.edges import Edges
 from simulate.diffraction.geometry import Courses
 from simulate.diffraction.wedge import wedge_coefficients
@@ -114,13 +115,18 @@ def _slab(field: Field, way_in: mi.Vector3f, way_out: mi.Vector3f, normal: mi.Ve
 
 @dr.syntax
 def _passed(
-    surfaces: Surfaces, start: mi.Point3f, direction: mi.Vector3f, length: mi.Float, field: Field, passes: mi.UInt
+    surfaces: Surfaces,
+    start: mi.Point3f,
+    direction: mi.Vector3f,
+    length: mi.Float,
+    field: Field,
+    passes: mi.UInt,
+    blocked: mi.Bool,
 ) -> tuple[Field, mi.UInt, mi.Bool]:
-    """The field behind all objects on a straight line, how many more may be passed, and whether the line is blocked."""
+    """The field behind all objects on a straight line, how many more may be passed, and whether the path is blocked."""
     real, imaginary = field
     travelled = mi.Float(NEAR)
-    blocked = mi.Bool(False)
-    active = length > 2 * NEAR
+    active = ~blocked & (length > 2 * NEAR)
     while active:
         ray = mi.Ray3f(start + travelled * direction, direction)
         ray.maxt = length - NEAR - travelled
@@ -140,38 +146,40 @@ def _passed(
 
 
 def _diffracted(
-    field: Field,
-    edges: tuple[mi.Vector3f, mi.Vector3f, mi.Vector3f, mi.Float],
-    way_in: mi.Vector3f,
-    way_out: mi.Vector3f,
-    length: mi.Float,
-    sin_beta: mi.Float,
-    wavenumber: float,
+    field: Field, edges: Edges, courses: Courses, way_in: mi.Vector3f, way_out: mi.Vector3f, wavelength: float
 ) -> Field:
     """The field behind an edge, without the phase and the spreading on the way.
 
     Args:
         field: before the edge.
-        edges: direction of the edge, normal and tangent of its face 0, open angle.
+        edges: the scene's edges.
+        courses: the ways of the paths.
         way_in: direction of the wave before the edge.
         way_out: behind it.
-        length: L, metres (wedge.py).
-        sin_beta: sin β₀.
-        wavenumber: k, radians per metre.
+        wavelength: metres.
     """
-    along, normal, tangent, exterior = edges
+    edge = mi.UInt(courses.edges)
+
+    def of_edge(axes: Float[np.ndarray, "edges 3"]) -> mi.Vector3f:
+        return mi.Vector3f(*(dr.gather(mi.Float, mi.Float(axis.astype(np.float32)), edge) for axis in axes.T))
+
+    along, normal, tangent = of_edge(edges.directions), of_edge(edges.normals), of_edge(edges.tangents)
+    n = dr.gather(mi.Float, mi.Float((edges.exterior / np.pi).astype(np.float32)), edge)
 
     def angle(towards: mi.Vector3f) -> mi.Float:
         found = dr.atan2(dr.dot(towards, normal), dr.dot(towards, tangent))
         return dr.select(found < 0, found + 2 * dr.pi, found)
 
-    soft, hard = wedge_coefficients(angle(way_out), angle(-way_in), exterior / dr.pi, length, sin_beta, wavenumber)
+    length, sin_beta = mi.Float(courses.length), mi.Float(courses.sin_beta)
+    soft, hard = wedge_coefficients(angle(way_out), angle(-way_in), n, length, sin_beta, 2 * np.pi / wavelength)
+    detours, excess = [mi.Float(detour) for detour in courses.detours], mi.Float(courses.excess)
+    weight = end_weight(detours, excess, wavelength)
     # Unit vectors across the planes of edge and ray, before and behind.
     phi_in, phi_out = dr.normalize(dr.cross(way_in, along)), dr.normalize(dr.cross(along, way_out))
     return _composed(
-        -soft * _component(field, dr.cross(phi_in, way_in)),
+        -weight * soft * _component(field, dr.cross(phi_in, way_in)),
         dr.cross(phi_out, way_out),
-        -hard * _component(field, phi_in),
+        -weight * hard * _component(field, phi_in),
         phi_out,
     )
 
@@ -189,7 +197,6 @@ def path_responses(
     edges: Edges,
     sources: Antennas,
     targets: Antennas,
-    vertices: Float[np.ndarray, "paths vertices 3"],
     courses: Courses,
     at: int,
     propagation: Propagation,
@@ -198,10 +205,9 @@ def path_responses(
 
     Args:
         surfaces: of the scene.
-        edges: the edge of each path.
-        sources: pattern and orientation of the antennas that the paths begin at.
-        targets: pattern and orientation of those that they end at.
-        vertices: source, reflections and point on the edge, target, metres.
+        edges: the scene's edges.
+        sources: the antennas that the paths begin at.
+        targets: the antennas that they end at.
         courses: the ways of the paths.
         at: which of the interactions is at the edge.
         propagation: whether, and how often, a path may pass through an object.
@@ -209,28 +215,23 @@ def path_responses(
     Returns:
         a e^{-j2πfτ} as in ``simulate.paths``, complex128.
     """
-    interactions = courses.faces.shape[1]
+    interactions = len(courses.vertices)
     passes = mi.UInt(propagation.max_depth - interactions if propagation.refraction else 0)
-    wavenumber = 2 * np.pi / surfaces.wavelength
-    points = [mi.Point3f(_columns(vertices[:, number])) for number in range(interactions + 2)]
+    points = [dr.gather(mi.Point3f, sources.points, mi.UInt(courses.sources))]
+    points += [mi.Point3f(*(mi.Float(axis) for axis in vertex)) for vertex in courses.vertices]
+    points += [dr.gather(mi.Point3f, targets.points, mi.UInt(courses.targets))]
     steps = [mi.Vector3f(after - before) for before, after in pairwise(points)]
     lengths = [dr.norm(step) for step in steps]
     ways = [step / length for step, length in zip(steps, lengths, strict=True)]
-    axes = tuple(mi.Vector3f(_columns(axis)) for axis in (edges.directions, edges.normals, edges.tangents))
-    before, behind = courses.distances.T
 
     field, blocked = _pattern(sources, ways[0]), mi.Bool(False)
     for number in range(interactions + 1):
         way = ways[number]
-        field, passes, stopped = _passed(surfaces, points[number], way, lengths[number], field, passes)
-        blocked |= stopped
+        field, passes, blocked = _passed(surfaces, points[number], way, lengths[number], field, passes, blocked)
         if number == at:
-            edge = (*axes, mi.Float(edges.exterior.astype(np.float32)))
-            length = before * behind / (before + behind) * courses.sin_beta**2
-            numbers = mi.Float(length.astype(np.float32)), mi.Float(courses.sin_beta.astype(np.float32))
-            field = _diffracted(field, edge, way, ways[number + 1], *numbers, wavenumber)
+            field = _diffracted(field, edges, courses, way, ways[number + 1], surfaces.wavelength)
         elif number < interactions:
-            face = mi.UInt(courses.faces[:, number])
+            face = mi.UInt(courses.faces[number])
             normal = surfaces.normal(face)
             te, tm, _, _ = surfaces.coefficients(face, dr.abs(dr.dot(way, normal)))
             field = _slab(field, way, ways[number + 1], normal, te, tm)
@@ -238,12 +239,5 @@ def path_responses(
     real = dr.dot(received[0], field[0]) + dr.dot(received[1], field[1])
     imaginary = dr.dot(received[0], field[1]) - dr.dot(received[1], field[0])
     amplitude = dr.select(blocked, mi.Complex2f(0), mi.Complex2f(real, imaginary))
-    found = amplitude.real.numpy().astype(np.float64) + 1j * amplitude.imag.numpy()
-    spreading = 1 / np.sqrt(before * behind * (before + behind))
-    # In double precision, since the path is many wavelengths long.
-    phase = np.exp(-1j * wavenumber * (before + behind))
-    return surfaces.wavelength / (4 * np.pi) * spreading * phase * found
-
-
-def _columns(values: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "3 n"]:
-    return np.array(values.T, np.float32, order="C")
+    dr.eval(amplitude)
+    return (amplitude.real.numpy() + 1j * amplitude.imag.numpy()) * courses.propagation

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numba
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Complex, Float, Float32, Int, UInt32
 
 from simulate.diffraction.arms import Arms
 from simulate.diffraction.chains import DiffractedChains
@@ -121,29 +121,45 @@ def possible_paths(
 
 @dataclass(frozen=True)
 class Courses:
-    """The ways of paths that have as many reflections before the edge and after it.
+    """The ways of paths that have as many reflections before the edge and after it, in single precision.
 
     Attributes:
+        sources: index of each path's source.
+        targets: index of its target.
         vertices: reflections, point on the edge, reflections, in the order from source to target, metres.
         faces: number of the triangle of each reflection, counted through the scene's objects; meaningless at the edge.
-        distances: s′ and s, from source and target to the point of diffraction, metres.
+        edges: index of the edge.
+        length: L (wedge.py), metres.
         sin_beta: sine of the angle β₀ between path and edge.
         detours: by how much the ways through the edge's start and end are longer than s′ + s, metres; negative where
             the point of diffraction lies beyond that end.
         excess: by how much s′ + s is longer than the way of the direct wave or of one that is reflected at a face,
             whichever is the longest; 0 at a shadow or reflection boundary, metres.
+        propagation: λ/4π · e^{−jk(s′ + s)} / √(s′ s (s′ + s)), in double precision, since the path is many wavelengths
+            long.
     """
 
-    vertices: Float[np.ndarray, "paths interactions 3"]
-    faces: Int[np.ndarray, "paths interactions"]
-    distances: Float[np.ndarray, "paths 2"]
-    sin_beta: Float[np.ndarray, " paths"]
-    detours: Float[np.ndarray, "paths 2"]
-    excess: Float[np.ndarray, " paths"]
+    sources: UInt32[np.ndarray, " paths"]
+    targets: UInt32[np.ndarray, " paths"]
+    vertices: Float32[np.ndarray, "interactions 3 paths"]
+    faces: UInt32[np.ndarray, "interactions paths"]
+    edges: UInt32[np.ndarray, " paths"]
+    length: Float32[np.ndarray, " paths"]
+    sin_beta: Float32[np.ndarray, " paths"]
+    detours: Float32[np.ndarray, "2 paths"]
+    excess: Float32[np.ndarray, " paths"]
+    propagation: Complex[np.ndarray, " paths"]
 
 
 def courses_of(
-    planes: Planes, edges: Edges, chains: DiffractedChains, near: Ends, far: Ends, paths: Int[np.ndarray, "3 paths"]
+    planes: Planes,
+    edges: Edges,
+    chains: DiffractedChains,
+    near: Ends,
+    far: Ends,
+    wavelength: float,
+    paths: Int[np.ndarray, "3 paths"],
+    first_target: int,
 ) -> Courses:
     """The ways of paths of one shape.
 
@@ -153,24 +169,41 @@ def courses_of(
         chains: the chains.
         near: the sources' images by the near arms.
         far: the targets' images by the far arms.
+        wavelength: metres.
         paths: of ``possible_paths``, all with as many reflections before the edge and after it.
+        first_target: index of target 0 of ``paths`` among all targets.
     """
-    count = int(chains.shapes[:1].sum()) + 1
-    vertices = np.empty((paths.shape[1], count, 3))
-    triangles = np.zeros((paths.shape[1], count), np.int64)
-    distances, detours = np.empty((2, paths.shape[1], 2))
+    interactions, count = int(chains.shapes[:1].sum()) + 1, paths.shape[1]
+    courses = Courses(
+        sources=_aligned(np.uint32, count),
+        targets=_aligned(np.uint32, count),
+        vertices=_aligned(np.float32, interactions, 3, count),
+        faces=_aligned(np.uint32, interactions, count),
+        edges=_aligned(np.uint32, count),
+        length=_aligned(np.float32, count),
+        sin_beta=_aligned(np.float32, count),
+        detours=_aligned(np.float32, 2, count),
+        excess=_aligned(np.float32, count),
+        propagation=np.empty(count, np.complex128),
+    )
+    courses.sources[:], courses.targets[:], courses.faces[:] = paths[2], paths[0] + first_target, 0
+    known = near.angle, far.angle, edges.exterior, planes.faces, wavelength
     with ONE_KERNEL:
-        _place(*_arguments(planes, edges, chains, near, far), paths, vertices, triangles, distances, detours)  # type: ignore[call-arg]
-    target, chain, source = paths
-    a, b = chains.pairs[chain].T
-    one, other = near.angle[source, a], far.angle[target, b]
-    rho, exterior = near.away[source, a], edges.exterior[chains.near.edges[a]]
-    # The smallest of the cosines belongs to the nearest boundary.
-    cosine = np.cos([one - other, one + other, 2 * exterior - one - other]).min(axis=0)
-    whole = distances.sum(axis=1)
-    direct = np.sqrt(np.maximum(whole**2 - 2 * rho * far.away[target, b] * (1 + cosine), 0))
-    sin_beta = rho / distances[:, 0]
-    return Courses(vertices, planes.faces[triangles], distances, sin_beta, detours, whole - direct)
+        _place(*_arguments(planes, edges, chains, near, far), *known, paths, *list(vars(courses).values())[2:])  # type: ignore[call-arg]
+    return courses
+
+
+ALIGNMENT = 64
+"""Bytes. Dr.Jit uses numpy's memory as it is, and compiles a kernel anew for arrays that begin elsewhere."""
+
+
+def _aligned(kind: type, *shape: int) -> np.ndarray:
+    """An array of four-byte numbers, each row of which begins at a multiple of ``ALIGNMENT``."""
+    columns = -(-shape[-1] * 4 // ALIGNMENT) * ALIGNMENT
+    size = int(np.prod(shape[:-1])) * columns
+    memory = np.empty(size + ALIGNMENT, np.uint8)
+    start = -memory.ctypes.data % ALIGNMENT
+    return memory[start : start + size].view(kind).reshape(*shape[:-1], columns // 4)[..., : shape[-1]]
 
 
 def _arguments(planes: Planes, edges: Edges, chains: DiffractedChains, near: Ends, far: Ends) -> tuple:
@@ -185,10 +218,10 @@ def _arguments(planes: Planes, edges: Edges, chains: DiffractedChains, near: End
 
 
 @numba.njit(cache=True, inline="always")
-def _towards(normals, offsets, first, sides, planes, count, images, x, y, z, vertices, triangles, where, step):
+def _towards(normals, offsets, first, sides, planes, count, images, x, y, z, vertices, hit, faces, where, step):
     """Follow an arm from a point on its edge to the antenna; False where a reflection is on no surface.
 
-    Fills ``vertices[where]``, ``vertices[where + step]`` …, unless ``step`` is 0.
+    Fills ``vertices[where]`` and ``hit[where]``, ``vertices[where + step]`` …, unless ``step`` is 0.
     """
     for k in range(count - 1, -1, -1):
         plane = planes[k]
@@ -206,8 +239,8 @@ def _towards(normals, offsets, first, sides, planes, count, images, x, y, z, ver
         if triangle < 0:
             return False
         if step != 0:
-            vertices[where] = x, y, z
-            triangles[where] = triangle
+            vertices[where, 0], vertices[where, 1], vertices[where, 2] = x, y, z
+            hit[where] = faces[triangle]
             where += step
     return True
 
@@ -215,7 +248,7 @@ def _towards(normals, offsets, first, sides, planes, count, images, x, y, z, ver
 @numba.njit(cache=True, parallel=True)
 def _try(normals, offsets, first, sides, planes, count, images, open_space, points, found):
     """Fill ``found`` [arms]."""
-    nothing, none = np.empty((0, 3)), np.empty(0, np.int64)
+    nothing, none, faces = np.empty((0, 3), np.float32), np.empty(0, np.uint32), np.empty(0, np.int64)
     for arm in numba.prange(len(found)):
         for antenna in range(len(images)):
             for point in range(points.shape[1]):
@@ -223,7 +256,7 @@ def _try(normals, offsets, first, sides, planes, count, images, open_space, poin
                 if not found[arm] and open_space[antenna, arm]:
                     found[arm] = _towards(
                         normals, offsets, first, sides, planes[arm], count[arm], images[antenna, arm],
-                        x, y, z, nothing, none, 0, 0,
+                        x, y, z, nothing, none, faces, 0, 0,
                     )  # fmt: skip
 
 
@@ -244,7 +277,7 @@ def _mark(
     far_planes, far_count, far_images, far_along, far_away, far_open, beyond, possible,
 ):  # fmt: skip
     """Fill ``possible`` [targets, chains, sources]."""
-    nothing, none = np.empty((0, 3)), np.empty(0, np.int64)
+    nothing, none, faces = np.empty((0, 3), np.float32), np.empty(0, np.uint32), np.empty(0, np.int64)
     for target in numba.prange(len(far_along)):
         for chain in range(len(pairs)):
             a, b = pairs[chain]
@@ -265,10 +298,10 @@ def _mark(
                 pz = starts[e, 2] + z * directions[e, 2]
                 possible[target, chain, source] = _towards(
                     normals, offsets, first, sides, far_planes[b], far_count[b], far_images[target, b],
-                    px, py, pz, nothing, none, 0, 0,
+                    px, py, pz, nothing, none, faces, 0, 0,
                 ) and _towards(
                     normals, offsets, first, sides, near_planes[a], near_count[a], near_images[source, a],
-                    px, py, pz, nothing, none, 0, 0,
+                    px, py, pz, nothing, none, faces, 0, 0,
                 )  # fmt: skip
 
 
@@ -277,30 +310,41 @@ def _place(
     normals, offsets, first, sides, starts, directions, lengths, edge, pairs,
     near_planes, near_count, near_images, near_along, near_away, near_open,
     far_planes, far_count, far_images, far_along, far_away, far_open,
-    paths, vertices, triangles, distances, detours,
+    near_angle, far_angle, exterior, faces, wavelength, paths,
+    vertices, faces_hit, edges, length, sin_beta, detours, excess, propagation,
 ):  # fmt: skip
-    """Fill ``vertices``, ``triangles``, ``distances`` and ``detours``."""
+    """Fill the fields of ``Courses``."""
     for path in numba.prange(paths.shape[1]):
         target, chain, source = paths[0, path], paths[1, path], paths[2, path]
         a, b = pairs[chain]
         e = edge[chain]
-        near_z, near_rho = near_along[source, a], near_away[source, a]
-        far_z, far_rho = far_along[target, b], far_away[target, b]
-        z, by_start, by_end = _diffraction_point(near_z, near_rho, far_z, far_rho, lengths[e])
-        distances[path, 0] = np.hypot(near_rho, near_z - z)
-        distances[path, 1] = np.hypot(far_rho, far_z - z)
-        detours[path] = by_start, by_end
+        edges[path] = e
+        z1, rho1 = near_along[source, a], near_away[source, a]
+        z2, rho2 = far_along[target, b], far_away[target, b]
+        z, by_start, by_end = _diffraction_point(z1, rho1, z2, rho2, lengths[e])
+        before, behind = np.hypot(rho1, z1 - z), np.hypot(rho2, z2 - z)
+        whole = before + behind
+        sin_beta[path] = rho1 / before
+        length[path] = before * behind / whole * (rho1 / before) ** 2
+        detours[0, path], detours[1, path] = by_start, by_end
+        # The smallest of the cosines belongs to the nearest boundary.
+        one, other = near_angle[source, a], far_angle[target, b]
+        cosine = min(np.cos(one - other), np.cos(one + other), np.cos(2 * exterior[e] - one - other))
+        excess[path] = whole - np.sqrt(max(whole**2 - 2 * rho1 * rho2 * (1 + cosine), 0.0))
+        phase = -2 * np.pi * (whole / wavelength % 1)
+        amplitude = wavelength / (4 * np.pi) / np.sqrt(before * behind * whole)
+        propagation[path] = amplitude * complex(np.cos(phase), np.sin(phase))
         z = min(max(z, 0.0), lengths[e])
         px = starts[e, 0] + z * directions[e, 0]
         py = starts[e, 1] + z * directions[e, 1]
         pz = starts[e, 2] + z * directions[e, 2]
         middle = near_count[a]
-        vertices[path, middle] = px, py, pz
+        vertices[middle, 0, path], vertices[middle, 1, path], vertices[middle, 2, path] = px, py, pz
         _towards(
             normals, offsets, first, sides, near_planes[a], near_count[a], near_images[source, a],
-            px, py, pz, vertices[path], triangles[path], middle - 1, -1,
+            px, py, pz, vertices[:, :, path], faces_hit[:, path], faces, middle - 1, -1,
         )  # fmt: skip
         _towards(
             normals, offsets, first, sides, far_planes[b], far_count[b], far_images[target, b],
-            px, py, pz, vertices[path], triangles[path], middle + 1, 1,
+            px, py, pz, vertices[:, :, path], faces_hit[:, path], faces, middle + 1, 1,
         )  # fmt: skip

@@ -53,7 +53,7 @@ def find_diffracted_chains(
 
     candidates = chains_of(arms(elements.positions), arms(trials.positions), most)
     pair, power, chain = [], [], []
-    for index, paths, _ in diffracted_paths(edge_scene, candidates, elements, trials):
+    for index, paths in diffracted_paths(edge_scene, candidates, elements, trials):
         chain.append(index)
         pair.append(paths.targets * len(elements) + paths.sources)
         power.append(np.abs(paths.responses) ** 2)

@@ -8,10 +8,9 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from simulate.diffraction.chains import DiffractedChains
-from simulate.diffraction.corners import end_weight
 from simulate.diffraction.edges import Edges, diffracting_edges
 from simulate.diffraction.fields import Surfaces, path_responses
-from simulate.diffraction.geometry import courses_of, ends_of, possible_paths
+from simulate.diffraction.geometry import Courses, courses_of, ends_of, possible_paths
 from simulate.paths import Paths
 from simulate.ray_scene import RayScene
 from simulate.sionna_scene import Antennas
@@ -43,7 +42,7 @@ class EdgeScene:
 
 def diffracted_paths(
     edge_scene: EdgeScene, chains: DiffractedChains, sources: Antennas, targets: Antennas
-) -> Iterator[tuple[Int[np.ndarray, " paths"], Paths, Float[np.ndarray, "paths vertices 3"]]]:
+) -> Iterator[tuple[Int[np.ndarray, " paths"], Paths]]:
     """Solve every chain between every source and target.
 
     The paths are ordered by the chains' number of reflections before the edge and after it, then by target, chain and
@@ -56,8 +55,37 @@ def diffracted_paths(
         targets: where they end.
 
     Yields:
-        Batches of paths, the index of each path's chain, and its vertices from source to target, metres.
+        Batches of paths, and the index of each path's chain.
     """
+    for chain, paths, _ in _solved(edge_scene, chains, sources, targets):
+        kept = paths.responses != 0
+        yield chain[kept], Paths(paths.targets[kept], paths.sources[kept], paths.responses[kept])
+
+
+def diffracted_courses(
+    edge_scene: EdgeScene, chains: DiffractedChains, source: Antennas, target: Antennas
+) -> Iterator[tuple[Float[np.ndarray, "vertices 3"], complex]]:
+    """The paths of all chains between one source and one target.
+
+    Args:
+        edge_scene: the scene and its edges.
+        chains: the chains to solve.
+        source: where the paths begin.
+        target: where they end.
+
+    Yields:
+        The vertices of each path from source to target, metres, and its response.
+    """
+    for _, paths, courses in _solved(edge_scene, chains, source, target):
+        for number in np.nonzero(paths.responses)[0]:
+            vertices = [source.positions[0], *courses.vertices[:, :, number], target.positions[0]]
+            yield np.array(vertices), paths.responses[number]
+
+
+def _solved(
+    edge_scene: EdgeScene, chains: DiffractedChains, sources: Antennas, targets: Antennas
+) -> Iterator[tuple[Int[np.ndarray, " paths"], Paths, Courses]]:
+    """Batches of paths that are blocked or not, the index of each path's chain, and its way."""
     planes, edges = edge_scene.ray_scene.planes, edge_scene.edges
     wavelength = edge_scene.ray_scene.description.wavelength
     near = ends_of(planes, edges, chains.near, sources.positions)
@@ -67,28 +95,13 @@ def diffracted_paths(
         alike = DiffractedChains(chains.near, chains.far, chains.pairs[number])
         batch = max(1, AT_ONCE // (len(alike) * len(sources)))
         for start in range(0, len(targets), batch):
-            positions = targets.positions[start : start + batch]
-            far = ends_of(planes, edges, chains.far, positions)
+            far = ends_of(planes, edges, chains.far, targets.positions[start : start + batch])
             possible = possible_paths(planes, edges, alike, near, far, wavelength)
             for first in range(0, possible.shape[1], LANES):
                 paths = possible[:, first : first + LANES]
-                target, chain, source = paths
-                courses = courses_of(planes, edges, alike, near, far, paths)
-                ends = sources.positions[source][:, None], positions[target][:, None]
-                vertices = np.concatenate([ends[0], courses.vertices, ends[1]], axis=1)
+                courses = courses_of(planes, edges, alike, near, far, wavelength, paths, start)
+                followed = edge_scene.ray_scene.propagation
                 responses = path_responses(
-                    edge_scene.surfaces,
-                    edges.subset(chains.near.edges[alike.pairs[chain, 0]]),
-                    sources,
-                    targets,
-                    vertices,
-                    courses,
-                    int(shape[0]),
-                    edge_scene.ray_scene.propagation,
-                ) * end_weight(courses.detours, courses.excess, wavelength)
-                kept = responses != 0
-                yield (
-                    number[chain[kept]],
-                    Paths(target[kept] + start, source[kept], responses[kept]),
-                    vertices[kept],
+                    edge_scene.surfaces, edges, sources, targets, courses, int(shape[0]), followed
                 )
+                yield number[paths[1]], Paths(paths[0] + start, paths[2], responses), courses
