@@ -53,7 +53,7 @@ def demo(runs: Path, name: str) -> Measured | None:
 
 
 def benchmark(runs: Path, name: str) -> Measured | None:
-    """The JSON object that a benchmark printed, a row for each figure, also for those of objects in it."""
+    """The JSON object that a benchmark printed: a row for each figure, and one for each object of figures."""
     found = _benchmark_figures(runs, name)
     if found is None:
         return None
@@ -63,10 +63,12 @@ def benchmark(runs: Path, name: str) -> Measured | None:
 
 
 def _flat(figures: dict[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
-    """Figures of an object, and of the objects in it, whose names are put before."""
+    """Figures of an object, and of the objects in it, whose names are put before; an innermost one is one entry."""
     for key, value in figures.items():
-        if isinstance(value, dict):
+        if isinstance(value, dict) and any(isinstance(each, dict) for each in value.values()):
             yield from _flat(value, f"{before}{key}, ")
+        elif isinstance(value, dict):
+            yield f"{before}{key}", ", ".join(f"{name} {each}" for name, each in value.items())
         else:
             yield f"{before}{key}", value
 

@@ -73,6 +73,9 @@ def compare_on_plane(folder: Path | str, propagation: Propagation, seed: int = 1
 
     from simulate.trace import Tracer
 
+    geometric = replace(
+        propagation, max_depth=min(1, propagation.max_depth), diffraction=False, sionna_diffraction=False
+    )
     tracers = {
         depth: Tracer(scene, replace(propagation, max_depth=depth), None, seed)
         for depth in sorted({0, min(1, propagation.max_depth), propagation.max_depth})
@@ -83,5 +86,5 @@ def compare_on_plane(folder: Path | str, propagation: Propagation, seed: int = 1
         z=z,
         level_db=decibels(full_wave),
         errors_db={depth: decibels(tracer.responses(points) - full_wave) for depth, tracer in tracers.items()},
-        paths=tracers[min(1, propagation.max_depth)].path_counts(points).reshape(columns.shape),
+        paths=Tracer(scene, geometric, None, seed).path_counts(points).reshape(columns.shape),
     )
