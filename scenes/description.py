@@ -231,6 +231,10 @@ class Scene:
         """λ = c / f, metres."""
         return SPEED_OF_LIGHT / self.frequency
 
+    def thickness(self, item: SceneObject) -> float:
+        """Thickness of an object's slab, metres: its own, or that of its material."""
+        return self.materials[item.material].thickness if item.thickness is None else item.thickness
+
     @property
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         """Lowest and highest corner of the box around all objects, metres, world frame."""

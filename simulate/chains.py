@@ -169,10 +169,25 @@ def find_chains(
         new_share = float(new_power.sum() / power.sum()) if len(power) else 0.0
         quiet_rounds = quiet_rounds + 1 if new_share < TOLERANCE else 0
         report(f"round {number}: {len(known)} chains, {len(new)} of them new with {new_share:.1e} of the power")
-    share = power / np.maximum(np.bincount(pair, power, len(trials) * len(elements))[pair], 1e-30)
-    largest_share = np.zeros(len(known))
-    np.maximum.at(largest_share, chain, share)
-    return known.subset((largest_share >= NEGLIGIBLE) | (known.interactions.types[:, 0] == NONE))
+    carries_power = largest_shares(chain, pair, power, len(known)) >= NEGLIGIBLE
+    return known.subset(carries_power | (known.interactions.types[:, 0] == NONE))
+
+
+def largest_shares(
+    chain: Int[np.ndarray, " paths"], pair: Int[np.ndarray, " paths"], power: Float[np.ndarray, " paths"], chains: int
+) -> Float[np.ndarray, " chains"]:
+    """The largest share of the power between two antennas that each chain brings.
+
+    Args:
+        chain: index of each path's chain.
+        pair: number of each path's pair of antennas.
+        power: of each path.
+        chains: number of chains.
+    """
+    share = power / np.maximum(np.bincount(pair, power)[pair], 1e-30)
+    result = np.zeros(chains)
+    np.maximum.at(result, chain, share)
+    return result
 
 
 LANES = 400_000

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
+from jaxtyping import Bool
 
+from scenes.description import Scene
 from scenes.materials import RadioMaterial
 
 VACUUM_PERMITTIVITY = 8.8541878128e-12
@@ -41,6 +43,15 @@ def is_conductor(material: RadioMaterial, frequency: float) -> bool:
         frequency: hertz.
     """
     return _loss(material, frequency) > LEAST_LOSS_OF_CONDUCTOR
+
+
+def conducting_objects(scene: Scene) -> Bool[np.ndarray, " objects"]:
+    """Which of a scene's objects are conductors.
+
+    Args:
+        scene: the scene.
+    """
+    return np.array([is_conductor(scene.materials[item.material], scene.frequency) for item in scene.objects])
 
 
 def _loss(material: RadioMaterial, frequency: float) -> float:

@@ -28,6 +28,7 @@ class Planes:
         sides: for each triangle and side a unit vector e pointing inwards in the plane, and a length g: a point x of
             the plane is inside where e·x ≥ g for all three sides, [triangles, 3, 4].
         faces: number of each of these triangles, counted through the scene's objects, [triangles].
+        first_face: for each identifier, how many triangles the objects before its own have, [identifiers].
         of_face: the plane of each triangle, counted through the scene's objects.
         vertices: for each identifier, one vertex of each of the object's triangles, [triangles, 3], metres.
     """
@@ -38,9 +39,8 @@ class Planes:
         normals = np.concatenate([mesh.face_normals for mesh in meshes])
         offsets = (normals * triangles[:, 0]).sum(axis=1)
         self.of_face = _group(np.column_stack([normals, offsets]))
-        self._first_triangle = dict(
-            zip(identifiers, np.cumsum([0] + [len(mesh.faces) for mesh in meshes[:-1]]), strict=True)
-        )
+        self.first_face = np.zeros(max(identifiers) + 1, np.int64)
+        self.first_face[identifiers] = np.cumsum([0] + [len(mesh.faces) for mesh in meshes[:-1]])
         self.vertices = {
             identifier: np.asarray(mesh.triangles[:, 0], np.float32)
             for identifier, mesh in zip(identifiers, meshes, strict=True)
@@ -65,10 +65,7 @@ class Planes:
         Returns:
             Indices into ``normals`` and ``offsets``.
         """
-        first = np.zeros(max(self._first_triangle) + 1, dtype=np.int64)
-        for identifier, start in self._first_triangle.items():
-            first[identifier] = start
-        return self.of_face[first[shapes] + triangles]
+        return self.of_face[self.first_face[shapes] + triangles]
 
 
 def _group(planes: Float[np.ndarray, "n 4"]) -> Int[np.ndarray, " n"]:

@@ -48,12 +48,11 @@ class RayScene:
         return np.array([int(self.sionna.objects[name].object_id) for name in sionna_names(self.description)])
 
     @cached_property
-    def first_face(self) -> Int[np.ndarray, " identifiers"]:
-        """For each identifier, how many triangles the objects before it in the description have."""
-        faces = [len(item.mesh.faces) for item in self.description.objects]
-        result = np.zeros(self.identifiers.max() + 1, np.int64)
-        result[self.identifiers] = np.cumsum([0, *faces[:-1]])
-        return result
+    def object_of_face(self) -> Int[np.ndarray, " faces"]:
+        """Index of each triangle's object; the triangles are counted through the objects of the description."""
+        return np.repeat(
+            np.arange(len(self.description.objects)), [len(item.mesh.faces) for item in self.description.objects]
+        )
 
     @cached_property
     def planes(self) -> Planes:
@@ -83,5 +82,5 @@ def first_hits(
     lines.maxt = mi.Float(reach)  # type: ignore[assignment]
     hit = ray_scene.sionna.mi_scene.ray_intersect_preliminary(lines)
     shape = mi.UInt(dr.reinterpret_array(mi.UInt, hit.shape)).numpy()
-    face = ray_scene.first_face[shape] + hit.prim_index.numpy()
+    face = ray_scene.planes.first_face[shape] + hit.prim_index.numpy()
     return np.where(hit.is_valid().numpy(), face, -1), hit.t.numpy()

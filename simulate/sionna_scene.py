@@ -40,7 +40,7 @@ def build_scene(scene: Scene) -> rt.Scene:
     objects = []
     for name, item in zip(sionna_names(scene), scene.objects, strict=True):
         material = scene.materials[item.material]
-        thickness = material.thickness if item.thickness is None else item.thickness
+        thickness = scene.thickness(item)
         key = (material.name, thickness)
         if key not in materials:
             materials[key] = _radio_material(material, thickness)

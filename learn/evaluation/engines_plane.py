@@ -76,15 +76,16 @@ def compare_on_plane(folder: Path | str, propagation: Propagation, seed: int = 1
     geometric = replace(
         propagation, max_depth=min(1, propagation.max_depth), diffraction=False, sionna_diffraction=False
     )
-    tracers = {
-        depth: Tracer(scene, replace(propagation, max_depth=depth), None, seed)
+    followed = {
+        depth: replace(propagation, max_depth=depth)
         for depth in sorted({0, min(1, propagation.max_depth), propagation.max_depth})
     }
+    tracers = {each: Tracer(scene, each, None, seed) for each in {*followed.values(), geometric}}
     return EnginePlane(
         x=x,
         y=y,
         z=z,
         level_db=decibels(full_wave),
-        errors_db={depth: decibels(tracer.responses(points) - full_wave) for depth, tracer in tracers.items()},
-        paths=Tracer(scene, geometric, None, seed).path_counts(points).reshape(columns.shape),
+        errors_db={depth: decibels(tracers[each].responses(points) - full_wave) for depth, each in followed.items()},
+        paths=tracers[geometric].path_counts(points).reshape(columns.shape),
     )

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from simulate.permittivity import is_conductor
+from simulate.permittivity import conducting_objects
 from simulate.ray_scene import RayScene, first_hits
 
 
@@ -64,13 +64,8 @@ def reflection_sequences(
     Returns:
         Planes in the order of the reflections, −1 after the last, in lexical order.
     """
-    scene, planes = ray_scene.description, ray_scene.planes
-    conducts = np.concatenate(
-        [
-            np.full(len(item.mesh.faces), is_conductor(scene.materials[item.material], scene.frequency))
-            for item in scene.objects
-        ]
-    )
+    planes = ray_scene.planes
+    conducts = conducting_objects(ray_scene.description)[ray_scene.object_of_face]
     points = origins[np.arange(rays) % len(origins)]
     directions = generator.standard_normal((rays, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)

@@ -46,9 +46,7 @@ def end_weight(detours: Sequence[mi.Float], excess: mi.Float, wavelength: float)
     for detour in detours:
         step = dr.select(detour >= 0, mi.Float(1), mi.Float(0))
         # Sionna's integral is the conjugate of ours, from 0 to |u|, over √(π/2).
-        half = dr.conj(fresnel(2 * dr.pi / wavelength * dr.abs(detour))) * dr.select(
-            detour >= 0, mi.Float(1), mi.Float(-1)
-        )
+        half = dr.conj(fresnel(2 * dr.pi / wavelength * dr.abs(detour))) * (2 * step - 1)
         integral = 0.5 + mi.Complex2f(0.5, 0.5) * half
         felt = dr.clip(1 - dr.abs(detour) / (REACH * wavelength), 0, 1)
         share = excess / (excess + dr.abs(detour) + 1e-9)

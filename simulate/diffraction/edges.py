@@ -14,7 +14,7 @@ import trimesh
 from jaxtyping import Bool, Float, Int
 
 from scenes.shapes import union
-from simulate.permittivity import is_conductor
+from simulate.permittivity import conducting_objects
 from simulate.ray_scene import RayScene, first_hits
 
 SMOOTH = np.radians(30)
@@ -80,13 +80,11 @@ def diffracting_edges(ray_scene: RayScene) -> Edges:
     (12, [270.0, 360.0])
     """
     scene = ray_scene.description
-    conducting = np.array([is_conductor(scene.materials[item.material], scene.frequency) for item in scene.objects])
-    object_of_face = np.repeat(np.arange(len(scene.objects)), [len(item.mesh.faces) for item in scene.objects])
-    chosen = conducting[object_of_face]
+    chosen = conducting_objects(scene)[ray_scene.object_of_face]
     mesh = union(*(item.mesh for item in scene.objects))
     mesh.update_faces(chosen)
     mesh.merge_vertices(digits_vertex=4)
-    body_of_face = -1 - object_of_face  # of what is no conductor: any number that is no conductor's
+    body_of_face = -1 - ray_scene.object_of_face  # of what is no conductor: any number that is no conductor's
     body_of_face[chosen] = trimesh.graph.connected_component_labels(mesh.face_adjacency, node_count=len(mesh.faces))
     pieces, face = _edges_of(mesh)
     edges, body = _joined(pieces, body_of_face[chosen][face])
@@ -97,7 +95,7 @@ def diffracting_edges(ray_scene: RayScene) -> Edges:
 def _edges_of(mesh: trimesh.Trimesh) -> tuple[Edges, Int[np.ndarray, " edges"]]:
     """Every edge of one triangle or of two that meet at an angle, and the number of one of its triangles.
 
-    Three triangles and more that share an edge leave no open space around it, unless two of them are one surface.
+    Edges of three triangles or more are left out: where a sheet stands on another, no angle is open by more than 180°.
     """
     corners, index, count = np.unique(mesh.edges_sorted, axis=0, return_inverse=True, return_counts=True)
     order = np.argsort(index.ravel(), kind="stable")

@@ -22,7 +22,7 @@ from simulate.diffraction.corners import end_weight
 from simulate.diffraction.edges import Edges
 from simulate.diffraction.geometry import Courses
 from simulate.diffraction.wedge import wedge_coefficients
-from simulate.permittivity import is_conductor, relative_permittivity
+from simulate.permittivity import conducting_objects, relative_permittivity
 from simulate.propagation import Propagation
 from simulate.ray_scene import RayScene
 from simulate.ray_tracer import dr, mi
@@ -46,20 +46,15 @@ class Surfaces:
         scene = ray_scene.description
         materials = [scene.materials[item.material] for item in scene.objects]
         permittivity = np.array([relative_permittivity(material, scene.frequency) for material in materials])
-        thickness = [
-            material.thickness if item.thickness is None else item.thickness
-            for item, material in zip(scene.objects, materials, strict=True)
-        ]
         self.wavelength = scene.wavelength
         self.scene = ray_scene.sionna.mi_scene
         self._permittivity = mi.Float(permittivity.real), mi.Float(permittivity.imag)
-        self._thickness = mi.Float(thickness)
-        self._conducts = mi.Bool([is_conductor(material, scene.frequency) for material in materials])
+        self._thickness = mi.Float([scene.thickness(item) for item in scene.objects])
+        self._conducts = mi.Bool(conducting_objects(scene))
         normals = np.concatenate([item.mesh.face_normals for item in scene.objects])
         self._normals = [mi.Float(axis) for axis in normals.T]
-        faces = [len(item.mesh.faces) for item in scene.objects]
-        self._object = mi.UInt(np.repeat(np.arange(len(faces)), faces))
-        self._first_face = mi.UInt(ray_scene.first_face)
+        self._object = mi.UInt(ray_scene.object_of_face)
+        self._first_face = mi.UInt(ray_scene.planes.first_face)
 
     def face(self, hit: mi.PreliminaryIntersection3f, active: mi.Bool) -> mi.UInt:
         """Number of the triangle that a ray has hit."""

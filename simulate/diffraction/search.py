@@ -12,6 +12,7 @@ from collections.abc import Callable
 import numpy as np
 from jaxtyping import Float, Int
 
+from simulate.chains import largest_shares
 from simulate.diffraction.arms import Arms, reflection_sequences
 from simulate.diffraction.chains import DiffractedChains, chains_of
 from simulate.diffraction.geometry import ends_of, reaches
@@ -52,17 +53,11 @@ def find_diffracted_chains(
         return _possible_arms(edge_scene, sequences, antennas)
 
     candidates = chains_of(arms(elements.positions), arms(trials.positions), most)
-    pair, power, chain = [], [], []
+    found = [(np.zeros(0, int), np.zeros(0, int), np.zeros(0))]
     for index, paths in diffracted_paths(edge_scene, candidates, elements, trials):
-        chain.append(index)
-        pair.append(paths.targets * len(elements) + paths.sources)
-        power.append(np.abs(paths.responses) ** 2)
-    largest_share = np.zeros(len(candidates))
-    if chain:
-        pairs, powers = np.concatenate(pair), np.concatenate(power)
-        total = np.bincount(pairs, powers, len(trials) * len(elements))[pairs]
-        np.maximum.at(largest_share, np.concatenate(chain), powers / np.maximum(total, 1e-30))
-    chains = candidates.subset(largest_share >= NEGLIGIBLE)
+        found.append((index, paths.targets * len(elements) + paths.sources, np.abs(paths.responses) ** 2))
+    chain, pair, power = (np.concatenate(column) for column in zip(*found, strict=True))
+    chains = candidates.subset(largest_shares(chain, pair, power, len(candidates)) >= NEGLIGIBLE)
     report(f"{len(edge_scene.edges)} edges: {len(chains)} chains with a diffraction, of {len(candidates)} tried")
     return chains
 

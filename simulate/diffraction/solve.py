@@ -88,14 +88,14 @@ def _solved(
     """Batches of paths that are blocked or not, the index of each path's chain, and its way."""
     planes, edges = edge_scene.ray_scene.planes, edge_scene.edges
     wavelength = edge_scene.ray_scene.description.wavelength
-    near = ends_of(planes, edges, chains.near, sources.positions)
     shapes = chains.shapes
     for shape in np.unique(shapes, axis=0):
         number = np.nonzero((shapes == shape).all(axis=1))[0]
-        alike = DiffractedChains(chains.near, chains.far, chains.pairs[number])
+        alike = chains.subset(number)
+        near = ends_of(planes, edges, alike.near, sources.positions)
         batch = max(1, AT_ONCE // (len(alike) * len(sources)))
         for start in range(0, len(targets), batch):
-            far = ends_of(planes, edges, chains.far, targets.positions[start : start + batch])
+            far = ends_of(planes, edges, alike.far, targets.positions[start : start + batch])
             possible = possible_paths(planes, edges, alike, near, far, wavelength)
             for first in range(0, possible.shape[1], LANES):
                 paths = possible[:, first : first + LANES]

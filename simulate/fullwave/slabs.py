@@ -65,7 +65,7 @@ def _material(scene: Scene, item: SceneObject) -> RadioMaterial:
 
 def _slabs_of(scene: Scene, item: SceneObject) -> Slabs:
     material = _material(scene, item)
-    thickness = material.thickness if item.thickness is None else item.thickness
+    thickness = scene.thickness(item)
     closed = closed_parts(item.mesh)
     pieces = [_of_closed_part(scene, part, thickness) for part in closed]
     if sum(len(part.faces) for part in closed) < len(item.mesh.faces):
