@@ -25,6 +25,7 @@ from scenes.mesh_import import Y_UP_TO_Z_UP, is_importable
 from scenes.office import office
 from scenes.shapes import union
 from scenes.validation import validate
+from scenes.workshop import workshop
 from scenes.yaml_section import Section, UniqueKeyLoader, shown
 
 BUILT_IN: dict[str, Callable[[], Scene]] = {
@@ -33,6 +34,7 @@ BUILT_IN: dict[str, Callable[[], Scene]] = {
     "bedroom": bedroom,
     "office": office,
     "closet": closet,
+    "workshop": workshop,
 }
 HERTZ = {"hz": 1.0, "khz": 1e3, "mhz": 1e6, "ghz": 1e9}
 
@@ -41,7 +43,7 @@ def load_scene(name_or_path: str | Path) -> Scene:
     """The built-in place of a name, or the scene that a .yaml file describes.
 
     Args:
-        name_or_path: "lab", "conference", "bedroom", "office", "closet", or the path of a scene YAML.
+        name_or_path: "lab", "conference", "bedroom", "office", "closet", "workshop", or the path of a scene YAML.
 
     Returns:
         The scene.

@@ -60,8 +60,8 @@ def simulate(
     """Simulate a scene into a NeRF² dataset folder. The same command again finishes an interrupted one.
 
     Args:
-        scene: built-in name (lab, conference, bedroom, office, closet), scene YAML, or a simulated dataset folder,
-            which is then made once more, by its own settings and not by those given here.
+        scene: built-in name (lab, conference, bedroom, office, closet, workshop), scene YAML, or a simulated dataset
+            folder, which is then made once more, by its own settings and not by those given here.
         output: the dataset folder; for a scene of several gateways a folder of one dataset each.
         spectra: transmitter positions to draw.
         placement: how they are drawn in the scene's region; path walks a smooth curve, as measurements do.

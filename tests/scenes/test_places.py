@@ -31,6 +31,7 @@ def place(request):
         ("bedroom", (4.4, 3.6, 2.5)),
         ("office", (16, 10, 2.8)),
         ("closet", (3, 2.5, 2.4)),
+        ("workshop", (3.4, 2.8, 2.4)),
     ],
 )
 def test_size(name, size):
