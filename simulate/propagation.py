@@ -17,7 +17,7 @@ class Propagation:
         specular: follow specular reflection.
         refraction: follow transmission through objects.
         diffuse: follow diffuse reflection off materials that have a scattering coefficient.
-        diffraction: follow diffraction at the edges of conductors, once on a path.
+        diffraction: follow diffraction at the edges of conductors, once or twice on a path.
         sionna_diffraction: follow Sionna RT's own diffraction instead, as version 0.2 did; much slower, and farther
             from full wave (docs/sionna-diffraction.md).
         rays: rays launched from each source; about 20000 suffice with diffuse reflection or Sionna's diffraction,

@@ -49,7 +49,7 @@ class Found(NamedTuple):
     Attributes:
         reflected: of reflections and refractions, with the scene's objects by their index; None where rays are shot
             for every batch instead.
-        diffracted: with one diffraction; None where none is followed.
+        diffracted: with diffractions; None where none are followed.
     """
 
     reflected: Chains | None
@@ -59,7 +59,7 @@ class Found(NamedTuple):
 class Tracer:
     """A scene made ready for tracing.
 
-    Where all paths are chains of reflections, refractions and a diffraction, the chains are found once, here, and
+    Where all paths are chains of reflections, refractions and diffractions, the chains are found once, here, and
     ``responses`` solves them exactly (``method`` is "chains"). Diffuse reflection and Sionna's own diffraction take
     Sionna's general way, which shoots rays from every element for each batch of transmitters ("shooting").
 

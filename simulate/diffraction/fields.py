@@ -1,4 +1,4 @@
-"""The response that a path with one diffraction contributes: the electric field, followed from the source on.
+"""The response that a path with diffractions contributes: the electric field, followed from the source on.
 
 At every reflection and wherever the path passes through an object the field is multiplied by the coefficients of a slab
 (ITU-R P.2040), at the edge by those of the wedge. A path that meets a conductor on its way contributes nothing.
@@ -9,7 +9,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Complex
 from sionna.rt.utils import (
     itu_coefficients_single_layer_slab,
     phi_hat,
@@ -141,7 +141,13 @@ def _passed(
 
 
 def _diffracted(
-    field: Field, edges: Edges, courses: Courses, way_in: mi.Vector3f, way_out: mi.Vector3f, wavelength: float
+    field: Field,
+    edges: Edges,
+    courses: Courses,
+    number: int,
+    way_in: mi.Vector3f,
+    way_out: mi.Vector3f,
+    wavelength: float,
 ) -> Field:
     """The field behind an edge, without the phase and the spreading on the way.
 
@@ -149,25 +155,18 @@ def _diffracted(
         field: before the edge.
         edges: the scene's edges.
         courses: the ways of the paths.
+        number: which of the paths' diffractions.
         way_in: direction of the wave before the edge.
         way_out: behind it.
         wavelength: metres.
     """
-    edge = mi.UInt(courses.edges)
-
-    def of_edge(axes: Float[np.ndarray, "edges 3"]) -> mi.Vector3f:
-        return mi.Vector3f(*(dr.gather(mi.Float, mi.Float(axis.astype(np.float32)), edge) for axis in axes.T))
-
-    along, normal, tangent = of_edge(edges.directions), of_edge(edges.normals), of_edge(edges.tangents)
+    edge = mi.UInt(courses.edges[number])
+    along = mi.Vector3f(*(dr.gather(mi.Float, mi.Float(axis.astype(np.float32)), edge) for axis in edges.directions.T))
     n = dr.gather(mi.Float, mi.Float((edges.exterior / np.pi).astype(np.float32)), edge)
-
-    def angle(towards: mi.Vector3f) -> mi.Float:
-        found = dr.atan2(dr.dot(towards, normal), dr.dot(towards, tangent))
-        return dr.select(found < 0, found + 2 * dr.pi, found)
-
-    length, sin_beta = mi.Float(courses.length), mi.Float(courses.sin_beta)
-    soft, hard = wedge_coefficients(angle(way_out), angle(-way_in), n, length, sin_beta, 2 * np.pi / wavelength)
-    detours, excess = [mi.Float(detour) for detour in courses.detours], mi.Float(courses.excess)
+    angle_in, angle_out = (mi.Float(angle) for angle in courses.angles[number])
+    length, sin_beta = mi.Float(courses.length[number]), mi.Float(courses.sin_beta[number])
+    soft, hard = wedge_coefficients(angle_out, angle_in, n, length, sin_beta, 2 * np.pi / wavelength)
+    detours, excess = [mi.Float(detour) for detour in courses.detours[number]], mi.Float(courses.excess[number])
     weight = end_weight(detours, excess, wavelength)
     # Unit vectors across the planes of edge and ray, before and behind.
     phi_in, phi_out = dr.normalize(dr.cross(way_in, along)), dr.normalize(dr.cross(along, way_out))
@@ -193,7 +192,7 @@ def path_responses(
     sources: Antennas,
     targets: Antennas,
     courses: Courses,
-    at: int,
+    first_edge: int,
     propagation: Propagation,
 ) -> Complex[np.ndarray, " paths"]:
     """What each path contributes to the response of its target to its source, 0 if it is blocked.
@@ -204,7 +203,7 @@ def path_responses(
         sources: the antennas that the paths begin at.
         targets: the antennas that they end at.
         courses: the ways of the paths.
-        at: which of the interactions is at the edge.
+        first_edge: which of the interactions is the first diffraction.
         propagation: whether, and how often, a path may pass through an object.
 
     Returns:
@@ -223,8 +222,9 @@ def path_responses(
     for number in range(interactions + 1):
         way = ways[number]
         field, passes, blocked = _passed(surfaces, points[number], way, lengths[number], field, passes, blocked)
-        if number == at:
-            field = _diffracted(field, edges, courses, way, ways[number + 1], surfaces.wavelength)
+        diffraction = number - first_edge
+        if 0 <= diffraction < len(courses.edges):
+            field = _diffracted(field, edges, courses, diffraction, way, ways[number + 1], surfaces.wavelength)
         elif number < interactions:
             face = mi.UInt(courses.faces[number])
             normal = surfaces.normal(face)

@@ -1,4 +1,4 @@
-"""Find the chains with one diffraction that carry power from the gateway into a region.
+"""Find the chains with diffractions that carry power from the gateway into a region.
 
 Rays shot from the elements, and from positions in the region, find the sequences of planes that waves are reflected
 at. Those after which a wave can reach an edge are arms; the pairs of arms at an edge are candidates, which are kept
@@ -14,26 +14,34 @@ from jaxtyping import Float, Int
 
 from simulate.chains import largest_shares
 from simulate.diffraction.arms import Arms, reflection_sequences
-from simulate.diffraction.chains import DiffractedChains, chains_of
-from simulate.diffraction.geometry import ends_of, reaches
+from simulate.diffraction.chains import NO_LINK, DiffractedChains, chains_of
+from simulate.diffraction.ends import ends_of, reaches
+from simulate.diffraction.links import links_between
 from simulate.diffraction.solve import EdgeScene, diffracted_paths
+from simulate.evenly import evenly
 from simulate.placement import free_positions
-from simulate.sionna_scene import gateway_antennas, transmitter_antennas
+from simulate.sionna_scene import Antennas, gateway_antennas, transmitter_antennas
 
 MOST_REFLECTIONS = 2
 """Reflections before and after an edge together. With a third the spectra came no nearer to full wave."""
 
+MOST_REFLECTIONS_TWICE = 1
+"""Reflections of a chain with two diffractions."""
+
 TRIALS = 64
 """Positions in the region from which rays are shot, and at which candidates are tried."""
 
-NEGLIGIBLE = 1e-5
+ELEMENTS = 4
+"""Elements at which chains with two diffractions are tried, since there are many."""
+
+NEGLIGIBLE = 3e-5
 """A chain is dropped if it brings less than this share of the diffracted power at every trial and every element."""
 
 
 def find_diffracted_chains(
     edge_scene: EdgeScene, region: Float[np.ndarray, "2 3"], seed: int, report: Callable[[str], None]
 ) -> DiffractedChains:
-    """The chains with one diffraction that carry power from the gateway to anywhere in a region.
+    """The chains with diffractions that carry power from the gateway to anywhere in a region.
 
     Args:
         edge_scene: the scene and its edges.
@@ -52,14 +60,33 @@ def find_diffracted_chains(
         sequences = reflection_sequences(ray_scene, antennas, most, propagation.rays, generator)
         return _possible_arms(edge_scene, sequences, antennas)
 
-    candidates = chains_of(arms(elements.positions), arms(trials.positions), most)
-    found = [(np.zeros(0, int), np.zeros(0, int), np.zeros(0))]
-    for index, paths in diffracted_paths(edge_scene, candidates, elements, trials):
-        found.append((index, paths.targets * len(elements) + paths.sources, np.abs(paths.responses) ** 2))
-    chain, pair, power = (np.concatenate(column) for column in zip(*found, strict=True))
-    chains = candidates.subset(largest_shares(chain, pair, power, len(candidates)) >= NEGLIGIBLE)
-    report(f"{len(edge_scene.edges)} edges: {len(chains)} chains with a diffraction, of {len(candidates)} tried")
+    links = links_between(edge_scene.edges, ray_scene)
+    if propagation.max_depth < 2:
+        links = links.subset(np.zeros(0, np.int64))
+    most_twice = max(0, min(MOST_REFLECTIONS_TWICE, propagation.max_depth - 2, most))
+    candidates = chains_of(arms(elements.positions), arms(trials.positions), links, (most, most_twice))
+    is_double = candidates.link != NO_LINK
+    some = elements.subset(evenly(np.arange(len(elements)), ELEMENTS))
+    kept = _shares(edge_scene, candidates, some, trials) >= NEGLIGIBLE
+    kept[~is_double] = _shares(edge_scene, candidates.subset(~is_double), elements, trials) >= NEGLIGIBLE
+    chains = candidates.subset(kept)
+    twice = int((chains.link != NO_LINK).sum())
+    report(
+        f"{len(edge_scene.edges)} edges: {len(chains) - twice} chains with a diffraction and {twice} with two, of "
+        f"{len(candidates)} tried"
+    )
     return chains
+
+
+def _shares(
+    edge_scene: EdgeScene, chains: DiffractedChains, sources: Antennas, targets: Antennas
+) -> Float[np.ndarray, " chains"]:
+    """The largest share of the diffracted power between a source and a target that each chain brings."""
+    found = [(np.zeros(0, int), np.zeros(0, int), np.zeros(0))]
+    for index, paths in diffracted_paths(edge_scene, chains, sources, targets):
+        found.append((index, paths.targets * len(sources) + paths.sources, np.abs(paths.responses) ** 2))
+    chain, pair, power = (np.concatenate(column) for column in zip(*found, strict=True))
+    return largest_shares(chain, pair, power, len(chains))
 
 
 def _possible_arms(

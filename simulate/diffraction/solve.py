@@ -1,4 +1,4 @@
-"""Solve chains with one diffraction between all sources and targets."""
+"""Solve chains with diffractions between all sources and targets."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from jaxtyping import Float, Int
 
 from simulate.diffraction.chains import DiffractedChains
 from simulate.diffraction.edges import Edges, diffracting_edges
+from simulate.diffraction.ends import ends_of
 from simulate.diffraction.fields import Surfaces, path_responses
-from simulate.diffraction.geometry import Courses, courses_of, ends_of, possible_paths
+from simulate.diffraction.geometry import Courses, courses_of, possible_paths
 from simulate.paths import Paths
 from simulate.ray_scene import RayScene
 from simulate.sionna_scene import Antennas

@@ -1,0 +1,125 @@
+"""Links: the ways from one edge to another, for waves that are diffracted twice.
+
+A way leads through open space, or along a face that both edges bound: over the top of a cabinet, or on either side of a
+sheet.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from simulate.diffraction.edges import Edges
+from simulate.ray_scene import RayScene, first_hits
+
+THROUGH_SPACE = -1
+"""In place of a face."""
+
+LIFT = 1e-3
+"""Metres by which a way along a face is off the face."""
+
+POINTS = 6
+"""Points of an edge at which a link is tried."""
+
+FLAT = 1e-3
+"""Metres within which two edges bound the same face."""
+
+
+@dataclass(frozen=True)
+class Links:
+    """Ordered pairs of edges.
+
+    Attributes:
+        edges: index of the edge that a link begins and ends at.
+        faces: the face that it runs along, as numbered at each of the two edges: 0, or 1 for face n; or THROUGH_SPACE.
+    """
+
+    edges: Int[np.ndarray, "links 2"]
+    faces: Int[np.ndarray, "links 2"]
+
+    def __len__(self) -> int:
+        return len(self.edges)
+
+    def subset(self, index: Int[np.ndarray, " k"] | Bool[np.ndarray, " links"]) -> Links:
+        """The links at these indices, or those of a mask."""
+        return Links(self.edges[index], self.faces[index])
+
+
+def links_between(edges: Edges, ray_scene: RayScene) -> Links:
+    """The links along which some point of an edge sees some point of another.
+
+    Args:
+        edges: the scene's edges.
+        ray_scene: the scene.
+    """
+    first, second = np.nonzero(~np.eye(len(edges), dtype=bool))
+    space = Links(np.column_stack([first, second]), np.full((len(first), 2), THROUGH_SPACE))
+    candidates = [space]
+    for face in (0, 1):
+        for other in (0, 1):
+            shared = _bound_one_face(edges, first, second, face, other)
+            pairs = np.column_stack([first, second])[shared]
+            candidates.append(Links(pairs, np.broadcast_to([face, other], pairs.shape)))
+    links = Links(
+        np.concatenate([each.edges for each in candidates]), np.concatenate([each.faces for each in candidates])
+    )
+    return links.subset(_sees(edges, links, ray_scene))
+
+
+def lift_of(edges: Edges, faces: Int[np.ndarray, " k"]) -> Float[np.ndarray, "k 3"]:
+    """How far from each of some edges a way along its face begins, metres; 0 for THROUGH_SPACE."""
+    normal = np.where((faces == 0)[:, None], edges.normals, edges.around(edges.exterior[:, None] - np.pi / 2)[:, 0])
+    return np.where((faces == THROUGH_SPACE)[:, None], 0.0, LIFT * normal)
+
+
+def _bound_one_face(
+    edges: Edges, first: Int[np.ndarray, " k"], second: Int[np.ndarray, " k"], face: int, other: int
+) -> Bool[np.ndarray, " k"]:
+    """Whether face ``face`` of each first edge and face ``other`` of the second one lie in one plane, face to face."""
+    normal, tangent = _face(edges, face)
+    other_normal, other_tangent = _face(edges, other)
+    ends = edges.points(np.array([0.0, 1.0]))
+    forth, back = ends[second] - edges.starts[first][:, None], ends[first] - edges.starts[second][:, None]
+    return (
+        ((normal[first] * other_normal[second]).sum(axis=1) > 1 - FLAT)
+        & (np.abs((forth * normal[first][:, None]).sum(axis=2)) < FLAT).all(axis=1)
+        & ((forth * tangent[first][:, None]).sum(axis=2) > FLAT).any(axis=1)
+        & ((back * other_tangent[second][:, None]).sum(axis=2) > FLAT).any(axis=1)
+    )
+
+
+def _face(edges: Edges, face: int) -> tuple[Float[np.ndarray, "edges 3"], Float[np.ndarray, "edges 3"]]:
+    """Unit normal of a face of every edge, and the direction along it away from the edge."""
+    angle = edges.exterior * face
+    turn = np.pi / 2 if face == 0 else -np.pi / 2
+    return edges.around((angle + turn)[:, None])[:, 0], edges.around(angle[:, None])[:, 0]
+
+
+def _sees(edges: Edges, links: Links, ray_scene: RayScene) -> Bool[np.ndarray, " links"]:
+    """Whether a straight line between some points of each link's edges meets nothing."""
+    shares = (np.arange(POINTS) + 0.5) / POINTS
+    points = edges.points(shares)
+    begin, end = edges.subset(links.edges[:, 0]), edges.subset(links.edges[:, 1])
+    starts = points[links.edges[:, 0]] + lift_of(begin, links.faces[:, 0])[:, None]
+    stops = points[links.edges[:, 1]] + lift_of(end, links.faces[:, 1])[:, None]
+    shape = (len(links), POINTS, POINTS, 3)
+    starts, stops = np.broadcast_to(starts[:, :, None], shape), np.broadcast_to(stops[:, None], shape)
+    clear = np.zeros(len(links), bool)
+    ways = stops - starts
+    open_ways = (links.faces[:, 0] != THROUGH_SPACE)[:, None, None] | (
+        _in_open_space(begin, ways) & _in_open_space(end, -ways)
+    )
+    which = np.nonzero(open_ways)
+    # From a little behind the first edge to a little before the second.
+    face, _ = first_hits(ray_scene, (starts + 1e-3 * ways)[which], 0.998 * ways[which], 1.0)
+    clear[which[0][face < 0]] = True
+    return clear
+
+
+def _in_open_space(edges: Edges, ways: Float[np.ndarray, "edges p q 3"]) -> Bool[np.ndarray, "edges p q"]:
+    """Whether ways from each edge lead into the open space around it."""
+    x, y = (np.einsum("epqi,ei->epq", ways, axis) for axis in (edges.tangents, edges.normals))
+    angle = np.arctan2(y, x) % (2 * np.pi)
+    return (angle > FLAT) & (angle < edges.exterior[:, None, None] - FLAT) & (np.hypot(x, y) > FLAT)
