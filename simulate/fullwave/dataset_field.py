@@ -89,12 +89,19 @@ def description(request: Request, planned: Plan) -> str:
     """What the runs cost, and what coarser cells would, as a sentence for the user."""
     cell, wavelength = planned.grid.cell, request.scene.wavelength
     coarser = 1.25 * cell
+    diagonal = float(np.linalg.norm(np.diff(request.scene.extent, axis=0)))
+
+    def errors(cell: float) -> str:
+        residual = dispersion_residual(wavelength, cell)
+        return (
+            f"{100 * residual:.2f} % and phases over {diagonal:.1f} m to {360 * residual * diagonal / wavelength:.0f}°"
+        )
+
     return (
         f"full wave: {planned.grid.cells / 1e6:.1f} million cells of {1e3 * cell:g} mm, at most {planned.steps} time "
         f"steps; {planned.memory / 1e9:.2g} GB and at most {planned.seconds / 60:.1f} minutes on one core for each of "
-        f"{request.beamformer.array.elements} elements; wavelengths are right to "
-        f"{100 * dispersion_residual(wavelength, cell):.2f} %. Cells of {1e3 * coarser:.3g} mm would take "
-        f"{planned.seconds / 60 / 1.25**4:.1f} minutes, with {100 * dispersion_residual(wavelength, coarser):.2f} %"
+        f"{request.beamformer.array.elements} elements; wavelengths are right to {errors(cell)}. Cells of "
+        f"{1e3 * coarser:.3g} mm would take {planned.seconds / 60 / 1.25**4:.1f} minutes, with {errors(coarser)}"
     )
 
 
