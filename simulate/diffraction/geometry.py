@@ -16,56 +16,25 @@ way by the end is not much longer (see ``simulate.diffraction.corners``); the pa
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numba
 import numpy as np
 from jaxtyping import Complex, Float32, Int, UInt32
 
+from simulate.diffraction.around import around_one, around_two
 from simulate.diffraction.chains import NO_LINK, DiffractedChains
+from simulate.diffraction.cylindrical import on_edge_or_end, wedge_of
 from simulate.diffraction.edges import Edges
 from simulate.diffraction.ends import Ends, follow, legs_of, surfaces_of
 from simulate.diffraction.links import THROUGH_SPACE, lift_of
-from simulate.diffraction.points import (
-    angle_about,
-    around_edge,
-    distance,
-    length_between,
-    on_edge,
-    on_edge_or_end,
-    points_of_diffraction,
-    shortest,
-    sine_between,
-    wedge_of,
-)
+from simulate.diffraction.points import points_of_diffraction, shortest
 from simulate.planes import Planes
 from simulate.threads import ONE_KERNEL
 
-APART = 1 / 4
-"""Wavelengths. Two points of diffraction that are nearer belong to a corner, which two edges do not describe; from
-there to twice as far the wave's weight rises from 0 to 1."""
-
 BLOCK = 1024
 """Paths that one thread places at a time."""
-
-
-def possible_paths(
-    planes: Planes, edges: Edges, chains: DiffractedChains, near: Ends, far: Ends, wavelength: float
-) -> Int[np.ndarray, "3 paths"]:
-    """Combinations (target, chain, source) whose vertices are all where they should be, in lexical order.
-
-    Args:
-        planes: the scene's planes.
-        edges: the scene's edges.
-        chains: the chains.
-        near: the sources' images by the near arms.
-        far: the targets' images by the far arms.
-        wavelength: metres.
-    """
-    possible = np.zeros((len(far.last), len(chains), len(near.last)), np.bool_)
-    with ONE_KERNEL:
-        _mark(*_arguments(planes, edges, chains, near, far, wavelength), possible)  # type: ignore[call-arg]
-    return np.stack(np.nonzero(possible))
 
 
 @dataclass(frozen=True)
@@ -102,48 +71,73 @@ class Courses:
     propagation: Complex[np.ndarray, " paths"]
 
 
-def courses_of(
-    planes: Planes,
-    edges: Edges,
-    chains: DiffractedChains,
-    near: Ends,
-    far: Ends,
-    wavelength: float,
-    paths: Int[np.ndarray, "3 paths"],
-    first_target: int,
-) -> Courses:
-    """The ways of paths of one shape.
+@dataclass(frozen=True)
+class Combinations:
+    """Every combination of a target, a chain and a source.
 
-    Args:
+    Attributes:
         planes: the scene's planes.
         edges: the scene's edges.
-        chains: the chains.
+        chains: the chains, all of one shape.
         near: the sources' images by the near arms.
         far: the targets' images by the far arms.
         wavelength: metres.
-        paths: of ``possible_paths``, all of one shape.
-        first_target: index of target 0 of ``paths`` among all targets.
     """
-    interactions, count = int(chains.shapes[:1].sum()), paths.shape[1]
-    diffractions = int(chains.shapes[:1, 1].sum())
-    courses = Courses(
-        sources=_aligned(np.uint32, count),
-        targets=_aligned(np.uint32, count),
-        vertices=_aligned(np.float32, interactions, 3, count),
-        faces=_aligned(np.uint32, interactions, count),
-        edges=_aligned(np.uint32, diffractions, count),
-        angles=_aligned(np.float32, diffractions, 2, count),
-        length=_aligned(np.float32, diffractions, count),
-        sin_beta=_aligned(np.float32, diffractions, count),
-        detours=_aligned(np.float32, diffractions, 2, count),
-        excess=_aligned(np.float32, diffractions, count),
-        propagation=np.empty(count, np.complex128),
-    )
-    courses.sources[:], courses.targets[:], courses.faces[:] = paths[2], paths[0] + first_target, 0
-    with ONE_KERNEL:
-        filled = _Filled(*list(vars(courses).values())[2:])
-        _place(*_arguments(planes, edges, chains, near, far, wavelength), paths, filled)  # type: ignore[call-arg]
-    return courses
+
+    planes: Planes
+    edges: Edges
+    chains: DiffractedChains
+    near: Ends
+    far: Ends
+    wavelength: float
+
+    def possible(self) -> Int[np.ndarray, "3 paths"]:
+        """Those whose vertices are all where they should be: target, chain and source, in lexical order."""
+        possible = np.zeros((len(self.far.last), len(self.chains), len(self.near.last)), np.bool_)
+        with ONE_KERNEL:
+            _mark(*self._arrays, possible)  # type: ignore[call-arg]
+        return np.stack(np.nonzero(possible))
+
+    def courses(self, paths: Int[np.ndarray, "3 paths"], first_target: int) -> Courses:
+        """The ways of some of the possible combinations.
+
+        Args:
+            paths: of ``possible``.
+            first_target: index of target 0 among all targets.
+        """
+        before, diffractions, after = (int(number) for number in self.chains.shapes[0])
+        interactions, count = before + diffractions + after, paths.shape[1]
+        courses = Courses(
+            sources=_aligned(np.uint32, count),
+            targets=_aligned(np.uint32, count),
+            vertices=_aligned(np.float32, interactions, 3, count),
+            faces=_aligned(np.uint32, interactions, count),
+            edges=_aligned(np.uint32, diffractions, count),
+            angles=_aligned(np.float32, diffractions, 2, count),
+            length=_aligned(np.float32, diffractions, count),
+            sin_beta=_aligned(np.float32, diffractions, count),
+            detours=_aligned(np.float32, diffractions, 2, count),
+            excess=_aligned(np.float32, diffractions, count),
+            propagation=np.empty(count, np.complex128),
+        )
+        courses.sources[:], courses.targets[:], courses.faces[:] = paths[2], paths[0] + first_target, 0
+        filled = _Filled(**{name: getattr(courses, name) for name in _Filled._fields})
+        with ONE_KERNEL:
+            _place(*self._arrays, paths, filled)  # type: ignore[call-arg]
+        return courses
+
+    @cached_property
+    def _arrays(self) -> tuple:
+        """What the kernels need."""
+        chains = self.chains
+        twice = chains.link != NO_LINK
+        faces = np.full((len(chains), 2), THROUGH_SPACE)
+        faces[twice] = chains.links.faces[chains.link[twice]]
+        edges = chains.edges
+        lifts = np.stack([lift_of(self.edges.subset(edges[:, end]), faces[:, end]) for end in (0, 1)], axis=1)
+        route = _Route(chains.pairs, edges, twice, faces, lifts)
+        near, far = legs_of(chains.near, self.near), legs_of(chains.far, self.far)
+        return surfaces_of(self.planes), _Wedges(**vars(self.edges)), route, near, far, self.wavelength
 
 
 ALIGNMENT = 64
@@ -192,18 +186,6 @@ class _Route(NamedTuple):
     twice: np.ndarray
     faces: np.ndarray
     lifts: np.ndarray
-
-
-def _arguments(
-    planes: Planes, edges: Edges, chains: DiffractedChains, near: Ends, far: Ends, wavelength: float
-) -> tuple:
-    twice = chains.link != NO_LINK
-    faces = np.full((len(chains), 2), THROUGH_SPACE)
-    faces[twice] = chains.links.faces[chains.link[twice]]
-    lifts = np.stack([lift_of(edges.subset(chains.edges[:, end]), faces[:, end]) for end in (0, 1)], axis=1)
-    route = _Route(chains.pairs, chains.edges, twice, faces, lifts)
-    wedges = _Wedges(**vars(edges))
-    return surfaces_of(planes), wedges, route, legs_of(chains.near, near), legs_of(chains.far, far), wavelength
 
 
 @numba.njit(cache=True, parallel=True)
@@ -256,55 +238,20 @@ def _place_block(surfaces, wedges, route, near, far, wavelength, paths, start, f
         end = (far.last[target, b, 0], far.last[target, b, 1], far.last[target, b, 2])
         phi_begin, phi_end = near.angle[source, a], far.angle[target, b]
         s, t = shortest(first, second, twice, face, begin, end)
-        p, q = on_edge(first, s), on_edge(second, t)
-        phi_behind, phi_before = phi_end, phi_begin
         if twice:
-            phi_behind, phi_before = angle_about(first, q), angle_about(second, p)
-            if face != THROUGH_SPACE:
-                phi_behind, phi_before = face * first[5], route.faces[chain, 1] * second[5]
-        before, apart, sine, by_start, by_end, excess = around_edge(
-            first, begin, q if twice else end, phi_begin, phi_behind
-        )
-        filled.edges[0, path], filled.sin_beta[0, path], filled.excess[0, path] = route.edges[chain, 0], sine, excess
-        filled.angles[0, 0, path], filled.angles[0, 1, path] = phi_begin, phi_behind
-        filled.detours[0, 0, path], filled.detours[0, 1, path] = by_start, by_end
-        if twice:
-            _, behind, other_sine, by_start, by_end, excess = around_edge(second, p, end, phi_before, phi_end)
-            filled.edges[1, path], filled.sin_beta[1, path] = route.edges[chain, 1], other_sine
-            filled.excess[1, path] = excess
-            filled.angles[1, 0, path], filled.angles[1, 1, path] = phi_before, phi_end
-            filled.detours[1, 0, path], filled.detours[1, 1, path] = by_start, by_end
-            whole = before + apart + behind
-            weight = min(max(apart / (APART * wavelength) - 1, 0.0), 1.0)
-            if face != THROUGH_SPACE:
-                weight /= 2  # the field on a face is the incident and the reflected one, which are one wave here
-            # Behind the first edge the wavefront has the radii s₁₂ across it and s′ + s₁₂ along it.
-            twist = sine_between(first, second, p, q)
-            spreading = weight / np.sqrt(before * behind * (apart * whole + before * behind * twist**2))
-            # Near a boundary of the second edge (share 1) the first is as for a wave that goes on to the target, and
-            # the second has its wavefront; near one of the first edge it is the other way round.
-            share = filled.excess[0, path] / (filled.excess[0, path] + excess + 1e-12)
-            # At a shadow boundary the other edge's wave has the ends that it has alone.
-            wavenumber = 2 * np.pi / wavelength
-            here = share * np.exp(-wavenumber * (apart + behind - distance(p, end)))
-            there = (1 - share) * np.exp(-wavenumber * (before + apart - distance(begin, q)))
-            _, _, _, start_alone, end_alone, alone = around_edge(first, begin, end, phi_begin, phi_behind)
-            filled.detours[0, 0, path] += here * (start_alone - filled.detours[0, 0, path])
-            filled.detours[0, 1, path] += here * (end_alone - filled.detours[0, 1, path])
-            filled.excess[0, path] += here * (alone - filled.excess[0, path])
-            _, _, _, start_alone, end_alone, alone = around_edge(second, begin, end, phi_before, phi_end)
-            filled.detours[1, 0, path] += there * (start_alone - by_start)
-            filled.detours[1, 1, path] += there * (end_alone - by_end)
-            filled.excess[1, path] += there * (alone - excess)
-            one = share * before * (apart + behind) / whole + (1 - share) * length_between(behind, apart, before, twist)
-            other = (
-                share * length_between(before, apart, behind, twist) + (1 - share) * (before + apart) * behind / whole
+            faces = face, route.faces[chain, 1]
+            whole, spreading, figures = around_two(
+                first, second, faces, s, t, begin, end, phi_begin, phi_end, wavelength
             )
-            filled.length[0, path], filled.length[1, path] = one * sine**2, other * other_sine**2
         else:
-            whole = before + apart
-            spreading = 1 / np.sqrt(before * apart * whole)
-            filled.length[0, path] = before * apart / whole * sine**2
+            whole, spreading, figures = around_one(first, begin, end, phi_begin, phi_end)
+        for number in range(2 if twice else 1):
+            phi_before, phi_behind, sine, by_start, by_end, excess, length = figures[number]
+            filled.edges[number, path] = route.edges[chain, number]
+            filled.angles[number, 0, path], filled.angles[number, 1, path] = phi_before, phi_behind
+            filled.sin_beta[number, path] = sine
+            filled.detours[number, 0, path], filled.detours[number, 1, path] = by_start, by_end
+            filled.excess[number, path], filled.length[number, path] = excess, length
         phase, amplitude = -2 * np.pi * (whole / wavelength % 1), wavelength / (4 * np.pi) * spreading
         filled.propagation[path] = amplitude * complex(np.cos(phase), np.sin(phase))
         p, q = on_edge_or_end(first, s), on_edge_or_end(second, t)

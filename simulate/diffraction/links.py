@@ -15,7 +15,7 @@ from simulate.diffraction.edges import Edges
 from simulate.ray_scene import RayScene, first_hits
 
 THROUGH_SPACE = -1
-"""In place of a face."""
+"""Stands for the face of a link that runs along none."""
 
 LIFT = 1e-3
 """Metres by which a way along a face is off the face."""
@@ -24,7 +24,10 @@ POINTS = 6
 """Points of an edge at which a link is tried."""
 
 FLAT = 1e-3
-"""Metres within which two edges bound the same face."""
+"""Tolerance: metres for distances, radians for angles, and for the cosine between normals."""
+
+PAIRS_AT_ONCE = 50_000
+"""Pairs of edges examined at once, with ``POINTS``² rays each: bounds the memory."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +50,9 @@ class Links:
         return Links(self.edges[index], self.faces[index])
 
 
+NO_LINKS = Links(np.zeros((0, 2), np.int64), np.zeros((0, 2), np.int64))
+
+
 def links_between(edges: Edges, ray_scene: RayScene) -> Links:
     """The links along which some point of an edge sees some point of another.
 
@@ -54,24 +60,33 @@ def links_between(edges: Edges, ray_scene: RayScene) -> Links:
         edges: the scene's edges.
         ray_scene: the scene.
     """
-    first, second = np.nonzero(~np.eye(len(edges), dtype=bool))
-    space = Links(np.column_stack([first, second]), np.full((len(first), 2), THROUGH_SPACE))
-    candidates = [space]
-    for face in (0, 1):
-        for other in (0, 1):
-            shared = _bound_one_face(edges, first, second, face, other)
-            pairs = np.column_stack([first, second])[shared]
-            candidates.append(Links(pairs, np.broadcast_to([face, other], pairs.shape)))
-    links = Links(
-        np.concatenate([each.edges for each in candidates]), np.concatenate([each.faces for each in candidates])
-    )
-    return links.subset(_sees(edges, links, ray_scene))
+    found = [NO_LINKS]
+    block = max(1, PAIRS_AT_ONCE // max(1, len(edges)))
+    for start in range(0, len(edges), block):
+        begins = np.arange(start, min(start + block, len(edges)))
+        first, second = (index.ravel() for index in np.meshgrid(begins, np.arange(len(edges)), indexing="ij"))
+        other = first != second
+        found += _open_links(edges, first[other], second[other], ray_scene)
+    return Links(np.concatenate([links.edges for links in found]), np.concatenate([links.faces for links in found]))
 
 
 def lift_of(edges: Edges, faces: Int[np.ndarray, " k"]) -> Float[np.ndarray, "k 3"]:
     """How far from each of some edges a way along its face begins, metres; 0 for THROUGH_SPACE."""
-    normal = np.where((faces == 0)[:, None], edges.normals, edges.around(edges.exterior[:, None] - np.pi / 2)[:, 0])
+    normal = np.where((faces == 1)[:, None], _face(edges, 1)[0], edges.normals)
     return np.where((faces == THROUGH_SPACE)[:, None], 0.0, LIFT * normal)
+
+
+def _open_links(
+    edges: Edges, first: Int[np.ndarray, " k"], second: Int[np.ndarray, " k"], ray_scene: RayScene
+) -> list[Links]:
+    """The links from each first edge to the second one that nothing blocks: through space, then along each face."""
+    pairs = np.column_stack([first, second])
+    candidates = [Links(pairs, np.full(pairs.shape, THROUGH_SPACE))]
+    for face in (0, 1):
+        for other in (0, 1):
+            shared = pairs[_bound_one_face(edges, first, second, face, other)]
+            candidates.append(Links(shared, np.broadcast_to([face, other], shared.shape)))
+    return [links.subset(_sees(edges, links, ray_scene)) for links in candidates]
 
 
 def _bound_one_face(
@@ -92,9 +107,9 @@ def _bound_one_face(
 
 def _face(edges: Edges, face: int) -> tuple[Float[np.ndarray, "edges 3"], Float[np.ndarray, "edges 3"]]:
     """Unit normal of a face of every edge, and the direction along it away from the edge."""
-    angle = edges.exterior * face
-    turn = np.pi / 2 if face == 0 else -np.pi / 2
-    return edges.around((angle + turn)[:, None])[:, 0], edges.around(angle[:, None])[:, 0]
+    if face == 0:
+        return edges.normals, edges.tangents
+    return edges.around(edges.exterior[:, None] - np.pi / 2)[:, 0], edges.around(edges.exterior[:, None])[:, 0]
 
 
 def _sees(edges: Edges, links: Links, ray_scene: RayScene) -> Bool[np.ndarray, " links"]:

@@ -1,8 +1,8 @@
 """Find the chains with diffractions that carry power from the gateway into a region.
 
 Rays shot from the elements, and from positions in the region, find the sequences of planes that waves are reflected
-at. Those after which a wave can reach an edge are arms; the pairs of arms at an edge are candidates, which are kept
-where they bring power to one of some trial positions.
+at. Those after which a wave can reach an edge are arms. Two arms at one edge, or at two edges that a link joins, are a
+candidate; it is kept if it brings power to one of some trial positions.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from simulate.chains import largest_shares
 from simulate.diffraction.arms import Arms, reflection_sequences
 from simulate.diffraction.chains import NO_LINK, DiffractedChains, chains_of
 from simulate.diffraction.ends import ends_of, reaches
-from simulate.diffraction.links import links_between
+from simulate.diffraction.links import NO_LINKS, links_between
 from simulate.diffraction.solve import EdgeScene, diffracted_paths
 from simulate.evenly import evenly
 from simulate.placement import free_positions
@@ -32,7 +32,8 @@ TRIALS = 64
 """Positions in the region from which rays are shot, and at which candidates are tried."""
 
 ELEMENTS = 4
-"""Elements at which chains with two diffractions are tried, since there are many."""
+"""Number of the gateway's elements at which candidates with two diffractions are tried; those with one are tried at
+all."""
 
 NEGLIGIBLE = 3e-5
 """A chain is dropped if it brings less than this share of the diffracted power at every trial and every element."""
@@ -60,9 +61,7 @@ def find_diffracted_chains(
         sequences = reflection_sequences(ray_scene, antennas, most, propagation.rays, generator)
         return _possible_arms(edge_scene, sequences, antennas)
 
-    links = links_between(edge_scene.edges, ray_scene)
-    if propagation.max_depth < 2:
-        links = links.subset(np.zeros(0, np.int64))
+    links = links_between(edge_scene.edges, ray_scene) if propagation.max_depth >= 2 else NO_LINKS
     most_twice = max(0, min(MOST_REFLECTIONS_TWICE, propagation.max_depth - 2, most))
     candidates = chains_of(arms(elements.positions), arms(trials.positions), links, (most, most_twice))
     is_double = candidates.link != NO_LINK

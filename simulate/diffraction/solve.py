@@ -11,7 +11,7 @@ from simulate.diffraction.chains import DiffractedChains
 from simulate.diffraction.edges import Edges, diffracting_edges
 from simulate.diffraction.ends import ends_of
 from simulate.diffraction.fields import Surfaces, path_responses
-from simulate.diffraction.geometry import Courses, courses_of, possible_paths
+from simulate.diffraction.geometry import Combinations, Courses
 from simulate.paths import Paths
 from simulate.ray_scene import RayScene
 from simulate.sionna_scene import Antennas
@@ -46,8 +46,8 @@ def diffracted_paths(
 ) -> Iterator[tuple[Int[np.ndarray, " paths"], Paths]]:
     """Solve every chain between every source and target.
 
-    The paths are ordered by the chains' number of reflections before the edge and after it, then by target, chain and
-    source, and those of one target do not depend on the other targets.
+    The paths are ordered by the chains' shapes (numbers of reflections, diffractions, reflections), then by target,
+    chain and source, and those of one target do not depend on the other targets.
 
     Args:
         edge_scene: the scene and its edges.
@@ -97,10 +97,11 @@ def _solved(
         batch = max(1, AT_ONCE // (len(alike) * len(sources)))
         for start in range(0, len(targets), batch):
             far = ends_of(planes, edges, alike.far, targets.positions[start : start + batch])
-            possible = possible_paths(planes, edges, alike, near, far, wavelength)
+            combinations = Combinations(planes, edges, alike, near, far, wavelength)
+            possible = combinations.possible()
             for first in range(0, possible.shape[1], LANES):
                 paths = possible[:, first : first + LANES]
-                courses = courses_of(planes, edges, alike, near, far, wavelength, paths, start)
+                courses = combinations.courses(paths, start)
                 followed = edge_scene.ray_scene.propagation
                 responses = path_responses(
                     edge_scene.surfaces, edges, sources, targets, courses, int(shape[0]), followed
