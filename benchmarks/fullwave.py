@@ -52,7 +52,7 @@ MECHANISMS = {
     "depth 3": Propagation(max_depth=3),
     "depth 5": Propagation(),
     "depth 5, no refraction": Propagation(refraction=False),
-    "depth 3, Sionna's diffraction": Propagation(max_depth=3, sionna_diffraction=True, rays=30_000),
+    "depth 3, Sionna's diffraction": Propagation(max_depth=3, diffraction=True, sionna=True, rays=30_000),
     "depth 2, diffraction": Propagation(max_depth=2, diffraction=True),
     "depth 3, diffraction": Propagation(max_depth=3, diffraction=True),
     "depth 5, diffraction": Propagation(diffraction=True),

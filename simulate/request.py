@@ -112,7 +112,7 @@ class Request:
         return {
             "engine": "rays",
             "propagation": asdict(self.propagation) | {"seed": self.seed},
-            "method": "chains" if self.propagation.chains_suffice else "shooting",
+            "method": "shooting" if self.propagation.sionna else "chains",
         }
 
 
@@ -147,8 +147,8 @@ def propagation_of(metadata: dict[str, Any]) -> tuple[Propagation, int]:
     unknown = settings.keys() - {setting.name for setting in fields(Propagation)}
     if unknown:
         raise InputError(f"metadata.json: expected settings of the propagation that are known, found {sorted(unknown)}")
-    if "sionna_diffraction" not in settings:  # version 0.2 knew no other diffraction
-        settings |= {"diffraction": False, "sionna_diffraction": settings.get("diffraction", False)}
+    if "sionna" not in settings:  # version 0.2 knew no other diffuse reflection and diffraction
+        settings["sionna"] = settings.get("diffuse", False) or settings.get("diffraction", False)
     return Propagation(**settings), seed
 
 

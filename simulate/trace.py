@@ -23,6 +23,7 @@ from simulate.paths import Paths, courses, fields, refine, shoot
 from simulate.propagation import Propagation
 from simulate.ray_scene import RayScene
 from simulate.ray_tracer import PathsBuffer
+from simulate.scattering.scattered import Scattering
 from simulate.sionna_scene import Antennas, gateway_antennas, transmitter_antennas
 
 MEMORY = 2_000_000_000
@@ -59,15 +60,15 @@ class Found(NamedTuple):
 class Tracer:
     """A scene made ready for tracing.
 
-    Where all paths are chains of reflections, refractions and diffractions, the chains are found once, here, and
-    ``responses`` solves them exactly (``method`` is "chains"). Diffuse reflection and Sionna's own diffraction take
-    Sionna's general way, which shoots rays from every element for each batch of transmitters ("shooting").
+    Chains of reflections, refractions and diffractions are found once, here, and ``responses`` solves them exactly
+    (``method`` is "chains"); diffuse reflection is that of fixed patches. Sionna's general way instead shoots rays from
+    every element for each batch of transmitters ("shooting").
 
     Args:
         scene: where to trace.
         propagation: the mechanisms to follow.
         region: lowest and highest corner of the box all transmitters are in, metres; the scene's if None.
-        seed: seed of the rays.
+        seed: seed of the rays and of the patches of rough surfaces.
         report: called with sentences on the progress of finding chains.
         found: chains found before, by a tracer made with the same arguments; searched for if None.
 
@@ -103,9 +104,9 @@ class Tracer:
         self.ray_scene = RayScene.of(scene, propagation)
         self.elements = gateway_antennas(scene)
         self._seed = seed
-        self.method = "chains" if propagation.chains_suffice else "shooting"
+        self.method = "shooting" if propagation.sionna else "chains"
         region = scene.transmitter.region if region is None else region
-        if propagation.chains_suffice:
+        if self.method == "chains":
             if found is not None and found.reflected is not None:
                 self._chains = found.reflected.renamed(self.ray_scene.identifiers)
             else:
@@ -116,12 +117,14 @@ class Tracer:
             if not self._batch_size:
                 raise ParameterError(
                     "rays",
-                    f"expected at most {MEMORY // bytes_per_ray:,} rays at depth {propagation.max_depth}, since with "
-                    "diffuse reflection or Sionna's diffraction every ray may become a path, found "
+                    f"expected at most {MEMORY // bytes_per_ray:,} rays at depth {propagation.max_depth}, since in "
+                    "Sionna's way every ray may become a path, found "
                     f"{propagation.rays:,}",
                 )
         self._diffracted: DiffractedChains | None = None
-        if propagation.diffraction and propagation.max_depth > 0:
+        own = self.method == "chains" and propagation.max_depth > 0
+        self._scattering = Scattering(self.ray_scene, seed) if own and propagation.diffuse else None
+        if own and propagation.diffraction:
             self._edge_scene = EdgeScene(self.ray_scene)
             self._diffracted = found.diffracted if found is not None else None
             if self._diffracted is None:
@@ -152,10 +155,12 @@ class Tracer:
         result = np.zeros((len(positions), len(self.elements)), np.complex128)
         for start, paths in self._found(self.elements, positions):
             paths.add_to(result[start:])
+        if self._scattering is not None:
+            result += self._scattering.responses(self.elements, self._targets(positions))
         return result.astype(np.complex64)
 
     def path_counts(self, positions: Float[np.ndarray, "K 3"]) -> Int[np.ndarray, " K"]:
-        """Number of paths between each position and the element of ``paths``.
+        """Number of paths between each position and the element of ``paths``, without those of diffuse reflection.
 
         Args:
             positions: metres, world frame.
@@ -171,9 +176,12 @@ class Tracer:
         offsets = self.elements.positions - np.asarray(self.ray_scene.description.gateway.position)
         return self.elements.subset(np.argmin(np.linalg.norm(offsets, axis=1).round(6), keepdims=True))
 
+    def _targets(self, positions: Float[np.ndarray, "K 3"]) -> Antennas:
+        return transmitter_antennas(self.ray_scene.description, positions)
+
     def _found(self, elements: Antennas, positions: Float[np.ndarray, "K 3"]) -> Iterator[tuple[int, Paths]]:
         """Batches of paths, and the index of the position that is target 0 of the batch."""
-        targets = transmitter_antennas(self.ray_scene.description, positions)
+        targets = self._targets(positions)
         if self.method == "chains":
             for _, paths in paths_of_chains(self.ray_scene, self._chains, elements, targets):
                 yield 0, paths
@@ -195,7 +203,7 @@ class Tracer:
             The paths, strongest first.
         """
         element = self._middle
-        target = transmitter_antennas(self.ray_scene.description, np.asarray(position)[None])
+        target = self._targets(np.asarray(position)[None])
         if self.method == "chains":
             buffers = [buffer for _, buffer in solve_chains(self.ray_scene, self._chains, element, target)]
         else:
@@ -208,6 +216,8 @@ class Tracer:
         if self._diffracted is not None:
             diffracted = diffracted_courses(self._edge_scene, self._diffracted, element, target)
             found += [TracedPath(*path) for path in diffracted]
+        if self._scattering is not None:
+            found += [TracedPath(*path) for path in self._scattering.paths(element, target)]
         return sorted(found, key=lambda path: -abs(path.response))
 
     def _shot(self, sources: Antennas, targets: Antennas) -> PathsBuffer:

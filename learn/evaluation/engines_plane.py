@@ -73,9 +73,7 @@ def compare_on_plane(folder: Path | str, propagation: Propagation, seed: int = 1
 
     from simulate.trace import Tracer
 
-    geometric = replace(
-        propagation, max_depth=min(1, propagation.max_depth), diffraction=False, sionna_diffraction=False
-    )
+    geometric = replace(propagation, max_depth=min(1, propagation.max_depth), diffuse=False, diffraction=False)
     followed = {
         depth: replace(propagation, max_depth=depth)
         for depth in sorted({0, min(1, propagation.max_depth), propagation.max_depth})

@@ -10,11 +10,12 @@ from jaxtyping import Float, Int
 from simulate.diffraction.chains import DiffractedChains
 from simulate.diffraction.edges import Edges, diffracting_edges
 from simulate.diffraction.ends import ends_of
-from simulate.diffraction.fields import Surfaces, path_responses
+from simulate.diffraction.fields import path_responses
 from simulate.diffraction.geometry import Combinations, Courses
 from simulate.paths import Paths
 from simulate.ray_scene import RayScene
 from simulate.sionna_scene import Antennas
+from simulate.surfaces import Surfaces
 
 LANES = 400_000
 """Paths solved at once: bounds the memory."""

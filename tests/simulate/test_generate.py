@@ -262,10 +262,12 @@ def test_folder_made_again_from_its_own_metadata_holds_the_same_bytes(finished, 
     assert contents(tmp_path / "again") == contents(finished)
 
 
-def test_diffraction_of_older_datasets_is_sionnas():
-    older, _ = propagation_of({"propagation": {"max_depth": 3, "diffraction": True, "rays": 20_000, "seed": 1}})
-    assert older.sionna_diffraction and not older.diffraction
-    request = Propagation(max_depth=3, diffraction=True)
+@pytest.mark.parametrize("mechanism", ["diffraction", "diffuse"])
+def test_diffraction_and_scattering_of_older_datasets_are_sionnas(mechanism):
+    older, _ = propagation_of({"propagation": {"max_depth": 3, mechanism: True, "rays": 20_000, "seed": 1}})
+    assert older.sionna and getattr(older, mechanism)
+    assert not propagation_of({"propagation": {"max_depth": 3, "rays": 20_000, "seed": 1}})[0].sionna
+    request = Propagation(max_depth=3, **{mechanism: True})
     assert propagation_of({"propagation": vars(request)})[0] == request
 
 

@@ -81,12 +81,12 @@ def test_responses_do_not_depend_on_the_order_of_positions(room_tracer, room_pos
     assert (room_tracer.responses(room_positions[order]) == room_responses[order]).all()
 
 
-@pytest.mark.parametrize("mechanism", ["diffuse", "sionna_diffraction"])
+@pytest.mark.parametrize("mechanism", ["diffuse", "diffraction"])
 def test_shooting_agrees_with_chains_where_nothing_scatters(
     mechanism, room, room_positions, room_responses, two_bounces
 ):
     """Smooth materials and sheets without wedges: the other mechanisms add nothing."""
-    propagation = replace(two_bounces, rays=50_000, **{mechanism: True})
+    propagation = replace(two_bounces, rays=50_000, sionna=True, **{mechanism: True})
     tracer = Tracer(room, propagation)
     assert tracer.method == "shooting"
     found = tracer.responses(room_positions[:3])
@@ -95,7 +95,7 @@ def test_shooting_agrees_with_chains_where_nothing_scatters(
 
 def test_too_many_rays_to_shoot_are_refused_with_the_most_that_fit(room):
     with pytest.raises(InputError, match=r"^rays: expected at most 100,000 rays at depth 5, .* found 1,000,000$"):
-        Tracer(room, Propagation(diffuse=True, rays=1_000_000))
+        Tracer(room, Propagation(diffuse=True, sionna=True, rays=1_000_000))
 
 
 def test_path_that_only_outer_elements_have_is_found(room, public_solver, two_bounces):

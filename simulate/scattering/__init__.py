@@ -1,0 +1,1 @@
+"""Diffuse reflection: rough surfaces as patches that each scatter a wave into all directions."""

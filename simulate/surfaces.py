@@ -1,0 +1,59 @@
+"""What the surfaces of a scene are made of, on the ray tracer's device."""
+
+from __future__ import annotations
+
+import numpy as np
+from sionna.rt.utils import itu_coefficients_single_layer_slab
+
+from simulate.permittivity import conducting_objects, relative_permittivity
+from simulate.ray_scene import RayScene
+from simulate.ray_tracer import dr, mi
+
+
+class Surfaces:
+    """What the triangles of a scene are made of, on the ray tracer's device.
+
+    Args:
+        ray_scene: the scene.
+    """
+
+    def __init__(self, ray_scene: RayScene):
+        scene = ray_scene.description
+        materials = [scene.materials[item.material] for item in scene.objects]
+        permittivity = np.array([relative_permittivity(material, scene.frequency) for material in materials])
+        self.wavelength = scene.wavelength
+        self.scene = ray_scene.sionna.mi_scene
+        self._permittivity = mi.Float(permittivity.real), mi.Float(permittivity.imag)
+        self._thickness = mi.Float([scene.thickness(item) for item in scene.objects])
+        self._scattering = mi.Float([material.scattering_coefficient for material in materials])
+        self._conducts = mi.Bool(conducting_objects(scene))
+        normals = np.concatenate([item.mesh.face_normals for item in scene.objects])
+        self._normals = [mi.Float(axis) for axis in normals.T]
+        self._object = mi.UInt(ray_scene.object_of_face)
+        self._first_face = mi.UInt(ray_scene.planes.first_face)
+
+    def face(self, hit: mi.PreliminaryIntersection3f, active: mi.Bool) -> mi.UInt:
+        """Number of the triangle that a ray has hit."""
+        shape = dr.reinterpret_array(mi.UInt, hit.shape)
+        return dr.gather(mi.UInt, self._first_face, shape, active) + hit.prim_index
+
+    def normal(self, face: mi.UInt, active: mi.Bool | bool = True) -> mi.Vector3f:
+        """Unit normal of a triangle."""
+        return mi.Vector3f(*(dr.gather(mi.Float, axis, face, active) for axis in self._normals))
+
+    def conducts(self, face: mi.UInt, active: mi.Bool | bool = True) -> mi.Bool:
+        """Whether a triangle is of a conductor."""
+        return dr.gather(mi.Bool, self._conducts, dr.gather(mi.UInt, self._object, face, active), active)
+
+    def scattering(self, face: mi.UInt) -> mi.Float:
+        """S of a triangle's material: the fraction of the reflected amplitude that is scattered diffusely."""
+        return dr.gather(mi.Float, self._scattering, dr.gather(mi.UInt, self._object, face))
+
+    def coefficients(
+        self, face: mi.UInt, cosine: mi.Float, active: mi.Bool | bool = True
+    ) -> tuple[mi.Complex2f, mi.Complex2f, mi.Complex2f, mi.Complex2f]:
+        """Reflection TE and TM, transmission TE and TM of a smooth slab, at the cosine of an angle of incidence."""
+        item = dr.gather(mi.UInt, self._object, face, active)
+        permittivity = mi.Complex2f(*(dr.gather(mi.Float, part, item, active) for part in self._permittivity))
+        thickness = dr.gather(mi.Float, self._thickness, item, active)
+        return itu_coefficients_single_layer_slab(cosine, permittivity, thickness, self.wavelength)
