@@ -102,7 +102,7 @@ def passed(
         passes -= dr.select(active, 1, 0)
         if active:
             normal = surfaces.normal(face)
-            _, _, te, tm = surfaces.coefficients(face, dr.abs(dr.dot(direction, normal)))
+            _, _, te, tm = surfaces.coefficients(face, direction)
             real, imaginary = slab((real, imaginary), direction, direction, normal, te, tm)
             travelled += hit.t + NEAR
         active &= travelled < length - NEAR

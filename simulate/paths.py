@@ -17,8 +17,11 @@ from jaxtyping import Bool, Complex, Float, Int, UInt32
 from simulate.ray_scene import RayScene
 from simulate.ray_tracer import FieldCalculator, ImageMethod, PathsBuffer, SBDeterministicCandidateGenerator, dr, mi, rt
 from simulate.sionna_scene import Antennas
+from simulate.slab_phase import shortened
+from simulate.threads import ONE_KERNEL
 
 SPECULAR = int(rt.InteractionType.SPECULAR)
+REFRACTION = int(rt.InteractionType.REFRACTION)
 NONE = int(rt.InteractionType.NONE)
 
 
@@ -221,4 +224,21 @@ def fields(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets:
     # fτ is some tens of carrier periods over a room, so single precision would lose digits of the phase.
     periods = float(ray_scene.sionna.frequency[0]) * buffer.tau.numpy().astype(np.float64)
     response = amplitude * np.exp(-2j * np.pi * periods)
+    if not ray_scene.propagation.sionna:
+        response *= np.exp(2j * np.pi / ray_scene.description.wavelength * _shortened(ray_scene, buffer, sources))
     return Paths(buffer.target_indices.numpy(), buffer.source_indices.numpy(), response)
+
+
+def _shortened(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas) -> Float[np.ndarray, " paths"]:
+    """By how much the slabs on each path of the buffer shorten it, metres."""
+    hit = interactions_of(buffer)
+    reflected, passed = hit.types == SPECULAR, hit.types == REFRACTION
+    faces = np.zeros(hit.types.shape, np.int64)
+    happened = reflected | passed
+    faces[happened] = ray_scene.planes.first_face[hit.shapes[happened]] + hit.triangles[happened]
+    vertices = np.stack([axis.numpy() for axis in (buffer.vertices_x, buffer.vertices_y, buffer.vertices_z)], axis=-1)
+    starts = sources.positions[buffer.source_indices.numpy()]
+    with ONE_KERNEL:
+        return shortened(
+            reflected, passed, faces, vertices.astype(float), starts, ray_scene.normals, ray_scene.slab_fronts
+        )

@@ -13,6 +13,7 @@ from simulate.planes import Planes
 from simulate.propagation import Propagation
 from simulate.ray_tracer import dr, mi, rt
 from simulate.sionna_scene import build_scene, sionna_names
+from simulate.slabs import slab_fronts
 
 
 @dataclass(frozen=True)
@@ -53,6 +54,16 @@ class RayScene:
         return np.repeat(
             np.arange(len(self.description.objects)), [len(item.mesh.faces) for item in self.description.objects]
         )
+
+    @cached_property
+    def normals(self) -> Float[np.ndarray, "faces 3"]:
+        """Unit normal of each triangle, as the object's mesh has it."""
+        return np.concatenate([item.mesh.face_normals for item in self.description.objects])
+
+    @cached_property
+    def slab_fronts(self) -> Float[np.ndarray, "faces 2"]:
+        """How far each triangle's slab reaches to either side (``simulate.slabs``), metres."""
+        return slab_fronts(self.description)
 
     @cached_property
     def planes(self) -> Planes:

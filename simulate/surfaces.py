@@ -27,8 +27,8 @@ class Surfaces:
         self._thickness = mi.Float([scene.thickness(item) for item in scene.objects])
         self._scattering = mi.Float([material.scattering_coefficient for material in materials])
         self._conducts = mi.Bool(conducting_objects(scene))
-        normals = np.concatenate([item.mesh.face_normals for item in scene.objects])
-        self._normals = [mi.Float(axis) for axis in normals.T]
+        self._normals = [mi.Float(axis) for axis in ray_scene.normals.T]
+        self._fronts = [mi.Float(side) for side in ray_scene.slab_fronts.T]
         self._object = mi.UInt(ray_scene.object_of_face)
         self._first_face = mi.UInt(ray_scene.planes.first_face)
 
@@ -50,10 +50,23 @@ class Surfaces:
         return dr.gather(mi.Float, self._scattering, dr.gather(mi.UInt, self._object, face))
 
     def coefficients(
-        self, face: mi.UInt, cosine: mi.Float, active: mi.Bool | bool = True
+        self, face: mi.UInt, way: mi.Vector3f, active: mi.Bool | bool = True
     ) -> tuple[mi.Complex2f, mi.Complex2f, mi.Complex2f, mi.Complex2f]:
-        """Reflection TE and TM, transmission TE and TM of a smooth slab, at the cosine of an angle of incidence."""
+        """Reflection TE and TM, transmission TE and TM of a smooth slab, with the phase of the way it shortens.
+
+        Args:
+            face: number of the triangle.
+            way: direction of the wave that comes to it.
+            active: for which lanes.
+        """
         item = dr.gather(mi.UInt, self._object, face, active)
         permittivity = mi.Complex2f(*(dr.gather(mi.Float, part, item, active) for part in self._permittivity))
         thickness = dr.gather(mi.Float, self._thickness, item, active)
-        return itu_coefficients_single_layer_slab(cosine, permittivity, thickness, self.wavelength)
+        along = dr.dot(way, self.normal(face, active))
+        cosine = dr.abs(along)
+        r_te, r_tm, t_te, t_tm = itu_coefficients_single_layer_slab(cosine, permittivity, thickness, self.wavelength)
+        fronts = [dr.gather(mi.Float, side, face, active) for side in self._fronts]
+        turn = 2 * dr.pi / self.wavelength * cosine
+        reflected = dr.exp(mi.Complex2f(0, 2 * turn * dr.select(along < 0, *fronts)))
+        passed = dr.exp(mi.Complex2f(0, turn * (fronts[0] + fronts[1])))
+        return reflected * r_te, reflected * r_tm, passed * t_te, passed * t_tm

@@ -102,7 +102,7 @@ def path_responses(
         elif number < interactions:
             face = mi.UInt(courses.faces[number])
             normal = surfaces.normal(face)
-            te, tm, _, _ = surfaces.coefficients(face, dr.abs(dr.dot(way, normal)))
+            te, tm, _, _ = surfaces.coefficients(face, way)
             smooth = dr.sqrt(1 - surfaces.scattering(face) ** 2)  # the rest is scattered
             field = slab(field, way, ways[number + 1], normal, smooth * te, smooth * tm)
     received = pattern(targets, -ways[-1])

@@ -15,10 +15,10 @@ from scenes.errors import ParameterError
 from scenes.shapes import bounding_box
 from simulate.fullwave.gprmax import ABSORBER, RISE
 from simulate.fullwave.lattice import SOURCE_REACH
-from simulate.fullwave.slabs import Slabs, conducting_triangles, dielectric_slabs, in_outer_wall
 from simulate.fullwave.stored_field import MARGIN
 from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency
 from simulate.permittivity import refractive_index
+from simulate.slabs import Slabs, conducting_triangles, dielectric_slabs, in_outer_wall
 
 CELLS_PER_WAVELENGTH, CELLS_PER_WAVELENGTH_IN_AIR = 7, 16
 """Least number of cells per wavelength in a material, and in air."""

@@ -71,7 +71,7 @@ class PatchScene:
         """
         field, way, normal, cosine, passes = self._at_patches(sources, pattern)
         face = self._lanes(sources, mi.UInt(self.patches.faces.astype(np.uint32)))
-        te, tm, _, _ = self._surfaces.coefficients(face, dr.abs(cosine))
+        te, tm, _, _ = self._surfaces.coefficients(face, way)
         axis = across(way, normal)
         in_te, in_tm = _power(component(field, axis)), _power(component(field, dr.cross(axis, way)))
         reflected = (_power(te) * in_te + _power(tm) * in_tm) / dr.maximum(in_te + in_tm, 1e-30)

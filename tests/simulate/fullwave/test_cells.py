@@ -10,8 +10,8 @@ from scenes.materials import RadioMaterial
 from scenes.scene_yaml import load_scene
 from scenes.shapes import box, sheet
 from simulate.fullwave.cells import AIR, CONDUCTOR, edge_materials
-from simulate.fullwave.slabs import conducting_triangles, dielectric_slabs
 from simulate.fullwave.yee_grid import YeeGrid, dispersion_residual, numerical_permittivity
+from simulate.slabs import conducting_triangles, dielectric_slabs
 
 STONE = RadioMaterial("stone", 5.0, 0.05, 0.1)
 METAL = RadioMaterial("metal", 1.0, 1e7, 0.002)

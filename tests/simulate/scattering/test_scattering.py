@@ -75,7 +75,7 @@ def test_field_is_a_function_of_the_position(monkeypatch):
     """The same whatever the batch, of one seed, and smooth; another seed draws another one."""
     tracer = Tracer(yard(), DIFFUSE)
     found = tracer.responses(POSITIONS)
-    near = tracer.responses(POSITIONS + [0, 0, 1e-3])
+    near = tracer.responses(POSITIONS + np.array([0, 0, 1e-3]))
     assert 0 < np.abs(near / found - 1).max() < 0.2
     assert np.abs(Tracer(yard(), DIFFUSE, seed=2).responses(POSITIONS) / found - 1).min() > 0.2
     monkeypatch.setattr(scattered, "LANES", 1)

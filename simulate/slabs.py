@@ -1,7 +1,6 @@
 """What a scene's surfaces are made of in space: slabs of dielectric beside or around them, and conducting sheets.
 
-The ray tracer's surfaces have no thickness: a ray is reflected at the surface as by a slab whose front is there. The
-slab that takes its place here lies
+A scene's surfaces have no thickness. The slab that a surface stands for lies
 
 - behind an outer wall: everything else, antennas included, is on one side of the wall, and the slab on the other;
 - inside a closed body, under its surface, unless the gateway and the region are within it (a room drawn as a box);
@@ -16,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float
+from scipy.spatial import cKDTree
 from trimesh import Trimesh
 
 from scenes.description import Scene, SceneObject
@@ -93,6 +93,28 @@ def _of_sheet(scene: Scene, triangles: Float[np.ndarray, "n 3 3"], thickness: fl
     normals = np.where(outer[:, None], away[:, None] * normals, normals)
     start = np.where(outer, 0.0, -thickness / 2)
     return triangles, normals, start, start + thickness, outer
+
+
+def slab_fronts(scene: Scene) -> Float[np.ndarray, "faces 2"]:
+    """How far each triangle's slab reaches to the side that the mesh's normal points to, and to the other side.
+
+    Args:
+        scene: the scene.
+
+    Returns:
+        Metres, for the triangles counted through the scene's objects; 0 for conductors.
+    """
+    found = []
+    for item in scene.objects:
+        fronts = np.zeros((len(item.mesh.faces), 2))
+        if not is_conductor(_material(scene, item), scene.frequency):
+            slabs = _slabs_of(scene, item)
+            _, which = cKDTree(slabs.triangles.mean(axis=1)).query(item.mesh.triangles_center)
+            along = (slabs.normals[which] * item.mesh.face_normals).sum(axis=1) > 0
+            reach = np.column_stack([slabs.stop[which], -slabs.start[which]])
+            fronts = np.where(along[:, None], reach, reach[:, ::-1])
+        found.append(fronts)
+    return np.concatenate(found)
 
 
 def in_outer_wall(scene: Scene, triangles: Float[np.ndarray, "n 3 3"]) -> Bool[np.ndarray, " n"]:

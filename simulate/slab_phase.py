@@ -1,0 +1,52 @@
+"""By how much the slabs on a path shorten it.
+
+The coefficients of a slab (ITU-R P.2040) are the ratio of the fields at its two faces, or at its front. A path's length
+is counted to the surface, which has no thickness. A wave that passes through a slab of thickness t at the angle of
+incidence θ has gone t cos θ of its way inside, which the transmission coefficient counts, too; one that is reflected at
+a slab whose front is f before the surface turns back earlier and has a way that is 2 f cos θ shorter.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+from jaxtyping import Float, Int
+
+
+@numba.njit(cache=True, parallel=True)
+def shortened(
+    reflected: Int[np.ndarray, "paths depth"],
+    passed: Int[np.ndarray, "paths depth"],
+    faces: Int[np.ndarray, "paths depth"],
+    vertices: Float[np.ndarray, "paths depth 3"],
+    starts: Float[np.ndarray, "paths 3"],
+    normals: Float[np.ndarray, "faces 3"],
+    fronts: Float[np.ndarray, "faces 2"],
+) -> Float[np.ndarray, " paths"]:
+    """Metres by which each path is shorter than its vertices say.
+
+    Args:
+        reflected: whether each interaction is a reflection.
+        passed: whether each is a transmission.
+        faces: number of the triangle of each, counted through the scene's objects.
+        vertices: of the interactions, metres.
+        starts: where the paths begin, metres.
+        normals: of the triangles.
+        fronts: of the triangles (``slab_fronts``), metres.
+    """
+    result = np.zeros(len(starts))
+    for path in numba.prange(len(starts)):
+        x, y, z = starts[path]
+        for number in range(reflected.shape[1]):
+            if not (reflected[path, number] or passed[path, number]):
+                continue
+            face = faces[path, number]
+            dx, dy, dz = vertices[path, number, 0] - x, vertices[path, number, 1] - y, vertices[path, number, 2] - z
+            x, y, z = vertices[path, number]
+            length = np.sqrt(dx * dx + dy * dy + dz * dz)
+            cosine = (dx * normals[face, 0] + dy * normals[face, 1] + dz * normals[face, 2]) / max(length, 1e-9)
+            if reflected[path, number]:
+                result[path] += 2 * fronts[face, 0 if cosine < 0 else 1] * abs(cosine)
+            else:
+                result[path] += (fronts[face, 0] + fronts[face, 1]) * abs(cosine)
+    return result
