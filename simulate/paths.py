@@ -224,7 +224,7 @@ def fields(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets:
     # fτ is some tens of carrier periods over a room, so single precision would lose digits of the phase.
     periods = float(ray_scene.sionna.frequency[0]) * buffer.tau.numpy().astype(np.float64)
     response = amplitude * np.exp(-2j * np.pi * periods)
-    if not ray_scene.propagation.sionna:
+    if ray_scene.propagation.counts_slabs_once:
         response *= np.exp(2j * np.pi / ray_scene.description.wavelength * _shortened(ray_scene, buffer, sources))
     return Paths(buffer.target_indices.numpy(), buffer.source_indices.numpy(), response)
 

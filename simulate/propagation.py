@@ -19,6 +19,8 @@ class Propagation:
         diffuse: follow diffuse reflection off materials that have a scattering coefficient.
         patches: patches that the surfaces which reflect diffusely are divided into, together.
         diffraction: follow diffraction at the edges of conductors, once or twice on a path.
+        slab_phase: count the way through a slab once. Otherwise it counts twice, as in Sionna RT and in version 0.1
+            (simulate/slab_phase.py).
         sionna: follow all of these as Sionna RT's own path solver does, its diffuse reflection and its diffraction
             included: much slower, and its diffraction is farther from full wave (docs/sionna-diffraction.md).
         rays: rays launched from each source; about 20000 suffice for Sionna's diffuse reflection and diffraction,
@@ -36,6 +38,7 @@ class Propagation:
     diffuse: bool = False
     patches: int = 2000
     diffraction: bool = False
+    slab_phase: bool = True
     sionna: bool = False
     rays: int = 1_000_000
 
@@ -54,3 +57,8 @@ class Propagation:
     def sionna_diffraction(self) -> bool:
         """Whether Sionna's diffraction is followed."""
         return self.sionna and self.diffraction
+
+    @property
+    def counts_slabs_once(self) -> bool:
+        """Whether the phases of slabs are ours."""
+        return self.slab_phase and not self.sionna

@@ -147,8 +147,11 @@ def propagation_of(metadata: dict[str, Any]) -> tuple[Propagation, int]:
     unknown = settings.keys() - {setting.name for setting in fields(Propagation)}
     if unknown:
         raise InputError(f"metadata.json: expected settings of the propagation that are known, found {sorted(unknown)}")
-    if "sionna" not in settings:  # version 0.2 knew no other diffuse reflection and diffraction
-        settings["sionna"] = settings.get("diffuse", False) or settings.get("diffraction", False)
+    if settings and "slab_phase" not in settings:  # version 0.1
+        settings |= {
+            "slab_phase": False,
+            "sionna": settings.get("diffuse", False) or settings.get("diffraction", False),
+        }
     return Propagation(**settings), seed
 
 

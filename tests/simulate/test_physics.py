@@ -217,7 +217,10 @@ def test_two_rays_over_a_floor(polarization, material, make_scene, floor):
 def test_a_wall_in_between_lowers_line_of_sight_by_the_slabs_transmission(
     polarization, incidence, material, make_scene
 ):
-    """|y| = |T| λ/(4πr), T of the wall's slab at that incidence; in a horizontal plane V is TE, H is TM."""
+    """y = T e^{jkd cosθ} λ/(4πr) e^{-jkr}: T holds the way d cosθ through the slab, which r counts, too.
+
+    T is that of the wall's slab at that incidence; in a horizontal plane V is TE, H is TM.
+    """
     scene = make_scene(("wall", sheet((-1, -20, -20), (0, 40, 0), (0, 0, 40)), material))
     scene = replace(
         scene,
@@ -227,8 +230,29 @@ def test_a_wall_in_between_lowers_line_of_sight_by_the_slabs_transmission(
     angle = np.radians(incidence)
     position = np.array([[0, 0, 1.5]]) + 3 * np.array([[-np.cos(angle), np.sin(angle), 0]])
     found = Tracer(scene, ONE_BOUNCE).responses(position)[0, 0]
-    through = slab(np.cos(angle), scene.materials[material], "TE" if polarization == "V" else "TM")[1]
-    assert decibels(found, through * free_space(3.0)) < 0.01
+    wall = scene.materials[material]
+    through = slab(np.cos(angle), wall, "TE" if polarization == "V" else "TM")[1]
+    expected = (1 if polarization == "V" else -1) * through * free_space(3.0)
+    assert decibels(found, expected) < 0.01
+    assert degrees(found, expected * np.exp(1j * K * wall.thickness * np.cos(angle))) < 0.1
+
+    as_sionna = Tracer(scene, replace(ONE_BOUNCE, slab_phase=False)).responses(position)[0, 0]
+    assert degrees(as_sionna, expected) < 0.1
+
+
+def test_a_board_reflects_at_its_front_half_its_thickness_before_the_sheet(make_scene):
+    """A far sheet lies on the other side of the board, so that it is no outer wall."""
+    board = ("board", sheet((-5, -20, -20), (0, 40, 0), (0, 0, 40)), "lossless")
+    scene = make_scene(board, ("far", sheet((-9, 0, 5000), (1, 0, 0), (0, 1, 0)), "brick"))
+    scene = replace(scene, gateway=replace(scene.gateway, rows=1, columns=1))
+    tracer = Tracer(scene, replace(ONE_BOUNCE, los=False))
+    position = np.array([[-1.0, 2.0, 1.5]])
+    r, cosine = np.hypot(9.0, 2.0), 9 / np.hypot(9.0, 2.0)
+    material = scene.materials["lossless"]
+    front = np.exp(1j * K * material.thickness * cosine)  # 2 · t/2
+    expected = slab(cosine, material, "TE")[0] * free_space(r) * front
+    found = tracer.responses(position)[0, 0]
+    assert decibels(found, expected) < 0.01 and degrees(found, expected) < 0.1
 
 
 @pytest.mark.parametrize("place", [0, 3])
