@@ -5,9 +5,10 @@ python benchmarks/fullwave.py --json
 Measured: minutes of ``bisplat simulate closet --engine fullwave`` from its start to the last file on disk, its peak
 memory (GB), and the seconds of 10,000 further spectra from the stored field. Correlation of element responses (median
 over the positions of |⟨a, b⟩| over the product of the norms; ``together``: of all positions' responses as one vector)
-and median SSIM: of the rays with full wave, for several mechanisms; of full wave with cells a quarter larger and a
-quarter smaller with that of the cells between, for the four elements in the middle of the array; of the rays with full
-wave in the closet without furniture, for the same four elements, by depth.
+and median SSIM: of the rays as ``bisplat simulate`` traces them with full wave; of full wave with cells a quarter
+larger and a quarter smaller with that of the cells between, for the four elements in the middle of the array; of the
+rays with full wave in the closet without furniture, for the same four elements, by depth. benchmarks/mechanisms.py
+compares the rays' mechanisms, in more rooms.
 
 Runs that have ended are kept in --folder, so that an interrupted benchmark continues. In all it takes about two and a
 half hours on two cores; no other program should run during the first part, whose minutes are counted.
@@ -27,13 +28,13 @@ from typing import Annotated, Any
 
 import numpy as np
 import tyro
+from report.nook import nook
 from report.printing import print_figures
 
 from learn.evaluation.crossvalidate import correlation
 from learn.evaluation.engines import compare_engines
 from scenes.closet import closet
-from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
-from scenes.shapes import sheet
+from scenes.description import Scene
 from simulate.dataset import Dataset
 from simulate.fullwave.dataset_field import FIELD
 from simulate.fullwave.plan import default_cell
@@ -46,28 +47,7 @@ FURNITURE = ("cabinet", "panel", "table", "shelf")
 WORKERS = 2
 """Runs of the solver at a time."""
 
-MECHANISMS = {
-    "line of sight": Propagation(max_depth=0),
-    "depth 1": Propagation(max_depth=1),
-    "depth 3": Propagation(max_depth=3),
-    "depth 5": Propagation(),
-    "depth 5, no refraction": Propagation(refraction=False),
-    "depth 3, Sionna's diffraction": Propagation(max_depth=3, diffraction=True, sionna=True, rays=30_000),
-    "depth 2, diffraction": Propagation(max_depth=2, diffraction=True),
-    "depth 3, diffraction": Propagation(max_depth=3, diffraction=True),
-    "depth 5, diffraction": Propagation(diffraction=True),
-}
 DEPTHS = {f"depth {depth}": Propagation(max_depth=depth) for depth in (0, 1, 2, 3, 5)}
-
-
-def nook() -> Scene:
-    """A floor and one object beside it, small enough for a run of seconds."""
-    place = closet()
-    floor = SceneObject("floor", sheet((0, 0, 0), (0.8, 0, 0), (0, 0.5, 0)), "concrete")
-    panel = SceneObject("panel", sheet((0.0, 0.4, 0.0), (0.3, 0, 0), (0, 0, 0.3)), "metal")
-    gateway = Gateway((0.7, 0.25, 0.25), facing((-1, 0, 0)), rows=1, columns=1, pattern="dipole")
-    region = Transmitter((0.2, 0.2, 0.2), (0.3, 0.3, 0.3), pattern="dipole")
-    return replace(place, name="nook", gateway=gateway, transmitter=region, objects=(floor, panel))
 
 
 class Clock:
@@ -130,10 +110,11 @@ def main(
         smallest: a run of seconds in a smaller place that shows that the benchmark works; its figures mean nothing.
         json_output: print one JSON object.
     """
-    scene, further, mechanisms, depths = closet(), 10_000, MECHANISMS, DEPTHS
+    scene, further, depths, rays = closet(), 10_000, DEPTHS, Propagation()
     if smallest:
         scene, positions, further = nook(), 5, 20
-        mechanisms = depths = {"depth 5": Propagation(max_depth=1, rays=10_000)}
+        rays = Propagation(max_depth=1, rays=10_000)
+        depths = {"depth 1": rays}
         folder = Path(tempfile.mkdtemp())
     folder.mkdir(parents=True, exist_ok=True)
     cell = default_cell(scene) * (1.2 if smallest else 1)
@@ -161,20 +142,19 @@ def main(
     middle = truth.responses if smallest else truth.responses[:, MIDDLE]
     converged, coarse = agreement(finer.responses, middle), agreement(coarser.responses, middle)
 
-    rays = {name: compare_engines(truth.folder, each, positions).metrics() for name, each in mechanisms.items()}
+    found = compare_engines(truth.folder, rays, positions).metrics()
     without = {name: compare_engines(empty.folder, each, positions).metrics() for name, each in depths.items()}
     keys = ("correlation_rays", "correlation_rays_together", "ssim_rays", "level_bias_db")
     result: dict[str, Any] = {
         "minutes": round(clock.seconds / 60, 1),
         "peak_memory_gb": round(clock.memory, 2),
         f"seconds_of_{further}_further_spectra": round(seconds_further, 1),
-        "correlation_rays": round(rays["depth 5"]["correlation_rays"], 4),
-        "ssim_rays": round(rays["depth 5"]["ssim_rays"], 4),
+        "correlation_rays": round(found["correlation_rays"], 4),
+        "ssim_rays": round(found["ssim_rays"], 4),
         "correlation_converged": converged["median"],
         "correlation_converged_together": converged["together"],
         "correlation_of_coarser_cells": coarse["median"],
         "cell_mm": round(1e3 * cell, 2),
-        "rays": {name: {key: round(value[key], 3) for key in keys} for name, value in rays.items()},
         "rays without furniture": {
             name: {key: round(value[key], 4) for key in keys} for name, value in without.items()
         },

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Complex, Float, Int
 
 from learn.evaluation.crossvalidate import correlation
 from learn.metrics import Scores, score
@@ -81,7 +81,19 @@ def compare_engines(folder: Path | str, propagation: Propagation, positions: int
 
     chosen = evenly(np.arange(len(dataset.names)), positions)
     tracer = Tracer(scene, propagation, None, seed)
-    rays = tracer.responses(dataset.positions[chosen])
+    return compare_responses(dataset, chosen, tracer.responses(dataset.positions[chosen]))
+
+
+def compare_responses(
+    dataset: Dataset, chosen: Int[np.ndarray, " K"], rays: Complex[np.ndarray, "K elements"]
+) -> EngineComparison:
+    """Compare responses by rays with those of a full-wave dataset.
+
+    Args:
+        dataset: simulated with the engine fullwave.
+        chosen: indices of its positions.
+        rays: the responses there.
+    """
     assert dataset.responses is not None
     full_wave = dataset.responses[chosen]
     traced = spectrum_of(picture(dataset.beamformer.spectrum(rays)))

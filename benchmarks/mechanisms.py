@@ -1,0 +1,135 @@
+"""How near each mechanism of the ray tracer comes to full wave, and what it costs, in several rooms.
+
+python benchmarks/mechanisms.py --figures docs --json
+
+The rooms are simulated in full wave first (cells of 2 cm; together 22 core hours on this machine's cores; runs that
+have ended are kept in --folder, so that an interrupted benchmark continues). Then the same positions are traced between
+the same dipoles. Measured, by room and mechanism: correlation of element responses (median over the positions;
+``together``: of all positions' responses as one vector), median SSIM of the spectra, level (dB, median of rays over
+full wave), milliseconds per spectrum, and seconds in which the chains are found.
+"""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+import time
+from contextlib import nullcontext
+from pathlib import Path
+from typing import Annotated, Any
+from unittest.mock import patch
+
+import numpy as np
+import tyro
+from report.nook import nook
+from report.printing import print_figures
+
+from learn.evaluation.engines import EngineComparison, compare_responses, scene_for_rays
+from learn.reports.figures import draw_examples
+from scenes.bedroom import bedroom
+from scenes.closet import closet
+from scenes.workshop import workshop
+from simulate.dataset import Dataset
+from simulate.diffraction.links import NO_LINKS
+from simulate.evenly import evenly
+from simulate.propagation import Propagation
+from simulate.simulation import simulate
+from simulate.spectrum import picture, spectrum_of
+from simulate.trace import Tracer
+
+ROOMS = {"closet": closet, "workshop": workshop, "bedroom": bedroom}
+CELL = 0.02
+
+ONCE = "depth 3, one diffraction"
+SIONNA = "depth 3, Sionna's diffraction"
+SHOWN = "depth 3, diffraction"
+
+MECHANISMS = {
+    "line of sight": Propagation(max_depth=0),
+    "depth 1": Propagation(max_depth=1),
+    "depth 2": Propagation(max_depth=2),
+    "depth 3": Propagation(max_depth=3),
+    "depth 3, slabs counted twice": Propagation(max_depth=3, slab_phase=False),
+    SIONNA: Propagation(max_depth=3, diffraction=True, sionna=True, rays=30_000),
+    ONCE: Propagation(max_depth=3, diffraction=True),
+    "depth 2, diffraction": Propagation(max_depth=2, diffraction=True),
+    SHOWN: Propagation(max_depth=3, diffraction=True),
+    "depth 4, diffraction": Propagation(max_depth=4, diffraction=True),
+    "depth 5, diffraction": Propagation(max_depth=5, diffraction=True),
+}
+
+
+def compared(
+    truth: Dataset, name: str, propagation: Propagation, positions: int
+) -> tuple[EngineComparison, dict[str, float]]:
+    """Rays of one mechanism against full wave, and the figures of it."""
+    chosen = evenly(np.arange(len(truth.names)), positions)
+    one_edge = patch("simulate.diffraction.search.links_between", return_value=NO_LINKS)
+    began = time.perf_counter()
+    with one_edge if name == ONCE else nullcontext():
+        tracer = Tracer(scene_for_rays(truth), propagation)
+    found = time.perf_counter()
+    tracer.responses(truth.positions[chosen[:2]])  # compiles the kernels
+    ready = time.perf_counter()
+    rays = tracer.responses(truth.positions[chosen])
+    milliseconds = 1e3 * (time.perf_counter() - ready) / len(chosen)
+    comparison = compare_responses(truth, chosen, rays)
+    metrics = comparison.metrics()
+    figures = {
+        "correlation": round(metrics["correlation_rays"], 3),
+        "together": round(metrics["correlation_rays_together"], 3),
+        "ssim": round(metrics["ssim_rays"], 3),
+        "level_db": round(metrics["level_bias_db"], 2),
+        "ms": round(milliseconds, 1),
+        "search_s": round(found - began, 1),
+    }
+    return comparison, figures
+
+
+def draw(comparison: EngineComparison, truth: Dataset, path: Path) -> None:
+    """Draw five spectra from the worst to the best: rays, full wave, difference."""
+    spectra = [
+        spectrum_of(picture(truth.beamformer.spectrum(responses)))
+        for responses in (comparison.rays, comparison.full_wave)
+    ]
+    with tempfile.TemporaryDirectory() as folder:
+        drawn = Path(folder) / "examples.png"
+        draw_examples(spectra[0], spectra[1], comparison.scores.ssim, truth.grid, drawn)
+        shutil.copyfile(drawn, path)
+
+
+def main(
+    folder: Path = Path("runs/fullwave"),
+    positions: int = 400,
+    positions_sionna: int = 50,
+    figures: Path | None = None,
+    smallest: bool = False,
+    json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
+) -> None:
+    """Compare the ray tracer's mechanisms with full wave.
+
+    Args:
+        folder: keeps the full-wave datasets, a folder for each room.
+        positions: number of transmitter positions at which responses are compared.
+        positions_sionna: the same for Sionna's own diffraction, which takes seconds a position.
+        figures: also draw spectra of each room into mechanisms-ROOM.png in this folder.
+        smallest: a run of seconds in a smaller place that shows that the benchmark works; its figures mean nothing.
+        json_output: print one JSON object.
+    """
+    rooms, mechanisms, cell = ROOMS, MECHANISMS, CELL
+    if smallest:
+        rooms, positions, folder, cell = {"nook": nook}, 5, Path(tempfile.mkdtemp()), 0.024
+        mechanisms = {name: Propagation(max_depth=1, rays=1000, diffraction=name == SHOWN) for name in (ONCE, SHOWN)}
+    result: dict[str, Any] = {}
+    for room, scene in rooms.items():
+        truth = simulate(scene(), folder / room, positions, engine="fullwave", cell=cell)
+        for name, propagation in mechanisms.items():
+            count = positions_sionna if name == SIONNA else positions
+            comparison, result[f"{room}, {name}"] = compared(truth, name, propagation, count)
+            if name == SHOWN and figures is not None:
+                draw(comparison, truth, figures / f"mechanisms-{room}.png")
+    print_figures(result, json_output, smallest)
+
+
+if __name__ == "__main__":
+    tyro.cli(main)

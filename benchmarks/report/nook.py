@@ -1,0 +1,19 @@
+"""A place for the smallest runs of benchmarks with full wave."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from scenes.closet import closet
+from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.shapes import sheet
+
+
+def nook() -> Scene:
+    """A floor and one object beside it, small enough for a run of seconds."""
+    place = closet()
+    floor = SceneObject("floor", sheet((0, 0, 0), (0.8, 0, 0), (0, 0.5, 0)), "concrete")
+    panel = SceneObject("panel", sheet((0.0, 0.4, 0.0), (0.3, 0, 0), (0, 0, 0.3)), "metal")
+    gateway = Gateway((0.7, 0.25, 0.25), facing((-1, 0, 0)), rows=1, columns=1, pattern="dipole")
+    region = Transmitter((0.2, 0.2, 0.2), (0.3, 0.3, 0.3), pattern="dipole")
+    return replace(place, name="nook", gateway=gateway, transmitter=region, objects=(floor, panel))
