@@ -240,5 +240,5 @@ def _shortened(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas) -> F
     starts = sources.positions[buffer.source_indices.numpy()]
     with ONE_KERNEL:
         return shortened(
-            reflected, passed, faces, vertices.astype(float), starts, ray_scene.normals, ray_scene.slab_fronts
+            reflected, passed, faces, vertices.astype(float), starts, ray_scene.normals, ray_scene.slabs.fronts
         )

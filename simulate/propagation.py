@@ -29,6 +29,9 @@ class Propagation:
     Raises:
         ParameterError: a depth or a number of rays or patches that is no whole number, a negative depth, no rays, or
             no patches.
+
+    >>> Propagation(max_depth=3, diffraction=True).slab_phase
+    True
     """
 
     max_depth: int = 5

@@ -13,7 +13,7 @@ from simulate.planes import Planes
 from simulate.propagation import Propagation
 from simulate.ray_tracer import dr, mi, rt
 from simulate.sionna_scene import build_scene, sionna_names
-from simulate.slabs import slab_fronts
+from simulate.slabs import FaceSlabs, face_slabs
 
 
 @dataclass(frozen=True)
@@ -61,9 +61,9 @@ class RayScene:
         return np.concatenate([item.mesh.face_normals for item in self.description.objects])
 
     @cached_property
-    def slab_fronts(self) -> Float[np.ndarray, "faces 2"]:
-        """How far each triangle's slab reaches to either side (``simulate.slabs``), metres."""
-        return slab_fronts(self.description)
+    def slabs(self) -> FaceSlabs:
+        """The slab of each triangle."""
+        return face_slabs(self.description)
 
     @cached_property
     def planes(self) -> Planes:

@@ -32,7 +32,7 @@ def shortened(
         vertices: of the interactions, metres.
         starts: where the paths begin, metres.
         normals: of the triangles.
-        fronts: of the triangles (``slab_fronts``), metres.
+        fronts: of the triangles (``FaceSlabs``), metres.
     """
     result = np.zeros(len(starts))
     for path in numba.prange(len(starts)):

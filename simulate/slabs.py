@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy.spatial import cKDTree
+from scipy.spatial import ConvexHull, cKDTree
 from trimesh import Trimesh
 
 from scenes.description import Scene, SceneObject
@@ -95,26 +95,39 @@ def _of_sheet(scene: Scene, triangles: Float[np.ndarray, "n 3 3"], thickness: fl
     return triangles, normals, start, start + thickness, outer
 
 
-def slab_fronts(scene: Scene) -> Float[np.ndarray, "faces 2"]:
-    """How far each triangle's slab reaches to the side that the mesh's normal points to, and to the other side.
+@dataclass(frozen=True)
+class FaceSlabs:
+    """The slab of every triangle of a scene, counted through its objects.
+
+    Attributes:
+        fronts: how far it reaches to the side that the mesh's normal points to, and to the other side, metres; 0 for
+            conductors.
+        outer: whether it is that of an outer wall.
+    """
+
+    fronts: Float[np.ndarray, "faces 2"]
+    outer: Bool[np.ndarray, " faces"]
+
+
+def face_slabs(scene: Scene) -> FaceSlabs:
+    """The slab of every triangle.
 
     Args:
         scene: the scene.
-
-    Returns:
-        Metres, for the triangles counted through the scene's objects; 0 for conductors.
     """
-    found = []
+    fronts, outer = [], []
     for item in scene.objects:
-        fronts = np.zeros((len(item.mesh.faces), 2))
-        if not is_conductor(_material(scene, item), scene.frequency):
-            slabs = _slabs_of(scene, item)
-            _, which = cKDTree(slabs.triangles.mean(axis=1)).query(item.mesh.triangles_center)
-            along = (slabs.normals[which] * item.mesh.face_normals).sum(axis=1) > 0
-            reach = np.column_stack([slabs.stop[which], -slabs.start[which]])
-            fronts = np.where(along[:, None], reach, reach[:, ::-1])
-        found.append(fronts)
-    return np.concatenate(found)
+        if is_conductor(_material(scene, item), scene.frequency):
+            fronts.append(np.zeros((len(item.mesh.faces), 2)))
+            outer.append(in_outer_wall(scene, item.mesh.triangles))
+            continue
+        slabs = _slabs_of(scene, item)
+        _, which = cKDTree(slabs.triangles.mean(axis=1)).query(item.mesh.triangles_center)
+        along = (slabs.normals[which] * item.mesh.face_normals).sum(axis=1) > 0
+        reach = np.column_stack([slabs.stop[which], -slabs.start[which]])
+        fronts.append(np.where(along[:, None], reach, reach[:, ::-1]))
+        outer.append(slabs.outer[which])
+    return FaceSlabs(np.concatenate(fronts), np.concatenate(outer))
 
 
 def in_outer_wall(scene: Scene, triangles: Float[np.ndarray, "n 3 3"]) -> Bool[np.ndarray, " n"]:
@@ -131,9 +144,11 @@ def in_outer_wall(scene: Scene, triangles: Float[np.ndarray, "n 3 3"]) -> Bool[n
 def _scene_beyond(
     scene: Scene, triangles: Float[np.ndarray, "n 3 3"]
 ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
-    """Unit normals, and how far the box around all objects and antennas reaches to either side, metres."""
+    """Unit normals, and how far objects and antennas reach to either side, metres."""
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     normals = normals / np.linalg.norm(normals, axis=1, keepdims=True).clip(1e-30)
-    corners = np.stack(np.meshgrid(*scene.extent.T, indexing="ij"), axis=-1).reshape(8, 3)
-    beyond = (corners[None] - triangles[:, :1]) @ normals[:, :, None]
-    return normals, beyond.max(axis=(1, 2)), -beyond.min(axis=(1, 2))
+    gateways = [gateway.position for gateway in (scene.gateway, *scene.further_gateways.values())]
+    points = np.vstack([*(item.mesh.vertices for item in scene.objects), scene.transmitter.corners(), gateways])
+    points = points[ConvexHull(points, qhull_options="QJ").vertices]
+    beyond = normals @ points.T - (normals * triangles[:, 0]).sum(axis=1, keepdims=True)
+    return normals, beyond.max(axis=1), -beyond.min(axis=1)

@@ -28,7 +28,7 @@ class Surfaces:
         self._scattering = mi.Float([material.scattering_coefficient for material in materials])
         self._conducts = mi.Bool(conducting_objects(scene))
         self._normals = [mi.Float(axis) for axis in ray_scene.normals.T]
-        self._fronts = [mi.Float(side) for side in ray_scene.slab_fronts.T]
+        self._fronts = [mi.Float(side) for side in ray_scene.slabs.fronts.T]
         self._object = mi.UInt(ray_scene.object_of_face)
         self._first_face = mi.UInt(ray_scene.planes.first_face)
 
@@ -59,14 +59,33 @@ class Surfaces:
             way: direction of the wave that comes to it.
             active: for which lanes.
         """
+        along = dr.dot(way, self.normal(face, active))
+        r_te, r_tm, t_te, t_tm = self._slab(face, dr.abs(along), active)
+        fronts = [dr.gather(mi.Float, side, face, active) for side in self._fronts]
+        reflected = self._turned(dr.abs(along), 2 * dr.select(along < 0, *fronts))
+        passed = self._turned(dr.abs(along), fronts[0] + fronts[1])
+        return reflected * r_te, reflected * r_tm, passed * t_te, passed * t_tm
+
+    def centred_coefficients(
+        self, face: mi.UInt, cosine: mi.Float
+    ) -> tuple[mi.Complex2f, mi.Complex2f, mi.Complex2f, mi.Complex2f]:
+        """The same of a slab whose middle is at the triangle.
+
+        Args:
+            face: number of the triangle.
+            cosine: of the angle of incidence.
+        """
+        turned = self._turned(cosine, dr.gather(mi.Float, self._thickness, dr.gather(mi.UInt, self._object, face)))
+        r_te, r_tm, t_te, t_tm = self._slab(face, cosine)
+        return turned * r_te, turned * r_tm, turned * t_te, turned * t_tm
+
+    def _slab(self, face: mi.UInt, cosine: mi.Float, active: mi.Bool | bool = True):
+        """Coefficients of ITU-R P.2040, with the faces of the slab as the places of phase 0."""
         item = dr.gather(mi.UInt, self._object, face, active)
         permittivity = mi.Complex2f(*(dr.gather(mi.Float, part, item, active) for part in self._permittivity))
         thickness = dr.gather(mi.Float, self._thickness, item, active)
-        along = dr.dot(way, self.normal(face, active))
-        cosine = dr.abs(along)
-        r_te, r_tm, t_te, t_tm = itu_coefficients_single_layer_slab(cosine, permittivity, thickness, self.wavelength)
-        fronts = [dr.gather(mi.Float, side, face, active) for side in self._fronts]
-        turn = 2 * dr.pi / self.wavelength * cosine
-        reflected = dr.exp(mi.Complex2f(0, 2 * turn * dr.select(along < 0, *fronts)))
-        passed = dr.exp(mi.Complex2f(0, turn * (fronts[0] + fronts[1])))
-        return reflected * r_te, reflected * r_tm, passed * t_te, passed * t_tm
+        return itu_coefficients_single_layer_slab(cosine, permittivity, thickness, self.wavelength)
+
+    def _turned(self, cosine: mi.Float, shortened: mi.Float) -> mi.Complex2f:
+        """Phase factor of a way that is shorter along the normal, metres."""
+        return dr.exp(mi.Complex2f(0, 2 * dr.pi / self.wavelength * cosine * shortened))

@@ -1,8 +1,11 @@
-"""The edges of a scene's conductors that diffract: wedges, where two faces meet, and free edges of sheets.
+"""The edges of a scene that diffract: of conductors, wedges and free edges of sheets; of all else, edges of boards.
 
 Two triangles of one plane meet in no edge, and neither do facets of a curved surface, whose normals differ by less than
 ``SMOOTH``. An edge ends where another body touches it (a cabinet on the floor, a panel against a wall): there is no
 open space around it.
+
+Waves pass through a board, so that the whole space is around its edge: each of two boards that meet at an angle is a
+half-plane of its own. Outer walls are left out, with their openings and what fills these.
 """
 
 from __future__ import annotations
@@ -41,6 +44,8 @@ class Edges:
         exterior: the angle of the open space, radians: 2π at the edge of a sheet, 3π/2 at that of a box.
         normals: unit normals of face 0, towards the open space.
         tangents: unit vectors from the edge along face 0, perpendicular to the edge.
+        faces: number of one of face 0's triangles, counted through the scene's objects.
+        boards: whether the edge is that of a board, which is no conductor.
     """
 
     starts: Float[np.ndarray, "edges 3"]
@@ -49,6 +54,8 @@ class Edges:
     exterior: Float[np.ndarray, " edges"]
     normals: Float[np.ndarray, "edges 3"]
     tangents: Float[np.ndarray, "edges 3"]
+    faces: Int[np.ndarray, " edges"]
+    boards: Bool[np.ndarray, " edges"]
 
     def __len__(self) -> int:
         return len(self.lengths)
@@ -68,7 +75,7 @@ class Edges:
 
 
 def diffracting_edges(ray_scene: RayScene) -> Edges:
-    """The edges of the scene's conductors.
+    """The edges of the scene's conductors, then those of its boards.
 
     Args:
         ray_scene: the scene.
@@ -76,26 +83,42 @@ def diffracting_edges(ray_scene: RayScene) -> Edges:
     >>> from scenes.closet import closet
     >>> from simulate.propagation import Propagation
     >>> edges = diffracting_edges(RayScene.of(closet(), Propagation()))
-    >>> len(edges), np.unique(np.degrees(edges.exterior).round()).tolist()  # all but the four on the floor
+    >>> metal = edges.subset(~edges.boards)
+    >>> len(metal), np.unique(np.degrees(metal.exterior).round()).tolist()  # all but the four on the floor
     (12, [270.0, 360.0])
     """
     scene = ray_scene.description
-    chosen = conducting_objects(scene)[ray_scene.object_of_face]
+    conducts = conducting_objects(scene)
+    chosen = conducts[ray_scene.object_of_face]
     mesh = union(*(item.mesh for item in scene.objects))
     mesh.update_faces(chosen)
     mesh.merge_vertices(digits_vertex=4)
-    body_of_face = -1 - ray_scene.object_of_face  # of what is no conductor: any number that is no conductor's
+    body_of_face = -1 - ray_scene.object_of_face  # of what is no conductor: its object
     body_of_face[chosen] = trimesh.graph.connected_component_labels(mesh.face_adjacency, node_count=len(mesh.faces))
-    pieces, face = _edges_of(mesh)
-    edges, body = _joined(pieces, body_of_face[chosen][face])
-    edges = _untouched(edges, body, body_of_face, ray_scene)
+    found = [_edges_of(mesh, np.nonzero(chosen)[0], boards=False)]
+    for number in np.nonzero(~conducts)[0]:
+        board = scene.objects[number].mesh.copy()
+        board.merge_vertices(digits_vertex=4)
+        pieces = _edges_of(board, np.nonzero(ray_scene.object_of_face == number)[0], boards=True)
+        found.append(pieces.subset(~ray_scene.slabs.outer[pieces.faces]))
+    edges = _untouched(_joined(_together(*found), body_of_face), body_of_face, ray_scene)
     return edges.subset(edges.lengths >= SHORTEST * scene.wavelength)
 
 
-def _edges_of(mesh: trimesh.Trimesh) -> tuple[Edges, Int[np.ndarray, " edges"]]:
-    """Every edge of one triangle or of two that meet at an angle, and the number of one of its triangles.
+def _together(*pieces: Edges) -> Edges:
+    """Several sets of edges as one."""
+    return Edges(**{name: np.concatenate([getattr(each, name) for each in pieces]) for name in vars(pieces[0])})
+
+
+def _edges_of(mesh: trimesh.Trimesh, numbers: Int[np.ndarray, " faces"], boards: bool) -> Edges:
+    """Every edge of one triangle or of two that meet at an angle.
 
     Edges of three triangles or more are left out: where a sheet stands on another, no angle is open by more than 180°.
+
+    Args:
+        mesh: conductors, or boards.
+        numbers: the numbers of its triangles in the scene.
+        boards: whether each face of an edge is a half-plane of its own, with the whole space around it.
     """
     corners, index, count = np.unique(mesh.edges_sorted, axis=0, return_inverse=True, return_counts=True)
     order = np.argsort(index.ravel(), kind="stable")
@@ -114,23 +137,47 @@ def _edges_of(mesh: trimesh.Trimesh) -> tuple[Edges, Int[np.ndarray, " edges"]]:
         return towards / np.linalg.norm(towards, axis=1, keepdims=True).clip(1e-12)
 
     free, shared = np.nonzero(count == 1)[0], np.nonzero(count == 2)[0]
-    tangents = np.concatenate([inwards(first[free], free), inwards(first[shared], shared)])
-    others = np.concatenate([tangents[: len(free)], inwards(first[shared] + 1, shared)])
-    number = np.concatenate([free, shared])
-    interior = np.arccos(np.clip((tangents * others).sum(axis=1), -1, 1))
-    interior[: len(free)] = 0
+    along, across = inwards(first[shared], shared), inwards(first[shared] + 1, shared)
+    interior = np.arccos(np.clip((along * across).sum(axis=1), -1, 1))
+    sharp = interior < np.pi - SMOOTH
+    shared, along, across, interior = shared[sharp], along[sharp], across[sharp], interior[sharp]
+    # Half-planes: free edges, and of boards both faces of the shared ones.
+    of = np.concatenate([free, shared, shared]) if boards else free
+    which = np.concatenate([first[free], first[shared], first[shared] + 1]) if boards else first[free]
+    tangents = inwards(which, of)
+    planes = Edges(
+        starts[of],
+        directions[of],
+        lengths[of],
+        np.full(len(of), 2 * np.pi),
+        np.cross(tangents, directions[of]),
+        tangents,
+        numbers[faces[which]],
+        np.full(len(of), boards),
+    )
+    if boards:
+        return planes.subset(planes.lengths > 0)
     # Of the two normals of face 0, the one that points away from the other face.
-    normals = np.cross(tangents, directions[number])
-    normals *= np.where((normals * others).sum(axis=1) > 0, -1, 1)[:, None]
-    edges = Edges(starts[number], directions[number], lengths[number], 2 * np.pi - interior, normals, tangents)
-    sharp = (interior < np.pi - SMOOTH) & (edges.lengths > 0)
-    return edges.subset(sharp), faces[first[number]][sharp]
+    normals = np.cross(along, directions[shared])
+    normals *= np.where((normals * across).sum(axis=1) > 0, -1, 1)[:, None]
+    wedges = Edges(
+        starts[shared],
+        directions[shared],
+        lengths[shared],
+        2 * np.pi - interior,
+        normals,
+        along,
+        numbers[faces[first[shared]]],
+        np.full(len(shared), False),
+    )
+    both = _together(planes, wedges)
+    return both.subset(both.lengths > 0)
 
 
-def _joined(edges: Edges, body: Int[np.ndarray, " edges"]) -> tuple[Edges, Int[np.ndarray, " joined"]]:
+def _joined(edges: Edges, body_of_face: Int[np.ndarray, " faces"]) -> Edges:
     """Edges of one body that continue one another in a line, between the same faces, as one."""
     if not len(edges):
-        return edges, body
+        return edges
     largest = np.abs(edges.directions).argmax(axis=1)
     sign = np.sign(edges.directions[np.arange(len(edges)), largest])
     directions = edges.directions * sign[:, None]
@@ -138,7 +185,7 @@ def _joined(edges: Edges, body: Int[np.ndarray, " edges"]) -> tuple[Edges, Int[n
     feet = edges.starts - along[:, None] * directions
     first = np.where(sign > 0, along, along - edges.lengths)
     middle = edges.around(edges.exterior[:, None] / 2)[:, 0]  # the same whichever face is face 0
-    key = np.column_stack([directions, feet, middle, edges.exterior, body]).round(3)
+    key = np.column_stack([directions, feet, middle, edges.exterior, body_of_face[edges.faces]]).round(3)
     line = np.unique(key, axis=0, return_inverse=True)[1].ravel()
     order = np.lexsort([first, line])
     line, first, last = line[order], first[order], (first + edges.lengths)[order]
@@ -146,12 +193,10 @@ def _joined(edges: Edges, body: Int[np.ndarray, " edges"]) -> tuple[Edges, Int[n
     ends = np.r_[begins[1:], True]
     kept = order[begins]
     starts, lengths = feet[kept] + first[begins][:, None] * directions[kept], last[ends] - first[begins]
-    return replace(edges.subset(kept), starts=starts, directions=directions[kept], lengths=lengths), body[kept]
+    return replace(edges.subset(kept), starts=starts, directions=directions[kept], lengths=lengths)
 
 
-def _untouched(
-    edges: Edges, body: Int[np.ndarray, " edges"], body_of_face: Int[np.ndarray, " faces"], ray_scene: RayScene
-) -> Edges:
+def _untouched(edges: Edges, body_of_face: Int[np.ndarray, " faces"], ray_scene: RayScene) -> Edges:
     """The stretches of edges around which no other body is nearer than ``TOUCHING``.
 
     The sides of a polygon around each piece of an edge, from near face 0 to near face n, must meet no other body.
@@ -162,7 +207,7 @@ def _untouched(
     starts, sides = corners[:, :, :-1], np.diff(corners, axis=2)
     face, _ = first_hits(ray_scene, starts.reshape(-1, 3), sides.reshape(-1, 3), 1.0)
     face = face.reshape(starts.shape[:3])
-    touched = ((face >= 0) & (body_of_face[face] != body[:, None, None])).any(axis=2)
+    touched = ((face >= 0) & (body_of_face[face] != body_of_face[edges.faces][:, None, None])).any(axis=2)
     # Where each stretch of untouched pieces begins and ends.
     change = np.diff(np.pad(~touched, ((0, 0), (1, 1))).astype(int), axis=1)
     edge, begin = np.nonzero(change == 1)

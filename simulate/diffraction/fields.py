@@ -9,12 +9,13 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
-from jaxtyping import Complex
+from jaxtyping import Complex, Float
 
+from simulate.diffraction.board import behind_board, currents
 from simulate.diffraction.corners import end_weight
 from simulate.diffraction.edges import Edges
 from simulate.diffraction.geometry import Courses
-from simulate.diffraction.wedge import wedge_coefficients
+from simulate.diffraction.wedge import common_factor, transition_pairs
 from simulate.electric_field import Field, component, composed, passed, pattern, slab
 from simulate.propagation import Propagation
 from simulate.ray_tracer import dr, mi
@@ -23,41 +24,60 @@ from simulate.surfaces import Surfaces
 
 
 def _diffracted(
-    field: Field,
+    surfaces: Surfaces,
     edges: Edges,
     courses: Courses,
     number: int,
+    field: Field,
     way_in: mi.Vector3f,
     way_out: mi.Vector3f,
-    wavelength: float,
 ) -> Field:
     """The field behind an edge, without the phase and the spreading on the way.
 
     Args:
-        field: before the edge.
+        surfaces: of the scene.
         edges: the scene's edges.
         courses: the ways of the paths.
         number: which of the paths' diffractions.
+        field: before the edge.
         way_in: direction of the wave before the edge.
         way_out: behind it.
-        wavelength: metres.
     """
-    edge = mi.UInt(courses.edges[number])
-    along = mi.Vector3f(*(dr.gather(mi.Float, mi.Float(axis.astype(np.float32)), edge) for axis in edges.directions.T))
-    n = dr.gather(mi.Float, mi.Float((edges.exterior / np.pi).astype(np.float32)), edge)
+    own = edges.subset(courses.edges[number])
+    k = 2 * np.pi / surfaces.wavelength
+    n = mi.Float((own.exterior / np.pi).astype(np.float32))
     angle_in, angle_out = (mi.Float(angle) for angle in courses.angles[number])
     length, sin_beta = mi.Float(courses.length[number]), mi.Float(courses.sin_beta[number])
-    soft, hard = wedge_coefficients(angle_out, angle_in, n, length, sin_beta, 2 * np.pi / wavelength)
-    detours, excess = [mi.Float(detour) for detour in courses.detours[number]], mi.Float(courses.excess[number])
-    weight = end_weight(detours, excess, wavelength)
+    direct, reflected = transition_pairs(angle_out, angle_in, n, length, k)
     # Unit vectors across the planes of edge and ray, before and behind.
+    along = _vectors(own.directions)
     phi_in, phi_out = dr.normalize(dr.cross(way_in, along)), dr.normalize(dr.cross(along, way_out))
-    return composed(
-        -weight * soft * component(field, dr.cross(phi_in, way_in)),
+    found = composed(
+        (reflected - direct) * component(field, dr.cross(phi_in, way_in)),
         dr.cross(phi_out, way_out),
-        -weight * hard * component(field, phi_in),
+        -(direct + reflected) * component(field, phi_in),
         phi_out,
     )
+    if own.boards.any():
+        normal, face = _vectors(own.normals), mi.UInt(own.faces.astype(np.uint32))
+        driven, sending = (
+            currents(way, normal, *surfaces.centred_coefficients(face, dr.abs(dr.dot(way, normal))))
+            for way in (way_in, way_out)
+        )
+        pairs = direct, reflected
+        board = behind_board(field, way_in, way_out, normal, driven, sending, (angle_in, angle_out), pairs, sin_beta)
+        is_board = mi.Bool(own.boards)
+        found = dr.select(is_board, board[0], found[0]), dr.select(is_board, board[1], found[1])
+    detours, excess = [mi.Float(detour) for detour in courses.detours[number]], mi.Float(courses.excess[number])
+    weight = end_weight(detours, excess, surfaces.wavelength) * common_factor(n, sin_beta, k)
+    return (
+        mi.Vector3f(weight.real * found[0] - weight.imag * found[1]),
+        mi.Vector3f(weight.real * found[1] + weight.imag * found[0]),
+    )
+
+
+def _vectors(values: Float[np.ndarray, "paths 3"]) -> mi.Vector3f:
+    return mi.Vector3f(np.ascontiguousarray(values.T, dtype=np.float32))
 
 
 def path_responses(
@@ -98,7 +118,7 @@ def path_responses(
         field, passes, blocked = passed(surfaces, points[number], way, lengths[number], field, passes, blocked)
         diffraction = number - first_edge
         if 0 <= diffraction < len(courses.edges):
-            field = _diffracted(field, edges, courses, diffraction, way, ways[number + 1], surfaces.wavelength)
+            field = _diffracted(surfaces, edges, courses, diffraction, field, way, ways[number + 1])
         elif number < interactions:
             face = mi.UInt(courses.faces[number])
             normal = surfaces.normal(face)

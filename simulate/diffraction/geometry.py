@@ -137,7 +137,8 @@ class Combinations:
         lifts = np.stack([lift_of(self.edges.subset(edges[:, end]), faces[:, end]) for end in (0, 1)], axis=1)
         route = _Route(chains.pairs, edges, twice, faces, lifts)
         near, far = legs_of(chains.near, self.near), legs_of(chains.far, self.far)
-        return surfaces_of(self.planes), _Wedges(**vars(self.edges)), route, near, far, self.wavelength
+        wedges = _Wedges(*(getattr(self.edges, name) for name in _Wedges._fields))
+        return surfaces_of(self.planes), wedges, route, near, far, self.wavelength
 
 
 ALIGNMENT = 64

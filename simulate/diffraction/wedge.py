@@ -17,6 +17,42 @@ from sionna.rt.utils import cot_times_f_utd
 from simulate.ray_tracer import dr, mi
 
 
+def transition_pairs(
+    phi: mi.Float, phi_source: mi.Float, n: mi.Float, length: mi.Float, wavenumber: float
+) -> tuple[mi.Complex2f, mi.Complex2f]:
+    """d₁ + d₂, which is singular but for F at the shadow boundary, and d₃ + d₄, at the reflection boundary.
+
+    Args:
+        phi: φ, radians.
+        phi_source: φ′, radians.
+        n: open angle over π.
+        length: L, metres.
+        wavenumber: k, radians per metre.
+    """
+
+    def pair(beta: mi.Float) -> mi.Complex2f:
+        result = mi.Complex2f(0)
+        for sign in (1, -1):
+            turns = dr.round((beta + sign * dr.pi) / (2 * dr.pi * n))
+            a = 2 * dr.square(dr.cos((2 * dr.pi * n * turns - beta) / 2))
+            psi = (dr.pi + sign * beta) / (2 * n)
+            result += cot_times_f_utd(psi, wavenumber * length * a, n, wavenumber * length)
+        return result
+
+    return pair(phi - phi_source), pair(phi + phi_source)
+
+
+def common_factor(n: mi.Float, sin_beta: mi.Float, wavenumber: float) -> mi.Complex2f:
+    """−e^{−jπ/4} / (2n √(2πk) sin β₀), √metres.
+
+    Args:
+        n: open angle over π.
+        sin_beta: sin β₀.
+        wavenumber: k, radians per metre.
+    """
+    return mi.Complex2f(-1, 1) / dr.sqrt(2) / (2 * n * dr.sqrt(2 * dr.pi * wavenumber) * sin_beta)
+
+
 def wedge_coefficients(
     phi: mi.Float, phi_source: mi.Float, n: mi.Float, length: mi.Float, sin_beta: mi.Float, wavenumber: float
 ) -> tuple[mi.Complex2f, mi.Complex2f]:
@@ -30,16 +66,6 @@ def wedge_coefficients(
         sin_beta: sin β₀.
         wavenumber: k, radians per metre.
     """
-
-    def pair(beta: mi.Float) -> mi.Complex2f:
-        result = mi.Complex2f(0)
-        for sign in (1, -1):
-            turns = dr.round((beta + sign * dr.pi) / (2 * dr.pi * n))
-            a = 2 * dr.square(dr.cos((2 * dr.pi * n * turns - beta) / 2))
-            psi = (dr.pi + sign * beta) / (2 * n)
-            result += cot_times_f_utd(psi, wavenumber * length * a, n, wavenumber * length)
-        return result
-
-    factor = mi.Complex2f(-1, 1) / dr.sqrt(2) / (2 * n * dr.sqrt(2 * dr.pi * wavenumber) * sin_beta)
-    direct, reflected = pair(phi - phi_source), pair(phi + phi_source)
+    direct, reflected = transition_pairs(phi, phi_source, n, length, wavenumber)
+    factor = common_factor(n, sin_beta, wavenumber)
     return factor * (direct - reflected), factor * (direct + reflected)

@@ -135,7 +135,9 @@ def _polarised_along(axis, seen_from) -> Transmitter:
     return Transmitter((-1, -1, -1), (1, 1, 1), orientation=tuple(turned.as_quat()))
 
 
-def test_a_spectrum_does_not_change_when_everything_is_turned_and_moved_together(room, room_responses, room_positions):
+def test_a_spectrum_does_not_change_when_everything_is_turned_and_moved_together(
+    room, room_responses, room_positions, two_bounces
+):
     """Gateway, scene and transmitter (its antenna too) under one rigid motion: the same responses."""
     some = [0, 4, 7]
     rotation, shift = Rotation.random(random_state=3), np.array([3.0, -2.0, 5.0])
@@ -159,7 +161,7 @@ def test_a_spectrum_does_not_change_when_everything_is_turned_and_moved_together
             SceneObject(item.name, item.mesh.copy().apply_transform(matrix), item.material) for item in room.objects
         ),
     )
-    found = Tracer(scene, Propagation(max_depth=2, rays=100_000)).responses(positions)
+    found = Tracer(scene, two_bounces).responses(positions)
     expected = room_responses[some]
     assert np.abs(found - expected).max() < 2e-3 * np.abs(expected).max()
 

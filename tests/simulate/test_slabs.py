@@ -1,7 +1,10 @@
 """Where the slabs of a scene's surfaces lie, and what both solvers of paths make of them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
 from scenes.materials import RadioMaterial
@@ -9,7 +12,7 @@ from scenes.shapes import box, sheet
 from simulate.propagation import Propagation
 from simulate.ray_scene import RayScene
 from simulate.ray_tracer import mi
-from simulate.slabs import slab_fronts
+from simulate.slabs import face_slabs
 from simulate.surfaces import Surfaces
 
 STONE, METAL = RadioMaterial("stone", 4.0, 0.02, 0.05), RadioMaterial("metal", 1.0, 1e7, 0.002)
@@ -43,13 +46,27 @@ def test_slab_of_a_surface_lies_behind_outer_walls_inside_bodies_and_around_shee
     scene = scene_of("floor", "shelf", "chest", "locker") if "floor" not in name else scene_of(name, "shelf", "locker")
     number = [item.name for item in scene.objects].index(name.split()[0])
     of = RayScene.of(scene, Propagation()).object_of_face == number
-    np.testing.assert_allclose(slab_fronts(scene)[of], np.tile(fronts, (of.sum(), 1)), atol=1e-12)
+    np.testing.assert_allclose(face_slabs(scene).fronts[of], np.tile(fronts, (of.sum(), 1)), atol=1e-12)
 
 
 def test_closed_room_has_its_walls_outside():
     room = SceneObject("room", box((0, 0, 0), (4, 4, 3)), "stone")
     scene = Scene("room", 915e6, *_antennas(), (room,), {"stone": STONE})
-    np.testing.assert_allclose(slab_fronts(scene), np.tile((0.05, 0), (12, 1)), atol=1e-12)
+    np.testing.assert_allclose(face_slabs(scene).fronts, np.tile((0.05, 0), (12, 1)), atol=1e-12)
+
+
+def test_a_turned_room_has_its_slabs_where_they_were():
+    scene = scene_of("floor", "shelf", "chest", "locker")
+    rotation = Rotation.from_euler("zx", (30, 20), degrees=True)
+    matrix = np.eye(4)
+    matrix[:3, :3] = rotation.as_matrix()
+    turned = replace(
+        scene,
+        objects=tuple(replace(item, mesh=item.mesh.copy().apply_transform(matrix)) for item in scene.objects),
+        gateway=replace(scene.gateway, position=tuple(rotation.apply(scene.gateway.position))),
+        transmitter=Transmitter(*(tuple(rotation.apply((2, 2, 1)) + side) for side in (-0.2, 0.2))),
+    )
+    np.testing.assert_allclose(face_slabs(turned).fronts, face_slabs(scene).fronts, atol=1e-9)
 
 
 def _antennas():
