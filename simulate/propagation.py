@@ -18,7 +18,7 @@ class Propagation:
         refraction: follow transmission through objects.
         diffuse: follow diffuse reflection off materials that have a scattering coefficient.
         patches: patches that the surfaces which reflect diffusely are divided into, together.
-        diffraction: follow diffraction at the edges of conductors, once or twice on a path.
+        diffraction: follow diffraction at edges, once or (at conductors) twice on a path.
         slab_phase: count the way through a slab once. Otherwise it counts twice, as in Sionna RT and in version 0.1
             (simulate/slab_phase.py).
         sionna: follow all of these as Sionna RT's own path solver does, its diffuse reflection and its diffraction

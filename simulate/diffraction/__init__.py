@@ -1,1 +1,1 @@
-"""Diffraction at the edges of objects: chains of reflections before and after one edge, solved like reflections."""
+"""Diffraction at the edges of objects: chains of reflections around one edge or two, solved like reflections."""

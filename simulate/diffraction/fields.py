@@ -1,7 +1,8 @@
 """The response that a path with diffractions contributes: the electric field, followed from the source on.
 
 At every reflection and wherever the path passes through an object the field is multiplied by the coefficients of a slab
-(ITU-R P.2040), at the edge by those of the wedge. A path that meets a conductor on its way contributes nothing.
+(ITU-R P.2040), at an edge by those of the wedge or the board. A path that meets a conductor on its way contributes
+nothing.
 """
 
 from __future__ import annotations

@@ -54,17 +54,20 @@ NO_LINKS = Links(np.zeros((0, 2), np.int64), np.zeros((0, 2), np.int64))
 
 
 def links_between(edges: Edges, ray_scene: RayScene) -> Links:
-    """The links along which some point of an edge sees some point of another.
+    """The links along which some point of a conductor's edge sees some point of another.
+
+    Waves that are diffracted at boards are so weak that a second diffraction does not matter.
 
     Args:
         edges: the scene's edges.
         ray_scene: the scene.
     """
     found = [NO_LINKS]
-    block = max(1, PAIRS_AT_ONCE // max(1, len(edges)))
-    for start in range(0, len(edges), block):
-        begins = np.arange(start, min(start + block, len(edges)))
-        first, second = (index.ravel() for index in np.meshgrid(begins, np.arange(len(edges)), indexing="ij"))
+    conductors = np.nonzero(~edges.boards)[0]
+    block = max(1, PAIRS_AT_ONCE // max(1, len(conductors)))
+    for start in range(0, len(conductors), block):
+        begins = conductors[start : start + block]
+        first, second = (index.ravel() for index in np.meshgrid(begins, conductors, indexing="ij"))
         other = first != second
         found += _open_links(edges, first[other], second[other], ray_scene)
     return Links(np.concatenate([links.edges for links in found]), np.concatenate([links.faces for links in found]))

@@ -61,9 +61,7 @@ def find_diffracted_chains(
         sequences = reflection_sequences(ray_scene, antennas, most, propagation.rays, generator)
         return _possible_arms(edge_scene, sequences, antennas)
 
-    edges = edge_scene.edges
-    links = links_between(edges, ray_scene) if propagation.max_depth >= 2 else NO_LINKS
-    links = links.subset(~edges.boards[links.edges].any(axis=1))  # a wave from board to board is too weak
+    links = links_between(edge_scene.edges, ray_scene) if propagation.max_depth >= 2 else NO_LINKS
     most_twice = max(0, min(MOST_REFLECTIONS_TWICE, propagation.max_depth - 2, most))
     candidates = chains_of(arms(elements.positions), arms(trials.positions), links, (most, most_twice))
     is_double = candidates.link != NO_LINK
