@@ -69,10 +69,9 @@ class PatchScene:
         Args:
             sources: the antennas that send.
         """
-        field, way, normal, cosine, passes = self._at_patches(sources, pattern)
-        face = self._lanes(sources, mi.UInt(self.patches.faces.astype(np.uint32)))
+        field, way, face, cosine, passes = self._at_patches(sources, pattern)
         te, tm, _, _ = self._surfaces.coefficients(face, way)
-        axis = across(way, normal)
+        axis = across(way, self._surfaces.normal(face))
         in_te, in_tm = _power(component(field, axis)), _power(component(field, dr.cross(axis, way)))
         reflected = (_power(te) * in_te + _power(tm) * in_tm) / dr.maximum(in_te + in_tm, 1e-30)
         weight = self._surfaces.scattering(face) * dr.sqrt(reflected * self.patches.area * dr.abs(cosine))
@@ -97,14 +96,10 @@ class PatchScene:
         field, way, _, cosine, passes = self._at_patches(targets, receiving)
         return self._fields(targets, field, -way, dr.sqrt(dr.abs(cosine) / np.pi), cosine, passes)
 
-    def _lanes(self, antennas: Antennas, of_patch: mi.UInt) -> mi.UInt:
-        """Values of the patches, once for each antenna."""
-        return dr.tile(of_patch, len(antennas))
-
     def _at_patches(self, antennas, send):
-        """The antennas' fields at the patches, their direction, the normal, cos θ, and the objects passed."""
+        """The antennas' fields at the patches, their direction, the triangle, cos θ, and the objects passed."""
         count = len(self.patches)
-        patch = self._lanes(antennas, dr.arange(mi.UInt, count))
+        patch = dr.tile(dr.arange(mi.UInt, count), len(antennas))
         points = np.ascontiguousarray(self.patches.points.T, dtype=np.float32)
         start = dr.gather(mi.Point3f, antennas.points, dr.repeat(dr.arange(mi.UInt, len(antennas)), count))
         step = dr.gather(mi.Point3f, mi.Point3f(points), patch) - start
@@ -112,9 +107,9 @@ class PatchScene:
         way = mi.Vector3f(step / length)
         most = mi.UInt(self.most_passes)
         field, left, blocked = passed(self._surfaces, start, way, length, send(antennas, way), most, mi.Bool(False))
-        normal = self._surfaces.normal(self._lanes(antennas, mi.UInt(self.patches.faces.astype(np.uint32))))
+        face = dr.gather(mi.UInt, mi.UInt(self.patches.faces.astype(np.uint32)), patch)
         field = tuple(dr.select(blocked, 0, part) for part in field)
-        return field, way, normal, -dr.dot(way, normal), most - left
+        return field, way, face, -dr.dot(way, self._surfaces.normal(face)), most - left
 
     def _fields(self, antennas, field, direction, weight, cosine, passes) -> PatchFields:
         """Components in the spherical unit vectors of a direction, with amplitude and phase of the way."""
