@@ -10,8 +10,8 @@ larger and a quarter smaller with that of the cells between, for the four elemen
 rays with full wave in the closet without furniture, for the same four elements, by depth. benchmarks/mechanisms.py
 compares the rays' mechanisms, in more rooms.
 
-Runs that have ended are kept in --folder, so that an interrupted benchmark continues. In all it takes about two and a
-half hours on two cores; no other program should run during the first part, whose minutes are counted.
+Runs that have ended are kept in --folder, so that an interrupted benchmark continues. In all it takes about half an
+hour on two cores; no other program should run during the first part, whose minutes are counted.
 """
 
 from __future__ import annotations
@@ -73,8 +73,7 @@ class Clock:
 
     def __exit__(self, *_: object) -> None:
         self.seconds += time.perf_counter() - self.began
-        solver = resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
-        self.memory = max(self.memory, (WORKERS * solver + resource.getrusage(resource.RUSAGE_SELF).ru_maxrss) / 1e6)
+        self.memory = max(self.memory, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e6)
         self.path.write_text(json.dumps([self.seconds, self.memory]))
 
 

@@ -71,13 +71,13 @@ def simulate(
         measurement: errors that the receiver adds.
         power_db: also write each spectrum's absolute power in dB, as power_db/NNNNN.tif.
         engine: rays traces rays, in milliseconds a spectrum; fullwave solves Maxwell's equations by finite differences,
-            in minutes to hours a place, whatever the number of spectra (needs bisplat-wrf[fullwave]).
+            in minutes to hours a place, whatever the number of spectra.
         cell: side of the cells in full wave, metres; by default a seventh of the shortest wavelength in a material.
         field: folder of a full-wave dataset of the same scene; its stored field is used instead of a new run.
         workers: trace with so many Ray workers at a time (needs bisplat-wrf[ray]); in full wave, the number of the
             solver's runs at a time, by default one per core.
         ray: address of a running Ray cluster to trace on, or in full wave to run the solver on.
-        gpu: in full wave, run the solver on an NVIDIA GPU (needs pycuda).
+        gpu: in full wave, run gprMax on an NVIDIA GPU (needs bisplat-wrf[fullwave] and pycuda).
     """
     import numpy as np
 
@@ -98,7 +98,7 @@ def simulate(
     for number, (folder, seen) in enumerate(folders.items()):
         # Each array has errors of its own.
         request = request_for(seen, spectra, placement, positions, seed, followed, errors, seed + number, power_db)
-        request = with_engine(request, engine, cell, field)
+        request = with_engine(request, engine, cell, field, gpu)
         if positions is not None and number == 0:
             box = bounding_box(np.vstack([request.scene.bounds, request.scene.transmitter.region]))
             warning = reach_warning(request.positions, box, "the scene", "are they in metres, in the scene's frame?")

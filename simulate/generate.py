@@ -66,7 +66,7 @@ def generate(
         workers: number of Ray workers that trace at a time; this process traces if neither this nor ``ray`` is given.
             In full wave, the number of the solver's runs at a time; one per core if None.
         ray: address of a running Ray cluster.
-        gpu: in full wave, run the solver on an NVIDIA GPU.
+        gpu: in full wave, run gprMax on an NVIDIA GPU.
 
     Raises:
         InputError: the folder holds something else, or a dataset of another request.

@@ -15,9 +15,9 @@ from scenes.scene_yaml import load_scene
 from scenes.validation import validate
 from simulate.dataset import Dataset, read_dataset
 from simulate.fullwave.dataset_field import settings_of_field
-from simulate.fullwave.gprmax import installed_solver
+from simulate.fullwave.gprmax import installed_gprmax
 from simulate.fullwave.plan import default_cell
-from simulate.fullwave.settings import FullWave
+from simulate.fullwave.settings import OURS, FullWave
 from simulate.generate import generate
 from simulate.measurement import Measurement
 from simulate.placement import check_positions, place, read_positions
@@ -69,7 +69,7 @@ def simulate(
         workers: trace with so many Ray workers at a time; in this process if neither this nor ``ray`` is given. In full
             wave, the number of the solver's runs at a time; None: one per core.
         ray: address of a running Ray cluster to trace on.
-        gpu: in full wave, run the solver on an NVIDIA GPU (needs pycuda).
+        gpu: in full wave, run gprMax on an NVIDIA GPU (needs bisplat-wrf[fullwave] and pycuda).
 
     Returns:
         The dataset, read from the folder.
@@ -91,12 +91,12 @@ def simulate(
     ((3, 3), (3, 16), (3, 90, 360))
     """
     request = request_for(scene, n, placement, positions, seed, propagation, measurement, seed, power_db)
-    request = with_engine(request, engine, cell, None if field is None else Path(field))
+    request = with_engine(request, engine, cell, None if field is None else Path(field), gpu)
     generate(request, Path(output), workers, ray, gpu)
     return read_dataset(output)
 
 
-def with_engine(request: Request, engine: Engine, cell: float | None, field: Path | None) -> Request:
+def with_engine(request: Request, engine: Engine, cell: float | None, field: Path | None, gpu: bool) -> Request:
     """A request by another engine.
 
     Args:
@@ -104,10 +104,11 @@ def with_engine(request: Request, engine: Engine, cell: float | None, field: Pat
         engine: as of ``simulate``.
         cell: as of ``simulate``.
         field: as of ``simulate``.
+        gpu: as of ``simulate``.
 
     Raises:
         ParameterError: cells or a field for rays, or cells of no size.
-        InputError: a field's folder that is none, or no solver is installed.
+        InputError: a field's folder that is none, or gprMax is needed and not installed.
     """
     if engine == "rays" and request.fullwave is None:
         for name, value in (("cell", cell), ("field", field)):
@@ -116,11 +117,9 @@ def with_engine(request: Request, engine: Engine, cell: float | None, field: Pat
         return request
     if field is not None:
         return replace(request, fullwave=settings_of_field(field, request), field=field)
-    if request.fullwave is not None:
-        cell = request.fullwave.cell
-    elif cell is None:
-        cell = default_cell(request.scene)
-    return replace(request, fullwave=FullWave(cell, installed_solver()))
+    given = request.fullwave or FullWave(default_cell(request.scene) if cell is None else cell, OURS)
+    solver = installed_gprmax() if gpu or given.solver != OURS else OURS
+    return replace(request, fullwave=FullWave(given.cell, solver))
 
 
 def request_for(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import shutil
 from pathlib import Path
@@ -12,10 +13,11 @@ import numpy as np
 from rich.progress import Progress
 
 from scenes.errors import InputError
-from simulate.fullwave.element import SETTLED
 from simulate.fullwave.engine import stored_field
 from simulate.fullwave.plan import Plan, plan
+from simulate.fullwave.runs import MOST_AT_ONCE
 from simulate.fullwave.settings import FullWave
+from simulate.fullwave.settling import SETTLED
 from simulate.fullwave.stored_field import StoredField, read_stored_field
 from simulate.fullwave.yee_grid import dispersion_residual
 
@@ -33,13 +35,13 @@ def field_of(
     Args:
         request: asks for full wave.
         folder: its dataset folder, which keeps the field.
-        workers: number of the solver's runs at a time; None: one per core.
+        workers: number of runs at a time; None: one per core, as far as memory allows.
         ray: address of a running Ray cluster to run the solver on.
-        gpu: run the solver on an NVIDIA GPU.
+        gpu: run gprMax on an NVIDIA GPU.
         progress: shows the runs.
 
     Raises:
-        InputError: gprMax is not installed, or it failed.
+        InputError: the solver failed.
     """
     path = folder / FIELD
     if not path.exists() and request.field is not None:
@@ -62,34 +64,40 @@ def _solve(
     """The field of a request from the solver, which keeps the runs that have ended in the folder ``field``."""
     assert request.fullwave is not None
     planned = plan(request.scene, request.region, request.fullwave.cell)
-    progress.console.print(description(request, planned))
     count = request.beamformer.array.elements
-    bar = progress.add_task("elements", total=count)
+    at_once = workers or _at_once(planned, count)
+    progress.console.print(description(request, planned, at_once))
+    bar = progress.add_task("full wave", total=count)
     done = [0.0] * count
 
-    def report(element: int, step: int, steps: int) -> None:
-        done[element] = step / steps
+    def report(element: int, step: int) -> None:
+        done[element] = step / planned.steps
         progress.update(bar, completed=sum(done))
 
-    field = stored_field(request.scene, planned, folder / "field", workers or _at_once(planned), gpu, ray, report)
+    solver = request.fullwave.solver
+    field = stored_field(request.scene, planned, folder / "field", at_once, solver, gpu, ray, report)
     progress.update(bar, completed=count)
     return field
 
 
-def _at_once(planned: Plan) -> int:
+def _at_once(planned: Plan, count: int) -> int:
     """Number of runs that this machine's cores and memory hold at a time."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    cores = min(cores, count)
     if not hasattr(os, "sysconf"):
         return cores
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    return max(1, min(cores, memory // planned.memory))
+    return max(1, min(cores, memory // planned.memory(min(MOST_AT_ONCE, math.ceil(count / cores)))))
 
 
-def description(request: Request, planned: Plan) -> str:
+def description(request: Request, planned: Plan, at_once: int) -> str:
     """What the runs cost, and what coarser cells would, as a sentence for the user."""
     cell, wavelength = planned.grid.cell, request.scene.wavelength
     coarser = 1.25 * cell
     diagonal = float(np.linalg.norm(np.diff(request.scene.extent, axis=0)))
+    count = request.beamformer.array.elements
+    minutes = planned.seconds / 60 * count / at_once
+    memory = at_once * planned.memory(min(MOST_AT_ONCE, math.ceil(count / at_once)))
 
     def errors(cell: float) -> str:
         residual = dispersion_residual(wavelength, cell)
@@ -99,9 +107,9 @@ def description(request: Request, planned: Plan) -> str:
 
     return (
         f"full wave: {planned.grid.cells / 1e6:.1f} million cells of {1e3 * cell:g} mm, at most {planned.steps} time "
-        f"steps; {planned.memory / 1e9:.2g} GB and at most {planned.seconds / 60:.1f} minutes on one core for each of "
-        f"{request.beamformer.array.elements} elements; wavelengths are right to {errors(cell)}. Cells of "
-        f"{1e3 * coarser:.3g} mm would take {planned.seconds / 60 / 1.25**4:.1f} minutes, with {errors(coarser)}"
+        f"steps for each of {count} elements; {memory / 1e9:.2g} GB and at most about {minutes:.2g} minutes on "
+        f"{at_once} core{'s' * (at_once > 1)}; wavelengths are right to {errors(cell)}. Cells of {1e3 * coarser:.3g} "
+        f"mm would take {minutes / 1.25**4:.2g} minutes, with {errors(coarser)}"
     )
 
 

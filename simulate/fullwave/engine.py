@@ -1,4 +1,4 @@
-"""The full-wave engine: one run of the solver per element, kept as they end, then the stored field of all."""
+"""The full-wave engine: runs of a solver for some elements each, kept as they end, then the stored field of all."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from scenes.description import Scene
 from simulate.array import PlanarArray
 from simulate.fullwave.cells import edge_materials
 from simulate.fullwave.cluster import elements_of_cluster
-from simulate.fullwave.element import element_field
-from simulate.fullwave.gprmax import write_geometry
 from simulate.fullwave.plan import Plan
+from simulate.fullwave.runs import groups, our_run, run_of_gprmax
+from simulate.fullwave.settings import OURS
 from simulate.fullwave.stored_field import StoredField, read_stored_field
 
 WORKING = "running-"
 """Beginning of the names of folders that runs work in."""
 
-Report = Callable[[int, int, int], None]
-"""Called with an element's number, and the number of its time steps done and in all."""
+Report = Callable[[int, int], None]
+"""Called with an element's number, and the number of its time steps done."""
 
 
 def stored_field(
@@ -33,21 +33,23 @@ def stored_field(
     planned: Plan,
     folder: Path,
     at_once: int = 1,
+    solver: str = OURS,
     gpu: bool = False,
     ray: str | None = None,
-    report: Report = lambda element, step, steps: None,
+    report: Report = lambda element, step: None,
 ) -> StoredField:
-    """The responses of all elements in the region, from one run each; the same call again continues an interrupted one.
+    """The responses of all elements in the region; the same call again continues an interrupted one.
 
-    Elements and transmitter are short dipoles, whatever antennas the scene names. The first element's run has as many
-    steps as planned, and tells after how many its field had settled; the other runs end there.
+    Elements and transmitter are short dipoles, whatever antennas the scene names. An element's field does not depend on
+    which other elements run beside it.
 
     Args:
         scene: the scene.
         planned: the runs.
-        folder: keeps ``element-NNN.npz`` of each run that has ended.
-        at_once: number of runs at a time, on one core each; when fewer are left, they share the cores.
-        gpu: run on an NVIDIA GPU, one run at a time.
+        folder: keeps ``element-NNN.npz`` of each element whose run has ended.
+        at_once: number of runs at a time, on one core each.
+        solver: ``OURS``, or gprMax, which runs one element at a time.
+        gpu: run gprMax on an NVIDIA GPU, one run at a time.
         ray: address of a running Ray cluster to run on.
         report: tells the progress.
 
@@ -59,24 +61,20 @@ def stored_field(
         shutil.rmtree(left)
     count = PlanarArray.of(scene.gateway).elements
     files = [folder / f"element-{number:03d}.npz" for number in range(count)]
-
-    def keep(fields: Iterator[tuple[int, StoredField]]) -> None:
-        for number, field in fields:
-            field.write(files[number])
-
-    def run(numbers: list[int], steps: int | None) -> Iterator[tuple[int, StoredField]]:
+    missing = [number for number in range(count) if not files[number].exists()]
+    if missing:
         if ray is not None:
-            return elements_of_cluster(scene, planned, numbers, steps, gpu, ray, report)
-        return _elements_here(scene, planned, numbers, steps, folder, 1 if gpu else at_once, gpu, report)
-
-    if not files[0].exists():
-        keep(run([0], None))
-    keep(run([number for number in range(count) if not files[number].exists()], read_stored_field(files[0]).steps))
+            ended = elements_of_cluster(scene, planned, missing, solver, gpu, ray, report)
+        else:
+            ended = _elements_here(scene, planned, missing, folder, 1 if gpu else at_once, solver, gpu, report)
+        for number, each in ended:
+            each.write(files[number])
     parts = [read_stored_field(file) for file in files]
     field = replace(
         parts[0],
         values=np.concatenate([part.values for part in parts]),
         unsettled=np.concatenate([part.unsettled for part in parts]),
+        steps=max(part.steps for part in parts),
     )
     # Between points twice as far apart the error is far more than between all points.
     return replace(field, interpolation_error_db=field.thinned(2).interpolation_error_db)
@@ -86,36 +84,34 @@ def _elements_here(
     scene: Scene,
     planned: Plan,
     numbers: list[int],
-    steps: int | None,
     folder: Path,
     at_once: int,
+    solver: str,
     gpu: bool,
     report: Report,
 ) -> Iterator[tuple[int, StoredField]]:
     """Run elements on this machine; each one's field when its run has ended."""
-    if not numbers:
-        return
-    threads = max(1, at_once // len(numbers))
-    with tempfile.TemporaryDirectory(dir=folder, prefix=WORKING) as geometry:
-        write_geometry(Path(geometry), edge_materials(scene, planned.grid), planned.grid)
-
+    materials = edge_materials(scene, planned.grid)
+    with tempfile.TemporaryDirectory(dir=folder, prefix=WORKING) as working:
+        if solver == OURS:
+            run, parts = our_run(scene, planned, materials), groups(numbers, at_once)
+        else:
+            run, parts = run_of_gprmax(scene, planned, materials, Path(working), gpu), [[each] for each in numbers]
         stopped = Event()
 
-        def element(number: int) -> tuple[int, StoredField]:
-            def told(step: int, steps: int) -> None:
-                if stopped.is_set():  # raised here, it ends the solver's process
+        def part(elements: list[int]) -> list[tuple[int, StoredField]]:
+            def told(step: int) -> None:
+                if stopped.is_set():
                     raise InterruptedError
-                report(number, step, steps)
+                for element in elements:
+                    report(element, step)
 
-            with tempfile.TemporaryDirectory(dir=folder, prefix=WORKING) as working:
-                return number, element_field(
-                    scene, planned, number, steps, Path(working), Path(geometry), threads, gpu, told
-                )
+            return list(zip(elements, run(elements, told), strict=True))
 
         with ThreadPoolExecutor(at_once) as pool:
             try:
-                for done in as_completed([pool.submit(element, number) for number in numbers]):
-                    yield done.result()
+                for done in as_completed([pool.submit(part, elements) for elements in parts]):
+                    yield from done.result()
             except BaseException:
                 stopped.set()
                 pool.shutdown(cancel_futures=True)

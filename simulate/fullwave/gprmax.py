@@ -1,7 +1,7 @@
 """One run of gprMax: the field that one source makes in a box, from the materials of the cells.
 
-gprMax (Warren et al. 2016) is licensed under the GPL; it is an optional extra, bisplat-wrf[fullwave], and runs as a
-program of its own, which gets files and leaves files.
+gprMax (Warren et al. 2016) runs on NVIDIA GPUs, and our own solver is tested against it. It is licensed under the GPL;
+it is an optional extra, bisplat-wrf[fullwave], and runs as a program of its own, which gets files and leaves files.
 """
 
 from __future__ import annotations
@@ -12,52 +12,26 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Complex, Float, Int
+from jaxtyping import Complex, Int
 
 from scenes.errors import InputError
+from simulate.fullwave.absorber import ABSORBER
 from simulate.fullwave.cells import AIR, CONDUCTOR, EdgeMaterials
 from simulate.fullwave.conductor_edges import PERMEABILITY, beside_edges
-from simulate.fullwave.lattice import source_weights
+from simulate.fullwave.source import Source, moments, phasor
 from simulate.fullwave.yee_grid import YeeGrid
-
-RISE = 6
-"""Periods over which the source's amplitude rises, as half a raised cosine: slow, so that it hardly radiates at other
-frequencies."""
-
-ABSORBER = 6
-"""Cells of the absorbing boundary on every side. It reflects less than -55 dB; ten cells take a third longer."""
-
-SNAPSHOTS = 4
-"""Moments of a period at which the field is kept. Amplitude and phase are fitted to them, and a constant, since the
-beginning of the oscillation leaves static charges at the dipole's ends."""
 
 GEOMETRY, MODEL = "geometry", "model"
 
 PROGRESS = re.compile(r"\|--->:.*?(\d+)/(\d+) \[")
 
 
-@dataclass(frozen=True)
-class Source:
-    """A short dipole that oscillates at one frequency.
-
-    Attributes:
-        position: metres, world frame.
-        direction: unit vector, world frame.
-        frequency: hertz.
-    """
-
-    position: Float[np.ndarray, " 3"]
-    direction: Float[np.ndarray, " 3"]
-    frequency: float
-
-
-def installed_solver() -> str:
-    """Name and version of the installed solver.
+def installed_gprmax() -> str:
+    """Name and version of the installed gprMax.
 
     Raises:
         InputError: gprMax is not installed.
@@ -66,8 +40,8 @@ def installed_solver() -> str:
         return f"gprMax {version('gprMax')}"
     except PackageNotFoundError:
         raise InputError(
-            "the engine fullwave: expected the solver gprMax, found none; install it with "
-            "pip install 'bisplat-wrf[fullwave]', or take the field of a finished simulation with --field"
+            "the engine fullwave on a GPU: expected the solver gprMax, found none; install it with "
+            "pip install 'bisplat-wrf[fullwave]', or run on the CPU"
         ) from None
 
 
@@ -151,7 +125,6 @@ def run(
     source: Source,
     box: Int[np.ndarray, "2 3"],
     ends: Sequence[int],
-    threads: int = 1,
     gpu: bool = False,
     report: Callable[[int, int], None] = lambda done, most: None,
 ) -> Complex[np.ndarray, "ends 3 nx ny nz"]:
@@ -164,8 +137,7 @@ def run(
         source: the source.
         box: first cell and the one after the last, of the box to keep the field of.
         ends: numbers of time steps after which the field is wanted, the largest one last.
-        threads: on the CPU.
-        gpu: run on an NVIDIA GPU, which needs pycuda.
+        gpu: run on an NVIDIA GPU, which needs pycuda, instead of one core.
         report: called with the number of time steps done, and of all.
 
     Returns:
@@ -177,7 +149,7 @@ def run(
     """
     iterations = _write_input(folder, geometry, grid, source, box, ends)
     command = [sys.executable, "-m", "gprMax", f"{MODEL}.in", "--show-progress-bars", *(["-gpu"] if gpu else [])]
-    environment = os.environ | {"OMP_NUM_THREADS": str(threads)}
+    environment = os.environ | {"OMP_NUM_THREADS": "1"}
     with subprocess.Popen(
         command, cwd=folder, env=environment, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, bufsize=1
     ) as process:
@@ -204,20 +176,17 @@ def _write_input(
     """Write model.in and excitation.txt; returns the time steps of the snapshots before each end."""
     cell, step = grid.cell, grid.time_step
     size = [count * cell for count in grid.shape]
-    quarter = round(1 / (SNAPSHOTS * source.frequency * step))
-    iterations = [[end - 1 - number * quarter for number in range(SNAPSHOTS)] for end in ends]
-
-    place = (source.position - np.asarray(grid.origin)) / cell
-    dipoles = []
-    for axis, share in enumerate(source.direction):
-        if abs(share) > 1e-9:
-            points, weights = source_weights(place - grid.edge_offset(axis))
-            dipoles += [("xyz"[axis], point, share * weight) for point, weight in zip(points, weights, strict=True)]
+    # gprMax numbers its time steps from 0.
+    iterations = [[moment - 1 for moment in moments(end, source.frequency, step)] for end in ends]
+    dipoles = [
+        ("xyz"[axis], point, share)
+        for axis, points, shares in source.edges(grid)
+        for point, share in zip(points, shares, strict=True)
+    ]
     amplitudes, which = np.unique(np.round([weight for *_, weight in dipoles], 9), return_inverse=True)
     # gprMax evaluates the current at half steps, linearly between the file's times, which therefore are half steps.
     times = step * (np.arange(ends[-1] + 3) - 0.5)
-    rise = 0.5 - 0.5 * np.cos(np.pi * np.clip(times * source.frequency / RISE, 0, 1))
-    wave = rise * np.cos(2 * np.pi * source.frequency * times)
+    wave = source.current(times)
     names = " ".join(f"wave{number}" for number in range(len(amplitudes)))
     np.savetxt(
         folder / "excitation.txt",
@@ -250,7 +219,7 @@ def _write_input(
 def _phasors(
     folder: Path, grid: YeeGrid, source: Source, iterations: list[list[int]]
 ) -> Complex[np.ndarray, "ends 3 nx ny nz"]:
-    """The phasor E of a field Re E e^{jωt} + const, by least squares from its snapshots."""
+    """The phasor after each end, from its snapshots."""
     import h5py
 
     found = []
@@ -259,8 +228,6 @@ def _phasors(
         for iteration in group:
             with h5py.File(folder / f"{MODEL}_snaps" / f"{iteration}.h5") as file:
                 fields.append(np.stack([file[f"E{axis}"][:] for axis in "xyz"]))
-        phase = 2 * np.pi * source.frequency * grid.time_step * np.array(group)
-        design = np.stack([np.cos(phase), -np.sin(phase), np.ones_like(phase)], axis=1)
-        real, imaginary, _ = np.tensordot(np.linalg.pinv(design), np.stack(fields), axes=1)
-        found.append((real + 1j * imaginary) / grid.cell)  # a dipole of gprMax is as long as a cell
+        # A dipole of gprMax is as long as a cell.
+        found.append(phasor(np.stack(fields), group, source.frequency, grid.time_step) / grid.cell)
     return np.stack(found)

@@ -13,8 +13,9 @@ from scenes.array_clearance import element_positions
 from scenes.description import SPEED_OF_LIGHT, Scene
 from scenes.errors import ParameterError
 from scenes.shapes import bounding_box
-from simulate.fullwave.gprmax import ABSORBER, RISE
+from simulate.fullwave.absorber import ABSORBER
 from simulate.fullwave.lattice import SOURCE_REACH
+from simulate.fullwave.source import RISE
 from simulate.fullwave.stored_field import MARGIN
 from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency
 from simulate.permittivity import refractive_index
@@ -32,21 +33,21 @@ THICKEST = 0.3
 DECAY = math.log(1e6)
 """The run lasts until a room's energy is 60 dB down."""
 
-BYTES_PER_CELL = 80
-"""Memory that gprMax takes for a cell, measured."""
+BYTES_PER_CELL, BYTES_PER_SOURCE = 60, 30
+"""Memory of a run for each cell, and for each cell and source, measured."""
 
-CELLS_PER_SECOND = 30e6
-"""Cells that gprMax steps in a second on one core of the slowest machine we used; others reach half as much again."""
+CELLS_PER_SECOND = 120e6
+"""Cells of one source that are advanced in a second on one core of the slowest machine we used."""
 
 
 @dataclass(frozen=True)
 class Plan:
-    """The runs for a scene, one per element.
+    """The runs for the elements of a scene.
 
     Attributes:
         grid: the cells.
         frequency: of the source on the grid, hertz.
-        steps: number of time steps.
+        steps: largest number of time steps.
         box: first cell and the one after the last, of the box around the region whose field is kept.
     """
 
@@ -55,14 +56,13 @@ class Plan:
     steps: int
     box: Int[np.ndarray, "2 3"]
 
-    @property
-    def memory(self) -> int:
-        """Bytes that a run takes."""
-        return BYTES_PER_CELL * self.grid.cells
+    def memory(self, sources: int) -> int:
+        """Bytes that a run of some sources takes."""
+        return (BYTES_PER_CELL + BYTES_PER_SOURCE * sources) * self.grid.cells
 
     @property
     def seconds(self) -> float:
-        """Estimated seconds of a run on one core."""
+        """Estimated seconds of one source on one core, at most."""
         return self.grid.cells * self.steps / CELLS_PER_SECOND
 
 

@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 from scenes.errors import ParameterError
 
+OURS = "bisplat"
+"""Name of our own solver."""
+
 
 @dataclass(frozen=True)
 class FullWave:
@@ -13,7 +16,7 @@ class FullWave:
 
     Attributes:
         cell: side of the cells, metres.
-        solver: the solver's name and version.
+        solver: ``OURS``, or gprMax and its version.
 
     Raises:
         ParameterError: a cell that is not positive.

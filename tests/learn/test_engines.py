@@ -28,7 +28,7 @@ LINE_OF_SIGHT = Propagation(max_depth=0, rays=1000)
 def in_free_space(monkeypatch):
     """The solver's field is that in free space."""
 
-    def field(scene, planned, folder, at_once, gpu, ray, report):
+    def field(scene, planned, folder, at_once, solver, gpu, ray, report):
         low, high = scene.transmitter.region + np.array([[-0.2], [0.2]])
         size = np.ceil((high - low) / 0.02).astype(int) + 1
         index = np.stack(np.meshgrid(*(np.arange(count) for count in size), indexing="ij"), axis=-1)

@@ -36,17 +36,17 @@ def nook() -> Scene:
 def test_cluster_and_threads_leave_the_same_field(nook, address, tmp_path):
     planned = plan(nook, nook.transmitter.region, 0.03)
     here = stored_field(nook, planned, tmp_path / "here", at_once=2)
-    reported: list[tuple[int, int, int]] = []
+    reported: list[tuple[int, int]] = []
     there = stored_field(nook, planned, tmp_path / "there", ray=address, report=lambda *each: reported.append(each))
     assert np.array_equal(here.values, there.values)
-    assert [number for number, *_ in reported] == [0, 1]
+    assert sorted(number for number, _ in reported) == [0, 1]
 
 
 def test_failure_in_the_cluster_is_one_sentence(nook, address, tmp_path):
     planned = plan(nook, nook.transmitter.region, 0.03)
     outside = replace(planned, box=planned.box + 1000)
     with pytest.raises(InputError, match=r"model\.in: expected gprMax to run it, found that it stopped with"):
-        stored_field(nook, outside, tmp_path, ray=address)
+        stored_field(nook, outside, tmp_path, solver="gprMax 4.0.1", ray=address)
 
 
 def test_machines_too_small_are_told_instead_of_waited_for(nook, address, tmp_path):

@@ -6,6 +6,7 @@ from dataclasses import replace
 from importlib.metadata import PackageNotFoundError
 from itertools import count
 from threading import Event
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -18,6 +19,7 @@ from scenes.shapes import sheet
 from simulate.dataset import read_dataset
 from simulate.fullwave.dipole import GAIN, free_space_response
 from simulate.fullwave.element import VACUUM_PERMEABILITY
+from simulate.fullwave.solver import SourceField
 from simulate.fullwave.stored_field import read_stored_field
 from simulate.simulation import simulate
 
@@ -43,32 +45,36 @@ class Solver:
         self.sources: list[np.ndarray] = []
         self.interrupted_at: int | None = None
 
-    def run(self, folder, geometry, grid, source, box, ends, threads, gpu, report):
-        assert (geometry / "geometry.h5").exists()
+    def solve(self, cells, grid, sources, box, steps, report):
         if len(self.sources) == self.interrupted_at:
             raise KeyboardInterrupt
-        self.sources.append(source.position)
-        report(ends[-1], ends[-1])
+        self.sources += [source.position for source in sources]
+        report(steps)
         index = np.stack(np.meshgrid(*(np.arange(*span) for span in box.T), indexing="ij"), axis=-1)
         points = np.asarray(grid.origin) + grid.cell * (index.reshape(-1, 3) + 0.5)
-        # The engine multiplies by this factor; the frequency is that of the grid.
-        factor = GAIN * SPEED_OF_LIGHT / 915e6 / (-2j * np.pi * source.frequency * VACUUM_PERMEABILITY)
-        fields = [
-            free_space_response(source.position, source.direction, points, axis, 915e6) / factor for axis in np.eye(3)
-        ]
-        return np.stack([np.stack(fields).reshape(3, *index.shape[:3])] * len(ends))
+        found = []
+        for source in sources:
+            # The engine multiplies by this factor; the frequency is that of the grid.
+            factor = GAIN * SPEED_OF_LIGHT / 915e6 / (-2j * np.pi * source.frequency * VACUUM_PERMEABILITY)
+            fields = [
+                free_space_response(source.position, source.direction, points, axis, 915e6) / factor
+                for axis in np.eye(3)
+            ]
+            found.append(SourceField(np.stack(fields).reshape(3, *index.shape[:3]), 1e-4, steps))
+        return found
 
 
 @pytest.fixture
 def solver(monkeypatch) -> Solver:
     """Takes the solver's place."""
     instead = Solver()
-    monkeypatch.setattr("simulate.fullwave.element.run", instead.run)
+    monkeypatch.setattr("simulate.fullwave.element.solve", instead.solve)
+    monkeypatch.setattr("simulate.fullwave.runs.MOST_AT_ONCE", 1)
     return instead
 
 
 def test_dataset_has_the_responses_of_the_field(nook, solver, tmp_path):
-    dataset = simulate(nook, tmp_path / "nook", n=12, engine="fullwave", cell=0.03)
+    dataset = simulate(nook, tmp_path / "nook", n=12, engine="fullwave", cell=0.03, workers=1)
     assert len(solver.sources) == 2
     expected = np.stack(
         [
@@ -81,7 +87,7 @@ def test_dataset_has_the_responses_of_the_field(nook, solver, tmp_path):
     assert np.abs(dataset.responses / expected - 1).max() < 0.08
     metadata = json.loads((tmp_path / "nook" / "metadata.json").read_text())
     assert metadata["engine"] == "fullwave" and metadata["fullwave"]["cell"] == 0.03
-    assert metadata["fullwave"]["solver"].startswith("gprMax") and "propagation" not in metadata
+    assert metadata["fullwave"]["solver"] == "bisplat" and "propagation" not in metadata
 
 
 def test_more_positions_come_from_the_stored_field(nook, solver, tmp_path):
@@ -106,28 +112,24 @@ def test_interrupted_runs_are_continued(nook, solver, tmp_path):
 
 
 def test_interrupt_ends_the_runs_beside(nook, solver, monkeypatch, tmp_path):
-    third, ended, calls = Event(), Event(), count()
+    beside, ended, calls = Event(), Event(), count()
 
-    def run(folder, geometry, grid, source, box, ends, threads, gpu, report):
-        number = next(calls)
-        if number == 0:
-            return solver.run(folder, geometry, grid, source, box, ends, threads, gpu, report)
-        if number == 1:
-            third.wait(10)
+    def solve(cells, grid, sources, box, steps, report):
+        if next(calls) == 0:
+            beside.wait(10)
             raise KeyboardInterrupt
-        third.set()
+        beside.set()
         try:
             for _ in range(1000):
-                report(1, 2)
+                report(1)
                 time.sleep(0.01)
         except InterruptedError:
             ended.set()
             raise
 
-    monkeypatch.setattr("simulate.fullwave.element.run", run)
+    monkeypatch.setattr("simulate.fullwave.element.solve", solve)
     with pytest.raises(KeyboardInterrupt):
-        taller = replace(nook, gateway=replace(nook.gateway, rows=3))
-        simulate(taller, tmp_path / "nook", n=4, engine="fullwave", cell=0.03, workers=2)
+        simulate(nook, tmp_path / "nook", n=4, engine="fullwave", cell=0.03, workers=2)
     assert ended.is_set()
 
 
@@ -158,13 +160,14 @@ def test_gpu_is_asked_of_the_solver(nook, monkeypatch, tmp_path):
     commands = []
 
     def start(command, **_):
+        assert "gprMax" in command
         commands.append(command)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("simulate.fullwave.gprmax.subprocess.Popen", start)
+    monkeypatch.setattr("simulate.fullwave.gprmax.subprocess", SimpleNamespace(Popen=start, PIPE=None, STDOUT=None))
     with pytest.raises(KeyboardInterrupt):
         simulate(nook, tmp_path / "nook", n=4, engine="fullwave", cell=0.03, gpu=True)
-    assert len(commands) == 1 and commands[0][-1] == "-gpu"
+    assert commands and all(command[-1] == "-gpu" for command in commands)
     with pytest.raises(ParameterError, match="gpu: expected none, or the engine fullwave"):
         simulate(nook, tmp_path / "rays", n=4, gpu=True)
 
@@ -185,14 +188,28 @@ def test_dataset_is_made_once_more_by_its_own_settings(nook, solver, tmp_path):
     assert np.array_equal(first.pictures, again.pictures)
 
 
-def test_missing_solver_is_one_sentence_and_a_stored_field_needs_none(nook, solver, monkeypatch, tmp_path):
-    simulate(nook, tmp_path / "few", n=4, engine="fullwave", cell=0.03)
-
+def test_missing_gprmax_is_one_sentence_and_the_cpu_needs_none(nook, solver, monkeypatch, tmp_path):
     def missing(name):
         raise PackageNotFoundError(name)
 
     monkeypatch.setattr("simulate.fullwave.gprmax.version", missing)
-    with pytest.raises(InputError, match="expected the solver gprMax, found none"):
-        simulate(nook, tmp_path / "nook", n=4, engine="fullwave", cell=0.03)
+    with pytest.raises(InputError, match="on a GPU: expected the solver gprMax, found none"):
+        simulate(nook, tmp_path / "nook", n=4, engine="fullwave", cell=0.03, gpu=True)
     assert not (tmp_path / "nook").exists()
-    simulate(nook, tmp_path / "more", n=8, engine="fullwave", field=tmp_path / "few")
+    simulate(nook, tmp_path / "nook", n=4, engine="fullwave", cell=0.03)
+
+
+def test_dataset_by_gprmax_is_made_once_more_by_gprmax(nook, solver, monkeypatch, tmp_path):
+    folder = simulate(nook, tmp_path / "nook", n=4, engine="fullwave", cell=0.03).folder
+    path = folder / "metadata.json"
+    path.write_text(path.read_text().replace('"solver": "bisplat"', '"solver": "gprMax 4.0.1"'))
+    ran = []
+
+    def run(working, geometry, grid, source, box, ends, gpu, report):
+        ran.append(gpu)
+        return np.random.default_rng(0).standard_normal((1, 3, *np.diff(box, axis=0)[0])) * np.ones((3, 1, 1, 1, 1))
+
+    monkeypatch.setattr("simulate.fullwave.element.run", run)
+    again = simulate(folder, tmp_path / "again")
+    assert ran == [False, False]
+    assert json.loads((again.folder / "metadata.json").read_text())["fullwave"]["solver"] == "gprMax 4.0.1"

@@ -1,0 +1,158 @@
+"""Time steps of Maxwell's equations on Yee's cells (1966), of several sources side by side.
+
+In units in which E and H have the same dimension (E/η₀ in place of E), with S = cΔt/Δ = 1/√3 and ε̃ = σΔt/2ε₀ε_r, the
+component of E along an axis a, and that of H, between the axes b and c that follow cyclically, become
+
+    E_a ← (1 − ε̃)/(1 + ε̃) E_a + S/ε_r/(1 + ε̃) [(δ_b H_c) − (δ_c H_b)],
+    H_a ← H_a + S/μ_r [(δ_c E_b) − (δ_b E_c)],
+
+δ the difference of neighbours, backward for H and forward for E. The fields of all sources are neighbours in memory:
+the cells' coefficients are looked up once for all of them, and the rest is additions of long rows.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float32, Int32
+from numba import njit
+
+from simulate.fullwave.absorber import ABSORBER, SLOTS, Absorber, absorber
+from simulate.fullwave.cells import CONDUCTOR, EdgeMaterials
+from simulate.fullwave.conductor_edges import PERMEABILITY, beside_edges
+from simulate.fullwave.yee_grid import YeeGrid
+from simulate.permittivity import VACUUM_PERMITTIVITY
+
+COURANT = 1 / math.sqrt(3)
+
+
+class Cells(NamedTuple):
+    """The fields of several sources, and the coefficients of the cells.
+
+    Attributes:
+        fields: E_x, E_y, E_z, H_x, H_y, H_z; place (x, y, z) and source in one axis.
+        row: which row of the coefficients, by component and place.
+        keep: coefficients of the component itself: different rows, each along z, once for every source.
+        drive: the same of the differences.
+        absorber: the boundary.
+    """
+
+    fields: Float32[np.ndarray, "6 points*sources"]
+    row: Int32[np.ndarray, "6 nx+1 ny+1"]
+    keep: Float32[np.ndarray, "rows (nz+1)*sources"]
+    drive: Float32[np.ndarray, "rows (nz+1)*sources"]
+    absorber: Absorber
+
+
+def cells_at_rest(materials: EdgeMaterials, grid: YeeGrid, sources: int) -> Cells:
+    """Cells without a field.
+
+    Args:
+        materials: of the cells' edges.
+        grid: the cells.
+        sources: number of sources.
+    """
+    conducting = np.arange(len(materials.permittivity)) == CONDUCTOR
+    conductivity = np.where(conducting, 0, materials.conductivity)
+    loss = conductivity * grid.time_step / (2 * VACUUM_PERMITTIVITY * materials.permittivity)
+    keep = np.where(conducting, 0, (1 - loss) / (1 + loss))
+    drive = np.where(conducting, 0, COURANT / materials.permittivity / (1 + loss))
+    magnetic = len(keep) + beside_edges(materials.index == CONDUCTOR).astype(np.uint16)
+    keep = np.concatenate([keep, np.ones(len(PERMEABILITY))]).astype(np.float32)
+    drive = np.concatenate([drive, COURANT / np.array(PERMEABILITY)]).astype(np.float32)
+    code = np.concatenate([materials.index, magnetic])
+    each = np.ascontiguousarray(code).view(np.dtype((np.void, 2 * code.shape[-1])))[..., 0]
+    _, first, row = np.unique(each, return_index=True, return_inverse=True)
+    rows = code.reshape(-1, code.shape[-1])[first]
+    return Cells(
+        np.zeros((6, code[0].size * sources), np.float32),
+        row.reshape(code.shape[:-1]).astype(np.int32),
+        np.repeat(keep[rows], sources, axis=1),
+        np.repeat(drive[rows], sources, axis=1),
+        absorber(grid, sources),
+    )
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def _row(field, first, second, third, fourth, keep, drive):
+    for n in range(field.size):
+        field[n] = keep[n] * field[n] + drive[n] * ((first[n] - second[n]) - (third[n] - fourth[n]))
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def _absorbed_row(field, memory, upper, lower, decay, drive):
+    for n in range(field.size):
+        memory[n] = decay * memory[n] + (decay - np.float32(1)) * (upper[n] - lower[n])
+        field[n] += drive[n] * memory[n]
+
+
+@njit(cache=True, nogil=True, fastmath={"contract"})
+def _absorbed_rows(field, memory, upper, lower, decay, drive):
+    for n in range(field.size):
+        memory[n] = decay[n] * memory[n] + (decay[n] - np.float32(1)) * (upper[n] - lower[n])
+        field[n] += drive[n] * memory[n]
+
+
+@njit(cache=True, nogil=True)
+def _slot(place, size):
+    """Place in the absorbing layer's memory, -1 outside the layer."""
+    if place < SLOTS:
+        return place
+    if place >= size - ABSORBER:
+        return place - (size - ABSORBER) + SLOTS
+    return -1
+
+
+@njit(cache=True, nogil=True)
+def advance(cells, kind):
+    """Advance all components of one kind by a time step: 0 the electric, 1 the magnetic ones."""
+    fields, layer = cells.fields, cells.absorber
+    sources = layer.z.shape[-1] // (2 * SLOTS)
+    points_y, points_z = cells.row.shape[2], cells.keep.shape[1] // sources
+    stride = (points_y * points_z * sources, points_z * sources, sources)
+    size = (cells.row.shape[1] - 1, points_y - 1, points_z - 1)
+    start = 1 - kind  # the tangential electric field is zero at the ends
+    width = (size[2] - start) * sources
+    for i in range(start, size[0]):
+        for j in range(start, size[1]):
+            here = i * stride[0] + j * stride[1] + start * sources
+            for axis in range(3):
+                component, b, c = axis + 3 * kind, (axis + 1) % 3, (axis + 2) % 3
+                # The two differences: of the other kind's component along c, in direction b, and the other way round.
+                if kind == 0:
+                    one, along_one, other, along_other = c + 3, b, b + 3, c
+                    up_one, low_one, up_other, low_other = here, here - stride[b], here, here - stride[c]
+                else:
+                    one, along_one, other, along_other = b, c, c, b
+                    up_one, low_one, up_other, low_other = here + stride[c], here, here + stride[b], here
+                field = fields[component, here : here + width]
+                first, second = fields[one, up_one : up_one + width], fields[one, low_one : low_one + width]
+                third, fourth = fields[other, up_other : up_other + width], fields[other, low_other : low_other + width]
+                row = cells.row[component, i, j]
+                keep, drive = cells.keep[row, start * sources :], cells.drive[row, start * sources :]
+                inside = (_slot(i, size[0]), _slot(j, size[1]))
+                _row(field, first, second, third, fourth, keep, drive)
+                for turn in range(2):
+                    along = along_one if turn == 0 else along_other
+                    upper, lower = (first, second) if turn == 0 else (fourth, third)
+                    which = 0 if along == b else 1
+                    if along == 2:
+                        memory, decay = layer.z[kind, which, i, j], layer.along_z[kind]
+                        low, high = (SLOTS - start) * sources, (size[2] - ABSORBER - start) * sources
+                        _absorbed_rows(
+                            field[:low], memory[:low], upper[:low], lower[:low], decay[start * sources :], drive[:low]
+                        )
+                        _absorbed_rows(
+                            field[high:], memory[SLOTS * sources :], upper[high:], lower[high:],
+                            decay[(size[2] - ABSORBER) * sources :], drive[high:],
+                        )  # fmt: skip
+                    elif inside[along] >= 0:
+                        memory = (
+                            layer.x[kind, which, inside[0], j] if along == 0 else layer.y[kind, which, i, inside[1]]
+                        )
+                        place = i if along == 0 else j
+                        _absorbed_row(
+                            field, memory[start * sources :], upper, lower, layer.decay[kind, along, place], drive
+                        )

@@ -1,0 +1,30 @@
+"""When a field that oscillates at one frequency has settled."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Complex
+
+SETTLED = 1e-3
+"""A field whose estimated change still to come is below this share of it has settled: its rest is 60 dB down."""
+
+SLOWEST = 0.95
+"""Largest ratio of two changes that is believed; with a larger one the rest would be estimated from noise."""
+
+
+def still_to_come(
+    before_last: Complex[np.ndarray, "..."], last: Complex[np.ndarray, "..."], now: Complex[np.ndarray, "..."]
+) -> float:
+    """Estimated change of a field that is still to come, relative to the field.
+
+    The phasors at three moments, equally far apart, change by d₁ and then by d₂. If changes go on to shrink by the
+    ratio q = d₂/d₁, d₂ q/(1 − q) is still to come.
+
+    >>> field = np.array([1.0 + 0j, 1j])
+    >>> round(still_to_come(0.98 * field, 0.99 * field, 0.995 * field), 4)
+    0.005
+    """
+    size = max(float(np.linalg.norm(now)), 1e-300)
+    change_before, change = float(np.linalg.norm(last - before_last)), float(np.linalg.norm(now - last))
+    ratio = min(change / max(change_before, 1e-300), SLOWEST)
+    return change / size * ratio / (1 - ratio)

@@ -1,0 +1,127 @@
+"""The fields that several sources make in a box, from the materials of the cells."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Complex, Float32, Int
+
+from scenes.description import SPEED_OF_LIGHT
+from simulate.fullwave.leapfrog import Cells, advance
+from simulate.fullwave.settling import SETTLED, still_to_come
+from simulate.fullwave.source import Source, moments, phasor
+from simulate.fullwave.yee_grid import YeeGrid
+
+FREE_SPACE_IMPEDANCE = 1.25663706212e-6 * SPEED_OF_LIGHT
+"""η₀, ohms."""
+
+LOOKS, FIRST_LOOK = 20, 6
+"""Into how many parts the time steps are divided, after each of which the field is looked at, and the first look."""
+
+
+@dataclass(frozen=True)
+class SourceField:
+    """The field of a source of one ampere-metre.
+
+    Attributes:
+        phasor: electric field along x, y, z at the middles of a box's cells, V/m.
+        unsettled: estimated change still to come, relative to the field.
+        steps: number of time steps.
+    """
+
+    phasor: Complex[np.ndarray, "3 nx ny nz"]
+    unsettled: float
+    steps: int
+
+
+def solve(
+    cells: Cells,
+    grid: YeeGrid,
+    sources: Sequence[Source],
+    box: Int[np.ndarray, "2 3"],
+    steps: int,
+    report: Callable[[int], None] = lambda done: None,
+) -> list[SourceField]:
+    """Advance the fields of some sources of one frequency until each has settled.
+
+    The field of a source does not depend on the others.
+
+    Args:
+        cells: at rest, for as many sources; they are changed.
+        grid: the cells' places.
+        sources: the sources.
+        box: first cell and the one after the last, of the box to keep the fields of.
+        steps: largest number of time steps.
+        report: called with the number of time steps done.
+    """
+    frequency, time_step = sources[0].frequency, grid.time_step
+    current = sources[0].current(time_step * (np.arange(steps) + 0.5))
+    driven = [
+        each for number, source in enumerate(sources) for each in _driven(cells, grid, source, number, len(sources))
+    ]
+    looks = {
+        end: moments(end, frequency, time_step) for end in (steps * n // LOOKS for n in range(FIRST_LOOK, LOOKS + 1))
+    }
+    wanted = {step for group in looks.values() for step in group}
+    seen: dict[int, Float32[np.ndarray, "sources 3 nx ny nz"]] = {}
+    fields: list[list[np.ndarray]] = [[] for _ in sources]
+    found: dict[int, SourceField] = {}
+    for step in range(1, steps + 1):
+        advance(cells, 0)
+        for component, where, amount in driven:
+            cells.fields[component, where] -= amount * np.float32(current[step - 1])
+        if step in wanted:
+            seen[step] = _in_box(cells.fields, grid, box, len(sources))
+        if step in looks:
+            snapshots = np.stack([seen[each] for each in looks[step]])
+            for number in set(range(len(sources))) - set(found):
+                field = phasor(snapshots[:, number], looks[step], frequency, time_step)
+                fields[number] = [*fields[number][-2:], FREE_SPACE_IMPEDANCE * field]
+                if len(fields[number]) == 3:
+                    rest = still_to_come(*fields[number])
+                    if rest < SETTLED or step == steps:
+                        found[number] = SourceField(fields[number][-1], rest, step)
+            seen.clear()
+        if len(found) == len(sources):
+            break
+        advance(cells, 1)
+        report(step)
+    report(steps)
+    return [found[number] for number in range(len(sources))]
+
+
+def _driven(
+    cells: Cells, grid: YeeGrid, source: Source, number: int, sources: int
+) -> list[tuple[int, Int[np.ndarray, " n"], Float32[np.ndarray, " n"]]]:
+    """Component, places and amounts by which a source of one ampere-metre changes the field in a step.
+
+    A current I over a length ℓ in a cell is the current density Iℓ/Δ³, which takes the place of H/Δ.
+    """
+    points = np.array(grid.shape) + 1
+    driven = []
+    for axis, places, shares in source.edges(grid):
+        x, y, z = places.T
+        where = ((x * points[1] + y) * points[2] + z) * sources + number
+        drive = cells.drive[cells.row[axis, x, y], z * sources]
+        driven.append((axis, where, (drive * shares / grid.cell**2).astype(np.float32)))
+    return driven
+
+
+def _in_box(
+    fields: Float32[np.ndarray, "6 points*sources"], grid: YeeGrid, box: Int[np.ndarray, "2 3"], sources: int
+) -> Float32[np.ndarray, "sources 3 nx ny nz"]:
+    """The electric field at the middles of cells: the mean of the four edges around a cell."""
+    electric = fields[:3].reshape(3, *(size + 1 for size in grid.shape), sources)
+    (x, y, z), (end_x, end_y, end_z) = box
+    electric = np.moveaxis(electric[:, x : end_x + 1, y : end_y + 1, z : end_z + 1], -1, 0)
+    middles = []
+    for axis in range(3):
+        mean = electric[:, axis]
+        for other in range(3):
+            low, high = [slice(None)] * 4, [slice(None)] * 4
+            low[other + 1], high[other + 1] = slice(None, -1), slice(1, None)
+            mean = mean[tuple(low)] if other == axis else (mean[tuple(low)] + mean[tuple(high)]) / 2
+        middles.append(mean)
+    return np.stack(middles, axis=1)

@@ -1,0 +1,87 @@
+"""A dipole that oscillates at one frequency, on the edges of the cells, and the phasor of the field that it makes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Complex, Float, Int
+
+from simulate.fullwave.lattice import source_weights
+from simulate.fullwave.yee_grid import YeeGrid
+
+RISE = 6
+"""Periods over which the source's amplitude rises, as half a raised cosine: slow, so that it hardly radiates at other
+frequencies."""
+
+SNAPSHOTS = 4
+"""Moments of a period at which the field is kept. Amplitude and phase are fitted to them, and a constant, since the
+beginning of the oscillation leaves static charges at the dipole's ends."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """A short dipole that oscillates at one frequency.
+
+    Attributes:
+        position: metres, world frame.
+        direction: unit vector, world frame.
+        frequency: hertz.
+    """
+
+    position: Float[np.ndarray, " 3"]
+    direction: Float[np.ndarray, " 3"]
+    frequency: float
+
+    def current(self, times: Float[np.ndarray, " n"] | float) -> Float[np.ndarray, " n"]:
+        """The current, relative to its final amplitude.
+
+        Args:
+            times: seconds.
+        """
+        rise = 0.5 - 0.5 * np.cos(np.pi * np.clip(np.asarray(times) * self.frequency / RISE, 0, 1))
+        return rise * np.cos(2 * np.pi * self.frequency * np.asarray(times))
+
+    def edges(self, grid: YeeGrid) -> list[tuple[int, Int[np.ndarray, "n 3"], Float[np.ndarray, " n"]]]:
+        """The edges of the cells that share the source: axis, places, and shares of the current.
+
+        Args:
+            grid: the cells.
+        """
+        place = (self.position - np.asarray(grid.origin)) / grid.cell
+        shared = []
+        for axis, share in enumerate(self.direction):
+            if abs(share) > 1e-9:
+                points, weights = source_weights(place - grid.edge_offset(axis))
+                shared.append((axis, points, share * weights))
+        return shared
+
+
+def moments(end: int, frequency: float, time_step: float) -> list[int]:
+    """Numbers of time steps, a quarter of a period apart, from which the phasor after ``end`` steps is fitted.
+
+    Args:
+        end: the last of them.
+        frequency: hertz.
+        time_step: seconds.
+    """
+    quarter = round(1 / (SNAPSHOTS * frequency * time_step))
+    return [end - number * quarter for number in range(SNAPSHOTS)]
+
+
+def phasor(
+    fields: Float[np.ndarray, "moments ..."], steps: Sequence[int], frequency: float, time_step: float
+) -> Complex[np.ndarray, "..."]:
+    """The phasor E of a field Re E e^{jωt} + const, by least squares.
+
+    Args:
+        fields: the field at some moments.
+        steps: the moments, in time steps.
+        frequency: hertz.
+        time_step: seconds.
+    """
+    phase = 2 * np.pi * frequency * time_step * np.array(steps)
+    design = np.stack([np.cos(phase), -np.sin(phase), np.ones_like(phase)], axis=1)
+    real, imaginary, _ = np.tensordot(np.linalg.pinv(design), fields, axes=1)
+    return real + 1j * imaginary

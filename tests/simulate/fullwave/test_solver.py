@@ -1,0 +1,60 @@
+"""Our solver against gprMax, an independent one, and what its fields may not depend on."""
+
+import numpy as np
+import pytest
+
+from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.materials import p2040_materials
+from scenes.shapes import box, sheet
+from simulate.fullwave.engine import stored_field
+from simulate.fullwave.plan import Plan, plan
+from simulate.fullwave.runs import groups
+
+
+@pytest.fixture(scope="module")
+def corner() -> Scene:
+    """A lossy floor that runs out into the absorbing boundary, a thin board, and the edges of a metal box."""
+    floor = SceneObject("floor", sheet((0, 0, 0), (0.6, 0, 0), (0, 0.5, 0)), "concrete", 0.4)
+    board = SceneObject("board", sheet((0.1, 0.4, 0.0), (0.4, 0, 0), (0, 0, 0.3)), "wood", 0.01)
+    case = SceneObject("case", box((0.3, 0.1, 0.1), (0.4, 0.2, 0.3)), "metal")
+    gateway = Gateway((0.55, 0.25, 0.2), facing((-1, 0, 0)), rows=1, columns=3, spacing=0.15, pattern="dipole")
+    region = Transmitter((0.1, 0.2, 0.15), (0.2, 0.3, 0.25), pattern="dipole")
+    materials = p2040_materials(["concrete", "wood", "metal"], 915e6)
+    return Scene("corner", 915e6, gateway, region, (floor, board, case), materials)
+
+
+@pytest.fixture(scope="module")
+def planned(corner) -> Plan:
+    return plan(corner, corner.transmitter.region, 0.025)
+
+
+def test_same_field_as_by_gprmax(corner, planned, tmp_path):
+    ours = stored_field(corner, planned, tmp_path / "ours")
+    theirs = stored_field(corner, planned, tmp_path / "theirs", at_once=2, solver="gprMax")
+    for element in range(3):
+        difference = np.linalg.norm(ours.values[element] - theirs.values[element])
+        assert difference < 10 ** (-55 / 20) * np.linalg.norm(theirs.values[element])
+
+
+def test_element_does_not_depend_on_those_beside_it(corner, planned, tmp_path):
+    together = stored_field(corner, planned, tmp_path / "together", at_once=1)
+    apart = stored_field(corner, planned, tmp_path / "apart", at_once=3)
+    assert np.array_equal(together.values, apart.values)
+    assert np.array_equal(together.unsettled, apart.unsettled)
+
+
+def test_settled_field_hardly_changes_any_more(corner, planned, tmp_path):
+    """The estimated rest of a field is about what longer runs change, and stays below 60 dB where it says so."""
+    settled = stored_field(corner, planned, tmp_path / "settled")
+    assert settled.steps < planned.steps and settled.unsettled.max() < 1e-3
+    longer = stored_field(corner, Plan(planned.grid, planned.frequency, 3 * planned.steps, planned.box), tmp_path / "l")
+    change = np.linalg.norm(longer.values - settled.values) / np.linalg.norm(longer.values)
+    assert change < 2e-3
+
+
+@pytest.mark.parametrize(
+    ("elements", "at_once", "sizes"),
+    [(16, 2, [8, 8]), (16, 1, [8, 8]), (16, 4, [4] * 4), (1, 4, [1]), (36, 2, [6] * 6)],
+)
+def test_elements_are_divided_into_runs_of_like_sizes(elements, at_once, sizes):
+    assert [len(part) for part in groups(list(range(elements)), at_once)] == sizes
