@@ -53,10 +53,11 @@ def main(
         json_output: print one JSON object.
     """
     scene = lab()
-    usual, effort, candidates = Propagation(), Propagation(rays=RAYS), CANDIDATES
+    usual, candidates = Propagation(max_depth=5, diffraction=False), CANDIDATES
+    effort = replace(usual, rays=RAYS)
     if smallest:
         positions, candidates = 1, 20_011
-        effort = usual = Propagation(max_depth=1, rays=10_000)
+        effort = usual = Propagation(max_depth=1, rays=10_000, diffraction=False)
     tracer = Tracer(scene, usual)
     ray_scene, chains, sources = tracer.ray_scene, tracer._chains, tracer.elements
     search = replace(ray_scene, propagation=effort)

@@ -7,8 +7,8 @@ memory (GB), and the seconds of 10,000 further spectra from the stored field. Co
 over the positions of |⟨a, b⟩| over the product of the norms; ``together``: of all positions' responses as one vector)
 and median SSIM: of the rays as ``bisplat simulate`` traces them with full wave; of full wave with cells a quarter
 larger and a quarter smaller with that of the cells between, for the four elements in the middle of the array; of the
-rays with full wave in the closet without furniture, for the same four elements, by depth. benchmarks/mechanisms.py
-compares the rays' mechanisms, in more rooms.
+rays without diffraction with full wave in the closet without furniture, for the same four elements, by depth.
+benchmarks/mechanisms.py compares the rays' mechanisms, in more rooms.
 
 Runs that have ended are kept in --folder, so that an interrupted benchmark continues. In all it takes about half an
 hour on two cores; no other program should run during the first part, whose minutes are counted.
@@ -48,7 +48,7 @@ FURNITURE = ("cabinet", "panel", "table", "shelf")
 WORKERS = 2
 """Runs of the solver at a time."""
 
-DEPTHS = {f"depth {depth}": Propagation(max_depth=depth) for depth in (0, 1, 2, 3, 5)}
+DEPTHS = {f"depth {depth}": Propagation(max_depth=depth, diffraction=False) for depth in (0, 1, 2, 3, 5)}
 
 
 class Clock:
@@ -113,7 +113,7 @@ def main(
     scene, further, depths, rays = closet(), 10_000, DEPTHS, Propagation()
     if smallest:
         scene, positions, further = nook(), 5, 20
-        rays = Propagation(max_depth=1, rays=10_000)
+        rays = Propagation(max_depth=1, rays=10_000, diffraction=False)
         depths = {"depth 1": rays}
         folder = Path(tempfile.mkdtemp())
     folder.mkdir(parents=True, exist_ok=True)

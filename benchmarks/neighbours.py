@@ -31,8 +31,8 @@ APART = 0.03
 """Metres."""
 
 RAYS = {
-    "geometric optics": Propagation(max_depth=5),
-    "diffraction": Propagation(max_depth=3, diffraction=True),
+    "geometric optics": Propagation(max_depth=5, diffraction=False),
+    "diffraction": Propagation(),
 }
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
@@ -73,7 +73,7 @@ def main(
     if smallest:
         folder, rooms, count = Path(tempfile.mkdtemp()), ("nook",), 3
         simulate(nook(), folder / "nook", 3, engine="fullwave", cell=0.024)
-        followed = {"geometric optics": Propagation(max_depth=1, rays=1000)}
+        followed = {"geometric optics": Propagation(max_depth=1, rays=1000, diffraction=False)}
     result: dict[str, Any] = {}
     for room in rooms:
         truth = read_dataset(folder / room)

@@ -24,7 +24,9 @@ from simulate.propagation import Propagation
 from simulate.trace import Tracer
 
 ROUGHNESS = 0.3
-DIFFUSE = Propagation(max_depth=1, los=False, specular=False, refraction=False, diffuse=True, rays=10_000)
+DIFFUSE = Propagation(
+    max_depth=1, los=False, specular=False, refraction=False, diffuse=True, diffraction=False, rays=10_000
+)
 
 
 def rough_closet() -> Scene:

@@ -2,11 +2,13 @@
 
 python benchmarks/simulation.py --figure docs/simulation.png --json
 
-Measured in the lab at depth 5: seconds and peak memory (GB) of ``bisplat simulate`` for datasets of three sizes;
+Measured in the lab, by reflections and refractions of up to five interactions as Sionna RT has them (without
+diffraction, slabs counted twice): seconds and peak memory (GB) of ``bisplat simulate`` for datasets of three sizes;
 seconds per transmitter of the loop that published scripts use, one ``PathSolver`` call with a million rays for each
 transmitter, with the array's real element positions; the SSIM of the spectra of both at the same positions, and of
-each with a third tracing of ten million rays per transmitter. This takes about twenty minutes on two cores, most of it
-for the third tracing and the largest dataset; no other program should run meanwhile.
+each with a third tracing of ten million rays per transmitter. Then ``bisplat simulate`` as it is without options, with
+diffraction. This takes about twenty minutes on two cores, most of it for the third tracing and the largest dataset; no
+other program should run meanwhile.
 """
 
 from __future__ import annotations
@@ -34,7 +36,8 @@ from simulate.trace import Tracer
 
 BEAMFORMER = Beamformer()
 LOOP_RAYS, DENSE_RAYS = 1_000_000, 10_000_000
-SMALLEST = Propagation(max_depth=1, rays=10_000)
+GEOMETRIC = Propagation(max_depth=5, diffraction=False, slab_phase=False)
+SMALLEST = Propagation(max_depth=1, rays=10_000, diffraction=False)
 
 
 def pictures(responses: np.ndarray) -> np.ndarray:
@@ -95,6 +98,7 @@ def dataset_seconds(spectra: int, propagation: Propagation) -> tuple[float, floa
     with tempfile.TemporaryDirectory() as folder:
         command = [sys.executable, "-m", "bisplat", "simulate", "lab", "-o", f"{folder}/lab", "-n", str(spectra)]
         command += ["--max-depth", str(propagation.max_depth), "--rays", str(propagation.rays)]
+        command += [] if propagation.diffraction else ["--no-diffraction", "--no-slab-phase"]
         began = time.perf_counter()
         subprocess.run(command, check=True, capture_output=True)
         seconds = time.perf_counter() - began
@@ -110,7 +114,7 @@ def draw(sizes: list[int], ours: list[float], loop: float, path: Path) -> None:
     figure, axes = plt.subplots(figsize=(5.5, 4), layout="constrained")
     axes.loglog(sizes, [loop * n for n in sizes], "s--", label="one PathSolver call each, 10⁶ rays (extrapolated)")
     axes.loglog(sizes, ours, "o-", label="bisplat simulate, written to disk")
-    axes.set(xlabel="transmitter positions", ylabel="seconds", title="lab, depth 5, 4 × 4 elements")
+    axes.set(xlabel="transmitter positions", ylabel="seconds", title="lab, depth 5 without diffraction, 4 × 4 elements")
     for axis in (axes.xaxis, axes.yaxis):
         label_log_axis(axis)
     axes.grid(which="both", alpha=0.3)
@@ -136,10 +140,11 @@ def main(
         smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
         json_output: print one JSON object.
     """
-    propagation, loop_rays, dense_rays = Propagation(), LOOP_RAYS, DENSE_RAYS
+    propagation, default, loop_rays, dense_rays = GEOMETRIC, Propagation(), LOOP_RAYS, DENSE_RAYS
     if smallest:
         propagation, loop_rays, dense_rays = SMALLEST, SMALLEST.rays, SMALLEST.rays
-        positions, dense, sizes = 2, 1, (2, 3)
+        default, positions, dense, sizes = Propagation(max_depth=1, rays=10_000), 2, 1, (2, 3)
+    with_diffraction = [dataset_seconds(size, default)[0] for size in sizes[:2]]
     timed = [dataset_seconds(size, propagation) for size in sizes]
     marginal = [
         (timed[i + 1][0] - timed[i][0]) / (sizes[i + 1] - sizes[i]) for i in range(len(sizes) - 1)
@@ -180,6 +185,13 @@ def main(
             f"milliseconds_per_further_spectrum_to_{n}": round(1e3 * m, 2)
             for n, m in zip(sizes[1:], marginal, strict=True)
         },
+        **{
+            f"seconds_{n}_with_diffraction": round(seconds, 1)
+            for n, seconds in zip(sizes, with_diffraction, strict=False)
+        },
+        "milliseconds_per_further_spectrum_with_diffraction": round(
+            1e3 * (with_diffraction[1] - with_diffraction[0]) / (sizes[1] - sizes[0]), 2
+        ),
         "peak_memory_gb": round(max(memory for _, memory in timed), 2),
         "cores": os.cpu_count(),
     }

@@ -12,7 +12,8 @@ class Propagation:
     """Propagation mechanisms, and the number of rays that search for paths.
 
     Attributes:
-        max_depth: largest number of interactions on a path.
+        max_depth: largest number of interactions on a path. With more than three, spectra were farther from full wave
+            (docs/physics.md).
         los: follow the line of sight.
         specular: follow specular reflection.
         refraction: follow transmission through objects.
@@ -30,17 +31,17 @@ class Propagation:
         ParameterError: a depth or a number of rays or patches that is no whole number, a negative depth, no rays, or
             no patches.
 
-    >>> Propagation(max_depth=3, diffraction=True).slab_phase
+    >>> Propagation(sionna=True).sionna_diffraction
     True
     """
 
-    max_depth: int = 5
+    max_depth: int = 3
     los: bool = True
     specular: bool = True
     refraction: bool = True
     diffuse: bool = False
     patches: int = 2000
-    diffraction: bool = False
+    diffraction: bool = True
     slab_phase: bool = True
     sionna: bool = False
     rays: int = 1_000_000

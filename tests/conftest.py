@@ -30,7 +30,7 @@ def workplace(tmp_path_factory) -> Path:
     import bisplat
 
     folder = tmp_path_factory.mktemp("workplace")
-    coarse = bisplat.Propagation(max_depth=1, rays=20_000)
+    coarse = bisplat.Propagation(max_depth=1, diffraction=False, rays=20_000)
     dataset = bisplat.simulate("lab", folder / "data" / "lab", n=40, propagation=coarse)
     bisplat.train(dataset, folder / "runs" / "lab")
     return folder

@@ -16,6 +16,7 @@ import numpy as np
 import trimesh
 from jaxtyping import Bool, Float, Int
 
+from scenes.description import Scene
 from scenes.shapes import union
 from simulate.permittivity import conducting_objects
 from simulate.ray_scene import RayScene, first_hits
@@ -31,6 +32,9 @@ SHORTEST = 1 / 4
 
 PIECES = 16
 """Pieces of an edge that are each examined for a body that touches them."""
+
+MOST = 300
+"""Edges that are followed; of more, those that matter most."""
 
 
 @dataclass(frozen=True)
@@ -217,3 +221,23 @@ def _untouched(edges: Edges, body_of_face: Int[np.ndarray, " faces"], ray_scene:
     return replace(
         chosen, starts=chosen.starts + (begin * piece)[:, None] * chosen.directions, lengths=(end - begin) * piece
     )
+
+
+def foremost(edges: Edges, scene: Scene) -> Edges:
+    """The ``MOST`` edges that matter most, in their order.
+
+    The field of a wave behind an edge falls with its distances d₁ from the gateway and d₂ from the transmitter about
+    like 1/√(d₁ d₂ (d₁ + d₂)), and grows with the edge's length up to about √(λ d₁ d₂/(d₁ + d₂)) (Fresnel's zone).
+
+    Args:
+        edges: all edges of the scene.
+        scene: tells where the gateway is, and the middle of the transmitters' region.
+    """
+    if len(edges) <= MOST:
+        return edges
+    middle = edges.points(np.array([0.5]))[:, 0]
+    places = np.asarray(scene.gateway.position), scene.transmitter.region.mean(axis=0)
+    first, second = (np.maximum(np.linalg.norm(middle - place, axis=1), scene.wavelength) for place in places)
+    zone = np.sqrt(scene.wavelength * first * second / (first + second))
+    amplitude = np.minimum(edges.lengths, zone) / zone / np.sqrt(first * second * (first + second))
+    return edges.subset(np.sort(np.argsort(-amplitude, kind="stable")[:MOST]))

@@ -44,14 +44,15 @@ def _diffracted(
         way_in: direction of the wave before the edge.
         way_out: behind it.
     """
-    own = edges.subset(courses.edges[number])
+    which = courses.edges[number]
+    edge = mi.UInt(which.astype(np.uint32))
     k = 2 * np.pi / surfaces.wavelength
-    n = mi.Float((own.exterior / np.pi).astype(np.float32))
+    n = dr.gather(mi.Float, mi.Float((edges.exterior / np.pi).astype(np.float32)), edge)
     angle_in, angle_out = (mi.Float(angle) for angle in courses.angles[number])
     length, sin_beta = mi.Float(courses.length[number]), mi.Float(courses.sin_beta[number])
     direct, reflected = transition_pairs(angle_out, angle_in, n, length, k)
     # Unit vectors across the planes of edge and ray, before and behind.
-    along = _vectors(own.directions)
+    along = dr.gather(mi.Vector3f, _vectors(edges.directions), edge)
     phi_in, phi_out = dr.normalize(dr.cross(way_in, along)), dr.normalize(dr.cross(along, way_out))
     found = composed(
         (reflected - direct) * component(field, dr.cross(phi_in, way_in)),
@@ -59,15 +60,16 @@ def _diffracted(
         -(direct + reflected) * component(field, phi_in),
         phi_out,
     )
-    if own.boards.any():
-        normal, face = _vectors(own.normals), mi.UInt(own.faces.astype(np.uint32))
+    if edges.boards[which].any():
+        normal = dr.gather(mi.Vector3f, _vectors(edges.normals), edge)
+        face = dr.gather(mi.UInt, mi.UInt(edges.faces.astype(np.uint32)), edge)
         driven, sending = (
             currents(way, normal, *surfaces.centred_coefficients(face, dr.abs(dr.dot(way, normal))))
             for way in (way_in, way_out)
         )
         pairs = direct, reflected
         board = behind_board(field, way_in, way_out, normal, driven, sending, (angle_in, angle_out), pairs, sin_beta)
-        is_board = mi.Bool(own.boards)
+        is_board = dr.gather(mi.Bool, mi.Bool(edges.boards), edge)
         found = dr.select(is_board, board[0], found[0]), dr.select(is_board, board[1], found[1])
     detours, excess = [mi.Float(detour) for detour in courses.detours[number]], mi.Float(courses.excess[number])
     weight = end_weight(detours, excess, surfaces.wavelength) * common_factor(n, sin_beta, k)

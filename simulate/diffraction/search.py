@@ -35,7 +35,7 @@ ELEMENTS = 4
 """Number of the gateway's elements at which candidates with two diffractions are tried; those with one are tried at
 all."""
 
-NEGLIGIBLE = 3e-5
+NEGLIGIBLE = 1e-4
 """A chain is dropped if it brings less than this share of the diffracted power at every trial and every element."""
 
 
@@ -70,6 +70,8 @@ def find_diffracted_chains(
     kept[~is_double] = _shares(edge_scene, candidates.subset(~is_double), elements, trials) >= NEGLIGIBLE
     chains = candidates.subset(kept)
     twice = int((chains.link != NO_LINK).sum())
+    if edge_scene.left_out:
+        report(f"the {edge_scene.left_out} least of the edges are left out")
     report(
         f"{len(edge_scene.edges)} edges: {len(chains) - twice} chains with a diffraction and {twice} with two, of "
         f"{len(candidates)} tried"

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from simulate.diffraction.chains import DiffractedChains
-from simulate.diffraction.edges import Edges, diffracting_edges
+from simulate.diffraction.edges import Edges, diffracting_edges, foremost
 from simulate.diffraction.ends import ends_of
 from simulate.diffraction.fields import path_responses
 from simulate.diffraction.geometry import Combinations, Courses
@@ -32,13 +32,16 @@ class EdgeScene:
 
     Attributes:
         ray_scene: the scene, with the propagation to follow.
-        edges: the edges that diffract.
+        edges: the edges that diffract, as far as they are followed.
+        left_out: number of edges that are not, since there are too many.
         surfaces: what its triangles are made of.
     """
 
     def __init__(self, ray_scene: RayScene):
         self.ray_scene = ray_scene
-        self.edges: Edges = diffracting_edges(ray_scene)
+        edges = diffracting_edges(ray_scene)
+        self.edges: Edges = foremost(edges, ray_scene.description)
+        self.left_out = len(edges) - len(self.edges)
         self.surfaces = Surfaces(ray_scene)
 
 

@@ -34,7 +34,21 @@ def run_python() -> Callable[..., str]:
 def small_dataset(tmp_path_factory) -> Path:
     """A dataset of 48 spectra of the bedroom, traced with few rays."""
     folder = tmp_path_factory.mktemp("benchmarks") / "bedroom"
-    _run("-m", "bisplat", "simulate", "bedroom", "-o", folder, "-n", "48", "--max-depth", "1", "--rays", "20000")
+    _run(
+        "-m",
+        "bisplat",
+        "simulate",
+        "bedroom",
+        "-o",
+        folder,
+        "-n",
+        "48",
+        "--max-depth",
+        "1",
+        "--rays",
+        "20000",
+        "--no-diffraction",
+    )
     return folder
 
 

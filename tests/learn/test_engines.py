@@ -70,13 +70,15 @@ def test_line_of_sight_is_the_field_in_free_space(full_wave, tmp_path):
 
 def test_reflection_that_the_field_lacks_is_seen(full_wave):
     without = compare_engines(full_wave.folder, LINE_OF_SIGHT, 20).metrics()
-    with_floor = compare_engines(full_wave.folder, Propagation(max_depth=1, rays=20_000), 20).metrics()
+    with_floor = compare_engines(
+        full_wave.folder, Propagation(max_depth=1, diffraction=False, rays=20_000), 20
+    ).metrics()
     assert 1 - with_floor["correlation_rays_together"] > 3 * (1 - without["correlation_rays_together"])
     assert with_floor["level_error_db"] > 3 * without["level_error_db"]
 
 
 def test_plane_shows_each_depths_error_and_counts_paths(yard, full_wave, tmp_path):
-    plane = compare_on_plane(full_wave.folder, Propagation(max_depth=1, rays=20_000))
+    plane = compare_on_plane(full_wave.folder, Propagation(max_depth=1, diffraction=False, rays=20_000))
     assert plane.errors_db[0].max() < -25  # the field is that in free space, near field included
     assert plane.errors_db[1].mean() > plane.errors_db[0].max() + 4  # and lacks the reflection
     assert (plane.paths == 2).all()

@@ -71,7 +71,7 @@ def room_positions(room) -> np.ndarray:
 @pytest.fixture(scope="session")
 def two_bounces() -> Propagation:
     """Depth 2 with few rays, and the phases of slabs that Sionna has, for comparison with it."""
-    return Propagation(max_depth=2, rays=100_000, slab_phase=False)
+    return Propagation(max_depth=2, diffraction=False, rays=100_000, slab_phase=False)
 
 
 @pytest.fixture(scope="session")

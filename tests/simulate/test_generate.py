@@ -33,7 +33,13 @@ COUNT = 7
 def request_of(make_scene, floor):
     """Seven positions over a floor."""
     positions = np.random.default_rng(9).uniform([-5, -1, 0.5], [-2, 1, 2.5], (COUNT, 3))
-    return Request(make_scene(floor), positions, "uniform, seed 9", Propagation(max_depth=1, rays=20_000), seed=3)
+    return Request(
+        make_scene(floor),
+        positions,
+        "uniform, seed 9",
+        Propagation(max_depth=1, diffraction=False, rays=20_000),
+        seed=3,
+    )
 
 
 @pytest.fixture(autouse=True)

@@ -18,7 +18,7 @@ FREQUENCY = 915e6
 LAMBDA = c / FREQUENCY
 K = 2 * np.pi / LAMBDA
 LOS_ONLY = Propagation(max_depth=0)
-ONE_BOUNCE = Propagation(max_depth=1, rays=100_000)
+ONE_BOUNCE = Propagation(max_depth=1, diffraction=False, rays=100_000)
 
 STRAIGHT_UP_AND_DOWN = [
     Rotation.identity(),

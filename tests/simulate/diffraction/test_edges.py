@@ -5,7 +5,7 @@ import pytest
 import trimesh
 
 from scenes.shapes import box, sheet, union
-from simulate.diffraction.edges import diffracting_edges
+from simulate.diffraction.edges import diffracting_edges, foremost
 from simulate.propagation import Propagation
 from simulate.ray_scene import RayScene
 
@@ -75,3 +75,17 @@ def test_boards_of_a_box_end_at_its_edges_one_by_one(edges_of):
     assert (np.abs(inside - [0.5, 0.5, 1.5]).max(axis=1) < 0.5 + 1e-9).all()
     np.testing.assert_allclose(np.abs((edges.normals * edges.tangents).sum(axis=1)), 0, atol=1e-12)
     assert len(np.unique(np.column_stack([edges.starts, edges.directions, edges.tangents]).round(6), axis=0)) == 24
+
+
+def test_of_too_many_edges_the_foremost_are_followed(make_scene, monkeypatch):
+    """Of two like plates the one between gateway and region counts, not the one beyond them; the order is kept."""
+    near, far = (sheet((x, -0.5, 1), (0, 1, 0), (0, 0, 1)) for x in (-1.5, 15.0))
+    scene = make_scene(FLOOR, ("far", far, "metal"), ("near", near, "metal"))
+    edges = diffracting_edges(RayScene.of(scene, Propagation()))
+    assert len(edges) == 8 and len(foremost(edges, scene)) == 8
+    monkeypatch.setattr("simulate.diffraction.edges.MOST", 5)
+    kept = foremost(edges, scene)
+    assert sorted(kept.starts[:, 0].round(1)) == [-1.5] * 4 + [15.0]
+    middles = edges.points(np.array([0.5])).tolist()
+    places = [middles.index(middle) for middle in kept.points(np.array([0.5])).tolist()]
+    assert places == sorted(places)

@@ -15,7 +15,9 @@ from simulate.scattering import scattered
 from simulate.trace import Tracer
 
 POSITIONS = np.array([[-3.0, 0.3, 1.2], [-2.4, -0.5, 0.8], [-3.6, 0.8, 0.6]])
-DIFFUSE = Propagation(max_depth=1, los=False, specular=False, refraction=False, diffuse=True, rays=10_000)
+DIFFUSE = Propagation(
+    max_depth=1, los=False, specular=False, refraction=False, diffuse=True, diffraction=False, rays=10_000
+)
 
 
 def yard(scattering=0.6, turned=0.0, polarization="V") -> Scene:
@@ -96,7 +98,7 @@ def test_power_converges_with_the_number_of_patches():
 
 
 def test_smooth_surfaces_scatter_nothing():
-    propagation = Propagation(max_depth=2, rays=10_000)
+    propagation = Propagation(max_depth=2, diffraction=False, rays=10_000)
     plain = Tracer(yard(0.0), propagation).responses(POSITIONS)
     assert (Tracer(yard(0.0), replace(propagation, diffuse=True)).responses(POSITIONS) == plain).all()
 
@@ -118,6 +120,7 @@ def test_rough_surface_reflects_less_around_edges_too():
         }
 
     smooth, rough = strongest(0.0), strongest(0.6)
-    assert len(smooth) >= 2 and smooth.keys() == rough.keys()
-    for course in smooth:
+    both = smooth.keys() & rough.keys()  # the weakest may be kept in one of the scenes only
+    assert len(both) >= 2
+    for course in both:
         assert rough[course] / smooth[course] == pytest.approx(0.8, rel=1e-4)
