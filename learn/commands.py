@@ -77,6 +77,7 @@ def train(
     steps: int = 1500,
     batch_size: int = 8,
     learning_rate: float | None = None,
+    full_resolution: float = 0.1,
     bypass: tuple[str, ...] = (),
     init: Path | None = None,
     devices: int = 1,
@@ -94,6 +95,8 @@ def train(
         steps: number of optimiser steps; a model fitted in closed form (helmholtz) takes none.
         batch_size: number of spectra per step.
         learning_rate: learning rate of AdamW (default: the model's own).
+        full_resolution: share of the steps, the last ones, that look at every pixel of a spectrum; those before look at
+            a few that hold the array's band, and are many times faster.
         bypass: branches of a BiSplat model to switch off, as the paper's ablation does: dynamic, delta, bst; or order,
             to blend the primitives in stored order instead of by depth.
         init: finished run of the same model whose weights training starts from, instead of random ones.
@@ -112,6 +115,7 @@ def train(
         steps=steps,
         batch_size=batch_size,
         learning_rate=learning_rate,
+        full_resolution=full_resolution,
         init=init,
         devices=devices,
         nodes=nodes,

@@ -9,7 +9,8 @@ import torch
 from jaxtyping import Float, Int
 from torch import Tensor, nn
 
-from learn.models.loss import composite_loss
+from learn.models.loss import coarse_loss, composite_loss
+from learn.models.quadrature import Quadrature
 from learn.models.splat import Splats
 from simulate.angular_grid import COLUMNS, ROWS
 from simulate.beamformer import Beamformer
@@ -32,6 +33,9 @@ class SpectrumModel(nn.Module):
     region: Tensor
     beamforming: BeamformingLayer
     """Computes spectra from ``responses``; only models with ``has_responses`` have one."""
+
+    trains_on_few_pixels = True
+    """Whether most training steps look at a few pixels of a spectrum only (``coarse_loss``)."""
 
     report: Report = staticmethod(lambda phase, done, total: None)
     """Called by ``fit`` with what is being done, and how many of how many steps of it are done."""
@@ -129,6 +133,31 @@ class SpectrumModel(nn.Module):
         """
         return composite_loss(self(positions), spectra)
 
+    def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
+        """Predicted spectra at a few pixels; a model that can compute these alone overrides it.
+
+        Args:
+            positions: transmitter positions, metres, world frame.
+            pixels: the pixels.
+        """
+        if self.has_responses:
+            return self.beamforming.coarse(self.responses(positions), pixels)
+        return self(positions)[:, pixels.rows][:, :, pixels.columns]
+
+    def coarse_loss(
+        self, positions: Float[Tensor, "B 3"], spectra: Float[Tensor, "B H W"], pixels: Quadrature
+    ) -> Float[Tensor, ""]:
+        """Loss of a training step that looks at a few pixels only.
+
+        Args:
+            positions: transmitter positions of a batch, metres, world frame.
+            spectra: true spectra of the batch at these pixels, 0…1.
+            pixels: the pixels.
+        """
+        if self.has_responses:  # its spectra are normalised over these pixels
+            spectra = normalised(spectra.flatten(1)).view_as(spectra)
+        return coarse_loss(self.coarse(positions, pixels), spectra, pixels)
+
 
 class BeamformingLayer(nn.Module):
     """Computes the spectrum that the array measures from element responses y: S = |A y|, min–max normalised.
@@ -146,10 +175,24 @@ class BeamformingLayer(nn.Module):
 
     def forward(self, responses: Float[Tensor, "B elements 2"]) -> Float[Tensor, "B 90 360"]:
         """Spectra, 0…1, of element responses (real, imaginary), whose scale and common phase have no effect."""
-        spectrum = power((responses.flatten(1) @ self.steering).unflatten(-1, (-1, 2))).clamp_min(1e-12).sqrt()
-        low = spectrum.amin(-1, keepdim=True)
-        span = spectrum.amax(-1, keepdim=True) - low
-        return ((spectrum - low) / span.clamp_min(1e-6)).unflatten(-1, (ROWS, COLUMNS))
+        return self._received(responses, self.steering).unflatten(-1, (ROWS, COLUMNS))
+
+    def coarse(self, responses: Float[Tensor, "B elements 2"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
+        """The spectra at a few pixels, min–max normalised over these."""
+        steering = self.steering.unflatten(1, (ROWS, COLUMNS, 2))[:, pixels.rows][:, :, pixels.columns]
+        return self._received(responses, steering.flatten(1)).unflatten(-1, (len(pixels.rows), len(pixels.columns)))
+
+    def _received(
+        self, responses: Float[Tensor, "B elements 2"], steering: Float[Tensor, "2*elements 2*P"]
+    ) -> Float[Tensor, "B P"]:
+        field = (responses.flatten(1) @ steering).unflatten(-1, (-1, 2))
+        return normalised(power(field).clamp_min(1e-12).sqrt())
+
+
+def normalised(spectra: Float[Tensor, "B P"]) -> Float[Tensor, "B P"]:
+    """Spectra scaled from the smallest to the largest of their pixels to 0…1."""
+    low = spectra.amin(-1, keepdim=True)
+    return (spectra - low) / (spectra.amax(-1, keepdim=True) - low).clamp_min(1e-6)
 
 
 def power(field: Float[Tensor, "*shape 2"]) -> Float[Tensor, "*shape"]:

@@ -19,6 +19,7 @@ from learn.models.bst import BilinearSpatialTransformer
 from learn.models.encoding import PRIMITIVE_ORDER, TX_ORDER, positional_encoding
 from learn.models.networks import ResidualFFN
 from learn.models.primitives import Primitives
+from learn.models.quadrature import Quadrature
 from learn.models.splat import Splats, splat
 from scenes.errors import ParameterError
 from simulate.beamformer import Beamformer
@@ -147,6 +148,10 @@ class BiSplatWRF(SpectrumModel):
         """Predicted spectrum: SPS = |F|² at every pixel, which is fitted directly to the normalised spectra."""
         return power(self.field(positions))
 
+    def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
+        azimuths, elevations = self.azimuths[pixels.columns], self.elevations[pixels.rows]
+        return power(splat(*self.splats(positions), azimuths, elevations))
+
 
 class BiSplatAperture(BiSplatWRF):
     """BiSplat-WRF whose field is received by the array, so that each prediction is a spectrum the array can measure.
@@ -189,3 +194,6 @@ class BiSplatAperture(BiSplatWRF):
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
         """Predicted spectrum: the array's spectrum of ``responses``, min–max normalised."""
         return self.beamforming(self.responses(positions))
+
+    def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
+        return SpectrumModel.coarse(self, positions, pixels)

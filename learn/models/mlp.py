@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+import torch
 from jaxtyping import Float
-from torch import Tensor
+from torch import Tensor, nn
 
 from learn.models.base import BeamformingLayer, SpectrumModel
 from learn.models.encoding import TX_ORDER, positional_encoding
 from learn.models.networks import ResidualFFN
+from learn.models.quadrature import Quadrature
 from simulate.angular_grid import COLUMNS, ROWS
 from simulate.beamformer import Beamformer
 
@@ -32,6 +34,16 @@ class SpectrumMLP(SpectrumModel):
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
         pixels = self.network(positional_encoding(self.scaled(positions), self.order)).sigmoid()
         return pixels.unflatten(-1, (ROWS, COLUMNS))
+
+    def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
+        features = self.network.features(positional_encoding(self.scaled(positions), self.order))
+        chosen = torch.from_numpy(COLUMNS * pixels.rows[:, None] + pixels.columns).to(positions.device)
+        last = self.network.outward
+        return (
+            nn.functional.linear(features, last.weight[chosen.flatten()], last.bias[chosen.flatten()])
+            .sigmoid()
+            .unflatten(-1, chosen.shape)
+        )
 
 
 class ResponseMLP(SpectrumModel):

@@ -67,7 +67,11 @@ class ResidualFFN(nn.Module):
         self.outward = nn.Linear(width, outputs)
 
     def forward(self, *parts: Part) -> Float[Tensor, "*batch outputs"]:
+        return self.outward(self.features(*parts))
+
+    def features(self, *parts: Part) -> Float[Tensor, "*batch width"]:
+        """x before W_out."""
         x = self.inward(*parts)
         for layer in self.hidden:
             x = x + layer(x)
-        return self.outward(x)
+        return x

@@ -13,6 +13,7 @@ from torch import Tensor, nn
 from learn.models.base import SpectrumModel
 from learn.models.encoding import PRIMITIVE_ORDER, TX_ORDER, positional_encoding
 from learn.models.networks import ResidualFFN
+from learn.models.quadrature import Quadrature
 from learn.models.splat import splat
 from simulate.beamformer import Beamformer
 
@@ -54,6 +55,14 @@ class SwiftWRF(SpectrumModel):
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
         """Predicted spectrum: the sum of the deformed Gaussians."""
+        return self._spectra(positions, self.azimuths, self.elevations)
+
+    def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
+        return self._spectra(positions, self.azimuths[pixels.columns], self.elevations[pixels.rows])
+
+    def _spectra(
+        self, positions: Float[Tensor, "B 3"], azimuths: Float[Tensor, " W"], elevations: Float[Tensor, " H"]
+    ) -> Float[Tensor, "B H W"]:
         scaled_centre = self.centre / self.centre.new_tensor([180.0, 45.0]) - 1
         encodings = (
             positional_encoding(scaled_centre, PRIMITIVE_ORDER)[None],
@@ -77,8 +86,8 @@ class SwiftWRF(SpectrumModel):
                 rotation[[sample]],
                 opacity[[sample]],
                 coefficient[[sample]],
-                self.azimuths,
-                self.elevations,
+                azimuths,
+                elevations,
             )
             for sample in range(len(positions))
         ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import signal
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import lightning as L
@@ -15,6 +16,7 @@ from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
 from learn.models.base import SpectrumModel
+from learn.models.quadrature import Quadrature
 from learn.training.config import Steps
 from learn.training.lightning_module import Spectra, Training
 from learn.training.run_folder import save_weights, write_training
@@ -63,7 +65,13 @@ class ProgressOnStderr(Callback):
 
 
 def train_by_steps(
-    model: SpectrumModel, spectra: Spectra, by_steps: Steps, folder: Path, devices: int = 1, nodes: int = 1
+    model: SpectrumModel,
+    spectra: Spectra,
+    by_steps: Steps,
+    pixels: Quadrature,
+    folder: Path,
+    devices: int = 1,
+    nodes: int = 1,
 ) -> None:
     """Train a model by gradient steps, starting from the folder's last checkpoint if it has one, and save its weights.
 
@@ -71,6 +79,7 @@ def train_by_steps(
         model: the model; at the end it has the weights of the best validation.
         spectra: batches for training and validation.
         by_steps: number of steps, batch size and learning rate.
+        pixels: what most steps look at.
         folder: the run folder.
         devices: number of GPUs per machine; without a GPU, number of processes.
         nodes: number of machines.
@@ -87,6 +96,7 @@ def train_by_steps(
     epochs_per_validation = max(1, round(period / batches))
     epochs = epochs_per_validation * max(1, round(by_steps.steps / (epochs_per_validation * batches)))
     steps = epochs * batches
+    coarse_steps = replace(by_steps, steps=steps).coarse_steps
     checkpoints = ModelCheckpoint(
         folder / "checkpoints",
         filename="best",
@@ -122,7 +132,7 @@ def train_by_steps(
     on_interrupt = signal.getsignal(signal.SIGINT)
     try:
         trainer.fit(
-            Training(model, by_steps.learning_rate, steps),
+            Training(model, by_steps.learning_rate, steps, coarse_steps, pixels),
             datamodule=spectra,
             ckpt_path=last if last.exists() else None,
             weights_only=False,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import lightning as L
 import numpy as np
 import torch
-from jaxtyping import Int
+from jaxtyping import Float, Int, UInt8
 from torch import Tensor
 from torch.optim.lr_scheduler import CosineAnnealingLR, LinearLR, SequentialLR
 from torch.utils.data import BatchSampler, DataLoader, SequentialSampler, Subset, TensorDataset
@@ -13,6 +13,7 @@ from torch.utils.data.distributed import DistributedSampler
 
 from learn.metrics import ssim
 from learn.models.base import SpectrumModel
+from learn.models.quadrature import Quadrature
 from learn.splits import Split
 from simulate.dataset import Dataset
 from simulate.evenly import evenly
@@ -29,19 +30,36 @@ class Training(L.LightningModule):
         model: the model.
         learning_rate: learning rate of AdamW after the warm-up.
         steps: number of optimiser steps.
+        coarse_steps: number of steps, the first ones, that look at a few pixels only, if the model allows it.
+        pixels: these pixels.
     """
 
-    def __init__(self, model: SpectrumModel, learning_rate: float, steps: int):
+    def __init__(self, model: SpectrumModel, learning_rate: float, steps: int, coarse_steps: int, pixels: Quadrature):
         super().__init__()
         self.model = model
         self.learning_rate, self.steps = learning_rate, steps
+        self.coarse_steps = coarse_steps if model.trains_on_few_pixels else 0
+        self.pixels = pixels
         self._validation: list[np.ndarray] = []
 
     def training_step(self, batch: list[Tensor], _: int) -> Tensor:
         positions, pictures = batch
-        loss = self.model.loss(positions, pictures.float() / LARGEST_GREY)
+        loss = self.loss(positions, pictures, coarse=self.global_step < self.coarse_steps)
         self.log("loss", loss, on_step=False, on_epoch=True, prog_bar=True, sync_dist=True)
         return loss
+
+    def loss(self, positions: Float[Tensor, "B 3"], pictures: UInt8[Tensor, "B 90 360"], coarse: bool) -> Tensor:
+        """Loss of a batch.
+
+        Args:
+            positions: transmitter positions, metres, world frame.
+            pictures: true spectra, 0…255.
+            coarse: look at a few pixels only.
+        """
+        if coarse:
+            few = pictures[:, self.pixels.rows][:, :, self.pixels.columns]
+            return self.model.coarse_loss(positions, few.float() / LARGEST_GREY, self.pixels)
+        return self.model.loss(positions, pictures.float() / LARGEST_GREY)
 
     def validation_step(self, batch: list[Tensor], _: int) -> None:
         positions, pictures = batch

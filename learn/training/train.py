@@ -15,6 +15,7 @@ from rich.console import Console
 
 from learn.metrics import ssim
 from learn.models.base import SpectrumModel
+from learn.models.quadrature import quadrature
 from learn.models.registry import DEFAULT_MODEL, check_options, model_entry
 from learn.output_folder import claim
 from learn.splits import Split, SplitKind, split
@@ -41,6 +42,7 @@ def train(
     steps: int = 1500,
     batch_size: int = 8,
     learning_rate: float | None = None,
+    full_resolution: float = 0.1,
     init: Path | str | None = None,
     devices: int = 1,
     nodes: int = 1,
@@ -58,6 +60,8 @@ def train(
         steps: number of optimiser steps; a model fitted in closed form takes none.
         batch_size: number of spectra per step.
         learning_rate: learning rate of AdamW; None: the model's own.
+        full_resolution: share of the steps, the last ones, that look at every pixel of a spectrum; those before look at
+            a few that hold the array's band, and are many times faster.
         init: folder of a finished run of the same model whose weights training starts from; None: random weights.
         devices: number of GPUs per machine; without a GPU, number of processes.
         nodes: number of machines; the launcher of the cluster makes this call on each.
@@ -82,6 +86,7 @@ def train(
         steps=steps,
         batch_size=batch_size,
         learning_rate=entry.learning_rate if learning_rate is None else learning_rate,
+        full_resolution=full_resolution,
         init=None if init is None else str(Path(init).resolve()),
     )
     folder = dataset.folder if isinstance(dataset, Dataset) else Path(dataset)
@@ -134,7 +139,7 @@ def train_run(config: Config, folder: Path, devices: int = 1, nodes: int = 1, da
     if config.by_steps.init is not None:
         load_weights(model, Path(config.by_steps.init))
     spectra = Spectra(dataset, parts, config.by_steps.batch_size, config.seed)
-    train_by_steps(model, spectra, config.by_steps, folder, devices, nodes)
+    train_by_steps(model, spectra, config.by_steps, quadrature(dataset.beamformer), folder, devices, nodes)
 
 
 def _check(config: Config, devices: int, nodes: int) -> None:

@@ -19,6 +19,8 @@ from safetensors.torch import load_file
 from learn.evaluation.evaluate import evaluate
 from learn.metrics import ssim
 from learn.models.loss import L1_WEIGHT, SSIM_WEIGHT, composite_loss
+from learn.models.mlp import ResponseMLP
+from learn.models.quadrature import quadrature
 from learn.reports.evaluation_report import write_evaluation
 from learn.splits import split
 from learn.training.config import read_config
@@ -420,7 +422,8 @@ def test_batch_that_the_devices_cannot_share_is_refused(tiny_config, tmp_path):
 
 @pytest.mark.parametrize("steps", [1, 12, 100])
 def test_learning_rate_rises_linearly_then_falls_along_a_half_cosine(steps):
-    chosen = Training(torch.nn.Linear(1, 1), 2e-3, steps).configure_optimizers()
+    model, pixels = ResponseMLP(np.array([[0.0, 0, 0], [1, 1, 1]]), Beamformer()), quadrature(Beamformer())
+    chosen = Training(model, 2e-3, steps, steps, pixels).configure_optimizers()
     optimiser, schedule = chosen["optimizer"], chosen["lr_scheduler"]["scheduler"]
     found = []
     for _ in range(steps):

@@ -1,0 +1,79 @@
+"""A few pixels of a spectrum, with weights, that stand for all of them.
+
+The square of an M × N array's spectrum is a sum of plane waves e^{-jk u·Δ} over the lags Δ (simulate/lags.py), and the
+product of two such squares one over sums of two lags, up to 2(M−1) and 2(N−1) spacings. The mean of such a product over
+the 32,400 pixels of a picture is therefore a weighted sum over far fewer:
+
+- along azimuth, the mean of e^{-jκ cosθ cos φ} over W equally spaced φ is wrong by about J_W(κ), which falls steeply
+  once W exceeds κ = 2π d |Δ| of the longest lag (d: the spacing in wavelengths);
+- along elevation, the weights of the rows solve Σ_θ w_θ J₀(κ_Δ cosθ) = mean_θ J₀(κ_Δ cosθ) for all lags.
+
+For a 4 × 4 array with half a wavelength between its elements these are 18 rows of 45 pixels. A mean of squared
+differences of squared spectra is exact with them; other means over pixels, as of absolute differences, are not, but the
+pixels are dense enough that no feature of a spectrum lies between them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.special import j0, jv
+
+from simulate.angular_grid import COLUMNS, ROWS
+from simulate.beamformer import Beamformer
+
+WRONG_ALONG_AZIMUTH, WRONG_ALONG_ELEVATION = 1e-6, 1e-9
+"""Largest errors of the mean of one plane wave."""
+
+LEAST_WEIGHT = 0.9
+"""Smallest weight of a row relative to equal ones: with less the rows' errors would hardly count."""
+
+
+@dataclass(frozen=True)
+class Quadrature:
+    """Pixels (row, column) for all pairs of some rows and columns.
+
+    Attributes:
+        rows: rows of the picture.
+        columns: columns of the picture, equally spaced.
+        weights: weight of each row's mean; they add up to 1.
+    """
+
+    rows: Int[np.ndarray, " H"]
+    columns: Int[np.ndarray, " W"]
+    weights: Float[np.ndarray, " H"]
+
+    def __len__(self) -> int:
+        return len(self.rows) * len(self.columns)
+
+
+def quadrature(beamformer: Beamformer) -> Quadrature:
+    """The fewest rows and columns that hold the band of an array.
+
+    Args:
+        beamformer: the array and the grid of its spectra.
+
+    >>> from simulate.beamformer import Beamformer
+    >>> chosen = quadrature(Beamformer())
+    >>> len(chosen.rows), len(chosen.columns)
+    (18, 45)
+    """
+    array = beamformer.array
+    rows, columns = np.meshgrid(np.arange(2 * array.rows - 1), np.arange(2 * array.columns - 1))
+    bands = 2 * np.pi * array.spacing * np.unique(np.hypot(rows, columns).round(9))
+    divisors = [width for width in range(1, COLUMNS + 1) if COLUMNS % width == 0 and width > bands.max()]
+    width = next((each for each in divisors if abs(jv(each, bands.max())) < WRONG_ALONG_AZIMUTH), COLUMNS)
+    waves = j0(bands * np.cos(np.radians(beamformer.grid.elevations_deg))[:, None])
+    for height in range(1, ROWS):
+        chosen = np.round((np.arange(height) + 0.5) * ROWS / height - 0.5).astype(int)
+        # The weights nearest to equal ones.
+        change, *_ = np.linalg.lstsq(waves[chosen].T, waves.mean(axis=0) - waves[chosen].mean(axis=0), rcond=1e-12)
+        weights = 1 / height + change
+        error = np.abs(weights @ waves[chosen] - waves.mean(axis=0)).max()
+        if error < WRONG_ALONG_ELEVATION and weights.min() > LEAST_WEIGHT / height:
+            break
+    else:
+        chosen, weights = np.arange(ROWS), np.full(ROWS, 1 / ROWS)
+    return Quadrature(chosen, np.arange(0, COLUMNS, COLUMNS // width), weights)

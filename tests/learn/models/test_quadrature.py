@@ -1,0 +1,69 @@
+"""A few pixels stand for all of a picture: their weights, and what models and losses make of them."""
+
+import numpy as np
+import pytest
+import torch
+
+from learn.models.loss import coarse_loss, composite_loss
+from learn.models.quadrature import quadrature
+from learn.models.registry import MODELS, model_class
+from simulate.angular_grid import AngularGrid
+from simulate.array import PlanarArray
+from simulate.beamformer import Beamformer
+
+REGION = np.array([[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]])
+SMALL = {
+    "bisplat": {"primitives": 12, "clusters": 4, "ffn_width": 8, "transformer_layers": 1, "transformer_ffn_width": 8},
+    "swiftwrf": {"primitives": 12},
+}
+
+
+@pytest.mark.parametrize(
+    "beamformer",
+    [
+        Beamformer(),
+        Beamformer(PlanarArray(4, 4, 0.491), AngularGrid(1.0)),
+        Beamformer(PlanarArray(1, 3)),
+        Beamformer(PlanarArray(8, 8)),
+    ],
+)
+def test_mean_of_squared_differences_of_powers_is_exact(beamformer):
+    generator, count = np.random.default_rng(0), beamformer.array.elements
+    responses = generator.standard_normal((2, 5, count, 2)) @ [1, 1j]
+    powers = beamformer.spectrum(responses[0]) ** 2, beamformer.spectrum(responses[1]) ** 2
+    difference, few = (powers[0] - powers[1]) ** 2, quadrature(beamformer)
+    found = difference[:, few.rows][:, :, few.columns].mean(axis=2) @ few.weights
+    np.testing.assert_allclose(found, difference.mean(axis=(1, 2)), rtol=1e-6)
+    assert few.weights.sum() == pytest.approx(1) and few.weights.min() > 0.8 * few.weights.mean()
+
+
+def test_more_elements_need_more_pixels_and_one_needs_a_single_one():
+    sizes = [len(quadrature(Beamformer(PlanarArray(size, size)))) for size in (1, 2, 4, 8)]
+    assert sizes == sorted(sizes) and sizes[0] == 1 and sizes[2] == 18 * 45
+
+
+@pytest.mark.parametrize("name", [name for name in MODELS if MODELS[name].fit == "steps" and name != "bisplat-plus"])
+def test_models_predict_the_same_at_a_few_pixels_as_at_all(name):
+    torch.manual_seed(0)
+    options = SMALL["bisplat"] if name.startswith("bisplat") else SMALL.get(name, {})
+    model, few = model_class(name)(REGION, Beamformer(), **options), quadrature(Beamformer())
+    positions = torch.rand(3, 3)
+    with torch.no_grad():
+        all_pixels, found = model(positions), model.coarse(positions, few)
+    expected = all_pixels[:, few.rows][:, :, few.columns]
+    if model.has_responses:  # its spectra are normalised over the pixels that are looked at
+        low, high = expected.amin((1, 2), keepdim=True), expected.amax((1, 2), keepdim=True)
+        expected = (expected - low) / (high - low)
+    torch.testing.assert_close(found, expected, rtol=1e-4, atol=1e-5)
+
+
+def test_loss_at_a_few_pixels_is_near_that_at_all():
+    """Of two spectra of an array; the SSIM of the coarser picture is another, so the loss is only about the same."""
+    generator, few = np.random.default_rng(1), quadrature(Beamformer())
+    responses = generator.standard_normal((2, 4, 16, 2)) @ [1, 1j]
+    powers = Beamformer().spectrum(responses)
+    spectra = torch.from_numpy(powers / powers.max(axis=(2, 3), keepdims=True)).float()
+    coarse = spectra[:, :, few.rows][:, :, :, few.columns]
+    assert coarse_loss(coarse[0], coarse[0], few) == pytest.approx(0, abs=1e-6)
+    ratio = coarse_loss(coarse[0], coarse[1], few) / composite_loss(spectra[0], spectra[1])
+    assert 0.8 < ratio < 1.25
