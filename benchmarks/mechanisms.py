@@ -2,11 +2,12 @@
 
 python benchmarks/mechanisms.py --figures docs --json
 
-The rooms are simulated in full wave first (cells of 2 cm; together an hour on two cores; runs that have ended are kept
-in --folder, so that an interrupted benchmark continues). Then the same positions are traced between
-the same dipoles. Measured, by room and mechanism: correlation of element responses (median over the positions;
-``together``: of all positions' responses as one vector), median SSIM of the spectra, level (dB, median of rays over
-full wave), milliseconds per spectrum, and seconds in which the chains are found.
+The rooms' full-wave fields are those of tests/data, at points 6 or 8 cm apart. Without them (--fields of another
+folder) the rooms are simulated first (cells of 2 cm; together an hour on two cores; runs that have ended are kept in
+--folder, so that an interrupted benchmark continues), and --ship writes their fields there. Then the same positions are
+traced between the same dipoles. Measured, by room and mechanism: correlation of element responses (median over the
+positions; ``together``: of all positions' responses as one vector), median SSIM of the spectra, level (dB, median of
+rays over full wave), milliseconds per spectrum, and seconds in which the chains are found.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from unittest.mock import patch
 
 import numpy as np
 import tyro
+from PIL import Image
 from report.nook import nook
 from report.printing import print_figures
 
@@ -32,6 +34,8 @@ from scenes.workshop import workshop
 from simulate.dataset import Dataset
 from simulate.diffraction.links import NO_LINKS
 from simulate.evenly import evenly
+from simulate.fullwave.dataset_field import FIELD
+from simulate.fullwave.stored_field import read_stored_field
 from simulate.propagation import Propagation
 from simulate.simulation import simulate
 from simulate.spectrum import picture, spectrum_of
@@ -95,14 +99,16 @@ def draw(comparison: EngineComparison, truth: Dataset, path: Path) -> None:
     ]
     with tempfile.TemporaryDirectory() as folder:
         drawn = Path(folder) / "examples.png"
-        draw_examples(spectra[0], spectra[1], comparison.scores.ssim, truth.grid, drawn)
-        shutil.copyfile(drawn, path)
+        draw_examples(spectra[0], spectra[1], comparison.scores.ssim, truth.grid, drawn, ("rays", "full wave"))
+        Image.open(drawn).convert("RGB").quantize(128).save(path, optimize=True)  # a quarter of the bytes
 
 
 def main(
     folder: Path = Path("runs/fullwave"),
     positions: int = 400,
     positions_sionna: int = 50,
+    fields: Path = Path("tests/data"),
+    ship: bool = False,
     figures: Path | None = None,
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
@@ -113,6 +119,8 @@ def main(
         folder: keeps the full-wave datasets, a folder for each room.
         positions: number of transmitter positions at which responses are compared.
         positions_sionna: the same for Sionna's own diffraction, which takes seconds a position.
+        fields: has a folder with the stored field of each room; where it has none, the room is simulated.
+        ship: write the fields of simulated rooms there, at points 8 cm apart.
         figures: also draw spectra of each room into mechanisms-ROOM.png in this folder.
         smallest: a run of seconds in a smaller place that shows that the benchmark works; its figures mean nothing.
         json_output: print one JSON object.
@@ -123,7 +131,14 @@ def main(
         mechanisms = {name: Propagation(max_depth=1, rays=1000, diffraction=name == SHOWN) for name in (ONCE, SHOWN)}
     result: dict[str, Any] = {}
     for room, scene in rooms.items():
-        truth = simulate(scene(), folder / room, positions, engine="fullwave", cell=cell)
+        stored = fields / room if (fields / room / FIELD).is_file() else None
+        truth = simulate(
+            scene(), folder / room, positions, engine="fullwave", cell=None if stored else cell, field=stored
+        )
+        if ship and stored is None:
+            (fields / room).mkdir(parents=True)
+            shutil.copyfile(truth.folder / "metadata.json", fields / room / "metadata.json")
+            read_stored_field(truth.folder / FIELD).thinned(4).write(fields / room / FIELD)
         for name, propagation in mechanisms.items():
             count = positions_sionna if name == SIONNA else positions
             comparison, result[f"{room}, {name}"] = compared(truth, name, propagation, count)

@@ -4,6 +4,7 @@ python benchmarks/results.py
 
 Sections whose command has been run in this checkout get the figures of that run; all others stay as they are. No figure
 is typed by hand: benchmarks/sections.toml has the words and commands of the sections, docs/results.json the figures.
+Other pages of docs/ show the table of a section between the lines <!-- table: SECTION --> and <!-- end -->.
 The folders of ``bisplat demo``, ``compare``, ``ablate``, ``sweep`` and ``crossvalidate`` do not say which machine they
 were made on, so run this command there too. A section whose figures and date are the same keeps its machine.
 """
@@ -19,7 +20,7 @@ from typing import Annotated, Any
 
 import tyro
 from report.entry import Entry, Measured, read_entries, write_entries
-from report.page import page
+from report.page import page, with_tables
 from report.printing import machine
 from report.runs import READERS
 
@@ -77,6 +78,8 @@ def main(
     written |= entries  # of sections that sections.toml no longer has: their figures stay
     write_entries(docs / "results.json", written)
     (docs / "results.md").write_text(page(written))
+    for path in docs.glob("*.md"):
+        path.write_text(with_tables(path.read_text(), written))
     kept = [name for name in written if name not in updated]
     if json_output:
         print(json.dumps({"updated": updated, "kept": kept}))

@@ -125,7 +125,7 @@ def draw(sizes: list[int], ours: list[float], loop: float, path: Path) -> None:
 def main(
     positions: int = 50,
     dense: int = 5,
-    sizes: tuple[int, ...] = (1000, 6000, 50000),
+    sizes: tuple[int, ...] = (1000, 6000, 20000),
     figure: Path | None = None,
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from report.entry import Entry, Measured
 
 HEAD = """\
@@ -18,6 +20,21 @@ def page(entries: dict[str, Entry]) -> str:
     return "\n".join([HEAD, *(_section(entry) for entry in entries.values())])
 
 
+def with_tables(text: str, entries: dict[str, Entry]) -> str:
+    """A page whose tables, between <!-- table: SECTION --> and <!-- end -->, are those of the sections."""
+
+    def table(found: re.Match[str]) -> str:
+        entry = entries.get(found[1])
+        return found[0] if entry is None else f"<!-- table: {found[1]} -->\n\n{_table(entry.measured)}\n\n<!-- end -->"
+
+    return re.sub(r"<!-- table: (\S+) -->.*?<!-- end -->", table, text, flags=re.DOTALL)
+
+
+def _table(measured: Measured) -> str:
+    header = [measured.columns, ["---"] * len(measured.columns)]
+    return "\n".join(_line(cells) for cells in [*header, *measured.rows])
+
+
 def _section(entry: Entry) -> str:
     paragraphs = [f"## {entry.title}"]
     if entry.command:
@@ -27,8 +44,7 @@ def _section(entry: Entry) -> str:
     if entry.remarks:
         paragraphs.append(entry.remarks)
     if entry.measured.rows:
-        header = [entry.measured.columns, ["---"] * len(entry.measured.columns)]
-        paragraphs.append("\n".join(_line(cells) for cells in [*header, *entry.measured.rows]))
+        paragraphs.append(_table(entry.measured))
     paragraphs += entry.measured.findings
     paragraphs += [f"![{caption}]({file})" for file, caption in entry.pictures.items()]
     return "\n\n".join(paragraphs) + "\n"

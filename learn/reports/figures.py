@@ -56,6 +56,7 @@ def draw_examples(
     ssim: Float[np.ndarray, " K"],
     grid: AngularGrid,
     path: Path,
+    names: tuple[str, str] = ("predicted", "truth"),
 ) -> None:
     """Draw five examples, from the worst to the best SSIM, each as predicted spectrum, true spectrum and difference.
 
@@ -65,6 +66,7 @@ def draw_examples(
         ssim: SSIM of each pair.
         grid: directions of the spectra's rows and columns.
         path: path of the PNG; the PDF has the same name with the suffix .pdf.
+        names: titles of the two columns of spectra.
     """
     azimuth_edges, elevation_edges = pixel_edges(grid)
     figure = Figure(figsize=(11, 7.4), layout="constrained")
@@ -85,7 +87,7 @@ def draw_examples(
                 figure.colorbar(image, ax=axis, label="difference")
         figure.colorbar(row[1].images[0], ax=row[1], label="magnitude")
         row[0].set_ylabel(f"{name}\nSSIM {ssim[index]:.3f}\nelevation (°)")
-    for axis, title in zip(axes[0], ("predicted", "truth", "predicted − truth"), strict=True):
+    for axis, title in zip(axes[0], (*names, " − ".join(names)), strict=True):
         axis.set_title(title)
     for axis in axes[-1]:
         axis.set_xlabel("azimuth (°)")

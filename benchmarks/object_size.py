@@ -1,0 +1,88 @@
+"""From which size on rays are right about an object: cubes of metal and of wood, alone in space, against full wave.
+
+python benchmarks/object_size.py --json
+
+A cube hangs between a gateway of 2 × 2 dipoles and a region behind it, 0.7 m from the one and 0.1 m from the other. By
+side of the cube in wavelengths: what it changes of the responses in the region (norm of full wave minus free space over
+that of full wave), and the error of the rays (the same of rays minus full wave), without and with diffraction.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import tyro
+from report.printing import print_figures
+
+from scenes.array_clearance import element_positions
+from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.materials import p2040_materials
+from scenes.shapes import box
+from simulate.fullwave.dipole import element_direction, free_space_response, transmitter_direction
+from simulate.fullwave.engine import stored_field
+from simulate.fullwave.plan import plan
+from simulate.propagation import Propagation
+from simulate.trace import Tracer
+
+SIDES = (0.25, 0.5, 1.0, 2.0, 3.0)
+"""Wavelengths."""
+
+CELL = 0.02
+RAYS = {"without diffraction": Propagation(diffraction=False), "with diffraction": Propagation()}
+
+
+def hanging(material: str, side: float) -> Scene:
+    """A cube of a side in wavelengths, whose faces are at those of the cells."""
+    half = max(1, round(side * 0.3276 / CELL / 2)) * CELL
+    cube = SceneObject("cube", box((-half, -half, -half), (half, half, half)), material, 0.02)
+    gateway = Gateway((-0.7 - half, 0.05, 0.03), facing((1.0, 0.0, 0.0)), rows=2, columns=2, pattern="dipole")
+    region = Transmitter((half + 0.1, -0.5, -0.3), (half + 0.6, 0.5, 0.3), pattern="dipole")
+    return Scene("cube", 915e6, gateway, region, (cube,), p2040_materials([material], 915e6))
+
+
+def compared(scene: Scene, positions: int, cell: float) -> dict[str, float]:
+    """What the cube changes, and the errors of the rays."""
+    region = scene.transmitter.region
+    places = np.random.default_rng(0).uniform(*region, (positions, 3))
+    with tempfile.TemporaryDirectory() as folder:
+        full = stored_field(scene, plan(scene, region, cell), Path(folder), at_once=2).responses(places)
+    up, along = element_direction(scene), transmitter_direction(scene)
+    free = np.stack(
+        [
+            free_space_response(element, up, places, along, scene.frequency)
+            for element in element_positions(scene.gateway, scene.wavelength)
+        ],
+        axis=1,
+    )
+
+    def error(found: np.ndarray) -> float:
+        return round(float(np.linalg.norm(found - full) / np.linalg.norm(full)), 3)
+
+    return {"changed by the cube": error(free)} | {
+        f"error {name}": error(Tracer(scene, each).responses(places)) for name, each in RAYS.items()
+    }
+
+
+def main(
+    positions: int = 1000, smallest: bool = False, json_output: Annotated[bool, tyro.conf.arg(name="json")] = False
+) -> None:
+    """Compare rays with full wave around cubes.
+
+    Args:
+        positions: number of positions in the region.
+        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        json_output: print one JSON object.
+    """
+    result: dict[str, Any] = {}
+    for material in ("metal",) if smallest else ("metal", "wood"):
+        for side in SIDES[:1] if smallest else SIDES:
+            name = f"{material}, {side:g} wavelengths"
+            result[name] = compared(hanging(material, side), 5 if smallest else positions, CELL)
+    print_figures(result, json_output, smallest)
+
+
+if __name__ == "__main__":
+    tyro.cli(main)
