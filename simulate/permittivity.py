@@ -11,6 +11,9 @@ from scenes.materials import RadioMaterial
 VACUUM_PERMITTIVITY = 8.8541878128e-12
 """ε₀, farads per metre."""
 
+VACUUM_PERMEABILITY = 1.25663706212e-6
+"""μ₀, henries per metre."""
+
 LEAST_LOSS_OF_CONDUCTOR = 1000.0
 """A material whose loss σ/ωε₀ is larger is a perfect conductor for our purposes."""
 

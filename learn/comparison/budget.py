@@ -33,7 +33,7 @@ def seconds_per_step(config: Config, by_steps: Steps, task: Task) -> float:
         Seconds per step.
     """
     model, pixels = build_model(config, box_of(task.positions), task.beamformer), quadrature(task.beamformer)
-    module = Training(model, by_steps.learning_rate, 100, by_steps.coarse_steps, pixels)
+    module = Training(model, by_steps.learning_rate, 100, 0, pixels)
     device = "cuda" if torch.cuda.is_available() else "cpu"
     module.to(device)
     optimiser = module.configure_optimizers()["optimizer"]
@@ -54,7 +54,7 @@ def seconds_per_step(config: Config, by_steps: Steps, task: Task) -> float:
             seconds.append(time.perf_counter() - began)
         return float(np.median(seconds[1:]))
 
-    share = module.coarse_steps / by_steps.steps
+    share = 1 - by_steps.full_resolution if model.trains_on_few_pixels else 0.0
     step_seconds = share * median_seconds(True) if share else 0.0
     step_seconds += (1 - share) * median_seconds(False) if share < 1 else 0.0
     began = time.perf_counter()

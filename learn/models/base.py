@@ -34,9 +34,6 @@ class SpectrumModel(nn.Module):
     beamforming: BeamformingLayer
     """Computes spectra from ``responses``; only models with ``has_responses`` have one."""
 
-    trains_on_few_pixels = True
-    """Whether most training steps look at a few pixels of a spectrum only (``coarse_loss``)."""
-
     report: Report = staticmethod(lambda phase, done, total: None)
     """Called by ``fit`` with what is being done, and how many of how many steps of it are done."""
 
@@ -56,6 +53,12 @@ class SpectrumModel(nn.Module):
             return self(positions), None
         responses = self.responses(positions)
         return self.beamforming(responses), responses
+
+    @property
+    def trains_on_few_pixels(self) -> bool:
+        """Whether most training steps look at a few pixels only (``coarse_loss``): unless a model has a ``loss`` of its
+        own."""
+        return type(self).loss is SpectrumModel.loss
 
     # --- capabilities that only some models have -----------------------------------------------------------
 

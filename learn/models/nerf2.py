@@ -125,8 +125,6 @@ class NeRF2(SpectrumModel):
         real, imaginary = (amplitude * phase.cos()).sum(-1), (amplitude * phase.sin()).sum(-1)
         return (real**2 + imaginary**2).clamp_min(1e-20).sqrt()
 
-    trains_on_few_pixels = False  # its loss draws pixels at random
-
     def loss(self, positions: Float[Tensor, "B 3"], spectra: Float[Tensor, "B 90 360"]) -> Float[Tensor, ""]:
         """Mean squared error of random pixels of the batch.
 

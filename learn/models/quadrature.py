@@ -1,16 +1,16 @@
 """A few pixels of a spectrum, with weights, that stand for all of them.
 
-The square of an M × N array's spectrum is a sum of plane waves e^{-jk u·Δ} over the lags Δ (simulate/lags.py), and the
-product of two such squares one over sums of two lags, up to 2(M−1) and 2(N−1) spacings. The mean of such a product over
-the 32,400 pixels of a picture is therefore a weighted sum over far fewer:
+The square of an M × N array's spectrum is a sum of plane waves e^{-jk u·Δ} over the lags Δ (simulate/lags.py). The
+product of two squared spectra is a sum of plane waves over Δ₁ + Δ₂, which reach 2(M−1) and 2(N−1) spacings. Its mean
+over the 32,400 pixels of a picture is therefore a weighted sum over far fewer:
 
-- along azimuth, the mean of e^{-jκ cosθ cos φ} over W equally spaced φ is wrong by about J_W(κ), which falls steeply
-  once W exceeds κ = 2π d |Δ| of the longest lag (d: the spacing in wavelengths);
-- along elevation, the weights of the rows solve Σ_θ w_θ J₀(κ_Δ cosθ) = mean_θ J₀(κ_Δ cosθ) for all lags.
+- along azimuth, the mean of e^{-jκ cosθ cos φ} over W equally spaced φ is wrong by at most about 2 J_W(κ), which falls
+  steeply once W exceeds κ = 2π d |Δ| of the longest Δ (d: the spacing in wavelengths);
+- along elevation, the weights of the rows solve Σ_θ w_θ J₀(κ_Δ cosθ) = mean_θ J₀(κ_Δ cosθ) for all Δ.
 
 For a 4 × 4 array with half a wavelength between its elements these are 18 rows of 45 pixels. A mean of squared
-differences of squared spectra is exact with them; other means over pixels, as of absolute differences, are not, but the
-pixels are dense enough that no feature of a spectrum lies between them.
+differences of squared spectra is exact with them. Other means over pixels, as of absolute differences, are not, but the
+pixels are denser than the array's resolution.
 """
 
 from __future__ import annotations
@@ -64,7 +64,9 @@ def quadrature(beamformer: Beamformer) -> Quadrature:
     rows, columns = np.meshgrid(np.arange(2 * array.rows - 1), np.arange(2 * array.columns - 1))
     bands = 2 * np.pi * array.spacing * np.unique(np.hypot(rows, columns).round(9))
     divisors = [width for width in range(1, COLUMNS + 1) if COLUMNS % width == 0 and width > bands.max()]
-    width = next((each for each in divisors if abs(jv(each, bands.max())) < WRONG_ALONG_AZIMUTH), COLUMNS)
+    width = next((each for each in divisors if 2 * abs(jv(each, bands.max())) < WRONG_ALONG_AZIMUTH), COLUMNS)
+    if abs(beamformer.grid.azimuth_step_deg) * COLUMNS != 360:  # the columns are no full turn
+        width = COLUMNS
     waves = j0(bands * np.cos(np.radians(beamformer.grid.elevations_deg))[:, None])
     for height in range(1, ROWS):
         chosen = np.round((np.arange(height) + 0.5) * ROWS / height - 0.5).astype(int)

@@ -9,19 +9,15 @@ where σ grows with the depth d in a layer of L cells like (d/L)³, up to 0.8·4
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float32
 
-from simulate.fullwave.yee_grid import YeeGrid
+from simulate.fullwave.yee_grid import COURANT, YeeGrid
 
 ABSORBER = 6
-"""Cells of the absorbing boundary on every side. It reflects less than -55 dB; ten cells take a third longer."""
-
-SLOTS = ABSORBER + 1
-"""Points along the normal at which a component of the field may be in the layer, on each side."""
+"""Cells of the absorbing boundary on every side. It reflects less than -55 dB (tests/simulate/fullwave)."""
 
 GRADING, STRENGTH = 3, 3.2
 """Exponent of σ, and its largest value in units of 1/(η₀Δ)."""
@@ -30,22 +26,24 @@ GRADING, STRENGTH = 3, 3.2
 class Absorber(NamedTuple):
     """State of the absorbing boundary, for several sources side by side.
 
-    The fields of a kind are the electric (0) or the magnetic ones (1); of a kind's three components two have
-    differences along the normal of a layer: those along the next axis but one (1) and the next (0), cyclically.
+    The fields of a kind are the electric (0) or the magnetic ones (1). Two of a kind's three components have
+    differences along the normal of a layer: the component along the axis two after the normal's, cyclically (0), and
+    the component along the next axis (1).
 
     Attributes:
         decay: e^{−σΔt/ε₀} by kind, axis of the normal, and point, of the grid's longest axis; 1 outside the layer.
         along_z: the same along z, once for every source.
-        x: ψ in the layers across x: kind, component, point in the layer, y, then z and source.
+        x: ψ in the layers across x: kind, component, point in the layers (those of the low end first), y, then z and
+            source.
         y: the same across y: kind, component, x, point in the layer, then z and source.
         z: the same across z: kind, component, x, y, then point in the layer and source.
     """
 
     decay: Float32[np.ndarray, "2 3 points"]
     along_z: Float32[np.ndarray, "2 (nz+1)*sources"]
-    x: Float32[np.ndarray, "2 2 2*SLOTS ny+1 (nz+1)*sources"]
-    y: Float32[np.ndarray, "2 2 nx+1 2*SLOTS (nz+1)*sources"]
-    z: Float32[np.ndarray, "2 2 nx+1 ny+1 2*SLOTS*sources"]
+    x: Float32[np.ndarray, "2 2 2*ABSORBER ny+1 (nz+1)*sources"]
+    y: Float32[np.ndarray, "2 2 nx+1 2*ABSORBER (nz+1)*sources"]
+    z: Float32[np.ndarray, "2 2 nx+1 ny+1 2*ABSORBER*sources"]
 
 
 def absorber(grid: YeeGrid, sources: int) -> Absorber:
@@ -61,8 +59,8 @@ def absorber(grid: YeeGrid, sources: int) -> Absorber:
         for axis, size in enumerate(grid.shape):
             place = np.arange(size + 1) + offset
             depth = np.clip(np.maximum(ABSORBER - place, place - (size - ABSORBER)), 0, ABSORBER) / ABSORBER
-            decay[kind, axis, : size + 1] = np.exp(-STRENGTH * depth**GRADING / math.sqrt(3))
-    zeros = [(2 * SLOTS, ny + 1, (nz + 1) * sources), (nx + 1, 2 * SLOTS, (nz + 1) * sources)]
-    zeros += [(nx + 1, ny + 1, 2 * SLOTS * sources)]
+            decay[kind, axis, : size + 1] = np.exp(-STRENGTH * COURANT * depth**GRADING)
+    zeros = [(2 * ABSORBER, ny + 1, (nz + 1) * sources), (nx + 1, 2 * ABSORBER, (nz + 1) * sources)]
+    zeros += [(nx + 1, ny + 1, 2 * ABSORBER * sources)]
     x, y, z = (np.zeros((2, 2, *shape), np.float32) for shape in zeros)
     return Absorber(decay, np.repeat(decay[:, 2, : nz + 1], sources, axis=1), x, y, z)

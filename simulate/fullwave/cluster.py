@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from pathlib import Path
 
 from scenes.description import Scene
 from scenes.errors import InputError
 from simulate.fullwave.cells import edge_materials
 from simulate.fullwave.plan import Plan
-from simulate.fullwave.runs import groups, our_run, run_of_gprmax
-from simulate.fullwave.settings import OURS
+from simulate.fullwave.runs import groups, run_of
 from simulate.fullwave.stored_field import StoredField
 from simulate.ray_cluster import RETRIES, ray_cluster
 
@@ -24,7 +23,7 @@ def elements_of_cluster(
     gpu: bool,
     address: str,
     report: Callable[[int, int], None],
-) -> Iterator[tuple[int, StoredField]]:
+) -> Generator[tuple[int, StoredField]]:
     """Fields of elements, in the order in which their runs end.
 
     Args:
@@ -42,7 +41,7 @@ def elements_of_cluster(
     with ray_cluster(address) as ray:
         machines = [node["Resources"] for node in ray.nodes() if node["Alive"]]
         cores = int(sum(each.get("CPU", 0) for each in machines))
-        parts = groups(numbers, max(1, cores)) if solver == OURS else [[number] for number in numbers]
+        parts = groups(numbers, max(1, cores), solver)
         needs = {"CPU": 1, "GPU": int(gpu), "memory": planned.memory(len(parts[0]))}
         if not any(all(each.get(kind, 0) >= amount for kind, amount in needs.items()) for each in machines):
             raise InputError(
@@ -74,8 +73,5 @@ def _run(shared: tuple[Scene, Plan, str, bool], part: list[int]) -> list[StoredF
     scene, planned, solver, gpu = shared
     materials = edge_materials(scene, planned.grid)
     with tempfile.TemporaryDirectory() as working:
-        ours = solver == OURS
-        run = (
-            our_run(scene, planned, materials) if ours else run_of_gprmax(scene, planned, materials, Path(working), gpu)
-        )
+        run = run_of(solver, scene, planned, materials, Path(working), gpu)
         return run(part, lambda step: None)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import os
 import shutil
 from pathlib import Path
@@ -15,8 +14,8 @@ from rich.progress import Progress
 from scenes.errors import InputError
 from simulate.fullwave.engine import stored_field
 from simulate.fullwave.plan import Plan, plan
-from simulate.fullwave.runs import MOST_AT_ONCE
-from simulate.fullwave.settings import FullWave
+from simulate.fullwave.runs import groups
+from simulate.fullwave.settings import OURS, FullWave
 from simulate.fullwave.settling import SETTLED
 from simulate.fullwave.stored_field import StoredField, read_stored_field
 from simulate.fullwave.yee_grid import dispersion_residual
@@ -66,7 +65,8 @@ def _solve(
     planned = plan(request.scene, request.region, request.fullwave.cell)
     count = request.beamformer.array.elements
     at_once = workers or _at_once(planned, count)
-    progress.console.print(description(request, planned, at_once))
+    ours_here = request.fullwave.solver == OURS and ray is None
+    progress.console.print(description(request, planned, min(at_once, count) if ours_here else None))
     bar = progress.add_task("full wave", total=count)
     done = [0.0] * count
 
@@ -83,21 +83,31 @@ def _solve(
 def _at_once(planned: Plan, count: int) -> int:
     """Number of runs that this machine's cores and memory hold at a time."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    cores = min(cores, count)
     if not hasattr(os, "sysconf"):
         return cores
     memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    return max(1, min(cores, memory // planned.memory(min(MOST_AT_ONCE, math.ceil(count / cores)))))
+    fitting = [number for number in range(1, min(cores, count) + 1) if _memory(planned, count, number) < memory]
+    return max(fitting, default=1)
 
 
-def description(request: Request, planned: Plan, at_once: int) -> str:
-    """What the runs cost, and what coarser cells would, as a sentence for the user."""
+def _memory(planned: Plan, count: int, at_once: int) -> int:
+    """Bytes that so many runs at a time take."""
+    return at_once * planned.memory(len(groups(list(range(count)), at_once)[0]))
+
+
+def description(request: Request, planned: Plan, at_once: int | None) -> str:
+    """What the runs will be and what coarser cells would, as a sentence for the user.
+
+    Args:
+        request: asks for full wave.
+        planned: the runs.
+        at_once: number of our solver's runs at a time on this machine; None: they run elsewhere, and the sentence says
+            nothing of their cost.
+    """
     cell, wavelength = planned.grid.cell, request.scene.wavelength
     coarser = 1.25 * cell
     diagonal = float(np.linalg.norm(np.diff(request.scene.extent, axis=0)))
     count = request.beamformer.array.elements
-    minutes = planned.seconds / 60 * count / at_once
-    memory = at_once * planned.memory(min(MOST_AT_ONCE, math.ceil(count / at_once)))
 
     def errors(cell: float) -> str:
         residual = dispersion_residual(wavelength, cell)
@@ -105,11 +115,17 @@ def description(request: Request, planned: Plan, at_once: int) -> str:
             f"{100 * residual:.2f} % and phases over {diagonal:.1f} m to {360 * residual * diagonal / wavelength:.0f}°"
         )
 
+    cost = ""
+    if at_once is not None:
+        minutes, memory = planned.seconds / 60 * count / at_once, _memory(planned, count, at_once)
+        cost = (
+            f"{memory / 1e9:.2g} GB and at most about {minutes:.2g} minutes on {at_once} core{'s' * (at_once > 1)}; "
+            f"{minutes / 1.25**4:.2g} minutes with cells of {1e3 * coarser:.3g} mm; "
+        )
     return (
         f"full wave: {planned.grid.cells / 1e6:.1f} million cells of {1e3 * cell:g} mm, at most {planned.steps} time "
-        f"steps for each of {count} elements; {memory / 1e9:.2g} GB and at most about {minutes:.2g} minutes on "
-        f"{at_once} core{'s' * (at_once > 1)}; wavelengths are right to {errors(cell)}. Cells of {1e3 * coarser:.3g} "
-        f"mm would take {minutes / 1.25**4:.2g} minutes, with {errors(coarser)}"
+        f"steps for each of {count} elements; {cost}wavelengths are right to {errors(cell)}, with cells of "
+        f"{1e3 * coarser:.3g} mm to {errors(coarser)}"
     )
 
 

@@ -14,13 +14,11 @@ from simulate.fullwave.dipole import GAIN, element_direction, transmitter_direct
 from simulate.fullwave.gprmax import run
 from simulate.fullwave.leapfrog import cells_at_rest
 from simulate.fullwave.plan import Plan
-from simulate.fullwave.settling import still_to_come
-from simulate.fullwave.solver import LOOKS, SourceField, solve
+from simulate.fullwave.settling import looks, still_to_come
+from simulate.fullwave.solver import SourceField, solve
 from simulate.fullwave.source import Source
 from simulate.fullwave.stored_field import LOST, StoredField, undo_mean_of_edges
-
-VACUUM_PERMEABILITY = 1.25663706212e-6
-"""μ₀, henries per metre."""
+from simulate.permittivity import VACUUM_PERMEABILITY
 
 
 def element_fields(
@@ -48,7 +46,7 @@ def element_fields(
     """
     sources = [element_source(scene, planned, number) for number in numbers]
     cells = cells_at_rest(materials, planned.grid, len(sources))
-    fields = solve(cells, planned.grid, sources, planned.box, planned.steps, report)
+    fields = solve(cells, planned.grid, sources, planned.box, planned.steps, planned.earliest, report)
     return [_in_region(scene, planned, field) for field in fields]
 
 
@@ -75,9 +73,9 @@ def element_field_by_gprmax(
     Raises:
         InputError: gprMax failed.
     """
-    ends = [planned.steps * look // LOOKS for look in range(LOOKS - 2, LOOKS + 1)]
+    ends = looks(planned.steps)[-3:]
     source = element_source(scene, planned, number)
-    fields = run(working, geometry, planned.grid, source, planned.box, ends, gpu, lambda step, _: report(step))
+    fields = run(working, geometry, planned.grid, source, planned.box, ends, gpu, report)
     return _in_region(scene, planned, SourceField(fields[-1], still_to_come(*fields), planned.steps))
 
 

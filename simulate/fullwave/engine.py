@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 from threading import Event
@@ -17,7 +18,7 @@ from simulate.array import PlanarArray
 from simulate.fullwave.cells import edge_materials
 from simulate.fullwave.cluster import elements_of_cluster
 from simulate.fullwave.plan import Plan
-from simulate.fullwave.runs import groups, our_run, run_of_gprmax
+from simulate.fullwave.runs import groups, run_of
 from simulate.fullwave.settings import OURS
 from simulate.fullwave.stored_field import StoredField, read_stored_field
 
@@ -46,7 +47,7 @@ def stored_field(
     Args:
         scene: the scene.
         planned: the runs.
-        folder: keeps ``element-NNN.npz`` of each element whose run has ended.
+        folder: keeps ``element-NNN.npz`` of each element whose run has ended. A run is of up to eight elements.
         at_once: number of runs at a time, on one core each.
         solver: ``OURS``, or gprMax, which runs one element at a time.
         gpu: run gprMax on an NVIDIA GPU, one run at a time.
@@ -67,8 +68,9 @@ def stored_field(
             ended = elements_of_cluster(scene, planned, missing, solver, gpu, ray, report)
         else:
             ended = _elements_here(scene, planned, missing, folder, 1 if gpu else at_once, solver, gpu, report)
-        for number, each in ended:
-            each.write(files[number])
+        with closing(ended):  # an error here ends the runs
+            for number, each in ended:
+                each.write(files[number])
     parts = [read_stored_field(file) for file in files]
     field = replace(
         parts[0],
@@ -89,14 +91,11 @@ def _elements_here(
     solver: str,
     gpu: bool,
     report: Report,
-) -> Iterator[tuple[int, StoredField]]:
+) -> Generator[tuple[int, StoredField]]:
     """Run elements on this machine; each one's field when its run has ended."""
     materials = edge_materials(scene, planned.grid)
     with tempfile.TemporaryDirectory(dir=folder, prefix=WORKING) as working:
-        if solver == OURS:
-            run, parts = our_run(scene, planned, materials), groups(numbers, at_once)
-        else:
-            run, parts = run_of_gprmax(scene, planned, materials, Path(working), gpu), [[each] for each in numbers]
+        run = run_of(solver, scene, planned, materials, Path(working), gpu)
         stopped = Event()
 
         def part(elements: list[int]) -> list[tuple[int, StoredField]]:
@@ -110,7 +109,9 @@ def _elements_here(
 
         with ThreadPoolExecutor(at_once) as pool:
             try:
-                for done in as_completed([pool.submit(part, elements) for elements in parts]):
+                for done in as_completed(
+                    [pool.submit(part, elements) for elements in groups(numbers, at_once, solver)]
+                ):
                     yield from done.result()
             except BaseException:
                 stopped.set()

@@ -27,7 +27,7 @@ from simulate.fullwave.yee_grid import YeeGrid
 
 GEOMETRY, MODEL = "geometry", "model"
 
-PROGRESS = re.compile(r"\|--->:.*?(\d+)/(\d+) \[")
+PROGRESS = re.compile(r"\|--->:.*?(\d+)/\d+ \[")
 
 
 def installed_gprmax() -> str:
@@ -126,7 +126,7 @@ def run(
     box: Int[np.ndarray, "2 3"],
     ends: Sequence[int],
     gpu: bool = False,
-    report: Callable[[int, int], None] = lambda done, most: None,
+    report: Callable[[int], None] = lambda done: None,
 ) -> Complex[np.ndarray, "ends 3 nx ny nz"]:
     """Run gprMax for one source.
 
@@ -138,7 +138,7 @@ def run(
         box: first cell and the one after the last, of the box to keep the field of.
         ends: numbers of time steps after which the field is wanted, the largest one last.
         gpu: run on an NVIDIA GPU, which needs pycuda, instead of one core.
-        report: called with the number of time steps done, and of all.
+        report: called with the number of time steps done.
 
     Returns:
         The phasor of the electric field along x, y, z at the middles of the box's cells, of a source of one
@@ -160,7 +160,7 @@ def run(
                 lines = [*lines[-20:], line.rstrip()]
                 found = PROGRESS.search(line)
                 if found is not None:
-                    report(int(found[1]), int(found[2]))
+                    report(int(found[1]))
         except BaseException:
             process.kill()
             raise

@@ -1,31 +1,27 @@
 """Time steps of Maxwell's equations on Yee's cells (1966), of several sources side by side.
 
-In units in which E and H have the same dimension (E/η₀ in place of E), with S = cΔt/Δ = 1/√3 and ε̃ = σΔt/2ε₀ε_r, the
-component of E along an axis a, and that of H, between the axes b and c that follow cyclically, become
+With E divided by η₀, S = cΔt/Δ, ε̃ = σΔt/2ε₀ε_r, and axes a, b, c in cyclic order, one time step is
 
-    E_a ← (1 − ε̃)/(1 + ε̃) E_a + S/ε_r/(1 + ε̃) [(δ_b H_c) − (δ_c H_b)],
-    H_a ← H_a + S/μ_r [(δ_c E_b) − (δ_b E_c)],
+    E_a ← (1 − ε̃)/(1 + ε̃) E_a + S/ε_r/(1 + ε̃) (δ_b H_c − δ_c H_b),
+    H_a ← H_a + S/μ_r (δ_c E_b − δ_b E_c).
 
-δ the difference of neighbours, backward for H and forward for E. The fields of all sources are neighbours in memory:
-the cells' coefficients are looked up once for all of them, and the rest is additions of long rows.
+δ_b F is the difference of F at two neighbouring points along b: to the previous point for H, to the next one for E. The
+fields of all sources lie side by side in memory, so that one look-up of the coefficients serves all of them.
 """
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float32, Int32
 from numba import njit
 
-from simulate.fullwave.absorber import ABSORBER, SLOTS, Absorber, absorber
+from simulate.fullwave.absorber import ABSORBER, Absorber, absorber
 from simulate.fullwave.cells import CONDUCTOR, EdgeMaterials
 from simulate.fullwave.conductor_edges import PERMEABILITY, beside_edges
-from simulate.fullwave.yee_grid import YeeGrid
+from simulate.fullwave.yee_grid import COURANT, YeeGrid
 from simulate.permittivity import VACUUM_PERMITTIVITY
-
-COURANT = 1 / math.sqrt(3)
 
 
 class Cells(NamedTuple):
@@ -33,9 +29,9 @@ class Cells(NamedTuple):
 
     Attributes:
         fields: E_x, E_y, E_z, H_x, H_y, H_z; place (x, y, z) and source in one axis.
-        row: which row of the coefficients, by component and place.
-        keep: coefficients of the component itself: different rows, each along z, once for every source.
-        drive: the same of the differences.
+        row: row of ``keep`` and ``drive``, for each component and (x, y).
+        keep: factor of the old field, along z, repeated for every source; equal rows are stored once.
+        drive: factor of the differences, likewise.
         absorber: the boundary.
     """
 
@@ -63,6 +59,7 @@ def cells_at_rest(materials: EdgeMaterials, grid: YeeGrid, sources: int) -> Cell
     keep = np.concatenate([keep, np.ones(len(PERMEABILITY))]).astype(np.float32)
     drive = np.concatenate([drive, COURANT / np.array(PERMEABILITY)]).astype(np.float32)
     code = np.concatenate([materials.index, magnetic])
+    # Compared as bytes, which is much faster than np.unique(axis=0).
     each = np.ascontiguousarray(code).view(np.dtype((np.void, 2 * code.shape[-1])))[..., 0]
     _, first, row = np.unique(each, return_index=True, return_inverse=True)
     rows = code.reshape(-1, code.shape[-1])[first]
@@ -98,10 +95,10 @@ def _absorbed_rows(field, memory, upper, lower, decay, drive):
 @njit(cache=True, nogil=True)
 def _slot(place, size):
     """Place in the absorbing layer's memory, -1 outside the layer."""
-    if place < SLOTS:
+    if place < ABSORBER:
         return place
     if place >= size - ABSORBER:
-        return place - (size - ABSORBER) + SLOTS
+        return place - size + 2 * ABSORBER
     return -1
 
 
@@ -109,11 +106,11 @@ def _slot(place, size):
 def advance(cells, kind):
     """Advance all components of one kind by a time step: 0 the electric, 1 the magnetic ones."""
     fields, layer = cells.fields, cells.absorber
-    sources = layer.z.shape[-1] // (2 * SLOTS)
+    sources = layer.z.shape[-1] // (2 * ABSORBER)
     points_y, points_z = cells.row.shape[2], cells.keep.shape[1] // sources
     stride = (points_y * points_z * sources, points_z * sources, sources)
     size = (cells.row.shape[1] - 1, points_y - 1, points_z - 1)
-    start = 1 - kind  # the tangential electric field is zero at the ends
+    start = 1 - kind  # the electric field stays zero at the low ends, which are the ends of the absorbing boundary
     width = (size[2] - start) * sources
     for i in range(start, size[0]):
         for j in range(start, size[1]):
@@ -140,12 +137,12 @@ def advance(cells, kind):
                     which = 0 if along == b else 1
                     if along == 2:
                         memory, decay = layer.z[kind, which, i, j], layer.along_z[kind]
-                        low, high = (SLOTS - start) * sources, (size[2] - ABSORBER - start) * sources
+                        low, high = (ABSORBER - start) * sources, (size[2] - ABSORBER - start) * sources
                         _absorbed_rows(
                             field[:low], memory[:low], upper[:low], lower[:low], decay[start * sources :], drive[:low]
                         )
                         _absorbed_rows(
-                            field[high:], memory[SLOTS * sources :], upper[high:], lower[high:],
+                            field[high:], memory[ABSORBER * sources :], upper[high:], lower[high:],
                             decay[(size[2] - ABSORBER) * sources :], drive[high:],
                         )  # fmt: skip
                     elif inside[along] >= 0:

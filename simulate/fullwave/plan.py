@@ -22,7 +22,10 @@ from simulate.permittivity import refractive_index
 from simulate.slabs import Slabs, conducting_triangles, dielectric_slabs, in_outer_wall
 
 CELLS_PER_WAVELENGTH, CELLS_PER_WAVELENGTH_IN_AIR = 7, 16
-"""Least number of cells per wavelength in a material, and in air."""
+"""Default number of cells per wavelength in a material, and in air."""
+
+FEWEST_CELLS_PER_WAVELENGTH = 4
+"""In a material; in air there are more in the same proportion. With fewer the grid hardly carries the wave."""
 
 CELLS_OF_AIR = 1
 """Cells of air between the scene's outermost slab and the absorbing boundary."""
@@ -33,11 +36,11 @@ THICKEST = 0.3
 DECAY = math.log(1e6)
 """The run lasts until a room's energy is 60 dB down."""
 
-BYTES_PER_CELL, BYTES_PER_SOURCE = 60, 30
-"""Memory of a run for each cell, and for each cell and source, measured."""
+BYTES_PER_CELL, BYTES_PER_SOURCE, BYTES_KEPT = 60, 30, 200
+"""Memory of a run for each cell, for each cell and source, and for each source and cell of the box that is kept."""
 
 CELLS_PER_SECOND = 120e6
-"""Cells of one source that are advanced in a second on one core of the slowest machine we used."""
+"""Cells times sources that one core advances in a second, with some caution (python benchmarks/solvers.py)."""
 
 
 @dataclass(frozen=True)
@@ -49,16 +52,20 @@ class Plan:
         frequency: of the source on the grid, hertz.
         steps: largest number of time steps.
         box: first cell and the one after the last, of the box around the region whose field is kept.
+        earliest: number of time steps before which no field can have settled: the source's rise, and twice the time in
+            which a wave crosses the scene.
     """
 
     grid: YeeGrid
     frequency: float
     steps: int
     box: Int[np.ndarray, "2 3"]
+    earliest: int = 0
 
     def memory(self, sources: int) -> int:
         """Bytes that a run of some sources takes."""
-        return (BYTES_PER_CELL + BYTES_PER_SOURCE * sources) * self.grid.cells
+        kept = int(np.prod(self.box[1] - self.box[0]))
+        return (BYTES_PER_CELL + BYTES_PER_SOURCE * sources) * self.grid.cells + BYTES_KEPT * sources * kept
 
     @property
     def seconds(self) -> float:
@@ -83,7 +90,7 @@ def default_cell(scene: Scene) -> float:
 
 
 def _wavelength_to_resolve(scene: Scene, objects: list[Slabs]) -> float:
-    """The shortest wavelength in a thick slab, or that share of the one in air that needs as many cells; metres."""
+    """The wavelength that sets the cells, metres: the shortest in a thick slab, or 7/16 of that in air if shorter."""
     thick = scene.wavelength / CELLS_PER_WAVELENGTH / 4
     slabs = [each for each in objects if float((each.stop - each.start).max()) > thick]
     indices = [refractive_index(each.material, scene.frequency).real for each in slabs]
@@ -103,7 +110,7 @@ def plan(scene: Scene, region: Float[np.ndarray, "2 3"], cell: float) -> Plan:
             the distance of an element from a conductor.
     """
     slabs, conductors = dielectric_slabs(scene), conducting_triangles(scene)
-    largest = _wavelength_to_resolve(scene, slabs) / 4
+    largest = _wavelength_to_resolve(scene, slabs) / FEWEST_CELLS_PER_WAVELENGTH
     if cell > largest:
         raise ParameterError(
             "cell", f"expected at most {largest:.3g} m, for wavelengths in these materials and in air, found {cell}"
@@ -122,8 +129,9 @@ def plan(scene: Scene, region: Float[np.ndarray, "2 3"], cell: float) -> Plan:
     box = np.stack([np.floor((region[0] - origin) / cell) - MARGIN, np.ceil((region[1] - origin) / cell) + MARGIN])
     frequency = numerical_frequency(scene.wavelength, cell)
     crossing = 2 * float(np.linalg.norm(inner[1] - inner[0])) / SPEED_OF_LIGHT
-    duration = RISE / frequency + crossing + _decay_time(scene, slabs, conductors)
-    return Plan(grid, frequency, math.ceil(duration / grid.time_step), box.astype(int))
+    earliest = RISE / frequency + crossing
+    steps = math.ceil((earliest + _decay_time(scene, slabs, conductors)) / grid.time_step)
+    return Plan(grid, frequency, steps, box.astype(int), math.ceil(earliest / grid.time_step))
 
 
 def _check_distance(

@@ -8,8 +8,16 @@ from jaxtyping import Complex
 SETTLED = 1e-3
 """A field whose estimated change still to come is below this share of it has settled: its rest is 60 dB down."""
 
+LOOKS = 20
+"""Parts that a run's time steps are divided into. At their ends the field is looked at."""
+
 SLOWEST = 0.95
 """Largest ratio of two changes that is believed; with a larger one the rest would be estimated from noise."""
+
+
+def looks(steps: int) -> list[int]:
+    """Numbers of time steps after which the field of a run of so many steps at most is looked at."""
+    return [steps * look // LOOKS for look in range(1, LOOKS + 1)]
 
 
 def still_to_come(
@@ -24,7 +32,9 @@ def still_to_come(
     >>> round(still_to_come(0.98 * field, 0.99 * field, 0.995 * field), 4)
     0.005
     """
-    size = max(float(np.linalg.norm(now)), 1e-300)
+    size = float(np.linalg.norm(now))
+    if size == 0:
+        return float("inf")
     change_before, change = float(np.linalg.norm(last - before_last)), float(np.linalg.norm(now - last))
     ratio = min(change / max(change_before, 1e-300), SLOWEST)
     return change / size * ratio / (1 - ratio)

@@ -10,15 +10,13 @@ from jaxtyping import Complex, Float32, Int
 
 from scenes.description import SPEED_OF_LIGHT
 from simulate.fullwave.leapfrog import Cells, advance
-from simulate.fullwave.settling import SETTLED, still_to_come
+from simulate.fullwave.settling import SETTLED, looks, still_to_come
 from simulate.fullwave.source import Source, moments, phasor
 from simulate.fullwave.yee_grid import YeeGrid
+from simulate.permittivity import VACUUM_PERMEABILITY
 
-FREE_SPACE_IMPEDANCE = 1.25663706212e-6 * SPEED_OF_LIGHT
+FREE_SPACE_IMPEDANCE = VACUUM_PERMEABILITY * SPEED_OF_LIGHT
 """η₀, ohms."""
-
-LOOKS, FIRST_LOOK = 20, 6
-"""Into how many parts the time steps are divided, after each of which the field is looked at, and the first look."""
 
 
 @dataclass(frozen=True)
@@ -42,6 +40,7 @@ def solve(
     sources: Sequence[Source],
     box: Int[np.ndarray, "2 3"],
     steps: int,
+    earliest: int = 0,
     report: Callable[[int], None] = lambda done: None,
 ) -> list[SourceField]:
     """Advance the fields of some sources of one frequency until each has settled.
@@ -54,6 +53,7 @@ def solve(
         sources: the sources.
         box: first cell and the one after the last, of the box to keep the fields of.
         steps: largest number of time steps.
+        earliest: number of time steps before which no field can have settled.
         report: called with the number of time steps done.
     """
     frequency, time_step = sources[0].frequency, grid.time_step
@@ -61,10 +61,9 @@ def solve(
     driven = [
         each for number, source in enumerate(sources) for each in _driven(cells, grid, source, number, len(sources))
     ]
-    looks = {
-        end: moments(end, frequency, time_step) for end in (steps * n // LOOKS for n in range(FIRST_LOOK, LOOKS + 1))
-    }
-    wanted = {step for group in looks.values() for step in group}
+    ends = [end for end in looks(steps) if end >= earliest or end in looks(steps)[-3:]]
+    snapshots_of = {end: moments(end, frequency, time_step) for end in ends}
+    snapshots_of = {end: group for end, group in snapshots_of.items() if min(group) > 0}
     seen: dict[int, Float32[np.ndarray, "sources 3 nx ny nz"]] = {}
     fields: list[list[np.ndarray]] = [[] for _ in sources]
     found: dict[int, SourceField] = {}
@@ -72,18 +71,20 @@ def solve(
         advance(cells, 0)
         for component, where, amount in driven:
             cells.fields[component, where] -= amount * np.float32(current[step - 1])
-        if step in wanted:
+        if any(step in group for group in snapshots_of.values()):
             seen[step] = _in_box(cells.fields, grid, box, len(sources))
-        if step in looks:
-            snapshots = np.stack([seen[each] for each in looks[step]])
+        if step in snapshots_of:
+            group = snapshots_of.pop(step)
+            snapshots = np.stack([seen[each] for each in group])
             for number in set(range(len(sources))) - set(found):
-                field = phasor(snapshots[:, number], looks[step], frequency, time_step)
-                fields[number] = [*fields[number][-2:], FREE_SPACE_IMPEDANCE * field]
+                field = phasor(snapshots[:, number], group, frequency, time_step)
+                field = (FREE_SPACE_IMPEDANCE * field).astype(np.complex64)
+                fields[number] = [*fields[number][-2:], field]
                 if len(fields[number]) == 3:
                     rest = still_to_come(*fields[number])
                     if rest < SETTLED or step == steps:
                         found[number] = SourceField(fields[number][-1], rest, step)
-            seen.clear()
+            seen = {each: seen[each] for each in seen if any(each in later for later in snapshots_of.values())}
         if len(found) == len(sources):
             break
         advance(cells, 1)

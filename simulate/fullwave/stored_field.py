@@ -32,8 +32,8 @@ class StoredField:
         origin: first lattice point, metres, world frame.
         spacing: distance of neighbouring points, metres.
         values: element responses at the points.
-        unsettled: change of each element's field over the last twentieth of the planned run, relative to the field.
-        steps: number of time steps after which the first element's field had settled.
+        unsettled: estimated change of each element's field that is still to come, relative to the field.
+        steps: largest number of time steps of any element.
         interpolation_error_db: error between points, root mean square over that of the field, dB; nan: not known.
     """
 

@@ -11,6 +11,9 @@ from scipy.optimize import brentq
 
 from scenes.description import SPEED_OF_LIGHT
 
+COURANT = 1 / math.sqrt(3)
+"""Time step times the speed of light over the side of a cell: the largest stable one (Courant, Friedrichs and Lewy)."""
+
 
 @dataclass(frozen=True)
 class YeeGrid:
@@ -36,8 +39,8 @@ class YeeGrid:
 
     @property
     def time_step(self) -> float:
-        """Largest stable time step Δ/(c√3), seconds (Courant, Friedrichs and Lewy)."""
-        return self.cell / (SPEED_OF_LIGHT * math.sqrt(3))
+        """Δ/(c√3), seconds."""
+        return COURANT * self.cell / SPEED_OF_LIGHT
 
     def edge_offset(self, axis: int) -> Float[np.ndarray, " 3"]:
         """Middle of the first edge along an axis, in cells from the origin."""
@@ -82,7 +85,7 @@ def numerical_permittivity(permittivity: float, wavelength: float, cell: float) 
     """
     wave_vectors = 2 * np.pi / wavelength * np.sqrt(permittivity) * _directions()
     squares = (np.sin(wave_vectors * cell / 2) ** 2).sum(axis=1).mean()
-    angle = np.pi * numerical_frequency(wavelength, cell) * cell / (SPEED_OF_LIGHT * math.sqrt(3))
+    angle = np.pi * numerical_frequency(wavelength, cell) * cell * COURANT / SPEED_OF_LIGHT
     return float(squares / (3 * np.sin(angle) ** 2))
 
 
@@ -98,9 +101,8 @@ def dispersion_residual(wavelength: float, cell: float) -> float:
 
 
 def _frequencies(wave_vectors: Float[np.ndarray, "n 3"], cell: float) -> Float[np.ndarray, " n"]:
-    courant = 1 / math.sqrt(3)
     sines = np.sqrt((np.sin(wave_vectors * cell / 2) ** 2).sum(axis=1))
-    return np.arcsin(courant * sines) / (np.pi * courant * cell / SPEED_OF_LIGHT)
+    return np.arcsin(COURANT * sines) / (np.pi * COURANT * cell / SPEED_OF_LIGHT)
 
 
 def _directions(count: int = 500) -> Float[np.ndarray, "n 3"]:

@@ -67,3 +67,16 @@ def test_loss_at_a_few_pixels_is_near_that_at_all():
     assert coarse_loss(coarse[0], coarse[0], few) == pytest.approx(0, abs=1e-6)
     ratio = coarse_loss(coarse[0], coarse[1], few) / composite_loss(spectra[0], spectra[1])
     assert 0.8 < ratio < 1.25
+
+
+def test_models_with_a_loss_of_their_own_look_at_all_pixels():
+    for name, entry in MODELS.items():
+        if entry.fit == "steps" and name != "bisplat-plus":
+            options = SMALL["bisplat"] if name.startswith("bisplat") else SMALL.get(name, {})
+            model = model_class(name)(REGION, Beamformer(), **options)
+            assert model.trains_on_few_pixels == (name != "nerf2")
+
+
+def test_columns_that_are_no_full_turn_are_all_looked_at():
+    half = AngularGrid(0.0, 1.0, 0.5)
+    assert len(quadrature(Beamformer(grid=half)).columns) == 360

@@ -18,9 +18,9 @@ from scenes.scene_yaml import write_scene
 from scenes.shapes import sheet
 from simulate.dataset import read_dataset
 from simulate.fullwave.dipole import GAIN, free_space_response
-from simulate.fullwave.element import VACUUM_PERMEABILITY
 from simulate.fullwave.solver import SourceField
 from simulate.fullwave.stored_field import read_stored_field
+from simulate.permittivity import VACUUM_PERMEABILITY
 from simulate.simulation import simulate
 
 
@@ -45,7 +45,7 @@ class Solver:
         self.sources: list[np.ndarray] = []
         self.interrupted_at: int | None = None
 
-    def solve(self, cells, grid, sources, box, steps, report):
+    def solve(self, cells, grid, sources, box, steps, earliest, report):
         if len(self.sources) == self.interrupted_at:
             raise KeyboardInterrupt
         self.sources += [source.position for source in sources]
@@ -114,7 +114,7 @@ def test_interrupted_runs_are_continued(nook, solver, tmp_path):
 def test_interrupt_ends_the_runs_beside(nook, solver, monkeypatch, tmp_path):
     beside, ended, calls = Event(), Event(), count()
 
-    def solve(cells, grid, sources, box, steps, report):
+    def solve(cells, grid, sources, box, steps, earliest, report):
         if next(calls) == 0:
             beside.wait(10)
             raise KeyboardInterrupt

@@ -1,5 +1,7 @@
 """Our solver against gprMax, an independent one, and what its fields may not depend on."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -29,6 +31,7 @@ def planned(corner) -> Plan:
 
 
 def test_same_field_as_by_gprmax(corner, planned, tmp_path):
+    pytest.importorskip("gprMax", reason="gprMax is an extra: make setup")
     ours = stored_field(corner, planned, tmp_path / "ours")
     theirs = stored_field(corner, planned, tmp_path / "theirs", at_once=2, solver="gprMax")
     for element in range(3):
@@ -43,18 +46,35 @@ def test_element_does_not_depend_on_those_beside_it(corner, planned, tmp_path):
     assert np.array_equal(together.unsettled, apart.unsettled)
 
 
+def test_echo_from_afar_is_waited_for(corner, planned, tmp_path):
+    """A field may hardly change before its echo arrives: it is not judged before waves have crossed the scene twice."""
+    assert planned.earliest * planned.grid.time_step > 2 * np.linalg.norm(np.ptp(corner.bounds, axis=0)) / 3e8
+    hasty = Plan(planned.grid, planned.frequency, 20 * planned.steps, planned.box)
+    assert stored_field(corner, hasty, tmp_path / "hasty").steps >= planned.steps
+    patient = replace(hasty, earliest=5 * planned.steps)
+    assert stored_field(corner, patient, tmp_path / "patient").steps >= 5 * planned.steps
+
+
+def test_short_run_has_a_field(corner, planned, tmp_path):
+    """Looks may be so near each other that they share snapshots."""
+    short = stored_field(corner, replace(planned, steps=planned.steps // 3, earliest=0), tmp_path / "short")
+    assert np.isfinite(short.values).all() and short.values.any()
+
+
 def test_settled_field_hardly_changes_any_more(corner, planned, tmp_path):
     """The estimated rest of a field is about what longer runs change, and stays below 60 dB where it says so."""
     settled = stored_field(corner, planned, tmp_path / "settled")
     assert settled.steps < planned.steps and settled.unsettled.max() < 1e-3
-    longer = stored_field(corner, Plan(planned.grid, planned.frequency, 3 * planned.steps, planned.box), tmp_path / "l")
+    later = replace(planned, steps=3 * planned.steps, earliest=2 * planned.steps)
+    longer = stored_field(corner, later, tmp_path / "longer")
     change = np.linalg.norm(longer.values - settled.values) / np.linalg.norm(longer.values)
     assert change < 2e-3
 
 
 @pytest.mark.parametrize(
     ("elements", "at_once", "sizes"),
-    [(16, 2, [8, 8]), (16, 1, [8, 8]), (16, 4, [4] * 4), (1, 4, [1]), (36, 2, [6] * 6)],
+    [(16, 2, [8, 8]), (16, 1, [8, 8]), (16, 4, [4] * 4), (1, 4, [1]), (36, 2, [6] * 6), (17, 2, [5, 4, 4, 4])],
 )
 def test_elements_are_divided_into_runs_of_like_sizes(elements, at_once, sizes):
     assert [len(part) for part in groups(list(range(elements)), at_once)] == sizes
+    assert groups([3, 4], at_once, "gprMax 4.0.1") == [[3], [4]]
