@@ -23,6 +23,7 @@ import learn.training.by_steps
 import learn.training.lightning_module
 from learn.models.bisplat import BiSplatAperture, BiSplatWRF
 from learn.models.loss import composite_loss
+from learn.models.quadrature import quadrature
 from learn.models.registry import MODELS
 from learn.training.train import train
 from simulate.beamformer import Beamformer
@@ -69,7 +70,7 @@ def step_milliseconds(
     model = BiSplatAperture(REGION, Beamformer(), **{**MODELS[MODEL].options, **(SMALL if smallest else {})})
     repeats = 1 if smallest else 10
     networks(model)
-    module = learn.training.lightning_module.Training(model, 1e-4, 1000)
+    module = learn.training.lightning_module.Training(model, 1e-4, 1000, 0, quadrature(Beamformer()))
     optimiser = module.configure_optimizers()["optimizer"]
     positions = torch.from_numpy(REGION[0] + np.random.default_rng(0).random((batch, 3)) * np.ptp(REGION, axis=0))
     positions, truth = positions.float(), torch.randint(0, 256, (batch, 90, 360), dtype=torch.uint8)
@@ -97,11 +98,11 @@ def step_milliseconds(
     return times | {"networks": times["step"] - times["renderer"] - times["loss"] - times["optimiser"]}
 
 
-def training(dataset: Path, steps: int, options: dict[str, int]) -> tuple[float, pd.Series]:
-    """Seconds of a training, and the median validation SSIM by step."""
+def training(dataset: Path, steps: int, options: dict[str, int], full_resolution: float) -> tuple[float, pd.Series]:
+    """Seconds of a training, and the median validation SSIM by step; a share of the steps looks at all pixels."""
     with tempfile.TemporaryDirectory() as folder:
         run = Path(folder) / "run"
-        train(dataset, run, model=MODEL, steps=steps, options=options)
+        train(dataset, run, model=MODEL, steps=steps, options=options, full_resolution=full_resolution)
         (log,) = (run / "logs").rglob("metrics.csv")
         validated = pd.read_csv(log).dropna(subset=["validation_ssim"]).set_index("step")["validation_ssim"]
         return json.loads((run / "training.json").read_text())["seconds"], validated
