@@ -69,7 +69,8 @@ def _slabs_of(scene: Scene, item: SceneObject) -> Slabs:
     closed = closed_parts(item.mesh)
     pieces = [_of_closed_part(scene, part, thickness) for part in closed]
     if sum(len(part.faces) for part in closed) < len(item.mesh.faces):
-        open_parts = [part for part in merged(item.mesh).split(only_watertight=False) if not part.is_watertight]
+        parts = merged(item.mesh).split(only_watertight=False, repair=False)  # repairing would close open boxes
+        open_parts = [part for part in parts if not part.is_watertight]
         pieces += [_of_sheet(scene, part.triangles, thickness) for part in open_parts]
     triangles, normals, start, stop, outer = (np.concatenate(values) for values in zip(*pieces, strict=True))
     return Slabs(material, triangles, normals, start, stop, outer)

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
+from trimesh import Trimesh
 
 from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
 from scenes.materials import RadioMaterial
@@ -15,12 +16,20 @@ from simulate.ray_tracer import mi
 from simulate.slabs import face_slabs
 from simulate.surfaces import Surfaces
 
+
+def open_box(low: tuple[float, ...], high: tuple[float, ...]) -> Trimesh:
+    """A box without its upper side, whose hole trimesh would fill."""
+    closed = box(low, high)
+    return Trimesh(closed.vertices, closed.faces[closed.face_normals[:, 2] < 0.5], process=False)
+
+
 STONE, METAL = RadioMaterial("stone", 4.0, 0.02, 0.05), RadioMaterial("metal", 1.0, 1e7, 0.002)
 OBJECTS = {
     "floor": SceneObject("floor", sheet((0, 0, 0), (4, 0, 0), (0, 4, 0)), "stone"),
     "floor upside down": SceneObject("floor", sheet((0, 0, 0), (0, 4, 0), (4, 0, 0)), "stone"),
     "shelf": SceneObject("shelf", sheet((0.5, 3, 1), (1, 0, 0), (0, 0.3, 0)), "stone", 0.03),
     "chest": SceneObject("chest", box((3, 3, 0.01), (3.5, 3.5, 1)), "stone"),
+    "open chest": SceneObject("open chest", open_box((3, 3, 0.5), (3.5, 3.5, 1)), "stone"),
     "locker": SceneObject("locker", box((3, 0.5, 0.01), (3.5, 1, 1)), "metal"),
 }
 
@@ -39,12 +48,15 @@ def scene_of(*names: str) -> Scene:
         ("floor upside down", (0.05, 0)),
         ("shelf", (0.015, 0.015)),
         ("chest", (0, 0.05)),
+        ("open chest", (0.025, 0.025)),
         ("locker", (0, 0)),
     ],
 )
 def test_slab_of_a_surface_lies_behind_outer_walls_inside_bodies_and_around_sheets(name, fronts):
-    scene = scene_of("floor", "shelf", "chest", "locker") if "floor" not in name else scene_of(name, "shelf", "locker")
-    number = [item.name for item in scene.objects].index(name.split()[0])
+    beside = {"floor": {"shelf", "locker"}, "open": {"floor", "shelf", "locker"}}
+    names = beside.get(name.split()[0], {"floor", "shelf", "chest", "locker"})
+    scene = scene_of(*sorted({*names, name}))
+    number = [item.name for item in scene.objects].index(OBJECTS[name].name)
     of = RayScene.of(scene, Propagation()).object_of_face == number
     np.testing.assert_allclose(face_slabs(scene).fronts[of], np.tile(fronts, (of.sum(), 1)), atol=1e-12)
 

@@ -52,6 +52,12 @@ def test_outer_wall_lies_behind_its_sheet():
         assert slabs.start.tolist() == [0, 0] and np.allclose(slabs.stop, 0.1)
 
 
+def test_openings_of_walls_stay_open():
+    wall = SceneObject("wall", sheet((0.9, 0, 0), (0, 1, 0), (0, 0, 1), openings=[(0.3, 0.7, 0.3, 0.7)]), "stone")
+    in_the_opening, beside_it = (permittivity_along(scene(wall), 1, (slice(46, 50), level, 25)) for level in (25, 5))
+    assert (in_the_opening == 1).all() and (beside_it > 4.8).all()
+
+
 def test_sheet_between_the_antennas_is_no_outer_wall():
     between = SceneObject("between", sheet((0.2, 0, 0), (0, 1, 0), (0, 0, 1)), "stone")
     region = Transmitter((-0.5, 0.3, 0.3), (0.5, 0.5, 0.5))
