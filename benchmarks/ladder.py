@@ -131,7 +131,8 @@ def predicted(
     law: Callable[..., KrigedField], dataset: Dataset, known: np.ndarray, positions: np.ndarray
 ) -> np.ndarray:
     """Spectra [K, 90, 360] at positions [K, 3]."""
-    field = law(np.zeros((2, 3)), dataset.beamformer, "spectra" if dataset.responses is None else "responses")
+    of = "spectra" if dataset.responses is None else "responses"
+    field = law(np.zeros((2, 3)), dataset.beamformer, dataset.wavelength, of)
     field.fit(dataset, known)
     return predict(field, positions).spectra
 

@@ -83,7 +83,7 @@ def scores(dataset: Dataset, kind: SplitKind, size: int | None) -> dict[str, flo
         method.fit(task)
         found[name] = median(method.predict(positions))
     best = max(float(value) for value in found.values())
-    field = HelmholtzField(np.zeros((2, 3)), dataset.beamformer)
+    field = HelmholtzField(np.zeros((2, 3)), dataset.beamformer, dataset.wavelength)
     sentence = field.fit(dataset, known)
     found["helmholtz"] = median(predict(field, positions).spectra)
     found["behind"] = round(max(best - float(found["helmholtz"]), 0), 3)

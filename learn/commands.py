@@ -23,7 +23,7 @@ else:
 
 
 def demo(
-    output: Output = Path("runs/demo"), spectra: Annotated[int, arg(aliases=["-n"])] = 1000, steps: int = 1500
+    output: Output = Path("runs/demo"), spectra: Annotated[int, arg(aliases=["-n"])] = 1000, steps: int | None = None
 ) -> None:
     """Run every step on the built-in lab: simulate, train, evaluate, cross-validate, write a report.
 
@@ -74,10 +74,12 @@ def train(
     model: ModelName = DEFAULT_MODEL,
     split: SplitKind = "files",
     seed: int = 0,
-    steps: int = 1500,
-    batch_size: int = 8,
+    steps: int | None = None,
+    batch_size: int | None = None,
     learning_rate: float | None = None,
-    full_resolution: float = 0.1,
+    weight_decay: float | None = None,
+    full_resolution: float | None = None,
+    encoding: Literal["octaves", "waves"] | None = None,
     bypass: tuple[str, ...] = (),
     init: Path | None = None,
     devices: int = 1,
@@ -92,13 +94,17 @@ def train(
         split: how the test part is chosen. files: the folder's own index files; random: a random fifth of the spectra;
             blocked: every fourth block of ten consecutive spectra.
         seed: seed of the split, the initial weights and the order of the spectra.
-        steps: number of optimiser steps; a model fitted in closed form (helmholtz) takes none.
+        steps: number of optimiser steps (default, here and below: the model's own); a model fitted in closed form
+            (helmholtz) takes none.
         batch_size: number of spectra per step.
-        learning_rate: learning rate of AdamW (default: the model's own).
+        learning_rate: learning rate of AdamW.
+        weight_decay: weight decay of AdamW.
         full_resolution: share of the steps, the last ones, that look at every pixel of a spectrum; those before look at
             a few that hold the array's band, and are many times faster.
-        bypass: branches of a BiSplat model to switch off, as the paper's ablation does: dynamic, delta, bst; or order,
-            to blend the primitives in stored order instead of by depth.
+        encoding: encoding of the transmitter's position: octaves, the paper's TX-PE, or waves, plane waves of the
+            dataset's wavelength.
+        bypass: branches of bisplat or bisplat-plus to switch off, as the paper's ablation does: dynamic, delta, bst; or
+            order, to blend the primitives in stored order instead of by depth.
         init: finished run of the same model whose weights training starts from, instead of random ones.
         devices: number of GPUs per machine; without a GPU, number of processes.
         nodes: number of machines; start this command on each, as Lightning's launchers do.
@@ -111,10 +117,11 @@ def train(
         model=model,
         split=split,
         seed=seed,
-        options={"bypass": bypass} if bypass else {},
+        options={name: value for name, value in (("bypass", bypass), ("encoding", encoding)) if value},
         steps=steps,
         batch_size=batch_size,
         learning_rate=learning_rate,
+        weight_decay=weight_decay,
         full_resolution=full_resolution,
         init=init,
         devices=devices,

@@ -27,13 +27,13 @@ DATA_SEED, FRESH_SEED = 0, 1_000_000
 FRESH_POSITIONS = 100
 
 
-def demo(folder: Path, spectra: int = 1000, steps: int = 1500) -> dict[str, Any]:
+def demo(folder: Path, spectra: int = 1000, steps: int | None = None) -> dict[str, Any]:
     """Run the demo, or continue an interrupted one.
 
     Args:
         folder: output folder of dataset/, run/ (the default model), run-bisplat/, report.html and metrics.json.
         spectra: number of spectra to simulate; a fifth of them is for testing.
-        steps: number of optimiser steps of the BiSplat model.
+        steps: number of optimiser steps of the BiSplat model; None: its own.
 
     Returns:
         The content of metrics.json; a score whose name has no model is the default model's.

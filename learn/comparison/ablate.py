@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from pathlib import Path
+from typing import Any
 
 from learn.comparison.compare import makers
 from learn.comparison.experiment import begin
@@ -14,25 +15,22 @@ from learn.splits import SplitKind
 from scenes.errors import ParameterError, require_positive
 from simulate.dataset import Dataset
 
-OURS: dict[str, dict[str, int]] = {
-    "TX-PE order 2": {"tx_order": 2},
-    "TX-PE order 4": {"tx_order": 4},
-    "TX-PE order 6": {"tx_order": 6},
-    "125 primitives": {"primitives": 125},
-    "1000 primitives": {"primitives": 1000},
-    "16 clusters": {"clusters": 16},
-    "144 clusters": {"clusters": 144},
+APERTURE: dict[str, dict[str, Any]] = {
+    "with TX-PE": {"encoding": "octaves"},
+    "without depth order": {"ordered": False},
+    "50 primitives": {"primitives": 50},
+    "800 primitives": {"primitives": 800},
+    "width 64": {"width": 64},
 }
-"""Further rows of the table of bisplat-aperture: label, and options of the model."""
+"""Rows of the table of bisplat-aperture: label, and options of the model."""
 
 
 def variants(model: str, primitives: int | None = None) -> Iterator[tuple[str, TrainedModel]]:
-    """Rows of a model's table: the paper's rows, then, for bisplat-aperture, further rows.
+    """Rows of a model's table: those of the paper, or those of bisplat-aperture.
 
     Args:
         model: the model whose parts are switched off.
-        primitives: number of primitives in every row; the labels then name it, and there are no further rows. None:
-            the model's own number.
+        primitives: number of primitives in every row; the labels then name it. None: the model's own number.
 
     Yields:
         The label of a row, and its unfitted method.
@@ -43,13 +41,13 @@ def variants(model: str, primitives: int | None = None) -> Iterator[tuple[str, T
     label = model if primitives is None else f"{model} ({primitives} primitives)"
     size = {} if primitives is None else {"primitives": primitives}
     yield label, TrainedModel(model, size)
+    if model == "bisplat-aperture":
+        for name, options in APERTURE.items():
+            if primitives is None or "primitives" not in options:
+                yield f"{label} {name}", TrainedModel(model, {**size, **options})
+        return
     for part, branch in (("dynamic network", "dynamic"), ("delta decoder", "delta"), ("BST", "bst")):
         yield f"{label} without {part}", TrainedModel(model, {**size, "bypass": [branch]})
-    if model == "bisplat-aperture" and primitives is None:
-        yield f"{model} without aperture", TrainedModel("bisplat", {"tx_order": 3})
-        yield f"{model} without depth order", TrainedModel(model, {"bypass": ["order"]})
-        for name, options in OURS.items():
-            yield f"{model}, {name}", TrainedModel(model, options)
 
 
 def ablate(
@@ -69,8 +67,8 @@ def ablate(
         split: how the test part is chosen.
         steps: number of training steps, the same for every row and seed, so that rows only differ in the part.
         seeds: number of trainings of each row, with seeds 0, 1, …
-        primitives: number of primitives in every row; the table then has only the paper's rows. None: the models' own
-            numbers, which are slow to train without a GPU.
+        primitives: number of primitives in every row. None: the models' own numbers, which are slow to train without a
+            GPU.
         output: as for ``compare``.
 
     Returns:

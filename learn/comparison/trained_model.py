@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from learn.comparison.budget import seconds_per_step
+from learn.comparison.budget import steps_within
 from learn.comparison.task import Task
 from learn.models.registry import model_entry
-from learn.training.config import Config, Steps, read_config
+from learn.training.config import Config, read_config
 from learn.training.run_folder import Run, load_run
 from learn.training.train import train_run
 
@@ -48,12 +48,11 @@ class TrainedModel:
             options=self.options,
         )
         entry = model_entry(self.model)
-        if entry.fit == "closed form":
+        if entry.by_steps is None:
             return config
-        by_steps = Steps(steps=task.steps or 1, learning_rate=entry.learning_rate, init=self.init)
+        by_steps = replace(entry.by_steps, steps=task.steps or 1, init=self.init)
         if task.minutes is not None:
-            steps = round(60 * task.minutes / seconds_per_step(config, by_steps, task))
-            by_steps = replace(by_steps, steps=max(1, steps))
+            by_steps = replace(by_steps, steps=steps_within(task.minutes, config, by_steps, task))
         return replace(config, by_steps=by_steps)
 
     def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:

@@ -20,26 +20,33 @@ Report = Callable[[str, int, int], None]
 """Takes a phase of a fit, a number of steps done, and the largest number of steps the phase can take."""
 
 
+WEAK = 0.1
+"""ε of ``responses_loss``: the power below which a spectrum counts less, relative to the mean power."""
+
+
 class SpectrumModel(nn.Module):
     """Base class of the models: ``forward`` takes positions [B, 3] in metres and returns spectra [B, 90, 360], 0…1.
 
-    A subclass is built with (region, beamformer, **options), and ``learn.models.registry`` lists it. A model that can
-    do more than predict spectra also overrides some of the methods below.
+    A subclass is built with (region, beamformer, wavelength, **options), and ``learn.models.registry`` lists it. A
+    model that can do more than predict spectra also overrides some of the methods below.
 
     Args:
         region: corners (min, max) of the box of training positions, metres, world frame.
+        wavelength: metres.
     """
 
     region: Tensor
+    wavelength: Tensor
     beamforming: BeamformingLayer
     """Computes spectra from ``responses``; only models with ``has_responses`` have one."""
 
     report: Report = staticmethod(lambda phase, done, total: None)
     """Called by ``fit`` with what is being done, and how many of how many steps of it are done."""
 
-    def __init__(self, region: Float[np.ndarray, "2 3"]):
+    def __init__(self, region: Float[np.ndarray, "2 3"], wavelength: float):
         super().__init__()
         self.register_buffer("region", torch.as_tensor(region, dtype=torch.float32))
+        self.register_buffer("wavelength", torch.tensor(wavelength, dtype=torch.float32))
 
     def predict(
         self, positions: Float[Tensor, "B 3"]
@@ -97,7 +104,7 @@ class SpectrumModel(nn.Module):
         return None
 
     def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
-        """Fit a model whose registry entry has ``fit="closed form"``.
+        """Fit a model whose registry entry has ``by_steps=None``.
 
         Args:
             dataset: spectra with their positions.
@@ -122,11 +129,6 @@ class SpectrumModel(nn.Module):
 
     # --- for subclasses ------------------------------------------------------------------------------------
 
-    def scaled(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 3"]:
-        """Positions scaled such that the box of training positions becomes −1…1 along each axis."""
-        low, high = self.region
-        return 2 * (positions - low) / (high - low) - 1
-
     def loss(self, positions: Float[Tensor, "B 3"], spectra: Float[Tensor, "B 90 360"]) -> Float[Tensor, ""]:
         """Loss of a training step: the paper's composite loss of whole spectra, unless a model overrides it.
 
@@ -135,6 +137,22 @@ class SpectrumModel(nn.Module):
             spectra: true spectra of the batch, 0…1.
         """
         return composite_loss(self(positions), spectra)
+
+    def responses_loss(
+        self, positions: Float[Tensor, "B 3"], responses: Float[Tensor, "B elements 2"]
+    ) -> Float[Tensor, ""]:
+        """Loss of a training step of a model with ``has_responses``, where the true responses are known.
+
+        This is the mean of |ŷ − y|² / (|y|² + ε) over the batch: each spectrum counts the same, near or far, but for
+        those that receive almost nothing.
+
+        Args:
+            positions: transmitter positions of a batch, metres, world frame.
+            responses: true element responses (real, imaginary), scaled to a mean square magnitude of 1 over all spectra
+                and elements.
+        """
+        error = (self.responses(positions) - responses).square().sum(dim=-1).mean(dim=-1)
+        return (error / (responses.square().sum(dim=-1).mean(dim=-1) + WEAK)).mean()
 
     def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
         """Predicted spectra at a few pixels; a model that can compute these alone overrides it.

@@ -1,4 +1,4 @@
-"""The paper's models BiSplat-WRF and BiSplat-WRF+, and our BiSplat-aperture.
+"""The paper's models BiSplat-WRF and BiSplat-WRF+.
 
 Symbols are the paper's: N_p primitives, N_c clusters, φ azimuth, θ elevation, ρ in-plane rotation, c_i complex
 coefficient. docs/model.md lists what the paper leaves open and what was chosen.
@@ -7,18 +7,18 @@ coefficient. docs/model.md lists what the paper leaves open and what was chosen.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any, Literal, get_args
+from typing import Literal, get_args
 
 import numpy as np
 import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from learn.models.base import BeamformingLayer, SpectrumModel, on_pairs, power
+from learn.models.base import SpectrumModel, power
 from learn.models.bst import BilinearSpatialTransformer
-from learn.models.encoding import PRIMITIVE_ORDER, TX_ORDER, positional_encoding
+from learn.models.encoding import PRIMITIVE_ORDER, EncodingKind, TransmitterEncoding, positional_encoding
 from learn.models.networks import ResidualFFN
-from learn.models.primitives import Primitives
+from learn.models.primitives import SCALE_LEAST, SCALE_MOST, Primitives
 from learn.models.quadrature import Quadrature
 from learn.models.splat import Splats, splat
 from scenes.errors import ParameterError
@@ -30,17 +30,14 @@ Bypass = Literal["dynamic", "delta", "bst", "order"]
 W_SCALE_COARSE, W_SCALE_FINE = 0.5, 1.0
 """w_scale of the hierarchy-based mixing: smaller for coarse primitives, to keep the background stable."""
 
-SCALE_LEAST, SCALE_MOST = 0.5, 60.0
-"""Bounds of a primitive's standard deviation, degrees: half a pixel, and a sixth of a turn."""
-
 
 class BiSplatWRF(SpectrumModel):
     """The paper's model. The defaults are those of BiSplat-WRF; the registry has those of BiSplat-WRF+.
 
     Args:
-        region: corners (min, max) of the box of training positions, metres, world frame; it is scaled to −1…1 before
-            TX-PE.
+        region: corners (min, max) of the box of training positions, metres, world frame.
         beamformer: the dataset's array, which this model does not use, and grid.
+        wavelength: metres.
         primitives: number of primitives N_p.
         clusters: number of clusters N_c, a square number.
         ffn_width: width of the static network, the dynamic network and the delta decoder.
@@ -48,7 +45,7 @@ class BiSplatWRF(SpectrumModel):
         transformer_layers: number of encoder layers of the BST.
         transformer_heads: number of attention heads of the BST.
         transformer_ffn_width: width of the feed-forward networks inside the BST's encoder layers.
-        tx_order: number of octaves L of TX-PE.
+        encoding: encoding of the transmitter's position, as for ``TransmitterEncoding``; the paper's is "octaves".
         bypass: branches whose output is replaced: by zero for "dynamic" and "delta", by the BST's linear projection for
             "bst"; "order" blends the primitives in stored order instead of by depth.
 
@@ -63,6 +60,7 @@ class BiSplatWRF(SpectrumModel):
         self,
         region: Float[np.ndarray, "2 3"],
         beamformer: Beamformer,
+        wavelength: float,
         *,
         primitives: int = 500,
         clusters: int = 64,
@@ -71,18 +69,18 @@ class BiSplatWRF(SpectrumModel):
         transformer_layers: int = 3,
         transformer_heads: int = 4,
         transformer_ffn_width: int = 256,
-        tx_order: int = TX_ORDER,
+        encoding: EncodingKind = "octaves",
         bypass: Sequence[Bypass] = (),
     ):
-        super().__init__(region)
+        super().__init__(region, wavelength)
         unknown = sorted(set(bypass) - set(get_args(Bypass)))
         if unknown:
             raise ParameterError("bypass", f"expected some of {', '.join(get_args(Bypass))}, found {unknown[0]}")
-        self.bypass, self.tx_order = frozenset(bypass), tx_order
-        azimuths, elevations = self._grid(beamformer)
-        self.register_buffer("azimuths", azimuths, persistent=False)
-        self.register_buffer("elevations", elevations, persistent=False)
-        gs_pe, tx_pe = 3 * (2 * PRIMITIVE_ORDER + 1), 3 * (2 * tx_order + 1)
+        self.bypass = frozenset(bypass)
+        self.register_buffer("azimuths", torch.tensor(beamformer.grid.azimuths_deg).float(), persistent=False)
+        self.register_buffer("elevations", torch.tensor(beamformer.grid.elevations_deg).float(), persistent=False)
+        self.encoding = TransmitterEncoding(encoding)
+        gs_pe, tx_pe = 3 * (2 * PRIMITIVE_ORDER + 1), self.encoding.size
         self.primitives = Primitives(primitives)
         self.static = ResidualFFN(gs_pe, 2, ffn_width, ffn_layers)
         self.bst = BilinearSpatialTransformer(
@@ -97,10 +95,6 @@ class BiSplatWRF(SpectrumModel):
         self.dynamic = ResidualFFN(ffn_width, 2, ffn_width, ffn_layers)
         self.delta = ResidualFFN(gs_pe + tx_pe + ffn_width, 4, ffn_width, ffn_layers)
 
-    def _grid(self, beamformer: Beamformer) -> tuple[Float[Tensor, " W"], Float[Tensor, " H"]]:
-        """Azimuths and elevations that the field is rendered at, degrees: those of a spectrum."""
-        return torch.tensor(beamformer.grid.azimuths_deg).float(), torch.tensor(beamformer.grid.elevations_deg).float()
-
     @property
     def has_primitives(self) -> bool:
         return True
@@ -114,8 +108,8 @@ class BiSplatWRF(SpectrumModel):
         primitives = self.primitives
         azimuth, elevation = primitives.azimuth, primitives.elevation
         gs_pe = positional_encoding(primitives.coordinates, PRIMITIVE_ORDER)
-        tx_pe = positional_encoding(self.scaled(positions), self.tx_order)
-        encodings = gs_pe[None], tx_pe[:, None]  # 1 N_p 51 and B 1 39
+        tx_pe = self.encoding(positions, self.region, self.wavelength)
+        encodings = gs_pe[None], tx_pe[:, None]  # 1 N_p 51 and, in octaves, B 1 39
         features = self.bst(azimuth, elevation, *encodings)
 
         # Hierarchy-based mixing: c_i = (amp_static + w_scale amp_mod) e^{j(phase_static + phase_mod)}
@@ -151,49 +145,3 @@ class BiSplatWRF(SpectrumModel):
     def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
         azimuths, elevations = self.azimuths[pixels.columns], self.elevations[pixels.rows]
         return power(splat(*self.splats(positions), azimuths, elevations))
-
-
-class BiSplatAperture(BiSplatWRF):
-    """BiSplat-WRF whose field is received by the array, so that each prediction is a spectrum the array can measure.
-
-    The responses of an array of MN elements are MN projections of the field on the array manifold a_m:
-    y_m = Σ a_m(φ,θ) F(φ,θ) cosθ ΔφΔθ over all directions. The spectrum is S = |Σ_m y_m e^{-jk u·d_m}| / √(MN), min–max
-    normalised like the dataset's spectra. The field is splatted on a 6° grid, which is finer than a 4 × 4 array
-    resolves.
-
-    Args:
-        region: as for ``BiSplatWRF``.
-        beamformer: the dataset's array and grid.
-        options: as for ``BiSplatWRF``.
-    """
-
-    STEP_DEG = 6
-    aperture: Tensor
-
-    def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, **options: Any):
-        super().__init__(region, beamformer, **options)
-        array = beamformer.array
-        azimuths, elevations = (np.radians(axis.double().numpy()) for axis in self._grid(beamformer))
-        elevation, azimuth = np.meshgrid(elevations, azimuths, indexing="ij")
-        solid_angle = np.cos(elevation) * np.radians(self.STEP_DEG) ** 2  # cosθ ΔφΔθ
-        aperture = (array.manifold(azimuth, elevation) * solid_angle[..., None]).reshape(-1, array.elements)
-        self.register_buffer("aperture", on_pairs(aperture), persistent=False)
-        self.beamforming = BeamformingLayer(beamformer)
-
-    def _grid(self, beamformer: Beamformer) -> tuple[Float[Tensor, " W"], Float[Tensor, " H"]]:
-        return torch.arange(0.0, 360.0, self.STEP_DEG), torch.arange(self.STEP_DEG / 2, 90.0, self.STEP_DEG)
-
-    @property
-    def has_responses(self) -> bool:
-        return True
-
-    def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
-        """Element responses y (real, imaginary); their scale and common phase are arbitrary."""
-        return (self.field(positions).flatten(1) @ self.aperture).unflatten(-1, (-1, 2))
-
-    def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted spectrum: the array's spectrum of ``responses``, min–max normalised."""
-        return self.beamforming(self.responses(positions))
-
-    def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
-        return SpectrumModel.coarse(self, positions, pixels)

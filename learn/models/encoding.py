@@ -1,16 +1,28 @@
-"""Positional encoding γ of coordinates (the paper's GS-PE and TX-PE)."""
+"""Encodings of coordinates: the paper's γ (GS-PE and TX-PE), and plane waves of the transmitter's position."""
 
 from __future__ import annotations
 
+from typing import Literal, get_args
+
 import torch
 from jaxtyping import Float
-from torch import Tensor
+from torch import Tensor, nn
+
+from learn.models.geometry import evenly_spread_directions
+from scenes.errors import ParameterError
+
+EncodingKind = Literal["octaves", "waves"]
 
 PRIMITIVE_ORDER = 8
 """L of GS-PE, large because the primitives' coordinates are learned precisely; it gives 3 · (2·8 + 1) = 51 numbers."""
 
 TX_ORDER = 6
 """L of TX-PE, smaller because measured transmitter positions are imprecise; it gives 3 · (2·6 + 1) = 39 numbers."""
+
+
+DIRECTIONS = 512
+"""Number of directions of the plane waves. A field without sources in a ball of radius R has about (kR + 1)² degrees of
+freedom; this is enough for a ball across 7 wavelengths (2.3 m at 915 MHz)."""
 
 
 def positional_encoding(t: Float[Tensor, "*batch 3"], order: int) -> Float[Tensor, "*batch encoded"]:
@@ -29,3 +41,49 @@ def positional_encoding(t: Float[Tensor, "*batch 3"], order: int) -> Float[Tenso
     frequencies = torch.pi * 2.0 ** torch.arange(order, device=t.device, dtype=t.dtype)
     angles = (frequencies[:, None] * t[..., None, :]).flatten(-2)
     return torch.cat([t, angles.sin(), angles.cos()], dim=-1)
+
+
+class TransmitterEncoding(nn.Module):
+    """Numbers that stand for the transmitter's position r in a network's input.
+
+    ``octaves``: the paper's TX-PE, γ of the position scaled to −1…1. ``waves``: cos and sin of k v_j·(r − r₀), for
+    directions v_j spread evenly over the sphere and the region's centre r₀. In the air around the transmitter every
+    field is a sum of plane waves with wavenumber k = 2π/λ, so the responses at one frequency are smooth functions, and
+    nearly linear ones, of these numbers. The octaves of γ know nothing of the wavelength.
+
+    Args:
+        kind: "octaves" or "waves".
+        order: number of octaves L of TX-PE.
+
+    Attributes:
+        size: how many numbers.
+
+    Raises:
+        ParameterError: ``kind`` is neither.
+    """
+
+    directions: Tensor
+
+    def __init__(self, kind: EncodingKind, order: int = TX_ORDER):
+        super().__init__()
+        if kind not in get_args(EncodingKind):
+            raise ParameterError("encoding", f"expected one of {', '.join(get_args(EncodingKind))}, found {kind}")
+        self.kind, self.order = kind, order
+        self.register_buffer("directions", evenly_spread_directions(DIRECTIONS), persistent=False)
+        self.size = 2 * DIRECTIONS if kind == "waves" else 3 * (2 * order + 1)
+
+    def forward(
+        self, positions: Float[Tensor, "B 3"], region: Float[Tensor, "2 3"], wavelength: Float[Tensor, ""]
+    ) -> Float[Tensor, "B size"]:
+        """The encoding of positions.
+
+        Args:
+            positions: transmitter positions, metres, world frame.
+            region: corners (min, max) of the box of training positions, metres.
+            wavelength: λ, metres.
+        """
+        low, high = region
+        if self.kind == "octaves":
+            return positional_encoding(2 * (positions - low) / (high - low) - 1, self.order)
+        phase = 2 * torch.pi / wavelength * (positions - (low + high) / 2) @ self.directions.T
+        return torch.cat([phase.cos(), phase.sin()], dim=-1)

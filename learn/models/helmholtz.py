@@ -59,6 +59,7 @@ class HelmholtzField(SpectrumModel):
     Args:
         region: as for ``SpectrumModel``; this model does not use it.
         beamformer: the dataset's array and grid.
+        wavelength: metres.
 
     Attributes:
         weights: w of each of ``WAYS``; they add up to 1.
@@ -67,8 +68,8 @@ class HelmholtzField(SpectrumModel):
 
     weights: Tensor
 
-    def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer):
-        super().__init__(region)
+    def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, wavelength: float):
+        super().__init__(region, wavelength)
         self._beamformer = beamformer
         self.register_buffer("weights", torch.zeros(len(WAYS)))
         self.fields = nn.ModuleDict()
@@ -215,10 +216,10 @@ class HelmholtzField(SpectrumModel):
 
     def _empty(self, way: str) -> KrigedField:
         """A field of a way, without known spectra."""
-        region = self.region.cpu().numpy().copy()
+        built = self.region.cpu().numpy().copy(), self._beamformer, float(self.wavelength)
         if way == "smooth-spectra":
-            return SmoothField(region, self._beamformer)
-        return KrigedField(region, self._beamformer, "responses" if way == "responses" else "spectra")
+            return SmoothField(*built)
+        return KrigedField(*built, "responses" if way == "responses" else "spectra")
 
     def _set(self, weights: dict[str, float], fields: Mapping[str, KrigedField]) -> None:
         """Use these weights; of the fields keep those that are needed."""

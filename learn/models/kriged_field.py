@@ -57,6 +57,7 @@ class KrigedField(SpectrumModel):
     Args:
         region: as for ``SpectrumModel``; this model does not use it.
         beamformer: the dataset's array and grid.
+        wavelength: metres.
         of: "responses" or "spectra", which are interpolated.
 
     Attributes:
@@ -64,7 +65,6 @@ class KrigedField(SpectrumModel):
         times: index of each known spectrum in its dataset.
         values: responses (real, imaginary), scaled to a mean square magnitude of 1, or 8-bit pictures; flattened.
         mean: mean of ``values`` over the known spectra; zero for responses.
-        wavelength: metres.
         directions: unit vectors u_j, world frame.
         shares: s_j, which add up to 1.
         length: ℓ, metres.
@@ -80,15 +80,20 @@ class KrigedField(SpectrumModel):
     times: Tensor
     values: Tensor
     mean: Tensor
-    wavelength: Tensor
     directions: Tensor
     shares: Tensor
     length: Tensor
     drift: Tensor
     nugget: Tensor
 
-    def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, of: Literal["responses", "spectra"]):
-        super().__init__(region)
+    def __init__(
+        self,
+        region: Float[np.ndarray, "2 3"],
+        beamformer: Beamformer,
+        wavelength: float,
+        of: Literal["responses", "spectra"],
+    ):
+        super().__init__(region, wavelength)
         self.beamforming = BeamformingLayer(beamformer)
         self._of_responses = of == "responses"
         numbers = 2 * beamformer.array.elements if self._of_responses else ROWS * COLUMNS
@@ -100,7 +105,7 @@ class KrigedField(SpectrumModel):
         self.solve: Callable[[Tensor, Tensor], Tensor] = torch.linalg.solve
         self.register_buffer("directions", evenly_spread_directions(DIRECTIONS), persistent=False)
         self.register_buffer("shares", torch.full((DIRECTIONS,), 1 / DIRECTIONS))
-        for name in ("wavelength", "length", "drift", "nugget"):
+        for name in ("length", "drift", "nugget"):
             self.register_buffer(name, torch.ones(()))
 
     @property
@@ -142,7 +147,6 @@ class KrigedField(SpectrumModel):
         """
         self.places = torch.from_numpy(dataset.positions[known]).float()
         self.times = torch.from_numpy(known).float()
-        self.wavelength = torch.tensor(dataset.wavelength).float()
         if self._of_responses:
             assert dataset.responses is not None
             responses = torch.from_numpy(dataset.responses[known])
@@ -292,12 +296,13 @@ class SmoothField(KrigedField):
     Args:
         region: as for ``KrigedField``.
         beamformer: as for ``KrigedField``.
+        wavelength: as for ``KrigedField``.
     """
 
     neighbours = 64
 
-    def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer):
-        super().__init__(region, beamformer, "spectra")
+    def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, wavelength: float):
+        super().__init__(region, beamformer, wavelength, "spectra")
 
     @property
     def first_length(self) -> float:

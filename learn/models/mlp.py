@@ -8,7 +8,7 @@ from jaxtyping import Float
 from torch import Tensor, nn
 
 from learn.models.base import BeamformingLayer, SpectrumModel
-from learn.models.encoding import TX_ORDER, positional_encoding
+from learn.models.encoding import EncodingKind, TransmitterEncoding
 from learn.models.networks import ResidualFFN
 from learn.models.quadrature import Quadrature
 from simulate.angular_grid import COLUMNS, ROWS
@@ -18,25 +18,33 @@ WIDTH, LAYERS = 256, 4
 
 
 class SpectrumMLP(SpectrumModel):
-    """Predicts each pixel of the spectrum, 0…1, from the transmitter's position (TX-PE).
+    """Predicts each pixel of the spectrum, 0…1, from the encoded position of the transmitter.
 
     Args:
         region: as for ``SpectrumModel``.
         beamformer: the dataset's array and grid; this model does not use them.
-        order: number of octaves of TX-PE.
+        wavelength: metres.
+        encoding: encoding of the position, as for ``TransmitterEncoding``.
     """
 
-    def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, order: int = TX_ORDER):
-        super().__init__(region)
-        self.order = order
-        self.network = ResidualFFN(3 * (2 * order + 1), ROWS * COLUMNS, WIDTH, LAYERS)
+    def __init__(
+        self,
+        region: Float[np.ndarray, "2 3"],
+        beamformer: Beamformer,
+        wavelength: float,
+        *,
+        encoding: EncodingKind = "octaves",
+    ):
+        super().__init__(region, wavelength)
+        self.encoding = TransmitterEncoding(encoding)
+        self.network = ResidualFFN(self.encoding.size, ROWS * COLUMNS, WIDTH, LAYERS)
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        pixels = self.network(positional_encoding(self.scaled(positions), self.order)).sigmoid()
+        pixels = self.network(self.encoding(positions, self.region, self.wavelength)).sigmoid()
         return pixels.unflatten(-1, (ROWS, COLUMNS))
 
     def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
-        features = self.network.features(positional_encoding(self.scaled(positions), self.order))
+        features = self.network.features(self.encoding(positions, self.region, self.wavelength))
         chosen = torch.from_numpy(COLUMNS * pixels.rows[:, None] + pixels.columns).to(positions.device)
         last = self.network.outward
         return (
@@ -47,18 +55,26 @@ class SpectrumMLP(SpectrumModel):
 
 
 class ResponseMLP(SpectrumModel):
-    """Predicts the complex element responses from the transmitter's position (TX-PE), and the spectrum from these.
+    """Predicts the complex element responses from the encoded position of the transmitter, and the spectrum from these.
 
     Args:
         region: as for ``SpectrumModel``.
         beamformer: the dataset's array and grid.
-        order: number of octaves of TX-PE.
+        wavelength: metres.
+        encoding: encoding of the position, as for ``TransmitterEncoding``.
     """
 
-    def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, order: int = TX_ORDER):
-        super().__init__(region)
-        self.order = order
-        self.network = ResidualFFN(3 * (2 * order + 1), 2 * beamformer.array.elements, WIDTH, LAYERS)
+    def __init__(
+        self,
+        region: Float[np.ndarray, "2 3"],
+        beamformer: Beamformer,
+        wavelength: float,
+        *,
+        encoding: EncodingKind = "octaves",
+    ):
+        super().__init__(region, wavelength)
+        self.encoding = TransmitterEncoding(encoding)
+        self.network = ResidualFFN(self.encoding.size, 2 * beamformer.array.elements, WIDTH, LAYERS)
         self.beamforming = BeamformingLayer(beamformer)
 
     @property
@@ -67,7 +83,7 @@ class ResponseMLP(SpectrumModel):
 
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
         """Element responses (real, imaginary); their scale and common phase are arbitrary."""
-        return self.network(positional_encoding(self.scaled(positions), self.order)).unflatten(-1, (-1, 2))
+        return self.network(self.encoding(positions, self.region, self.wavelength)).unflatten(-1, (-1, 2))
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
         return self.beamforming(self.responses(positions))

@@ -13,7 +13,7 @@ from jaxtyping import Float
 from torch import Tensor, nn
 
 from learn.models.base import SpectrumModel
-from learn.models.encoding import positional_encoding
+from learn.models.encoding import EncodingKind, TransmitterEncoding, positional_encoding
 from learn.models.networks import LinearOfParts
 from simulate.angular_grid import COLUMNS, ROWS
 from simulate.beamformer import Beamformer
@@ -40,10 +40,12 @@ class NeRF2(SpectrumModel):
     Args:
         region: as for ``SpectrumModel``.
         beamformer: the dataset's array, which this model does not use, and grid.
+        wavelength: metres.
         samples: number of voxels per ray.
         rays: number of rays per training step, drawn from all pixels of the batch.
         width: width of both networks.
         layers: number of layers of the attenuation network.
+        encoding: encoding of the transmitter's position, as for ``TransmitterEncoding``.
     """
 
     directions: Tensor
@@ -52,13 +54,17 @@ class NeRF2(SpectrumModel):
         self,
         region: Float[np.ndarray, "2 3"],
         beamformer: Beamformer,
+        wavelength: float,
+        *,
         samples: int = 64,
         rays: int = 8192,
         width: int = 256,
         layers: int = 8,
+        encoding: EncodingKind = "octaves",
     ):
-        super().__init__(region)
+        super().__init__(region, wavelength)
         self.samples, self.rays = samples, rays
+        self.encoding = TransmitterEncoding(encoding, ORDER)
         directions = torch.from_numpy(beamformer.grid.directions.reshape(-1, 3)).float()
         self.register_buffer("directions", directions, persistent=False)
         encoded = 3 * (2 * ORDER + 1)
@@ -69,7 +75,7 @@ class NeRF2(SpectrumModel):
         self.second = nn.ModuleList(nn.Linear(width, width) for _ in range(layers - half - 2))
         self.attenuation = nn.Linear(width, 2)
         self.feature = nn.Linear(width, width)
-        self.radiance = LinearOfParts(width + 2 * encoded, width)
+        self.radiance = LinearOfParts(width + encoded + self.encoding.size, width)
         self.signal = nn.Sequential(nn.ReLU(), nn.Linear(width, width // 2), nn.ReLU(), nn.Linear(width // 2, 2))
 
     def voxels(
@@ -98,7 +104,7 @@ class NeRF2(SpectrumModel):
         directions: Float[Tensor, "R 3"],
         attenuation: Float[Tensor, "R samples 2"],
         feature: Float[Tensor, "R samples width"],
-        transmitters: Float[Tensor, "#R 3"],
+        transmitters: Float[Tensor, "#R size"],
     ) -> Float[Tensor, " R"]:
         """Received magnitude |R| of each ray.
 
@@ -106,13 +112,13 @@ class NeRF2(SpectrumModel):
             directions: unit vectors of the rays, gateway frame.
             attenuation: from ``voxels``.
             feature: from ``voxels``.
-            transmitters: position of each ray's transmitter, scaled to −1…1.
+            transmitters: encoded position of each ray's transmitter.
         """
         signal = self.signal(
             self.radiance(
                 feature,
                 positional_encoding(directions, ORDER)[:, None],
-                positional_encoding(transmitters, ORDER)[:, None],
+                transmitters[:, None],
             )
         )
         step = FAR / (self.samples - 1)
@@ -135,12 +141,15 @@ class NeRF2(SpectrumModel):
         sample = torch.randint(len(positions), (self.rays,), device=positions.device)
         pixel = torch.randint(len(self.directions), (self.rays,), device=positions.device)
         directions = self.directions[pixel]
-        magnitude = self.received(directions, *self.voxels(directions), self.scaled(positions)[sample])
+        magnitude = self.received(directions, *self.voxels(directions), self._encoded(positions)[sample])
         return (magnitude - spectra.flatten(1)[sample, pixel]).square().mean()
+
+    def _encoded(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B size"]:
+        return self.encoding(positions, self.region, self.wavelength)
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
         """Predicted spectra; the voxels are computed once for all transmitters."""
-        transmitters = self.scaled(positions)
+        transmitters = self._encoded(positions)
         pixels = []
         for directions in self.directions.split(RAYS_AT_ONCE):
             attenuation, feature = self.voxels(directions)

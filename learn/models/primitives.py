@@ -18,6 +18,9 @@ NEAR, FAR = 0.1, 100.0
 SCALE_MIN, SCALE_MAX = 2.0, 10.0
 """s_min and s_max, degrees; the paper gives no values (docs/model.md)."""
 
+SCALE_LEAST, SCALE_MOST = 0.5, 60.0
+"""Bounds of a primitive's standard deviation, degrees: half a pixel, and a sixth of a turn."""
+
 INITIAL_OPACITY = 0.3
 """Initial opacity of every primitive."""
 

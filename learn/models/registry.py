@@ -10,8 +10,9 @@ import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
+from learn.models.steps import Steps
 from scenes.errors import ParameterError, did_you_mean
 
 if TYPE_CHECKING:  # torch is imported when a model is built
@@ -23,11 +24,9 @@ class ModelEntry:
     """One model of the table.
 
     Attributes:
-        builds: the class, as ``module:Class``; it is called with (region, beamformer, **options).
+        builds: the class, as ``module:Class``; it is called with (region, beamformer, wavelength, **options).
         summary: what the model does, for a reader.
-        fit: ``steps``: the model is trained by gradient steps on batches of spectra; ``closed form``: its method
-            ``fit`` fits it.
-        learning_rate: learning rate of AdamW, for a model trained by steps.
+        by_steps: its settings of training by gradient steps; None: its method ``fit`` fits it in closed form.
         options: arguments of the class that differ from the class's own defaults.
         options_without_gpu: further arguments for ``compare`` if there is no GPU, for a model that is too slow on a
             CPU otherwise; its rows are marked "(reduced)".
@@ -35,27 +34,29 @@ class ModelEntry:
 
     builds: str
     summary: str
-    fit: Literal["steps", "closed form"] = "steps"
-    learning_rate: float = 1e-3
+    by_steps: Steps | None = field(default_factory=Steps)
     options: Mapping[str, Any] = field(default_factory=dict)
     options_without_gpu: Mapping[str, Any] = field(default_factory=dict)
 
+
+BY_RESPONSES = Steps(steps=3000, batch_size=128, weight_decay=0.3, full_resolution=0.0)
+"""Of models that predict element responses, which are cheap. Weight decay holds their overfitting."""
 
 MODELS: dict[str, ModelEntry] = {
     "helmholtz": ModelEntry(
         builds="learn.models.helmholtz:HelmholtzField",
         summary="kriging of element responses and spectra under the Helmholtz equation, mixed with inverse distance",
-        fit="closed form",
+        by_steps=None,
     ),
     "bisplat": ModelEntry(
         builds="learn.models.bisplat:BiSplatWRF",
         summary="BiSplat-WRF of the paper: 500 planar Gaussians and a bilinear spatial transformer",
-        learning_rate=2e-3,
+        by_steps=Steps(learning_rate=2e-3),
     ),
     "bisplat-plus": ModelEntry(
         builds="learn.models.bisplat:BiSplatWRF",
         summary="BiSplat-WRF+ of the paper: 2,000 planar Gaussians and deeper networks",
-        learning_rate=3e-4,  # at the smaller model's rate its deep networks collapse
+        by_steps=Steps(learning_rate=3e-4),  # at the smaller model's rate its deep networks collapse
         options={
             "primitives": 2000,
             "ffn_width": 256,
@@ -65,19 +66,21 @@ MODELS: dict[str, ModelEntry] = {
         },
     ),
     "bisplat-aperture": ModelEntry(
-        builds="learn.models.bisplat:BiSplatAperture",
-        summary="BiSplat-WRF whose field is received by the array, so that it predicts element responses",
-        learning_rate=2e-3,
-        options={"tx_order": 3},  # with more octaves of TX-PE it overfits to the training positions
+        builds="learn.models.aperture:BiSplatAperture",
+        summary="planar Gaussians whose field is received by the array, with plane waves of the transmitter's position",
+        by_steps=BY_RESPONSES,
     ),
     "mlp": ModelEntry(builds="learn.models.mlp:SpectrumMLP", summary="a network from position to pixels"),
     "mlp-responses": ModelEntry(
-        builds="learn.models.mlp:ResponseMLP", summary="a network from position to element responses"
+        builds="learn.models.mlp:ResponseMLP",
+        summary="a network from position, as plane waves, to element responses",
+        by_steps=BY_RESPONSES,
+        options={"encoding": "waves"},
     ),
     "nerf2": ModelEntry(
         builds="learn.models.nerf2:NeRF2",
         summary="NeRF²: rays marched through a neural radiance field",
-        learning_rate=8e-4,
+        by_steps=Steps(learning_rate=8e-4),
         options_without_gpu={"samples": 16, "rays": 1024, "width": 128},
     ),
     "swiftwrf": ModelEntry(
@@ -96,8 +99,8 @@ def model_entry(name: str) -> ModelEntry:
     Raises:
         ParameterError: no model has this name.
 
-    >>> model_entry("helmholtz").fit
-    'closed form'
+    >>> model_entry("bisplat").by_steps.learning_rate
+    0.002
     """
     if name not in MODELS:
         raise ParameterError("model", f'expected the name of a model, found "{name}"; {did_you_mean(name, MODELS)}')
@@ -132,7 +135,7 @@ def check_options(name: str, options: Mapping[str, Any]) -> None:
         known += [parameter.name for parameter in parameters if parameter.kind is not inspect.Parameter.VAR_KEYWORD]
         if all(parameter.kind is not inspect.Parameter.VAR_KEYWORD for parameter in parameters):
             break  # this class passes no further options on to its base class
-    known = [option for option in known if option not in ("self", "region", "beamformer")]
+    known = [option for option in known if option not in ("self", "region", "beamformer", "wavelength")]
     for option in options:
         if option not in known:
             has = f"which has {', '.join(known)}" if known else "which has none"

@@ -145,9 +145,17 @@ def blend(alpha: Float[Tensor, "B N_p P"], coefficient: Float[Tensor, "B N_p 2"]
         alpha: α_i(p).
         coefficient: c_i (real, imaginary).
     """
-    transmittance = torch.cumprod(1 - alpha, dim=1)
-    transmittance = torch.cat([torch.ones_like(alpha[:, :1]), transmittance[:, :-1]], dim=1)
-    return (alpha * transmittance).transpose(1, 2) @ coefficient
+    return blending_weights(alpha).mT @ coefficient
+
+
+def blending_weights(alpha: Float[Tensor, "*B N_p P"]) -> Float[Tensor, "*B N_p P"]:
+    """α_i(p) Π_{j<i} (1 − α_j(p)), with the primitives in order from front to back.
+
+    Args:
+        alpha: α_i(p).
+    """
+    transmittance = torch.cumprod(1 - alpha, dim=-2)
+    return alpha * torch.cat([torch.ones_like(alpha[..., :1, :]), transmittance[..., :-1, :]], dim=-2)
 
 
 def pixel_grid(azimuths: Float[Tensor, " W"], elevations: Float[Tensor, " H"]) -> Float[Tensor, "H*W 2"]:

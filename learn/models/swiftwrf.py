@@ -11,7 +11,7 @@ from jaxtyping import Float
 from torch import Tensor, nn
 
 from learn.models.base import SpectrumModel
-from learn.models.encoding import PRIMITIVE_ORDER, TX_ORDER, positional_encoding
+from learn.models.encoding import PRIMITIVE_ORDER, EncodingKind, TransmitterEncoding, positional_encoding
 from learn.models.networks import ResidualFFN
 from learn.models.quadrature import Quadrature
 from learn.models.splat import splat
@@ -36,21 +36,32 @@ class SwiftWRF(SpectrumModel):
     Args:
         region: as for ``SpectrumModel``.
         beamformer: the dataset's array, which this model does not use, and grid.
+        wavelength: metres.
         primitives: number of Gaussians.
+        encoding: encoding of the transmitter's position, as for ``TransmitterEncoding``.
     """
 
     azimuths: Tensor
     elevations: Tensor
 
-    def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, primitives: int = 500):
-        super().__init__(region)
+    def __init__(
+        self,
+        region: Float[np.ndarray, "2 3"],
+        beamformer: Beamformer,
+        wavelength: float,
+        *,
+        primitives: int = 500,
+        encoding: EncodingKind = "octaves",
+    ):
+        super().__init__(region, wavelength)
+        self.encoding = TransmitterEncoding(encoding)
         self.register_buffer("azimuths", torch.tensor(beamformer.grid.azimuths_deg).float(), persistent=False)
         self.register_buffer("elevations", torch.tensor(beamformer.grid.elevations_deg).float(), persistent=False)
         self.centre = nn.Parameter(torch.rand(primitives, 2) * torch.tensor([360.0, 90.0]))
         self.scale_raw = nn.Parameter((4 + 8 * torch.rand(primitives, 2)).log())
         self.rotation = nn.Parameter(torch.pi * torch.rand(primitives))
         self.colour = nn.Parameter(0.1 * torch.rand(primitives))
-        inputs = 2 * (2 * PRIMITIVE_ORDER + 1) + 3 * (2 * TX_ORDER + 1)
+        inputs = 2 * (2 * PRIMITIVE_ORDER + 1) + self.encoding.size
         self.deformation = ResidualFFN(inputs, 6, WIDTH, LAYERS)
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
@@ -66,7 +77,7 @@ class SwiftWRF(SpectrumModel):
         scaled_centre = self.centre / self.centre.new_tensor([180.0, 45.0]) - 1
         encodings = (
             positional_encoding(scaled_centre, PRIMITIVE_ORDER)[None],
-            positional_encoding(self.scaled(positions), TX_ORDER)[:, None],
+            self.encoding(positions, self.region, self.wavelength)[:, None],
         )
         d_centre, d_scale, d_rotation, d_colour = self.deformation(*encodings).split([2, 2, 1, 1], dim=-1)
         centre = self.centre + MOVED_DEG * d_centre.tanh()

@@ -17,13 +17,14 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from learn.models.base import SpectrumModel
 from learn.models.quadrature import Quadrature
-from learn.training.config import Steps
+from learn.models.steps import Steps
 from learn.training.lightning_module import Spectra, Training
 from learn.training.run_folder import save_weights, write_training
 
-STEPS_PER_VALIDATION = 100
-"""Number of steps between validations, and the largest number of steps per epoch. Each epoch draws its batches from the
-whole training part."""
+STEPS_PER_VALIDATION, VALIDATIONS = 100, 15
+"""Smallest number of steps between validations, and number of validations of a training with more steps than both
+together. There are at most as many steps per epoch as between validations. Each epoch draws its batches from the whole
+training part."""
 
 AVERAGED = 0.99
 """Decay per step of the exponential average of the weights; the averaged weights are validated and saved."""
@@ -78,7 +79,7 @@ def train_by_steps(
     Args:
         model: the model; at the end it has the weights of the best validation.
         spectra: batches for training and validation.
-        by_steps: number of steps, batch size and learning rate.
+        by_steps: number of steps, learning rate and further settings.
         pixels: what most steps look at.
         folder: the run folder.
         devices: number of GPUs per machine; without a GPU, number of processes.
@@ -90,13 +91,12 @@ def train_by_steps(
     for name in ("lightning.pytorch", "lightning.fabric"):
         logging.getLogger(name).setLevel(logging.ERROR)
     warnings.filterwarnings("ignore", module="lightning")
-    period = min(STEPS_PER_VALIDATION, by_steps.steps)
+    period = min(max(STEPS_PER_VALIDATION, by_steps.steps // VALIDATIONS), by_steps.steps)
     batches = min(spectra.batches, period)
     # The number of epochs is a multiple of the epochs between validations, so that the last weights are validated too.
     epochs_per_validation = max(1, round(period / batches))
     epochs = epochs_per_validation * max(1, round(by_steps.steps / (epochs_per_validation * batches)))
     steps = epochs * batches
-    coarse_steps = replace(by_steps, steps=steps).coarse_steps
     checkpoints = ModelCheckpoint(
         folder / "checkpoints",
         filename="best",
@@ -132,7 +132,7 @@ def train_by_steps(
     on_interrupt = signal.getsignal(signal.SIGINT)
     try:
         trainer.fit(
-            Training(model, by_steps.learning_rate, steps, coarse_steps, pixels),
+            Training(model, replace(by_steps, steps=steps), pixels),
             datamodule=spectra,
             ckpt_path=last if last.exists() else None,
             weights_only=False,

@@ -10,42 +10,13 @@ from pathlib import Path
 from typing import Any
 
 from learn.models.registry import DEFAULT_MODEL
+from learn.models.steps import Steps
 from learn.splits import Split, SplitKind
 from scenes.atomic import write_atomically
-from scenes.errors import InputError, ParameterError, require_positive
+from scenes.errors import InputError
 from simulate.angular_grid import AngularGrid
 from simulate.array import PlanarArray
 from simulate.beamformer import Beamformer
-
-
-@dataclass(frozen=True, kw_only=True)
-class Steps:
-    """Settings of training by gradient steps.
-
-    Attributes:
-        steps: number of optimiser steps, rounded to whole validation periods.
-        batch_size: number of spectra per step.
-        learning_rate: learning rate of AdamW after the warm-up.
-        full_resolution: share of the steps, the last ones, that look at every pixel of a spectrum; those before look at
-            a few that hold the array's band (learn/models/quadrature.py).
-        init: folder of a finished run of the same model whose weights training starts from; None: random weights.
-    """
-
-    steps: int = 1500
-    batch_size: int = 8
-    learning_rate: float = 1e-3
-    full_resolution: float = 0.1
-    init: str | None = None
-
-    def __post_init__(self) -> None:
-        require_positive(steps=self.steps, batch_size=self.batch_size, learning_rate=self.learning_rate)
-        if not 0 <= self.full_resolution <= 1:
-            raise ParameterError("full_resolution", f"expected a share of 0 to 1, found {self.full_resolution}")
-
-    @property
-    def coarse_steps(self) -> int:
-        """Number of steps that look at a few pixels only."""
-        return round((1 - self.full_resolution) * self.steps)
 
 
 @dataclass(frozen=True, kw_only=True)

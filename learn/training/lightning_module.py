@@ -14,6 +14,7 @@ from torch.utils.data.distributed import DistributedSampler
 from learn.metrics import ssim
 from learn.models.base import SpectrumModel
 from learn.models.quadrature import Quadrature
+from learn.models.steps import Steps
 from learn.splits import Split
 from simulate.dataset import Dataset
 from simulate.evenly import evenly
@@ -28,41 +29,46 @@ class Training(L.LightningModule):
 
     Args:
         model: the model.
-        learning_rate: learning rate of AdamW after the warm-up.
-        steps: number of optimiser steps.
-        coarse_steps: number of steps, the first ones, that look at a few pixels only, if the model allows it.
-        pixels: these pixels.
+        by_steps: number of steps, learning rate and further settings.
+        pixels: what all steps but the last look at, if the model allows it.
     """
 
-    def __init__(self, model: SpectrumModel, learning_rate: float, steps: int, coarse_steps: int, pixels: Quadrature):
+    def __init__(self, model: SpectrumModel, by_steps: Steps, pixels: Quadrature):
         super().__init__()
-        self.model = model
-        self.learning_rate, self.steps = learning_rate, steps
-        self.coarse_steps = coarse_steps if model.trains_on_few_pixels else 0
-        self.pixels = pixels
+        self.model, self.by_steps, self.pixels = model, by_steps, pixels
+        self.coarse_steps = by_steps.coarse_steps if model.trains_on_few_pixels else 0
         self._validation: list[np.ndarray] = []
 
     def training_step(self, batch: list[Tensor], _: int) -> Tensor:
-        positions, pictures = batch
-        loss = self.loss(positions, pictures, coarse=self.global_step < self.coarse_steps)
+        positions, pictures, responses = batch
+        loss = self.loss(positions, pictures, responses, coarse=self.global_step < self.coarse_steps)
         self.log("loss", loss, on_step=False, on_epoch=True, prog_bar=True, sync_dist=True)
         return loss
 
-    def loss(self, positions: Float[Tensor, "B 3"], pictures: UInt8[Tensor, "B 90 360"], coarse: bool) -> Tensor:
-        """Loss of a batch.
+    def loss(
+        self,
+        positions: Float[Tensor, "B 3"],
+        pictures: UInt8[Tensor, "B 90 360"],
+        responses: Float[Tensor, "B elements 2"],
+        coarse: bool,
+    ) -> Tensor:
+        """Loss of a batch: of responses if these are known and the model has them, otherwise of pictures.
 
         Args:
             positions: transmitter positions, metres, world frame.
             pictures: true spectra, 0…255.
-            coarse: look at a few pixels only.
+            responses: true element responses; none (of 0 elements): they are not known.
+            coarse: look at a few pixels of the pictures only.
         """
+        if self.model.has_responses and responses.shape[1]:
+            return self.model.responses_loss(positions, responses)
         if coarse:
             few = pictures[:, self.pixels.rows][:, :, self.pixels.columns]
             return self.model.coarse_loss(positions, few.float() / LARGEST_GREY, self.pixels)
         return self.model.loss(positions, pictures.float() / LARGEST_GREY)
 
     def validation_step(self, batch: list[Tensor], _: int) -> None:
-        positions, pictures = batch
+        positions, pictures = batch[:2]
         prediction = self.model(positions).float().cpu().numpy()
         self._validation.append(ssim(prediction, spectrum_of(pictures.cpu().numpy())))
 
@@ -72,10 +78,11 @@ class Training(L.LightningModule):
         self.log("validation_ssim", ssim_median, prog_bar=True)
 
     def configure_optimizers(self):
-        optimiser = torch.optim.AdamW(self.parameters(), lr=self.learning_rate, weight_decay=0.0, fused=True)
-        warm_up = max(1, round(WARM_UP * self.steps))
+        steps, rate, decay = self.by_steps.steps, self.by_steps.learning_rate, self.by_steps.weight_decay
+        optimiser = torch.optim.AdamW(self.parameters(), lr=rate, weight_decay=decay, fused=True)
+        warm_up = max(1, round(WARM_UP * steps))
         rising = LinearLR(optimiser, start_factor=1 / warm_up, total_iters=warm_up - 1)
-        falling = CosineAnnealingLR(optimiser, T_max=max(1, self.steps - warm_up))
+        falling = CosineAnnealingLR(optimiser, T_max=max(1, steps - warm_up))
         schedule = SequentialLR(optimiser, [rising, falling], milestones=[warm_up])
         return {"optimizer": optimiser, "lr_scheduler": {"scheduler": schedule, "interval": "step"}}
 
@@ -90,7 +97,10 @@ class Batches(BatchSampler):
 
 
 class Spectra(L.LightningDataModule):
-    """Batches of (position, 8-bit picture).
+    """Batches of (position, 8-bit picture, element responses).
+
+    The responses (real, imaginary) are scaled to a mean square magnitude of 1 over the training part; there are none,
+    of 0 elements, if the dataset has none.
 
     The order of the spectra in an epoch only depends on the seed and the epoch. A resumed run therefore gets the same
     batches as an uninterrupted one, and the processes of a distributed run together get those of a single process.
@@ -108,6 +118,10 @@ class Spectra(L.LightningDataModule):
     def __init__(self, dataset: Dataset, parts: Split, batch_size: int, seed: int):
         super().__init__()
         self._dataset, self._parts, self._batch_size, self._seed = dataset, parts, batch_size, seed
+        self._responses = torch.zeros(len(dataset.positions), 0, 2)
+        if dataset.responses is not None:
+            scale = np.sqrt(np.square(np.abs(dataset.responses[parts.train])).mean())
+            self._responses = torch.view_as_real(torch.from_numpy(dataset.responses / (scale or 1.0))).float()
 
     @property
     def batches(self) -> int:
@@ -132,4 +146,6 @@ class Spectra(L.LightningDataModule):
     def _data(self, part: Int[np.ndarray, " n"]) -> Subset:
         """A part of the dataset's arrays, which are not copied: they may be mapped from a file larger than memory."""
         positions = torch.from_numpy(self._dataset.positions.astype(np.float32))
-        return Subset(TensorDataset(positions, torch.from_numpy(self._dataset.pictures)), part.tolist())
+        return Subset(
+            TensorDataset(positions, torch.from_numpy(self._dataset.pictures), self._responses), part.tolist()
+        )

@@ -35,20 +35,23 @@ PREDICT_AT_ONCE = {"cpu": 16, "cuda": 1024}
 """Number of positions per batch of a prediction, by type of device."""
 
 
-def build_model(config: Config, region: Float[np.ndarray, "2 3"], beamformer: Beamformer) -> SpectrumModel:
+def build_model(
+    config: Config, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, wavelength: float
+) -> SpectrumModel:
     """Build the untrained model of a run.
 
     Args:
         config: settings of the run, of which ``model`` and ``options`` are used.
         region: corners (min, max) of the box of training positions, metres, world frame.
         beamformer: the dataset's array and grid.
+        wavelength: metres.
 
     Raises:
         ParameterError: the model is unknown, or does not have one of the options.
     """
     check_options(config.model, config.options)
     build: Any = model_class(config.model)
-    return build(region, beamformer, **{**model_entry(config.model).options, **config.options})
+    return build(region, beamformer, wavelength, **{**model_entry(config.model).options, **config.options})
 
 
 @dataclass(frozen=True)
@@ -219,7 +222,7 @@ def load_run(folder: Path | str) -> Run:
         raise InputError(
             f"{folder}: expected a finished run, found no weights.safetensors; the same bisplat train again finishes it"
         )
-    model = build_model(config, np.zeros((2, 3)), beamformer)
+    model = build_model(config, np.zeros((2, 3)), beamformer, 1.0)  # the weights have the region and the wavelength
     try:
         model.load_state_dict(load_file(path))
     except (SafetensorError, RuntimeError) as error:

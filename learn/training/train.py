@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +21,7 @@ from learn.models.registry import DEFAULT_MODEL, check_options, model_entry
 from learn.output_folder import claim
 from learn.splits import Split, SplitKind, split
 from learn.training.by_steps import train_by_steps
-from learn.training.config import Config, Steps, read_config, write_config
+from learn.training.config import Config, read_config, write_config
 from learn.training.fit_progress import FitProgress
 from learn.training.lightning_module import Spectra
 from learn.training.run_folder import Run, build_model, load_run, load_weights, predict, save_weights, write_training
@@ -39,10 +40,11 @@ def train(
     split: SplitKind = "files",
     seed: int = 0,
     options: Mapping[str, Any] | None = None,
-    steps: int = 1500,
-    batch_size: int = 8,
+    steps: int | None = None,
+    batch_size: int | None = None,
     learning_rate: float | None = None,
-    full_resolution: float = 0.1,
+    weight_decay: float | None = None,
+    full_resolution: float | None = None,
     init: Path | str | None = None,
     devices: int = 1,
     nodes: int = 1,
@@ -57,9 +59,11 @@ def train(
             spectra; ``blocked``: every fourth block of ten consecutive spectra.
         seed: seed of the split, the initial weights and the order of the spectra.
         options: options of the model that differ from its defaults, e.g. {"primitives": 250} or {"bypass": ["bst"]}.
-        steps: number of optimiser steps; a model fitted in closed form takes none.
+        steps: number of optimiser steps; None, here and below: the model's own. A model fitted in closed form takes
+            none of these.
         batch_size: number of spectra per step.
-        learning_rate: learning rate of AdamW; None: the model's own.
+        learning_rate: learning rate of AdamW.
+        weight_decay: weight decay of AdamW.
         full_resolution: share of the steps, the last ones, that look at every pixel of a spectrum; those before look at
             a few that hold the array's band, and are many times faster.
         init: folder of a finished run of the same model whose weights training starts from; None: random weights.
@@ -70,7 +74,8 @@ def train(
         The trained run.
 
     Raises:
-        ParameterError: the model is unknown, the model does not have one of the options, or a number is out of range.
+        ParameterError: the model is unknown, does not have one of the options, or is fitted in closed form and
+            settings of training by steps are given; or a number is out of range.
         InputError: the dataset is not valid or has too few spectra for the split, or the output folder holds other
             files or a run with other settings.
 
@@ -80,15 +85,17 @@ def train(
     (1, 16)
     """
     entry = model_entry(model)
-    if entry.fit == "closed form" and init is not None:
-        raise ParameterError("init", f"expected a model trained by steps, found {model}")
-    by_steps = Steps(
-        steps=steps,
-        batch_size=batch_size,
-        learning_rate=entry.learning_rate if learning_rate is None else learning_rate,
-        full_resolution=full_resolution,
-        init=None if init is None else str(Path(init).resolve()),
-    )
+    given = {
+        "steps": steps,
+        "batch_size": batch_size,
+        "learning_rate": learning_rate,
+        "weight_decay": weight_decay,
+        "full_resolution": full_resolution,
+        "init": None if init is None else str(Path(init).resolve()),
+    }
+    by_steps: Any = {name: value for name, value in given.items() if value is not None}
+    if entry.by_steps is None and by_steps:
+        raise ParameterError(next(iter(by_steps)), f"expected a model trained by steps, found {model}")
     folder = dataset.folder if isinstance(dataset, Dataset) else Path(dataset)
     config = Config(
         dataset=str(folder.resolve()),
@@ -97,7 +104,7 @@ def train(
         seed=seed,
         split_seed=seed,
         options=dict(options or {}),
-        by_steps=by_steps if entry.fit == "steps" else None,
+        by_steps=entry.by_steps and replace(entry.by_steps, **by_steps),
     )
     train_run(config, Path(output), devices, nodes, dataset if isinstance(dataset, Dataset) else None)
     return load_run(Path(output))
@@ -132,7 +139,7 @@ def train_run(config: Config, folder: Path, devices: int = 1, nodes: int = 1, da
     if is_first_process:
         write_config(folder, config, dataset.beamformer, parts, dataset.names)
     L.seed_everything(config.seed, verbose=False)
-    model = build_model(config, box_of(dataset.positions[parts.known]), dataset.beamformer)
+    model = build_model(config, box_of(dataset.positions[parts.known]), dataset.beamformer, dataset.wavelength)
     if config.by_steps is None:
         _fit_in_closed_form(model, dataset, parts, folder)
         return

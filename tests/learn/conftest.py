@@ -10,7 +10,8 @@ import pytest
 import torch
 
 from learn.models.registry import MODELS
-from learn.training.config import Config, Steps
+from learn.models.steps import Steps
+from learn.training.config import Config
 from learn.training.train import train_run
 from simulate.beamformer import Beamformer
 from simulate.dataset_writer import encode_picture, write_gateway, write_index, write_positions, write_responses
@@ -31,7 +32,7 @@ def one_thread():
 
 @pytest.fixture(scope="session")
 def small() -> dict[str, int]:
-    """Options that make any BiSplat model small."""
+    """Options that make the paper's models small."""
     return {
         "primitives": 40,
         "clusters": 16,
@@ -41,6 +42,12 @@ def small() -> dict[str, int]:
         "transformer_heads": 2,
         "transformer_ffn_width": 16,
     }
+
+
+@pytest.fixture(scope="session")
+def small_aperture() -> dict[str, int]:
+    """Options that make bisplat-aperture small."""
+    return {"primitives": 40, "width": 16}
 
 
 @pytest.fixture(scope="session")
@@ -99,17 +106,17 @@ def tiny(tmp_path_factory, write_folder) -> Path:
     return write_folder(tmp_path_factory.mktemp("data") / "tiny")
 
 
-def _use_small_models(patch: pytest.MonkeyPatch, small: dict[str, int]) -> None:
-    for name in ("bisplat", "bisplat-plus", "bisplat-aperture"):
-        options = {**small, "primitives": 60} if name == "bisplat-plus" else small
+def _use_small_models(patch: pytest.MonkeyPatch, small: dict[str, int], small_aperture: dict[str, int]) -> None:
+    sizes = {"bisplat": small, "bisplat-plus": {**small, "primitives": 60}, "bisplat-aperture": small_aperture}
+    for name, options in sizes.items():
         patch.setitem(MODELS, name, replace(MODELS[name], options=options))
     patch.setattr("learn.training.by_steps.STEPS_PER_VALIDATION", 6)
 
 
 @pytest.fixture
-def small_models(monkeypatch, small) -> None:
+def small_models(monkeypatch, small, small_aperture) -> None:
     """BiSplat models are small, and every model is validated every 6 steps."""
-    _use_small_models(monkeypatch, small)
+    _use_small_models(monkeypatch, small, small_aperture)
 
 
 @pytest.fixture
@@ -143,10 +150,10 @@ def changed() -> Callable[..., Config]:
 
 
 @pytest.fixture(scope="session")
-def finished_run(tmp_path_factory, tiny_config, small) -> Path:
+def finished_run(tmp_path_factory, tiny_config, small, small_aperture) -> Path:
     """A run on ``tiny`` that nothing interrupted, to be read from only."""
     folder = tmp_path_factory.mktemp("runs") / "finished"
     with pytest.MonkeyPatch.context() as patch:
-        _use_small_models(patch, small)
+        _use_small_models(patch, small, small_aperture)
         train_run(tiny_config, folder)
     return folder

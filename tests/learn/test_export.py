@@ -21,11 +21,11 @@ def runs(finished_run, small, region, small_models):
     """A run, and another whose primitives are equally far and almost opaque, so that what is in front decides."""
     run = load_run(finished_run)
     torch.manual_seed(0)
-    model = BiSplatWRF(region, Beamformer(), **small).eval()
+    model = BiSplatWRF(region, Beamformer(), 0.33, **small).eval()
     with torch.no_grad():
         model.primitives.depth_raw.fill_(1.0)
         model.primitives.opacity_raw.fill_(6.0)
-    field = KrigedField(region, Beamformer(), "responses")
+    field = KrigedField(region, Beamformer(), 0.33, "responses")
     generator = np.random.default_rng(0)
     field.places = torch.from_numpy(generator.uniform(0, 3, (80, 3))).float()
     field.times = torch.arange(80).float()
@@ -33,7 +33,7 @@ def runs(finished_run, small, region, small_models):
     field.shares = torch.rand(DIRECTIONS).softmax(dim=0)
     field.values = torch.from_numpy(generator.standard_normal((80, 32))).float()
     field.nugget = torch.tensor(0.01)
-    mixed = HelmholtzField(region, Beamformer())
+    mixed = HelmholtzField(region, Beamformer(), 0.33)
     mixed._set({"responses": 0.75, "inverse-distance": 0.25}, {"responses": field})
     return {
         "bisplat-aperture": run,

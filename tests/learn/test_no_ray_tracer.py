@@ -29,7 +29,7 @@ from bisplat.__main__ import main
 from learn.models.registry import MODELS
 
 folder = sys.argv[1]
-small = dict(primitives=40, clusters=16, ffn_width=16, ffn_layers=1, transformer_layers=1, transformer_heads=2)
+small = dict(primitives=40, width=16)
 MODELS["bisplat-aperture"] = dataclasses.replace(MODELS["bisplat-aperture"], options=small)
 learn.training.by_steps.STEPS_PER_VALIDATION = 1
 run = f"{folder}/run"

@@ -59,7 +59,7 @@ def test_whole_folder_is_read(rfid):
 )
 def test_helmholtz_is_ahead_of_copying_and_sees_the_place_change(rfid, kind, baseline, ahead):
     parts = split(rfid, kind, seed=0)
-    field = HelmholtzField(np.zeros((2, 3)), rfid.beamformer)
+    field = HelmholtzField(np.zeros((2, 3)), rfid.beamformer, rfid.wavelength)
     field.fit(rfid, parts.known)
     prediction = predict(field, rfid.positions[parts.test]).spectra
     found = np.median(ssim(prediction, spectrum_of(rfid.pictures[parts.test])))

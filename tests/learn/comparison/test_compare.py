@@ -209,7 +209,7 @@ def test_trained_model_is_a_run_that_is_not_trained_twice(tiny, tmp_path):
 
 
 def test_budget_becomes_steps(tiny, tmp_path, monkeypatch):
-    monkeypatch.setattr("learn.comparison.trained_model.seconds_per_step", lambda config, by_steps, task: 0.5)
+    monkeypatch.setattr("learn.comparison.trained_model.steps_within", lambda minutes, *_: round(120 * minutes))
     seen = []
     monkeypatch.setattr("learn.comparison.trained_model.train_run", lambda config, folder: seen.append(config))
     monkeypatch.setattr("learn.comparison.trained_model.load_run", lambda folder: None)
@@ -264,8 +264,8 @@ def test_ablation_has_the_papers_rows_and_ours(tiny, tmp_path, rows):
         "bisplat-plus", {"bypass": ["bst"]}
     )
     ours = dict(variants("bisplat-aperture"))
-    assert ours["bisplat-aperture without aperture"].model == "bisplat"
-    assert ours["bisplat-aperture without depth order"].options == {"bypass": ["order"]}
+    assert ours["bisplat-aperture with TX-PE"].options == {"encoding": "octaves"}
+    assert ours["bisplat-aperture without depth order"].options == {"ordered": False}
     smaller = dict(variants("bisplat", 250))
     assert len(smaller) == 4
     assert smaller["bisplat (250 primitives) without BST"] == TrainedModel(

@@ -51,7 +51,7 @@ def dataset_of(positions: np.ndarray, responses: np.ndarray, keep_responses: boo
 
 
 def unfitted(of: str = "responses") -> KrigedField:
-    return KrigedField(np.zeros((2, 3)), BEAMFORMER, of)
+    return KrigedField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH, of)
 
 
 def fitted(dataset: Dataset, known: np.ndarray) -> KrigedField:
@@ -257,7 +257,7 @@ def test_positions_many_wavelengths_apart_are_interpolated_no_worse_than_by_dist
     positions = np.random.default_rng(3).uniform(0, (6, 6, 2), (60, 3))
     dataset = dataset_of(positions, plane_waves(positions, 30, 2), keep_responses)
     known, asked = np.arange(40), np.arange(40, 60)
-    field = HelmholtzField(np.zeros((2, 3)), BEAMFORMER)
+    field = HelmholtzField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
     sentence = field.fit(dataset, known)
     truth = spectrum_of(dataset.pictures[asked])
     by_distance = inverse_distance(positions[known], spectrum_of(dataset.pictures[known]), positions[asked])
@@ -267,14 +267,14 @@ def test_positions_many_wavelengths_apart_are_interpolated_no_worse_than_by_dist
 
 
 def test_positions_close_to_each_other_are_interpolated_by_kriging_of_responses(waves):
-    field = HelmholtzField(np.zeros((2, 3)), BEAMFORMER)
+    field = HelmholtzField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
     assert field.fit(waves, np.arange(400)).startswith("interpolates by 100% kriging of responses")
     assert field.has_responses and list(field.fields) == ["responses"]
 
 
 def test_prediction_is_the_weighted_mean_and_is_loaded_again(waves):
     responses, spectra = (fitted(data, np.arange(30)) for data in (waves, dataclasses.replace(waves, responses=None)))
-    field = HelmholtzField(np.zeros((2, 3)), BEAMFORMER)
+    field = HelmholtzField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
     field._set(
         {"responses": 0.5, "spectra": 0.25, "inverse-distance": 0.25}, {"responses": responses, "spectra": spectra}
     )
@@ -287,7 +287,7 @@ def test_prediction_is_the_weighted_mean_and_is_loaded_again(waves):
         np.testing.assert_allclose(found.numpy(), expected, atol=0.002)  # grey levels are rounded
         np.testing.assert_array_equal(found, field(asked))
         np.testing.assert_array_equal(found_responses, responses.responses(asked))
-        again = HelmholtzField(np.zeros((2, 3)), BEAMFORMER)
+        again = HelmholtzField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
         again.load_state_dict(field.state_dict())
         np.testing.assert_array_equal(again(asked), field(asked))
 
@@ -295,7 +295,7 @@ def test_prediction_is_the_weighted_mean_and_is_loaded_again(waves):
 @pytest.mark.parametrize("keep_responses", [True, False])
 def test_distance_alone_needs_no_covariance_at_prediction(waves, keep_responses):
     dataset = waves if keep_responses else dataclasses.replace(waves, responses=None)
-    field = HelmholtzField(np.zeros((2, 3)), BEAMFORMER)
+    field = HelmholtzField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
     field._set({"inverse-distance": 1.0}, {"only": fitted(dataset, np.arange(30))})
     asked = waves.positions[40:43]
     expected = inverse_distance(waves.positions[:30], spectrum_of(waves.pictures[:30]), asked)
@@ -305,7 +305,7 @@ def test_distance_alone_needs_no_covariance_at_prediction(waves, keep_responses)
 
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_few_spectra_are_enough(waves, count):
-    field = HelmholtzField(np.zeros((2, 3)), BEAMFORMER)
+    field = HelmholtzField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
     field.fit(waves, np.arange(count))
     with torch.no_grad():
         assert torch.isfinite(field(torch.from_numpy(waves.positions[:5]).float())).all()
@@ -323,16 +323,16 @@ def test_gains_that_can_be_chance_count_for_nothing():
     truth = np.random.default_rng(0).random((4, 90, 360)).astype(np.float32)
     noise = np.random.default_rng(1).standard_normal((3, *truth.shape)).astype(np.float32)
     nearly_alike = {"spectra": truth + 0.100 * noise[0], "smooth-spectra": truth + 0.0999 * noise[0]}
-    weights, score = HelmholtzField(np.zeros((2, 3)), Beamformer())._best_weights(nearly_alike, truth)
+    weights, score = HelmholtzField(np.zeros((2, 3)), Beamformer(), WAVELENGTH)._best_weights(nearly_alike, truth)
     assert weights == {"spectra": 1.0} and score > 0.9
     independent = {"spectra": truth + 0.3 * noise[1], "smooth-spectra": truth + 0.3 * noise[2]}
-    weights, _ = HelmholtzField(np.zeros((2, 3)), Beamformer())._best_weights(independent, truth)
+    weights, _ = HelmholtzField(np.zeros((2, 3)), Beamformer(), WAVELENGTH)._best_weights(independent, truth)
     assert weights == {"spectra": 0.5, "smooth-spectra": 0.5}
 
 
 def test_second_fit_keeps_the_weights(waves):
     pictures = dataclasses.replace(waves, responses=None)
-    model = HelmholtzField(np.zeros((2, 3)), waves.beamformer)
+    model = HelmholtzField(np.zeros((2, 3)), waves.beamformer, WAVELENGTH)
     model.fit(pictures, np.arange(0, 8))
     weights = model.weights.clone()
     model.refit(pictures, np.arange(0, 12))

@@ -1,4 +1,4 @@
-"""The models against the paper's text, and the aperture layer against the array's equations."""
+"""The paper's models against its text."""
 
 import numpy as np
 import pytest
@@ -6,32 +6,28 @@ import torch
 from scipy.stats import kstest
 
 from learn.metrics import ssim
-from learn.models.bisplat import BiSplatAperture, BiSplatWRF
+from learn.models.bisplat import BiSplatWRF
 from learn.models.loss import composite_loss
 from learn.models.primitives import SCALE_MAX, SCALE_MIN, Primitives
 from learn.models.registry import MODELS
-from simulate.angular_grid import AngularGrid
-from simulate.array import PlanarArray
 from simulate.beamformer import Beamformer
 from simulate.spectrum import normalise
 
 POSITIONS = torch.tensor([[0.5, 0.0, 1.0], [3.0, -0.7, 2.2]])
 
 
-@pytest.fixture(params=[BiSplatWRF, BiSplatAperture])
-def make(request, small, region):
-    """Function: BiSplatWRF, then BiSplatAperture; small, with the same weights at every call."""
+WAVELENGTH = 0.33
+
+
+@pytest.fixture
+def make(small, region):
+    """Function: a small BiSplatWRF, with the same weights at every call."""
 
     def build(bypass=(), size=small):
         torch.manual_seed(0)
-        return request.param(region, Beamformer(), **size, bypass=bypass)
+        return BiSplatWRF(region, Beamformer(), WAVELENGTH, **size, bypass=bypass)
 
     return build
-
-
-def make_aperture(size, region, beamformer=None):
-    torch.manual_seed(0)
-    return BiSplatAperture(region, beamformer or Beamformer(), **size)
 
 
 # Sizes
@@ -68,27 +64,20 @@ def counts(model):
 def test_bisplat_has_the_parameters_of_the_papers_widths(region):
     # 500 primitives, FFNs of 4 layers and width 128, transformer of 3 layers; its own FFNs' width is left open: 256
     expected = papers_count(128, 4, 500, 3, 128, 256)
-    assert counts(BiSplatWRF(region, Beamformer())) == expected
+    assert counts(BiSplatWRF(region, Beamformer(), WAVELENGTH)) == expected
     assert expected["static"] == 51 * 128 + 128 + 4 * (128 + 128 + 128 * 128 + 128) + 128 * 2 + 2 == 73986
 
 
 def test_bisplat_plus_has_the_parameters_of_the_papers_widths(region):
     # 2000 primitives, FFNs of 12 layers and width 256, transformer of 6 layers with internal FFNs of width 512
     expected = papers_count(256, 12, 2000, 6, 256, 512)
-    assert counts(BiSplatWRF(region, Beamformer(), **MODELS["bisplat-plus"].options)) == expected
+    assert counts(BiSplatWRF(region, Beamformer(), WAVELENGTH, **MODELS["bisplat-plus"].options)) == expected
     assert expected["bst"] == 91 * 256 + 6 * (4 * 257 * 256 + 257 * 512 + 513 * 256 + 4 * 256) == 3185920
-
-
-def test_bisplat_aperture_has_the_parameters_of_bisplat_but_for_fewer_octaves_of_the_position(region):
-    expected = counts(BiSplatWRF(region, Beamformer()))
-    for part in ("bst", "delta"):
-        expected[part] -= 3 * 2 * 3 * 128  # three coordinates, sine and cosine, three octaves; width 128
-    assert counts(BiSplatAperture(region, Beamformer(), **MODELS["bisplat-aperture"].options)) == expected
 
 
 @pytest.mark.parametrize("name", ["bisplat", "bisplat-plus"])
 def test_bst_has_64_clusters_and_4_heads(region, name):
-    bst = BiSplatWRF(region, Beamformer(), **MODELS[name].options).bst
+    bst = BiSplatWRF(region, Beamformer(), WAVELENGTH, **MODELS[name].options).bst
     assert bst.clusters == 64
     assert {layer.self_attn.num_heads for layer in bst.transformer.layers} == {4}
 
@@ -177,7 +166,7 @@ def test_transmitter_outside_the_training_region_gets_a_picture_too(make):
 
 def test_bisplats_spectrum_is_the_fields_power(small, region):
     torch.manual_seed(0)
-    model = BiSplatWRF(region, Beamformer(), **small)
+    model = BiSplatWRF(region, Beamformer(), WAVELENGTH, **small)
     with torch.no_grad():
         torch.testing.assert_close(model(POSITIONS), torch.view_as_complex(model.field(POSITIONS)).abs() ** 2)
 
@@ -195,7 +184,7 @@ def test_coefficients_are_mixed_by_the_papers_formula(monkeypatch, small, region
     monkeypatch.setattr(module, "splat", catch)
     assert 0 <= module.W_SCALE_COARSE < module.W_SCALE_FINE
     torch.manual_seed(0)
-    model = BiSplatWRF(region, Beamformer(), **small)
+    model = BiSplatWRF(region, Beamformer(), WAVELENGTH, **small)
     for part in (model.static, model.dynamic):  # as if trained: no part is zero
         torch.nn.init.normal_(part.outward.weight)
     outputs = {}
@@ -247,59 +236,6 @@ def test_bypassed_bst_is_its_linear_projection_alone(make):
         assert model(POSITIONS).isfinite().all()
 
 
-# The aperture
-
-
-def test_aperture_prediction_runs_from_0_to_1(small, region):
-    with torch.no_grad():
-        pictures = make_aperture(small, region)(POSITIONS)
-    np.testing.assert_allclose(pictures.amin((1, 2)), 0, atol=1e-7)
-    np.testing.assert_allclose(pictures.amax((1, 2)), 1, atol=1e-6)
-
-
-@pytest.mark.parametrize(
-    "beamformer", [Beamformer(), Beamformer(PlanarArray(rows=2, columns=3, spacing=0.4), AngularGrid(1.0))]
-)
-def test_aperture_prediction_is_the_spectrum_of_its_responses(small, region, beamformer):
-    model = make_aperture(small, region, beamformer)
-    with torch.no_grad():
-        responses, pictures = torch.view_as_complex(model.responses(POSITIONS)), model(POSITIONS)
-    assert responses.shape == (2, beamformer.array.elements)
-    np.testing.assert_allclose(pictures, normalise(beamformer.spectrum(responses.numpy())), atol=1e-5)
-
-
-def test_responses_are_the_sum_over_all_directions(small, region):
-    """y_m = Σ a_m F cosθ ΔφΔθ, a_m = e^{j2π(x cosθ cosφ + y cosθ sinφ)}, looped over directions and elements."""
-    model = make_aperture(small, region)
-    with torch.no_grad():
-        pairs = model.field(POSITIONS), model.responses(POSITIONS)
-    field, found = (torch.view_as_complex(pair.contiguous()).numpy() for pair in pairs)
-    azimuths, elevations = np.radians(model.azimuths.numpy()), np.radians(model.elevations.numpy())
-    step = np.radians(model.STEP_DEG)
-    np.testing.assert_allclose(np.diff(azimuths), step, rtol=1e-4)
-    np.testing.assert_allclose(np.diff(elevations), step, rtol=1e-4)
-    expected = np.zeros((2, 16), complex)
-    for m in range(16):
-        x, y = (m % 4 - 1.5) / 2, (m // 4 - 1.5) / 2  # wavelengths, x running fastest
-        for row, theta in enumerate(elevations):
-            for column, phi in enumerate(azimuths):
-                across = np.cos(theta) * (x * np.cos(phi) + y * np.sin(phi))
-                weight = np.exp(2j * np.pi * across) * np.cos(theta) * step**2
-                expected[:, m] += weight * field[:, row, column]
-    np.testing.assert_allclose(found, expected, atol=1e-4 * np.abs(expected).max())
-
-
-def test_constant_field_gives_the_integral_over_the_half_sphere(small, region):
-    """∫ e^{jk u·d} dΩ over the half-sphere above the plane of d is 2π sin(k|d|) / (k|d|)."""
-    model = make_aperture(small, region)
-    index = np.arange(16)
-    across = 2 * np.pi * np.hypot(index % 4 - 1.5, index // 4 - 1.5) / 2
-    ones = torch.tensor([1.0, 0.0]).expand(model.aperture.shape[0] // 2, 2).flatten()  # F = 1 in all directions
-    real, imaginary = (ones @ model.aperture).unflatten(-1, (-1, 2)).numpy().T
-    np.testing.assert_allclose(real, 2 * np.pi * np.sin(across) / across, atol=0.005 * 2 * np.pi)
-    np.testing.assert_allclose(imaginary, 0, atol=0.005 * 2 * np.pi)
-
-
 # Capacity
 
 
@@ -324,16 +260,9 @@ def similarity(model, pictures):
         return ssim(model(POSITIONS[:1]).double().numpy(), pictures)[0]
 
 
-def test_aperture_learns_a_spectrum_of_two_plane_waves(two_plane_waves, small, region):
-    model = make_aperture({**small, "primitives": 100}, region)
-    assert similarity(model, two_plane_waves) < 0.9
-    learn(model, torch.from_numpy(two_plane_waves).float(), 1e-2, 80)
-    assert similarity(model, two_plane_waves) > 0.99
-
-
 def test_bisplat_learns_a_spectrum_of_two_plane_waves(two_plane_waves, small, region):
     torch.manual_seed(0)
-    model = BiSplatWRF(region, Beamformer(), **{**small, "primitives": 400})
+    model = BiSplatWRF(region, Beamformer(), WAVELENGTH, **{**small, "primitives": 400})
     assert similarity(model, two_plane_waves) < 0.9
     whole = model.azimuths, model.elevations
     model.azimuths, model.elevations = (axis[::2] for axis in whole)  # every other pixel, for the time it takes

@@ -22,7 +22,7 @@ POSITIONS = torch.tensor([[0.5, 0.0, 1.0], [3.0, -0.7, 2.2]])
 def make(region):
     def build(model, **settings):
         torch.manual_seed(0)
-        return model(region, Beamformer(), **settings)
+        return model(region, Beamformer(), 0.33, **settings)
 
     return build
 
@@ -92,7 +92,8 @@ def test_nerf2_marches_rays_by_its_equations(make):
     with torch.no_grad():
         direction = model.directions[row * 360 + column]
         attenuation, feature = model.voxels(direction[None])
-        scaled = model.scaled(POSITIONS)
+        low, high = model.region
+        scaled = 2 * (POSITIONS - low) / (high - low) - 1
         encoded = [positional_encoding(part, ORDER).expand(5, -1) for part in (direction, scaled[0])]
         raw = model.signal(torch.nn.functional.linear(torch.cat([feature[0], *encoded], -1), *_weights(model.radiance)))
         found = model(POSITIONS)[0, row, column].item()

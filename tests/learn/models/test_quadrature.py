@@ -14,6 +14,7 @@ from simulate.beamformer import Beamformer
 REGION = np.array([[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]])
 SMALL = {
     "bisplat": {"primitives": 12, "clusters": 4, "ffn_width": 8, "transformer_layers": 1, "transformer_ffn_width": 8},
+    "bisplat-aperture": {"primitives": 12, "width": 8},
     "swiftwrf": {"primitives": 12},
 }
 
@@ -42,11 +43,10 @@ def test_more_elements_need_more_pixels_and_one_needs_a_single_one():
     assert sizes == sorted(sizes) and sizes[0] == 1 and sizes[2] == 18 * 45
 
 
-@pytest.mark.parametrize("name", [name for name in MODELS if MODELS[name].fit == "steps" and name != "bisplat-plus"])
+@pytest.mark.parametrize("name", [name for name in MODELS if MODELS[name].by_steps and name != "bisplat-plus"])
 def test_models_predict_the_same_at_a_few_pixels_as_at_all(name):
     torch.manual_seed(0)
-    options = SMALL["bisplat"] if name.startswith("bisplat") else SMALL.get(name, {})
-    model, few = model_class(name)(REGION, Beamformer(), **options), quadrature(Beamformer())
+    model, few = model_class(name)(REGION, Beamformer(), 0.33, **SMALL.get(name, {})), quadrature(Beamformer())
     positions = torch.rand(3, 3)
     with torch.no_grad():
         all_pixels, found = model(positions), model.coarse(positions, few)
@@ -71,9 +71,8 @@ def test_loss_at_a_few_pixels_is_near_that_at_all():
 
 def test_models_with_a_loss_of_their_own_look_at_all_pixels():
     for name, entry in MODELS.items():
-        if entry.fit == "steps" and name != "bisplat-plus":
-            options = SMALL["bisplat"] if name.startswith("bisplat") else SMALL.get(name, {})
-            model = model_class(name)(REGION, Beamformer(), **options)
+        if entry.by_steps and name != "bisplat-plus":
+            model = model_class(name)(REGION, Beamformer(), 0.33, **SMALL.get(name, {}))
             assert model.trains_on_few_pixels == (name != "nerf2")
 
 

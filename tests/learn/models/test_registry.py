@@ -73,7 +73,7 @@ def test_every_model_of_the_table_can_be_built(name, region):
     entry = model_entry(name)
     check_options(name, {**entry.options, **entry.options_without_gpu})
     small = {"primitives": 20} if "primitives" in entry.options else {}
-    model = model_class(name)(region, Beamformer(), **{**entry.options, **entry.options_without_gpu, **small})
+    model = model_class(name)(region, Beamformer(), 0.33, **{**entry.options, **entry.options_without_gpu, **small})
     assert entry.summary and DEFAULT_MODEL in MODELS
     for capability in ("has_responses", "has_primitives"):
         assert isinstance(getattr(model, capability), bool)
@@ -82,8 +82,8 @@ def test_every_model_of_the_table_can_be_built(name, region):
 def test_unknown_models_and_options_are_refused():
     with pytest.raises(ParameterError, match='model: expected the name of a model, found "helmholz"; did you mean'):
         model_entry("helmholz")
-    with pytest.raises(ParameterError, match="octaves: expected an option of the model mlp, which has order"):
+    with pytest.raises(ParameterError, match="octaves: expected an option of the model mlp, which has encoding"):
         check_options("mlp", {"octaves": 3})
-    check_options("bisplat-aperture", {"primitives": 3, "bypass": ["bst"]})
+    check_options("bisplat-aperture", {"primitives": 3, "encoding": "octaves"})
     with pytest.raises(ParameterError, match="size: expected an option of the model bisplat-aperture"):
         check_options("bisplat-aperture", {"size": 3})

@@ -16,11 +16,15 @@ from lightning.fabric.utilities.data import _set_sampler_epoch
 from PIL import Image
 from safetensors.torch import load_file
 
+import bisplat
 from learn.evaluation.evaluate import evaluate
 from learn.metrics import ssim
+from learn.models.base import WEAK
 from learn.models.loss import L1_WEIGHT, SSIM_WEIGHT, composite_loss
 from learn.models.mlp import ResponseMLP
 from learn.models.quadrature import quadrature
+from learn.models.registry import model_class
+from learn.models.steps import Steps
 from learn.reports.evaluation_report import write_evaluation
 from learn.splits import split
 from learn.training.config import read_config
@@ -170,14 +174,14 @@ def test_finished_run_returns_at_once(tiny_config, finished_run, stop_at):
         ("steps", 24),
         ("batch_size", 4),
         ("learning_rate", 1e-3),
-        ("bypass", ["delta"]),
+        ("encoding", "octaves"),
     ],
 )
 def test_run_folder_of_another_run_is_refused(tiny_config, changed, finished_run, write_folder, tmp_path, name, value):
     if name == "dataset":
         value = str(write_folder(tmp_path / value))
     with pytest.raises(InputError, match=f"{finished_run}: expected .* found one with {name} "):
-        settings = {"options": {name: value}} if name == "bypass" else {name: value}
+        settings = {"options": {name: value}} if name == "encoding" else {name: value}
         train_run(changed(tiny_config, **settings), finished_run)
 
 
@@ -366,7 +370,7 @@ def test_every_epoch_has_an_order_of_its_own(tiny, tiny_config):
 
     def order(epoch):
         _set_sampler_epoch(loader, epoch)
-        return torch.cat([positions for positions, _ in loader]).tolist()
+        return torch.cat([positions for positions, *_ in loader]).tolist()
 
     first = order(0)
     assert len(first) == 15 and order(1) != first and order(0) == first
@@ -385,7 +389,8 @@ import sys
 from pathlib import Path
 import torch
 import learn.training.by_steps
-from learn.training.config import Config, Steps
+from learn.models.steps import Steps
+from learn.training.config import Config
 from learn.training.train import train_run
 
 learn.training.by_steps.STEPS_PER_VALIDATION = 6
@@ -422,8 +427,8 @@ def test_batch_that_the_devices_cannot_share_is_refused(tiny_config, tmp_path):
 
 @pytest.mark.parametrize("steps", [1, 12, 100])
 def test_learning_rate_rises_linearly_then_falls_along_a_half_cosine(steps):
-    model, pixels = ResponseMLP(np.array([[0.0, 0, 0], [1, 1, 1]]), Beamformer()), quadrature(Beamformer())
-    chosen = Training(model, 2e-3, steps, steps, pixels).configure_optimizers()
+    model, pixels = ResponseMLP(np.array([[0.0, 0, 0], [1, 1, 1]]), Beamformer(), 0.3), quadrature(Beamformer())
+    chosen = Training(model, Steps(steps=steps, learning_rate=2e-3), pixels).configure_optimizers()
     optimiser, schedule = chosen["optimizer"], chosen["lr_scheduler"]["scheduler"]
     found = []
     for _ in range(steps):
@@ -434,3 +439,38 @@ def test_learning_rate_rises_linearly_then_falls_along_a_half_cosine(steps):
     rising = (np.arange(warm_up) + 1) / warm_up
     falling = 0.5 * (1 + np.cos(np.pi * np.arange(steps - warm_up) / max(1, steps - warm_up)))
     np.testing.assert_allclose(found, 2e-3 * np.concatenate([rising, falling]), atol=1e-12)
+
+
+def test_known_responses_are_learned_by_the_models_that_predict_them(region):
+    positions, pictures = torch.rand(2, 3), torch.zeros(2, 90, 360, dtype=torch.uint8)
+    responses, unknown = torch.rand(2, 16, 2), torch.zeros(2, 0, 2)
+    for name, by_responses in (("mlp-responses", True), ("mlp", False)):
+        torch.manual_seed(0)
+        model = model_class(name)(region, Beamformer(), 0.33)
+        module = Training(model, Steps(), quadrature(Beamformer()))
+        expected = model.responses_loss(positions, responses) if by_responses else model.loss(positions, pictures / 255)
+        torch.testing.assert_close(module.loss(positions, pictures, responses, coarse=False), expected)
+        of_pictures = model.loss(positions, pictures / 255)
+        torch.testing.assert_close(module.loss(positions, pictures, unknown, coarse=False), of_pictures)
+
+
+def test_loss_of_responses_is_the_relative_error_of_each_spectrum(monkeypatch, region):
+    model = model_class("mlp-responses")(region, Beamformer(), 0.33)
+    truth = torch.stack([torch.ones(16, 2), 10 * torch.ones(16, 2)])
+    monkeypatch.setattr(model, "responses", lambda positions: 1.1 * truth)
+    expected = (0.01 * 2 / (2 + WEAK) + 0.01 * 200 / (200 + WEAK)) / 2
+    assert float(model.responses_loss(torch.zeros(2, 3), truth)) == pytest.approx(expected, rel=1e-4)
+
+
+def test_training_on_responses_brings_the_spectra_near(tmp_path, write_folder):
+    """Of a path that is sampled every seventh of a wavelength: a network of plane waves predicts what is between."""
+    dataset = read_dataset(write_folder(tmp_path / "data", count=80, keep_responses=True))
+    run = bisplat.train(dataset, tmp_path / "run", model="mlp-responses", steps=100, batch_size=32)
+    truth = dataset.spectra[dataset.test]
+    assert np.median(ssim(run.predict(dataset.positions[dataset.test]).spectra, truth)) > 0.9
+    assert float(run.model.wavelength) == pytest.approx(dataset.wavelength)
+
+
+def test_encoding_that_does_not_exist_is_refused(tiny, tmp_path):
+    with pytest.raises(InputError, match="encoding: expected one of octaves, waves, found wave"):
+        bisplat.train(tiny, tmp_path / "run", model="mlp", options={"encoding": "wave"}, steps=1)

@@ -11,7 +11,8 @@ import torch
 from matplotlib import colormaps
 from scipy.spatial.transform import Rotation
 
-from learn.models.bisplat import BiSplatAperture, BiSplatWRF
+from learn.models.aperture import BiSplatAperture
+from learn.models.bisplat import BiSplatWRF
 from learn.view.chart import DECIBELS, LEFT, LINEAR, TOP, Panel, colour_of, draw, in_decibels
 from learn.view.comparison import in_phase_with, numbers, panels
 from learn.view.hemisphere import dots, ellipses
@@ -101,7 +102,7 @@ def test_primitives_on_the_sphere_are_as_wide_as_on_the_chart(small, region):
     """One standard deviation along an axis of the chart's Gaussian, against the covariance on the sphere."""
     torch.manual_seed(0)
     with torch.inference_mode():
-        splats = BiSplatWRF(region, Beamformer(), **small).splats(torch.tensor([[1.0, 0.0, 1.0]]))
+        splats = BiSplatWRF(region, Beamformer(), 0.33, **small).splats(torch.tensor([[1.0, 0.0, 1.0]]))
     drawn = ellipses(splats, radius=1.0)
     scale, turn = splats.scale[0].double().numpy(), splats.rotation[0].double().numpy()
     for index in (0, 7, 39):

@@ -48,14 +48,14 @@ def room() -> Scene:
 
 
 @pytest.fixture(scope="module")
-def run(room, small, tiny_config, changed, tmp_path_factory) -> Path:
+def run(room, small_aperture, tiny_config, changed, tmp_path_factory) -> Path:
     """A small model, trained a little on spectra traced in the room."""
     folder = tmp_path_factory.mktemp("view")
     low, high = room.transmitter.region_min, room.transmitter.region_max
     positions = np.random.default_rng(0).uniform(low, high, (600 if FOR_THE_DOCS else 40, 3))
     propagation = Propagation(max_depth=3 if FOR_THE_DOCS else 1, diffraction=FOR_THE_DOCS, rays=20_000)
     generate(Request(room, positions, "uniform", propagation, 0), folder / "data")
-    config = changed(tiny_config, dataset=str(folder / "data"), options=small, steps=30)
+    config = changed(tiny_config, dataset=str(folder / "data"), options=small_aperture, steps=30)
     if FOR_THE_DOCS:
         config = changed(config, options={"primitives": 250}, steps=800, batch_size=8)
     train_run(config, folder / "run")
