@@ -149,7 +149,7 @@ class Subject:
         model = self.run.model
         with self._one_at_a_time, torch.inference_mode():
             splats = model.splats(torch.from_numpy(position[None]).float().to(model.region.device))
-            return Splats(*(each.cpu() for each in splats))
+            return Splats(*(each.detach().cpu() for each in splats))
 
     @property
     def tested(self) -> Int[np.ndarray, " K"]:
