@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import torch
-from jaxtyping import Float, Int
+from jaxtyping import Complex, Float, Int
 from torch import Tensor, nn
 
 from learn.baselines.neighbours import NEIGHBOURS
@@ -15,6 +15,7 @@ from learn.metrics import ssim
 from learn.models.base import Report, SpectrumModel
 from learn.models.geometry import distances
 from learn.models.kriged_field import KrigedField, SmoothField
+from learn.models.retrieved_field import fit_to_pictures, retrieved_responses
 from simulate.angular_grid import COLUMNS, ROWS
 from simulate.beamformer import Beamformer
 from simulate.dataset import Dataset
@@ -23,11 +24,16 @@ from simulate.spectrum import spectrum_of
 
 WAYS = {
     "responses": "kriging of responses",
+    "phases": "kriging of responses found from pictures",
     "spectra": "kriging of spectra",
     "smooth-spectra": "smooth kriging of spectra",
     "inverse-distance": "inverse-distance weighting",
 }
 """The ways of interpolation, for the user."""
+
+LEAST_RETRIEVED, MOST_RETRIEVED = 20, 1500
+"""Smallest and largest number of known pictures whose responses are found: fewer do not determine the phases, and each
+takes about 20 milliseconds."""
 
 LEFT_OUT = 64
 """Number of known spectra, evenly spread, that each way of interpolation predicts from the others."""
@@ -52,7 +58,8 @@ class HelmholtzField(SpectrumModel):
 
     S(r) = w₁ S_responses(r) + w₂ S_spectra(r) + w₃ S_smooth(r) + w₄ S_distance(r), where S_responses and S_spectra are
     interpolated by ``KrigedField``, S_smooth by ``SmoothField``, and S_distance is the mean of the nearest known
-    spectra, weighted by 1 / distance. Where known positions are dense, kriging of responses is best by far. Where they
+    spectra, weighted by 1 / distance. Where responses are not known, they are found from the pictures if that pays
+    (``fit_to_pictures``). Where known positions are dense, kriging of responses is best by far. Where they
     are many wavelengths apart, none says much about the next, and the mean of several ways errs least. ``fit`` finds
     the weights by which known spectra are best predicted from the others (stacking, Wolpert 1992).
 
@@ -73,6 +80,7 @@ class HelmholtzField(SpectrumModel):
         self._beamformer = beamformer
         self.register_buffer("weights", torch.zeros(len(WAYS)))
         self.fields = nn.ModuleDict()
+        self._found: tuple[Dataset, Complex[np.ndarray, "K elements"]] | None = None
         self._used: dict[str, float] = {}  # weights as numbers: an exported program cannot branch on a tensor
 
     @property
@@ -134,16 +142,23 @@ class HelmholtzField(SpectrumModel):
         fields: dict[str, KrigedField] = {}
         predicted: dict[str, Float[np.ndarray, "L 90 360"]] = {}
         scores: dict[str, float] = {}
-        for way in (*(["responses"] if dataset.responses is not None else []), "spectra", "smooth-spectra"):
-            if scores.get("responses", 0) > scores.get("inverse-distance", 1) + CLEAR_LEAD:
+        for way in _ways(dataset, known):
+            if (
+                max(scores.get("responses", 0), scores.get("phases", 0))
+                > scores.get("inverse-distance", 1) + CLEAR_LEAD
+            ):
                 break
             field = fields[way] = self._fitted(way, dataset, known, self.report)
             if not predicted:
                 predicted["inverse-distance"] = _left_out_by_distance(field, left_out)
                 scores["inverse-distance"] = float(ssim(predicted["inverse-distance"], truth).mean())
+            folds = min(FOLDS, FOLDED // len(known))
+            if way == "phases":  # those of the others have been found with the help of what is left out
+                predicted[way] = self._left_out_with_others_phases(dataset, known, left_out, max(1, folds))
+                scores[way] = float(ssim(predicted[way], truth).mean())
+                continue
             spectra = _left_out_by_kriging(field, left_out)
             scores[way] = float(ssim(spectra, truth).mean())
-            folds = min(FOLDS, FOLDED // len(known))
             if folds > 1:
                 if scores[way] < scores["inverse-distance"]:
                     continue
@@ -173,8 +188,44 @@ class HelmholtzField(SpectrumModel):
     def _fitted(self, way: str, dataset: Dataset, known: Int[np.ndarray, " n"], report: Report) -> KrigedField:
         field = self._empty(way)
         field.report = report  # type: ignore[method-assign]
-        field.fit(dataset, known)
+        if way == "phases":
+            of_spectra = self._fitted("spectra", dataset, known, report)
+            fit_to_pictures(field, of_spectra, self._retrieved(dataset, known), dataset, known)
+        else:
+            field.fit(dataset, known)
         return field
+
+    def _retrieved(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> Complex[np.ndarray, "n elements"]:
+        """As ``retrieved_responses``; each picture's are found once."""
+        if self._found is None or self._found[0] is not dataset:
+            self._found = dataset, np.full((len(dataset.positions), dataset.array.elements), np.nan, complex)
+        found = self._found[1]
+        missing = known[np.isnan(found[known]).any(axis=1)]
+        if len(missing):
+            self.report("responses behind pictures", 0, 1)
+            found[missing] = retrieved_responses(dataset, missing)
+        return found[known]
+
+    def _left_out_with_others_phases(
+        self, dataset: Dataset, known: Int[np.ndarray, " n"], left_out: Int[np.ndarray, " L"], folds: int
+    ) -> Float[np.ndarray, "L 90 360"]:
+        """Some known spectra, each predicted from others whose phases were found without it.
+
+        With several folds, every part of the known spectra is predicted from the other parts; with one, those left out
+        from all others.
+        """
+        predicted = np.zeros((len(left_out), ROWS, COLUMNS), np.float32)
+        for fold in range(folds):
+            self.report("score by phases", fold, folds)
+            part = np.flatnonzero(left_out % folds == fold)
+            others = np.ones(len(known), bool)
+            others[left_out[part] if folds == 1 else np.arange(fold, len(known), folds)] = False
+            field = self._fitted("phases", dataset, known[others], SpectrumModel.report)
+            for some in np.array_split(part, max(1, len(part) // 16)):
+                places = torch.from_numpy(dataset.positions[known[left_out[some]]]).float()
+                with torch.inference_mode():
+                    predicted[some] = field(places).numpy()
+        return predicted
 
     def _left_out_of_folds(
         self, way: str, dataset: Dataset, known: Int[np.ndarray, " n"], left_out: Int[np.ndarray, " L"], folds: int
@@ -219,7 +270,7 @@ class HelmholtzField(SpectrumModel):
         built = self.region.cpu().numpy().copy(), self._beamformer, float(self.wavelength)
         if way == "smooth-spectra":
             return SmoothField(*built)
-        return KrigedField(*built, "responses" if way == "responses" else "spectra")
+        return KrigedField(*built, "responses" if way in ("responses", "phases") else "spectra")
 
     def _set(self, weights: dict[str, float], fields: Mapping[str, KrigedField]) -> None:
         """Use these weights; of the fields keep those that are needed."""
@@ -247,6 +298,14 @@ class HelmholtzField(SpectrumModel):
         loaded = super().load_state_dict(state_dict, strict, assign)
         self._used = {way: weight for way, weight in zip(WAYS, self.weights.tolist(), strict=True) if weight}
         return loaded
+
+
+def _ways(dataset: Dataset, known: Int[np.ndarray, " n"]) -> list[str]:
+    """The ways of kriging that are tried, in this order."""
+    if dataset.responses is not None:
+        return ["responses", "spectra", "smooth-spectra"]
+    few = len(known) <= MOST_RETRIEVED and dataset.array.elements > 1
+    return ["spectra", *(["phases"] if few and len(known) >= LEAST_RETRIEVED else []), "smooth-spectra"]
 
 
 def by_distance(field: KrigedField, distance: Float[Tensor, "B n"]) -> Float[Tensor, "B 90 360"]:

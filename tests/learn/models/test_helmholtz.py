@@ -272,6 +272,24 @@ def test_positions_close_to_each_other_are_interpolated_by_kriging_of_responses(
     assert field.has_responses and list(field.fields) == ["responses"]
 
 
+def test_pictures_are_interpolated_by_the_responses_behind_them(monkeypatch):
+    """Of 5 waves in 1.5 wavelengths, by 120 pictures: with their phases the others are predicted far better."""
+    monkeypatch.setattr("learn.models.vecchia.ITERATIONS", 15)  # for the time it takes
+    positions = np.random.default_rng(0).uniform(0, SIDE, (140, 3))
+    dataset = dataset_of(positions, plane_waves(positions, 5, 3), keep_responses=False)
+    known, asked = np.arange(120), np.arange(120, 140)
+    field = HelmholtzField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
+    sentence = field.fit(dataset, known)
+    assert "kriging of responses found from pictures" in sentence and not field.has_responses
+    truth = spectrum_of(dataset.pictures[asked])
+    of_spectra = np.median(ssim(predict(fitted(dataset, known), positions[asked]).spectra, truth))
+    found = np.median(ssim(predict(field, positions[asked]).spectra, truth))
+    assert found > 0.97 and found > of_spectra + 0.02
+    again = HelmholtzField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
+    again.load_state_dict(field.state_dict())
+    np.testing.assert_array_equal(predict(again, positions[asked]).spectra, predict(field, positions[asked]).spectra)
+
+
 def test_prediction_is_the_weighted_mean_and_is_loaded_again(waves):
     responses, spectra = (fitted(data, np.arange(30)) for data in (waves, dataclasses.replace(waves, responses=None)))
     field = HelmholtzField(np.zeros((2, 3)), BEAMFORMER, WAVELENGTH)
