@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-import torch
 from jaxtyping import Float
-from torch import Tensor, nn
+from torch import Tensor
 
 from learn.models.base import BeamformingLayer, SpectrumModel
 from learn.models.encoding import EncodingKind, TransmitterEncoding
 from learn.models.networks import ResidualFFN
-from learn.models.quadrature import Quadrature
 from simulate.angular_grid import COLUMNS, ROWS
 from simulate.beamformer import Beamformer
 
@@ -43,15 +41,9 @@ class SpectrumMLP(SpectrumModel):
         pixels = self.network(self.encoding(positions, self.region, self.wavelength)).sigmoid()
         return pixels.unflatten(-1, (ROWS, COLUMNS))
 
-    def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
-        features = self.network.features(self.encoding(positions, self.region, self.wavelength))
-        chosen = torch.from_numpy(COLUMNS * pixels.rows[:, None] + pixels.columns).to(positions.device)
-        last = self.network.outward
-        return (
-            nn.functional.linear(features, last.weight[chosen.flatten()], last.bias[chosen.flatten()])
-            .sigmoid()
-            .unflatten(-1, chosen.shape)
-        )
+    @property
+    def trains_on_few_pixels(self) -> bool:
+        return False  # each pixel has weights of its own, which only its own error trains
 
 
 class ResponseMLP(SpectrumModel):
