@@ -9,6 +9,7 @@ import torch
 from jaxtyping import Float, Int
 from torch import Tensor, nn
 
+from learn.models.encoding import TransmitterEncoding
 from learn.models.loss import coarse_loss, composite_loss
 from learn.models.quadrature import Quadrature
 from learn.models.splat import Splats
@@ -39,6 +40,9 @@ class SpectrumModel(nn.Module):
     wavelength: Tensor
     beamforming: BeamformingLayer
     """Computes spectra from ``responses``; only models with ``has_responses`` have one."""
+
+    encoding: TransmitterEncoding
+    """Encodes the transmitter's position; only networks have one."""
 
     report: Report = staticmethod(lambda phase, done, total: None)
     """Called by ``fit`` with what is being done, and how many of how many steps of it are done."""
@@ -137,6 +141,10 @@ class SpectrumModel(nn.Module):
             spectra: true spectra of the batch, 0…1.
         """
         return composite_loss(self(positions), spectra)
+
+    def encoded(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B size"]:
+        """Positions (metres, world frame) as the model's ``encoding`` has them."""
+        return self.encoding(positions, self.region, self.wavelength)
 
     def responses_loss(
         self, positions: Float[Tensor, "B 3"], responses: Float[Tensor, "B elements 2"]

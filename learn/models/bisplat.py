@@ -108,7 +108,7 @@ class BiSplatWRF(SpectrumModel):
         primitives = self.primitives
         azimuth, elevation = primitives.azimuth, primitives.elevation
         gs_pe = positional_encoding(primitives.coordinates, PRIMITIVE_ORDER)
-        tx_pe = self.encoding(positions, self.region, self.wavelength)
+        tx_pe = self.encoded(positions)
         encodings = gs_pe[None], tx_pe[:, None]  # 1 N_p 51 and, in octaves, B 1 39
         features = self.bst(azimuth, elevation, *encodings)
 

@@ -148,7 +148,7 @@ class HelmholtzField(SpectrumModel):
                 > scores.get("inverse-distance", 1) + CLEAR_LEAD
             ):
                 break
-            field = fields[way] = self._fitted(way, dataset, known, self.report)
+            field = fields[way] = self._fitted(way, dataset, known, self.report, fields.get("spectra"))
             if not predicted:
                 predicted["inverse-distance"] = _left_out_by_distance(field, left_out)
                 scores["inverse-distance"] = float(ssim(predicted["inverse-distance"], truth).mean())
@@ -185,11 +185,19 @@ class HelmholtzField(SpectrumModel):
         known = np.unique(known)
         self._set(self._used, {way: self._fitted(way, dataset, known, self.report) for way in self.fields})
 
-    def _fitted(self, way: str, dataset: Dataset, known: Int[np.ndarray, " n"], report: Report) -> KrigedField:
+    def _fitted(
+        self,
+        way: str,
+        dataset: Dataset,
+        known: Int[np.ndarray, " n"],
+        report: Report,
+        of_spectra: KrigedField | None = None,
+    ) -> KrigedField:
+        """A field of a way, fitted to known spectra; ``of_spectra``: that of the spectra, if there is one already."""
         field = self._empty(way)
         field.report = report  # type: ignore[method-assign]
         if way == "phases":
-            of_spectra = self._fitted("spectra", dataset, known, report)
+            of_spectra = of_spectra or self._fitted("spectra", dataset, known, report)
             fit_to_pictures(field, of_spectra, self._retrieved(dataset, known), dataset, known)
         else:
             field.fit(dataset, known)

@@ -38,7 +38,7 @@ class SpectrumMLP(SpectrumModel):
         self.network = ResidualFFN(self.encoding.size, ROWS * COLUMNS, WIDTH, LAYERS)
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        pixels = self.network(self.encoding(positions, self.region, self.wavelength)).sigmoid()
+        pixels = self.network(self.encoded(positions)).sigmoid()
         return pixels.unflatten(-1, (ROWS, COLUMNS))
 
     @property
@@ -75,7 +75,7 @@ class ResponseMLP(SpectrumModel):
 
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
         """Element responses (real, imaginary); their scale and common phase are arbitrary."""
-        return self.network(self.encoding(positions, self.region, self.wavelength)).unflatten(-1, (-1, 2))
+        return self.network(self.encoded(positions)).unflatten(-1, (-1, 2))
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
         return self.beamforming(self.responses(positions))

@@ -141,15 +141,12 @@ class NeRF2(SpectrumModel):
         sample = torch.randint(len(positions), (self.rays,), device=positions.device)
         pixel = torch.randint(len(self.directions), (self.rays,), device=positions.device)
         directions = self.directions[pixel]
-        magnitude = self.received(directions, *self.voxels(directions), self._encoded(positions)[sample])
+        magnitude = self.received(directions, *self.voxels(directions), self.encoded(positions)[sample])
         return (magnitude - spectra.flatten(1)[sample, pixel]).square().mean()
-
-    def _encoded(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B size"]:
-        return self.encoding(positions, self.region, self.wavelength)
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
         """Predicted spectra; the voxels are computed once for all transmitters."""
-        transmitters = self._encoded(positions)
+        transmitters = self.encoded(positions)
         pixels = []
         for directions in self.directions.split(RAYS_AT_ONCE):
             attenuation, feature = self.voxels(directions)

@@ -77,7 +77,7 @@ class SwiftWRF(SpectrumModel):
         scaled_centre = self.centre / self.centre.new_tensor([180.0, 45.0]) - 1
         encodings = (
             positional_encoding(scaled_centre, PRIMITIVE_ORDER)[None],
-            self.encoding(positions, self.region, self.wavelength)[:, None],
+            self.encoded(positions)[:, None],
         )
         d_centre, d_scale, d_rotation, d_colour = self.deformation(*encodings).split([2, 2, 1, 1], dim=-1)
         centre = self.centre + MOVED_DEG * d_centre.tanh()
