@@ -17,7 +17,7 @@ from simulate.fullwave.plan import Plan, plan
 from simulate.fullwave.runs import groups
 from simulate.fullwave.settings import OURS, FullWave
 from simulate.fullwave.settling import SETTLED
-from simulate.fullwave.stored_field import StoredField, read_stored_field
+from simulate.fullwave.stored_field import OF_POINTS, StoredField, read_stored_field
 from simulate.fullwave.yee_grid import dispersion_residual
 
 if TYPE_CHECKING:
@@ -51,7 +51,10 @@ def field_of(
     shutil.rmtree(folder / "field", ignore_errors=True)
     field = read_stored_field(path)
     settled, error = 20 * np.log10(max(field.unsettled.max(), 1e-9)), field.interpolation_error_db
-    progress.console.print(f"stored field: settled to {settled:.0f} dB; error of interpolation {error:.0f} dB at most")
+    progress.console.print(
+        f"stored field: settled to {settled:.0f} dB; error of interpolation at most {error:.0f} dB "
+        f"(root mean square of {OF_POINTS:.0%} of the points; it is larger beside objects)"
+    )
     if field.unsettled.max() > SETTLED:
         progress.console.print("warning: expected a field that had settled to -60 dB; the place may be a resonator")
     return field
