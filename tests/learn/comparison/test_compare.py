@@ -1,5 +1,6 @@
 """The measuring stick: each row measured once, on the same spectra, by the same code as ``bisplat evaluate``."""
 
+import csv
 import json
 import re
 import sys
@@ -31,6 +32,7 @@ from learn.training.train import train
 from scenes.errors import InputError, ParameterError
 from simulate.beamformer import Beamformer
 from simulate.dataset import read_dataset
+from simulate.evenly import evenly
 from simulate.spectrum import normalise, spectrum_of
 
 pytestmark = pytest.mark.usefixtures("small_models", "no_ceiling")
@@ -160,6 +162,18 @@ def test_comparison_is_a_table_for_pandas_for_a_terminal_and_for_a_notebook(tiny
     cells = [cell.text for cell in ElementTree.fromstring(comparison._repr_html_()).iter("td")]
     labels = [row["label"] for row in comparison.table()]
     assert [cells[0], cells[6], cells[12]] == [*labels[:-1], f"{CEILING} (bound)"]
+
+
+def test_fewer_test_spectra_are_spread_over_the_test_part(tiny, tmp_path, rows):
+    out = tmp_path / "out"
+    compare(tiny, ("nearest",), budget=INSTANT, test_spectra=2, output=out)
+    assert {row["test"] for row in rows(out)} == {2}
+    with (out / "per_sample" / "nearest-0.csv").open() as file:
+        scored = [row["name"] for row in csv.DictReader(file)]
+    dataset = read_dataset(tiny)
+    assert scored == [dataset.names[index] for index in evenly(split(dataset, "files", 0).test, 2)]
+    with pytest.raises(InputError, match="test_spectra"):
+        compare(tiny, ("nearest",), budget=INSTANT, output=out)  # another test part than before
 
 
 def test_spread_over_the_seeds_is_shown_of_several_seeds_only(tiny, tmp_path):
