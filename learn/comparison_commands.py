@@ -67,7 +67,7 @@ def ablate(
     """Score models with one part at a time switched off. The same command again continues where it stopped.
 
     Args:
-        output: folder for ablation.png, results.jsonl, per_sample/ and the runs.
+        output: folder for ablation.png, learning_curves.png, results.jsonl, per_sample/ and the runs.
         models: models whose parts are switched off.
         steps: number of training steps of each row and seed.
         primitives: number of primitives in every row; the table then has only the paper's rows (default: the models'

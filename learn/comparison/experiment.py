@@ -43,8 +43,8 @@ class Settings:
         split_seed: seed of the split.
         minutes: training time of each model that is trained by steps; None: no limit, ``steps`` is set.
         steps: number of training steps of each such model; None: as many as fit into ``minutes``.
-        test_spectra: largest number of test spectra, evenly spread over the test part; None: all of it.
         device: name of the GPU, or number of CPU threads, that methods are trained on.
+        test_spectra: largest number of test spectra, evenly spread over the test part; None: all of it.
     """
 
     dataset: str
@@ -52,8 +52,8 @@ class Settings:
     split_seed: int
     minutes: float | None
     steps: int | None
-    test_spectra: int | None
     device: str
+    test_spectra: int | None = None
 
     def tested(self, test: Int[np.ndarray, " n"]) -> Int[np.ndarray, " K"]:
         """The spectra of the test part that every method is scored on."""
@@ -197,7 +197,7 @@ def begin(
     if test_spectra is not None:
         require_positive(test_spectra=test_spectra)
     dataset = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
-    settings = Settings(str(dataset.folder.resolve()), split, SPLIT_SEED, minutes, steps, test_spectra, device_name())
+    settings = Settings(str(dataset.folder.resolve()), split, SPLIT_SEED, minutes, steps, device_name(), test_spectra)
     return Experiment(Path(output or tempfile.mkdtemp(prefix="bisplat-")), dataset, settings)
 
 

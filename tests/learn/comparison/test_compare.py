@@ -27,6 +27,7 @@ from learn.comparison.trained_model import TrainedModel
 from learn.metrics import score
 from learn.models.registry import DEFAULT_MODEL
 from learn.reports.comparison_report import write_ablation, write_comparison, write_sweep
+from learn.reports.learning_curves import validation_curve
 from learn.splits import split
 from learn.training.train import train
 from scenes.errors import InputError, ParameterError
@@ -293,6 +294,12 @@ def test_ablation_has_the_papers_rows_and_ours(tiny, tmp_path, rows):
     assert len(table) == 4 and all(row["seeds"] == 2 for row in table)
     write_ablation(comparison, out)
     assert (out / "ablation.png").stat().st_size > 5000
+    assert (out / "learning_curves.png").stat().st_size > 5000
+    steps, ssim = validation_curve(out / "runs" / "bisplat-0")
+    (last,) = (
+        row["validation_ssim"] for row in [json.loads((out / "runs" / "bisplat-0" / "training.json").read_text())]
+    )
+    assert steps == [2] and ssim == [pytest.approx(last)]
     configs = [json.loads(path.read_text()) for path in (out / "runs").glob("*/config.json")]
     assert len(configs) == 8 and {config["by_steps"]["steps"] for config in configs} == {2}
     with pytest.raises(InputError, match="with steps 3, found one with steps 2"):
