@@ -1,10 +1,11 @@
-"""Bring docs/results.json up to date with the runs in runs/, and write docs/results.md from it.
+"""Bring docs/results.json up to date with the runs in runs/, and write docs/measurements.md from it.
 
 python benchmarks/results.py
 
 Sections whose command has been run in this checkout get the figures of that run; all others stay as they are. No figure
 is typed by hand: benchmarks/sections.toml has the words and commands of the sections, docs/results.json the figures.
-Other pages of docs/ show the table of a section between the lines <!-- table: SECTION --> and <!-- end -->.
+Sections that sections.toml no longer has are dropped. Other pages of docs/ show tables of sections, as
+benchmarks/report/tables.py describes.
 The folders of ``bisplat demo``, ``compare``, ``ablate``, ``sweep`` and ``crossvalidate`` do not say which machine they
 were made on, so run this command there too. A section whose figures and date are the same keeps its machine.
 """
@@ -20,9 +21,10 @@ from typing import Annotated, Any
 
 import tyro
 from report.entry import Entry, Measured, read_entries, write_entries
-from report.page import page, with_tables
+from report.page import page
 from report.printing import machine
 from report.runs import READERS
+from report.tables import with_tables
 
 from scenes.errors import InputError
 
@@ -49,17 +51,14 @@ def main(
 
     Args:
         runs: folder in which the commands of the page left their results.
-        docs: folder of results.json, results.md and their pictures.
+        docs: folder of results.json, measurements.md and their pictures.
         json_output: print {"updated", "kept"}, names of sections, as one JSON object.
     """
     entries = read_entries(docs / "results.json")
     written, updated = {}, []
     for name, section in tomllib.loads(SECTIONS.read_text()).items():
-        before = entries.pop(name, None)
-        try:
-            measured = measured_anew(name, section, runs, before)
-        except InputError as error:
-            raise SystemExit(f"results: {error}") from None
+        before = entries.get(name)
+        measured = measured_anew(name, section, runs, before)
         pictures = section.get("pictures", [])
         words = {
             "title": section["title"],
@@ -75,9 +74,8 @@ def main(
                 updated.append(name)
         elif before is not None:
             written[name] = replace(before, **words)
-    written |= entries  # of sections that sections.toml no longer has: their figures stay
     write_entries(docs / "results.json", written)
-    (docs / "results.md").write_text(page(written))
+    (docs / "measurements.md").write_text(page(written))
     for path in docs.glob("*.md"):
         path.write_text(with_tables(path.read_text(), written))
     kept = [name for name in written if name not in updated]
@@ -88,4 +86,7 @@ def main(
 
 
 if __name__ == "__main__":
-    tyro.cli(main)
+    try:
+        tyro.cli(main)
+    except InputError as error:
+        raise SystemExit(f"results: {error}") from None

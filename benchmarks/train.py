@@ -100,7 +100,7 @@ def main(
     """Time the models, and train them at all pixels and at few.
 
     Args:
-        dataset: folder of the dataset to train on; the figures of docs/results.md are of the demo's.
+        dataset: folder of the dataset to train on; the figures of docs/measurements.md are of the demo's.
         steps: optimiser steps of each training.
         smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
         json_output: print one JSON object.

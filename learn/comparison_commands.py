@@ -22,6 +22,9 @@ Split = Annotated[
 ]
 Budget = Annotated[float, arg(help="training time of each model that is trained by steps, minutes.")]
 Seeds = Annotated[int, arg(help="number of fits of each method, with seeds 0, 1, …")]
+TestSpectra = Annotated[
+    int | None, arg(help="largest number of test spectra to score, evenly spread (default: all of the test part).")
+]
 Json = Annotated[bool, arg(help="print the table as JSON.")]
 
 
@@ -32,6 +35,7 @@ def compare(
     split: Split = "files",
     budget: Budget = 5.0,
     seeds: Seeds = 1,
+    test_spectra: TestSpectra = None,
     json: Json = False,
 ) -> None:
     """Score models and baselines on one split. The same command again adds missing rows and redraws the figures.
@@ -43,7 +47,7 @@ def compare(
     from learn.comparison.compare import compare as compare_methods
     from learn.reports.comparison_report import write_comparison
 
-    comparison = compare_methods(dataset, models or None, split, budget, seeds, output)
+    comparison = compare_methods(dataset, models or None, split, budget, seeds, test_spectra, output)
     write_comparison(comparison, output)
     print_averages("comparison", comparison.table(), json, comparison.remark())
     print(f"table: {output / 'table.html'}", file=sys.stderr)
@@ -56,13 +60,14 @@ def ablate(
     split: Split = "files",
     steps: int = 1000,
     seeds: Seeds = 3,
+    test_spectra: TestSpectra = None,
     primitives: int | None = None,
     json: Json = False,
 ) -> None:
     """Score models with one part at a time switched off. The same command again continues where it stopped.
 
     Args:
-        output: folder for ablation.png, results.jsonl, per_sample/ and the runs.
+        output: folder for ablation.png, learning_curves.png, results.jsonl, per_sample/ and the runs.
         models: models whose parts are switched off.
         steps: number of training steps of each row and seed.
         primitives: number of primitives in every row; the table then has only the paper's rows (default: the models'
@@ -71,7 +76,7 @@ def ablate(
     from learn.comparison.ablate import ablate as ablate_models
     from learn.reports.comparison_report import write_ablation
 
-    comparison = ablate_models(dataset, models, split, steps, seeds, primitives, output)
+    comparison = ablate_models(dataset, models, split, steps, seeds, test_spectra, primitives, output)
     write_ablation(comparison, output)
     print_averages("ablation", comparison.averages(), json)
 
@@ -84,6 +89,7 @@ def sweep(
     split: Split = "files",
     budget: Budget = 5.0,
     seeds: Seeds = 1,
+    test_spectra: TestSpectra = None,
     init: Path | None = None,
     json: Json = False,
 ) -> None:
@@ -98,7 +104,7 @@ def sweep(
     from learn.comparison.sweep import sweep as sweep_sizes
     from learn.reports.comparison_report import write_sweep
 
-    comparison = sweep_sizes(dataset, sizes, models, split, budget, seeds, init, output)
+    comparison = sweep_sizes(dataset, sizes, models, split, budget, seeds, test_spectra, init, output)
     write_sweep(comparison, output)
     print_averages("sweep", comparison.averages(), json, comparison.remark())
 

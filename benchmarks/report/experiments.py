@@ -45,7 +45,7 @@ def experiment(runs: Path, name: str) -> Measured | None:
     amount = f"{protocol['steps']} steps" if "steps" in protocol else f"{protocol['minutes']:g} minutes"
     return Measured(
         date=rows[-1]["date"],
-        conditions=f"{protocol['device']}; {amount} of training each",
+        conditions=f"{protocol['device']}; {amount} of training each; {rows[0]['test']} test spectra",
         columns=COLUMNS,
         rows=[_cells(shown_name(label), table[label, size]) for label, size in order],
         findings=_verdicts(table),

@@ -56,6 +56,7 @@ def ablate(
     split: SplitKind = "files",
     steps: int = 1000,
     seeds: int = 3,
+    test_spectra: int | None = None,
     primitives: int | None = None,
     output: Path | str | None = None,
 ) -> Comparison:
@@ -67,6 +68,7 @@ def ablate(
         split: how the test part is chosen.
         steps: number of training steps, the same for every row and seed, so that rows only differ in the part.
         seeds: number of trainings of each row, with seeds 0, 1, …
+        test_spectra: largest number of test spectra that are scored, evenly spread over the test part; None: all of it.
         primitives: number of primitives in every row. None: the models' own numbers, which are slow to train without a
             GPU.
         output: as for ``compare``.
@@ -76,7 +78,8 @@ def ablate(
 
     Raises:
         InputError: as for ``compare``.
-        ParameterError: ``steps`` or ``seeds`` is not positive, or a model has no parts that can be switched off.
+        ParameterError: ``steps``, ``seeds`` or ``test_spectra`` is not positive, or a model has no parts that can be
+            switched off.
 
     >>> comparison = ablate("data/lab", models=("bisplat",), split="files", steps=2, seeds=1, primitives=20)
     >>> [row["label"] for row in comparison][-1]
@@ -87,7 +90,7 @@ def ablate(
         for _, method in variants(model, primitives):
             _check_parts(model, method)
     methods = makers({label: method for model in models for label, method in variants(model, primitives)})
-    experiment = begin(dataset, split, output, steps=steps)
+    experiment = begin(dataset, split, output, steps=steps, test_spectra=test_spectra)
     experiment.measure(methods, seeds)
     return Comparison.of(experiment)
 

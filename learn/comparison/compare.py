@@ -26,6 +26,7 @@ def compare(
     split: SplitKind = "files",
     budget: float = 5.0,
     seeds: int = 1,
+    test_spectra: int | None = None,
     output: Path | str | None = None,
 ) -> Comparison:
     """Fit and score methods on one split, and measure the array's ceiling. Makes no figures.
@@ -41,6 +42,7 @@ def compare(
         split: how the test part is chosen; "random" draws the same test part for every method.
         budget: training time of each model that is trained by steps, minutes.
         seeds: number of fits of each method, with seeds 0, 1, …
+        test_spectra: largest number of test spectra that are scored, evenly spread over the test part; None: all of it.
         output: folder for results.jsonl, per_sample/ and runs/; None: a new temporary folder, which is not deleted and
             whose path is the ``folder`` of the result.
 
@@ -49,7 +51,7 @@ def compare(
 
     Raises:
         InputError: the dataset cannot be read, or the folder holds an experiment with other settings, or other files.
-        ParameterError: a method is unknown, or ``budget`` or ``seeds`` is not positive.
+        ParameterError: a method is unknown, or ``budget``, ``seeds`` or ``test_spectra`` is not positive.
 
     >>> import numpy as np
     >>> class Grey:
@@ -66,18 +68,15 @@ def compare(
     True
     """
     require_positive(budget=budget, seeds=seeds)
-    models = method_names() if models is None else models
-    methods = makers(models)
-    if not isinstance(models, Mapping):
-        methods = {f"{name} (reduced)" if is_reduced(name) else name: make for name, make in methods.items()}
-    experiment = begin(dataset, split, output, minutes=budget)
+    methods = makers(method_names() if models is None else models)
+    experiment = begin(dataset, split, output, minutes=budget, test_spectra=test_spectra)
     experiment.measure(methods, seeds)
     experiment.measure_ceiling()
     return Comparison.of(experiment)
 
 
 def makers(models: Models) -> dict[str, Callable[[], Method]]:
-    """Functions that make new, unfitted methods, by the label of their rows.
+    """Functions that make new, unfitted methods, by the label of their rows: a model of reduced size is marked.
 
     Args:
         models: as for ``compare``.
@@ -89,7 +88,7 @@ def makers(models: Models) -> dict[str, Callable[[], Method]]:
     ['nearest', 'kriging']
     """
     if not isinstance(models, Mapping):
-        return {name: method_named(name) for name in models}
+        return {f"{name} (reduced)" if is_reduced(name) else name: method_named(name) for name in models}
     return {name: _maker(name, given) for name, given in models.items()}
 
 

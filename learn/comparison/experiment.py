@@ -24,6 +24,7 @@ from learn.output_folder import claim
 from learn.splits import SplitKind, split
 from learn.training.run_folder import device_name
 from scenes.atomic import write_atomically
+from scenes.errors import require_positive
 from simulate.dataset import Dataset, read_dataset
 from simulate.evenly import evenly
 from simulate.spectrum import spectrum_of
@@ -43,6 +44,7 @@ class Settings:
         minutes: training time of each model that is trained by steps; None: no limit, ``steps`` is set.
         steps: number of training steps of each such model; None: as many as fit into ``minutes``.
         device: name of the GPU, or number of CPU threads, that methods are trained on.
+        test_spectra: largest number of test spectra, evenly spread over the test part; None: all of it.
     """
 
     dataset: str
@@ -51,6 +53,11 @@ class Settings:
     minutes: float | None
     steps: int | None
     device: str
+    test_spectra: int | None = None
+
+    def tested(self, test: Int[np.ndarray, " n"]) -> Int[np.ndarray, " K"]:
+        """The spectra of the test part that every method is scored on."""
+        return test if self.test_spectra is None else evenly(test, self.test_spectra)
 
 
 class Experiment:
@@ -118,7 +125,7 @@ class Experiment:
         began = time.perf_counter()
         method.fit(task)
         seconds = getattr(method, "seconds", time.perf_counter() - began)
-        test = task.parts.test
+        test = settings.tested(task.parts.test)
         positions = self.dataset.positions[test]
         began = time.perf_counter()
         prediction = method.predict(positions)
@@ -138,7 +145,8 @@ class Experiment:
         key = {"label": CEILING, "seed": 0, "train_size": None}
         if self._has(key):
             return
-        test = evenly(split(self.dataset, self.settings.split, self.settings.split_seed).test, SAMPLES)
+        parts = split(self.dataset, self.settings.split, self.settings.split_seed)
+        test = evenly(self.settings.tested(parts.test), SAMPLES)
         truth = self._spectra(test)
         self._keep(key, test, score(array_ceiling(truth, self.dataset.beamformer), truth, self.dataset.grid), {})
 
@@ -170,6 +178,7 @@ def begin(
     *,
     minutes: float | None = None,
     steps: int | None = None,
+    test_spectra: int | None = None,
 ) -> Experiment:
     """Begin an experiment in a new folder, or continue the one in a folder.
 
@@ -179,12 +188,16 @@ def begin(
         output: the experiment's folder; None: a new temporary folder.
         minutes: training time of each model that is trained by steps; None: ``steps`` is set.
         steps: number of training steps of each such model; None: ``minutes`` is set.
+        test_spectra: largest number of test spectra to score; None: all of the test part.
 
     Raises:
         InputError: the dataset cannot be read, or the folder holds an experiment with other settings, or other files.
+        ParameterError: ``test_spectra`` is not positive.
     """
+    if test_spectra is not None:
+        require_positive(test_spectra=test_spectra)
     dataset = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
-    settings = Settings(str(dataset.folder.resolve()), split, SPLIT_SEED, minutes, steps, device_name())
+    settings = Settings(str(dataset.folder.resolve()), split, SPLIT_SEED, minutes, steps, device_name(), test_spectra)
     return Experiment(Path(output or tempfile.mkdtemp(prefix="bisplat-")), dataset, settings)
 
 

@@ -24,6 +24,7 @@ def sweep(
     split: SplitKind = "files",
     budget: float = 5.0,
     seeds: int = 1,
+    test_spectra: int | None = None,
     init: Run | Path | str | None = None,
     output: Path | str | None = None,
 ) -> Comparison:
@@ -36,6 +37,7 @@ def sweep(
         split: how the test part is chosen.
         budget: training time of each model that is trained by steps, minutes.
         seeds: number of fits of each method, with seeds 0, 1, …
+        test_spectra: largest number of test spectra that are scored, evenly spread over the test part; None: all of it.
         init: a finished run, or its folder. Its model is also trained starting from its weights, in rows labelled
             "MODEL from FOLDER".
         output: as for ``compare``.
@@ -45,7 +47,7 @@ def sweep(
 
     Raises:
         InputError: as for ``compare``, or the run cannot be read, or a size is larger than the training part.
-        ParameterError: a method is unknown, or a size, ``budget`` or ``seeds`` is not positive.
+        ParameterError: a method is unknown, or a size, ``budget``, ``seeds`` or ``test_spectra`` is not positive.
 
     >>> comparison = sweep("data/lab", sizes=(5, 10), models=("nearest",))
     >>> [(row["label"], row["train"]) for row in comparison]
@@ -59,6 +61,6 @@ def sweep(
         run = init if isinstance(init, Run) else load_run(Path(init))
         model, folder = run.config.model, run.folder
         methods[f"{model} from {folder.name}"] = partial(TrainedModel, model, init=str(folder.resolve()))
-    experiment = begin(dataset, split, output, minutes=budget)
+    experiment = begin(dataset, split, output, minutes=budget, test_spectra=test_spectra)
     experiment.measure(methods, seeds, sorted(sizes))
     return Comparison.of(experiment)

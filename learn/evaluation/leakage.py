@@ -10,10 +10,14 @@ from scipy.spatial import cKDTree
 
 from learn.metrics import ssim
 from simulate.dataset import Dataset
+from simulate.evenly import evenly
 from simulate.spectrum import spectrum_of
 
 LEAKING_SSIM = 0.9
 """A split leaks if the SSIM of a test spectrum and its nearest training spectrum has at least this median."""
+
+COMPARED, AT_ONCE = 2000, 100
+"""Largest number of test spectra that are compared, evenly spread over the test part, and number in memory at once."""
 
 
 @dataclass(frozen=True)
@@ -61,11 +65,16 @@ def leakage(dataset: Dataset) -> Leakage | None:
         dataset: a dataset.
 
     Returns:
-        The distances and the similarities; None: the training or the test part is empty.
+        The distances and the similarities of at most ``COMPARED`` test spectra; None: the training or the test part is
+        empty.
     """
     if not (len(dataset.train) and len(dataset.test)):
         return None
-    distance, nearest = cKDTree(dataset.positions[dataset.train]).query(dataset.positions[dataset.test])
-    copies = spectrum_of(dataset.pictures[dataset.train[nearest]])
-    truth = spectrum_of(dataset.pictures[dataset.test])
-    return Leakage(distance, ssim(copies, truth))
+    test = evenly(dataset.test, COMPARED)
+    distance, nearest = cKDTree(dataset.positions[dataset.train]).query(dataset.positions[test])
+    copied = dataset.train[nearest]
+    similar = np.empty(len(test))
+    for some in np.array_split(np.arange(len(test)), -(-len(test) // AT_ONCE)):
+        copies, truth = (spectrum_of(dataset.pictures[indices[some]]) for indices in (copied, test))
+        similar[some] = ssim(copies, truth)
+    return Leakage(distance, similar)

@@ -8,6 +8,7 @@ from matplotlib.figure import Figure
 
 from learn.comparison.table import Comparison
 from learn.reports.figures import draw_ssim_distribution, save
+from learn.reports.learning_curves import draw_learning_curves
 from learn.reports.log_axis import label_log_axis
 from learn.reports.page import SCORE_COLUMNS, embedded, write_page
 
@@ -42,7 +43,8 @@ def write_comparison(comparison: Comparison, folder: Path) -> None:
 
 
 def write_ablation(comparison: Comparison, folder: Path) -> None:
-    """Write ablation.png (and .pdf): median SSIM of every row, mean and standard deviation over the seeds.
+    """Write ablation.png (and .pdf): median SSIM of every row, mean and standard deviation over the seeds; and
+    learning_curves.png (and .pdf).
 
     Args:
         comparison: the result of ``ablate``.
@@ -59,6 +61,7 @@ def write_ablation(comparison: Comparison, folder: Path) -> None:
     figure.supxlabel("median SSIM, mean and standard deviation over seeds", fontsize="medium")
     axis.grid(axis="x", alpha=0.3)
     save(figure, folder / "ablation.png")
+    draw_learning_curves(comparison, folder / "learning_curves.png")
 
 
 def write_sweep(comparison: Comparison, folder: Path) -> None:

@@ -1,4 +1,4 @@
-"""docs/results.md keeps the figures of runs that are not there, and takes those of runs that are."""
+"""docs/measurements.md keeps the figures of runs that are not there, and takes those of runs that are."""
 
 import json
 import shutil
@@ -38,16 +38,16 @@ def sections(page: str) -> dict[str, str]:
 
 def test_page_without_runs_is_the_one_in_the_repository(make_page, docs):
     assert make_page() == []
-    for name in ("results.json", "results.md"):
+    for name in ("results.json", "measurements.md"):
         assert (docs / name).read_bytes() == (ROOT / "docs" / name).read_bytes(), "run python benchmarks/results.py"
 
 
 def test_only_the_section_of_a_run_changes(make_page, docs, tmp_path):
-    before = sections((ROOT / "docs" / "results.md").read_text())
+    before = sections((ROOT / "docs" / "measurements.md").read_text())
     (tmp_path / "runs" / "simulation.json").write_text(json.dumps(FIGURES))
     assert make_page() == ["simulation"]
-    first = {name: (docs / name).read_bytes() for name in ("results.json", "results.md")}
-    after = sections(first["results.md"].decode())
+    first = {name: (docs / name).read_bytes() for name in ("results.json", "measurements.md")}
+    after = sections(first["measurements.md"].decode())
     assert after.keys() == before.keys()
     (changed,) = [title for title in before if after[title] != before[title]]
     assert "Measured on 2031-02-03, 1 core of a test." in after[changed]
@@ -71,8 +71,10 @@ def test_folder_of_an_experiment_is_read(make_page, docs, tmp_path):
     assert make_page() == []  # its picture is not there
     (folder / "sweep.png").write_bytes(b"a picture")
     assert make_page() == ["sweep-lab"]
-    section = sections((docs / "results.md").read_text())["Accuracy against the number of training spectra"]
-    assert "Measured on 2031-02-03, " in section and "; 1 CPU thread; 7 steps of training each." in section
+    section = sections((docs / "measurements.md").read_text())["Accuracy against the number of training spectra"]
+    assert (
+        "Measured on 2031-02-03, " in section and "; 1 CPU thread; 7 steps of training each; 9 test spectra." in section
+    )
     assert "\n| nearest | – | 0.750 | 0.000 (2) | 0.700 | 0.500 | 20.0 | 0.100 | 2.8 | – | – | – |\n" in section
     assert (docs / "sweep-lab.png").read_bytes() == b"a picture"
 
@@ -81,4 +83,4 @@ def test_figures_of_the_smallest_run_are_refused(run_python, docs, tmp_path):
     (tmp_path / "render.json").write_text(json.dumps({**FIGURES, "smallest": True}))
     with pytest.raises(AssertionError, match=r"render\.json: expected the figures of a whole run, found .* --smallest"):
         run_python("benchmarks/results.py", "--runs", tmp_path, "--docs", docs)
-    assert not (docs / "results.md").exists()
+    assert not (docs / "measurements.md").exists()

@@ -1,5 +1,6 @@
 """The measuring stick: each row measured once, on the same spectra, by the same code as ``bisplat evaluate``."""
 
+import csv
 import json
 import re
 import sys
@@ -26,11 +27,13 @@ from learn.comparison.trained_model import TrainedModel
 from learn.metrics import score
 from learn.models.registry import DEFAULT_MODEL
 from learn.reports.comparison_report import write_ablation, write_comparison, write_sweep
+from learn.reports.learning_curves import validation_curve
 from learn.splits import split
 from learn.training.train import train
 from scenes.errors import InputError, ParameterError
 from simulate.beamformer import Beamformer
 from simulate.dataset import read_dataset
+from simulate.evenly import evenly
 from simulate.spectrum import normalise, spectrum_of
 
 pytestmark = pytest.mark.usefixtures("small_models", "no_ceiling")
@@ -162,6 +165,18 @@ def test_comparison_is_a_table_for_pandas_for_a_terminal_and_for_a_notebook(tiny
     assert [cells[0], cells[6], cells[12]] == [*labels[:-1], f"{CEILING} (bound)"]
 
 
+def test_fewer_test_spectra_are_spread_over_the_test_part(tiny, tmp_path, rows):
+    out = tmp_path / "out"
+    compare(tiny, ("nearest",), budget=INSTANT, test_spectra=2, output=out)
+    assert {row["test"] for row in rows(out)} == {2}
+    with (out / "per_sample" / "nearest-0.csv").open() as file:
+        scored = [row["name"] for row in csv.DictReader(file)]
+    dataset = read_dataset(tiny)
+    assert scored == [dataset.names[index] for index in evenly(split(dataset, "files", 0).test, 2)]
+    with pytest.raises(InputError, match="test_spectra"):
+        compare(tiny, ("nearest",), budget=INSTANT, output=out)  # another test part than before
+
+
 def test_spread_over_the_seeds_is_shown_of_several_seeds_only(tiny, tmp_path):
     comparison = compare(tiny, ("nearest",), budget=INSTANT, seeds=2, output=tmp_path / "out")
     heading, *lines = table_cells(comparison.table())
@@ -279,6 +294,12 @@ def test_ablation_has_the_papers_rows_and_ours(tiny, tmp_path, rows):
     assert len(table) == 4 and all(row["seeds"] == 2 for row in table)
     write_ablation(comparison, out)
     assert (out / "ablation.png").stat().st_size > 5000
+    assert (out / "learning_curves.png").stat().st_size > 5000
+    steps, ssim = validation_curve(out / "runs" / "bisplat-0")
+    (last,) = (
+        row["validation_ssim"] for row in [json.loads((out / "runs" / "bisplat-0" / "training.json").read_text())]
+    )
+    assert steps == [2] and ssim == [pytest.approx(last)]
     configs = [json.loads(path.read_text()) for path in (out / "runs").glob("*/config.json")]
     assert len(configs) == 8 and {config["by_steps"]["steps"] for config in configs} == {2}
     with pytest.raises(InputError, match="with steps 3, found one with steps 2"):

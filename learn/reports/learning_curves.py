@@ -1,0 +1,55 @@
+"""Learning curves of the models of a comparison: the validation SSIM against the number of steps."""
+
+from __future__ import annotations
+
+import csv
+from itertools import cycle
+from pathlib import Path
+
+from matplotlib import colormaps
+from matplotlib.figure import Figure
+
+from learn.comparison.experiment import row_name
+from learn.comparison.table import Comparison
+from learn.reports.figures import save
+
+
+def validation_curve(run: Path) -> tuple[list[int], list[float]]:
+    """Steps and validation SSIMs that a training logged, over all its interruptions; none: it was not by steps.
+
+    Args:
+        run: a run folder.
+    """
+    found: dict[int, float] = {}
+    for log in sorted(run.glob("logs/version_*/metrics.csv"), key=lambda path: int(path.parent.name.split("_")[1])):
+        with log.open(newline="") as file:
+            found |= {
+                int(row["step"]) + 1: float(row["validation_ssim"])
+                for row in csv.DictReader(file)
+                if row.get("validation_ssim")
+            }
+    steps = sorted(found)
+    return steps, [found[step] for step in steps]
+
+
+def draw_learning_curves(comparison: Comparison, path: Path) -> None:
+    """Draw the learning curve of every row that was trained by steps, each method in a colour.
+
+    Args:
+        comparison: the rows and the folder of their runs.
+        path: path of the PNG; the PDF has the same name with the suffix .pdf.
+    """
+    figure = Figure(figsize=(9, 4.2), layout="constrained")
+    axis = figure.subplots()
+    labels = dict.fromkeys(row["label"] for row in comparison.rows)
+    colours = dict(zip(labels, cycle(colormaps["tab10"].colors), strict=False))  # type: ignore[attr-defined]
+    for row in comparison.rows:
+        steps, ssim = validation_curve(comparison.folder / "runs" / row_name(row))
+        if steps:
+            axis.plot(
+                steps, ssim, "o-", ms=3, color=colours[row["label"]], label=row["label"] if not row["seed"] else ""
+            )
+    axis.set(xlabel="training steps", ylabel="median SSIM on the validation part")
+    axis.grid(alpha=0.3)
+    figure.legend(loc="outside right upper")
+    save(figure, path)
