@@ -69,6 +69,36 @@ def require_positive(**values: float) -> None:
             raise ParameterError(name, f"expected a positive number, found {value}")
 
 
+SHOWN = 80
+"""Largest number of characters of a value that a message shows."""
+
+
+def shown(value: object) -> str:
+    r"""A value that the user gave, as error messages show it: on one line, without control characters, cut if long.
+
+    >>> print(shown(None), shown("concrete"), shown([1.0, "a\x1b[31mb"]))
+    nothing 'concrete' [1.0, 'a\x1b[31mb']
+    >>> len(shown("x" * 1000)), shown("x" * 1000)[-4:]
+    (80, 'xxx…')
+    """
+    if value is None:
+        return "nothing"
+    try:
+        text = repr(value)
+    except (ValueError, RecursionError):  # an integer of more digits than Python writes; a list within itself
+        text = f"a {type(value).__name__} that is too long to show"
+    return printable(text if len(text) <= SHOWN else text[: SHOWN - 1] + "…")
+
+
+def printable(text: str) -> str:
+    r"""Text whose control characters, which a terminal would obey, are written as Python writes them.
+
+    >>> print(printable("a\x1b[2Jb\nc"))
+    a\x1b[2Jb\nc
+    """
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
 def did_you_mean(word: object, known: Iterable[str]) -> str:
     """The end of an error message about an unknown word: the nearest known word, or all of them.
 
