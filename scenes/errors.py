@@ -147,7 +147,7 @@ def shown(value: object) -> str:
         text = repr(value)
     except (ValueError, RecursionError):  # an integer of more digits than Python writes; a list within itself
         text = f"a {type(value).__name__} that is too long to show"
-    return printable(text if len(text) <= SHOWN else text[: SHOWN - 1] + "…")
+    return cut(text)
 
 
 def reason(error: BaseException) -> str:
@@ -156,8 +156,12 @@ def reason(error: BaseException) -> str:
     >>> reason(OSError("no data\nat 12")), reason(KeyError())
     ('no data', 'KeyError')
     """
-    lines = str(error).strip().splitlines() or [type(error).__name__]
-    return printable(lines[0] if len(lines[0]) <= SHOWN else lines[0][: SHOWN - 1] + "…")
+    return cut((str(error).strip().splitlines() or [type(error).__name__])[0])
+
+
+def cut(text: str) -> str:
+    """Text as part of a sentence: without control characters, cut if long."""
+    return printable(text if len(text) <= SHOWN else text[: SHOWN - 1] + "…")
 
 
 def printable(text: str) -> str:
