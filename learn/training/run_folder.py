@@ -29,7 +29,7 @@ from learn.models.steps import STEPS_MOST
 from learn.splits import Split, read_split
 from learn.training.config import Config, read_config
 from scenes.atomic import write_atomically
-from scenes.errors import InputError, cut, reason, require_whole, require_within
+from scenes.errors import InputError, cut, reason, require_whole, require_within, shown
 from scenes.input_file import MEGABYTE, read_text, require_regular
 from simulate.beamformer import Beamformer
 from simulate.dataset import Dataset, read_dataset
@@ -55,11 +55,20 @@ def build_model(
         wavelength: metres.
 
     Raises:
-        ParameterError: the model is unknown, or does not have one of the options.
+        ParameterError: the model is unknown, does not have one of the options, or an option is out of range.
+        InputError: the model cannot be built with these values of its options.
     """
     check_options(config.model, config.options)
     build: Any = model_class(config.model)
-    return build(region, beamformer, wavelength, **{**model_entry(config.model).options, **config.options})
+    try:
+        return build(region, beamformer, wavelength, **{**model_entry(config.model).options, **config.options})
+    except InputError:
+        raise
+    except (ValueError, TypeError, ArithmeticError, AssertionError, RuntimeError) as error:
+        raise InputError(
+            f"model {config.model}: expected options that it can be built with, found {shown(config.options)} "
+            f"({reason(error)})"
+        ) from error
 
 
 @dataclass(frozen=True)
