@@ -319,8 +319,8 @@ class SmoothField(KrigedField):
 
     @property
     def first_length(self) -> float:
-        """A tenth of the known positions' largest extent, metres."""
-        return float((self.places.amax(dim=0) - self.places.amin(dim=0)).max()) / 10
+        """A tenth of the known positions' largest extent, metres, of which at least a millimetre is counted."""
+        return max(float((self.places.amax(dim=0) - self.places.amin(dim=0)).max()), 1e-3) / 10
 
     def covariance(
         self,
