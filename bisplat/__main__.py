@@ -16,7 +16,7 @@ from learn.commands import check, crossvalidate, demo, engines, evaluate, export
 from learn.comparison_commands import ablate, compare, sweep
 from learn.view.command import view
 from scenes.command import scene
-from scenes.errors import InputError, ParameterError
+from scenes.errors import InputError, ParameterError, printable
 from simulate.command import simulate
 from simulate.dataset_commands import convert, responses
 
@@ -41,6 +41,8 @@ def main() -> None:
         raise SystemExit(1) from None
     except OSError as error:
         refuse(f"{error.filename}: {error.strerror}" if error.filename else str(error))
+    except MemoryError as error:
+        refuse(f"expected enough memory for these numbers and files, found too little ({error})")
     except KeyboardInterrupt:
         print(f"{PROGRAM}: interrupted; run the same command again to continue", file=sys.stderr)
         raise SystemExit(130) from None
@@ -57,7 +59,7 @@ def refuse(sentence: str) -> None:
         hint = ""
     else:
         hint = " (BISPLAT_TRACEBACK=1 shows the traceback)"
-    print(f"{PROGRAM}: {sentence}{hint}", file=sys.stderr)
+    print(f"{PROGRAM}: {printable(sentence)}{hint}", file=sys.stderr)
     raise SystemExit(1) from None
 
 

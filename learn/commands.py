@@ -226,8 +226,8 @@ def predict(run: Positional[Path], positions: Path, output: Output) -> None:
     if output.suffix.lower() != ".npz":
         raise InputError(f"{output}: expected a name that ends in .npz, since the file holds several arrays")
     from learn.training.run_folder import load_run
-    from simulate.dataset_reader import read_points
     from simulate.dataset_writer import write_arrays
+    from simulate.positions import read_points
     from simulate.reach import reach_warning
 
     loaded = load_run(run)

@@ -11,17 +11,23 @@ from typing import Any
 from learn.evaluation.crossvalidate import CrossValidation, crossvalidate
 from learn.evaluation.evaluate import Evaluation, evaluate
 from learn.models.registry import DEFAULT_MODEL
+from learn.models.steps import STEPS_MOST
 from learn.reports.crossvalidation_report import write_crossvalidation
 from learn.reports.demo_report import write_demo
 from learn.reports.evaluation_report import write_evaluation
 from learn.training.train import train
 from scenes.atomic import write_atomically
 from scenes.drawing import draw_scene
+from scenes.errors import require_whole
 from scenes.lab import lab
+from simulate.positions import MOST_POSITIONS
 from simulate.simulation import simulate
 
 BISPLAT_MODEL = "bisplat-aperture"
 """The BiSplat model that the demo trains in addition to the default model."""
+
+SPECTRA_LEAST = 10
+"""Fewer leave too little to train on, to validate with and to test on."""
 
 DATA_SEED, FRESH_SEED = 0, 1_000_000
 FRESH_POSITIONS = 100
@@ -37,7 +43,13 @@ def demo(folder: Path, spectra: int = 1000, steps: int | None = None) -> dict[st
 
     Returns:
         The content of metrics.json; a score whose name has no model is the default model's.
+
+    Raises:
+        ParameterError: fewer than ``SPECTRA_LEAST`` spectra, no steps, or absurdly many of either.
     """
+    require_whole(SPECTRA_LEAST, MOST_POSITIONS, spectra=spectra)
+    if steps is not None:
+        require_whole(1, STEPS_MOST, steps=steps)
     began = time.monotonic()
     folder.mkdir(parents=True, exist_ok=True)
     scene = lab()

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import json
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from jaxtyping import Int
 
-from scenes.errors import InputError
+from scenes.errors import InputError, reason, require_seed, require_whole, shown
+from scenes.input_file import MEGABYTE, read_text
+from simulate.positions import MOST_POSITIONS
 
 if TYPE_CHECKING:  # importing it is slow, and the command line's help only needs SplitKind
     from simulate.dataset import Dataset
@@ -23,6 +29,12 @@ BLOCK, EVERY = 10, 4
 
 VALIDATION_FRACTION = 0.1
 """Share of the training part that is set aside to choose the best checkpoint. The test part chooses nothing."""
+
+
+PARTS = ("train", "validation", "test")
+
+LARGEST_SPLIT = 40 * MEGABYTE
+"""Bytes of a split.json; a million names of six digits have 11 MB."""
 
 
 @dataclass(frozen=True)
@@ -67,7 +79,11 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
 
     Raises:
         InputError: the dataset has too few spectra for three parts, or fewer training spectra than ``train_size``.
+        ParameterError: a seed that is none, or a ``train_size`` below 1.
     """
+    require_seed(seed=seed)
+    if train_size is not None:
+        require_whole(1, MOST_POSITIONS, train_size=train_size)
     count = len(dataset.names)
     generator = np.random.default_rng(seed)
     block = np.arange(count) // BLOCK
@@ -104,3 +120,41 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
             f"found {count}, which leaves {len(result.train)}, {len(result.validation)} and {len(result.test)}"
         )
     return result
+
+
+def read_split(path: Path, names: Sequence[str], folder: Path) -> Split:
+    """Read a split.json, which holds the names of the spectra of each part.
+
+    Args:
+        path: the file.
+        names: names of the dataset's spectra.
+        folder: the dataset's folder, for messages.
+
+    Raises:
+        InputError: no regular file of at most ``LARGEST_SPLIT`` bytes, no JSON object of three lists of names, a name
+            in two lists or twice in one, an empty training or test part, or a name that the dataset does not have.
+    """
+    expected = f"{path}: expected JSON with the names of the spectra in train, validation and test"
+    text = read_text(path, "the names of the spectra of each part", LARGEST_SPLIT)
+    try:
+        content: Any = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"{expected}, found no JSON that can be read ({reason(error)})") from error
+    if not isinstance(content, dict) or content.keys() != set(PARTS):
+        raise InputError(f"{expected}, found {shown(sorted(content) if isinstance(content, dict) else content)}")
+    for part, listed in content.items():
+        if not isinstance(listed, list) or not all(isinstance(name, str) for name in listed):
+            raise InputError(f"{expected}, found {shown(listed)} in {part}")
+    index_of = {name: index for index, name in enumerate(names)}
+    every = [name for listed in content.values() for name in listed]
+    missing = next((name for name in every if name not in index_of), None)
+    if missing is not None:
+        raise InputError(
+            f"{folder}: expected the dataset that {path.parent} was trained on, found no spectrum {shown(missing)}"
+        )
+    if len(set(every)) < len(every):
+        twice = next(name for name, count in Counter(every).items() if count > 1)
+        raise InputError(f"{path}: expected each name in one part and once, found {shown(twice)} twice")
+    if not (content["train"] and content["test"]):
+        raise InputError(f"{path}: expected names in train and in test, found none in one of them")
+    return Split(**{part: np.array([index_of[name] for name in content[part]], dtype=int) for part in PARTS})

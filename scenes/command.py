@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 
 from tyro.conf import Positional, arg
 
-from scenes.errors import InputError
+from scenes.errors import InputError, shown
 from scenes.text_tables import print_rows, print_table
 
 Triple = tuple[float, float, float]
@@ -136,5 +136,5 @@ def _say(sentence: str) -> None:
 def _rule(text: str) -> tuple[str, str]:
     pattern, separator, material = text.rpartition("=")
     if not separator:
-        raise InputError(f"--material: expected NODE=MATERIAL, found {text}")
+        raise InputError(f"--material: expected NODE=MATERIAL, found {shown(text)}")
     return pattern, material

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from difflib import get_close_matches
+from numbers import Integral, Real
 
 
 class InputError(ValueError):
@@ -65,8 +66,111 @@ def require_positive(**values: float) -> None:
     scenes.errors.ParameterError: seeds: expected a positive number, found 0
     """
     for name, value in values.items():
-        if not (math.isfinite(value) and value > 0):
-            raise ParameterError(name, f"expected a positive number, found {value}")
+        if not (_is_number(value) and 0 < value < math.inf):
+            raise ParameterError(name, f"expected a positive number, found {shown(value)}")
+
+
+SEED_MOST = 2**32 - 1
+"""Largest seed that NumPy, PyTorch and the ray tracer all take."""
+
+
+def require_whole(least: int, most: int, **values: int) -> None:
+    """Refuse parameters that are not whole numbers of a range.
+
+    Args:
+        least: smallest value.
+        most: largest value; absurd ones would exhaust the memory or never end.
+        values: numbers by the names of their parameters.
+
+    Raises:
+        ParameterError: one of them is no whole number, or is outside the range.
+
+    >>> require_whole(1, 100, seeds=3, steps=0)
+    Traceback (most recent call last):
+    ...
+    scenes.errors.ParameterError: steps: expected a whole number of at least 1, found 0
+    """
+    for name, value in values.items():
+        whole = isinstance(value, Integral) and not isinstance(value, bool)
+        if not (whole and value >= least):
+            raise ParameterError(name, f"expected a whole number of at least {least}, found {shown(value)}")
+        if value > most:
+            raise ParameterError(name, f"expected a whole number of at most {most}, found {shown(value)}")
+
+
+def require_seed(**values: int) -> None:
+    """Refuse seeds that are not whole numbers from 0 to ``SEED_MOST``; errors as those of ``require_whole``."""
+    require_whole(0, SEED_MOST, **values)
+
+
+def require_within(least: float, most: float, what: str, **values: float) -> None:
+    """Refuse parameters that are not numbers of a range.
+
+    Args:
+        least: smallest value.
+        most: largest value.
+        what: the quantity and its unit, for the message, e.g. "an SNR in dB".
+        values: numbers by the names of their parameters.
+
+    Raises:
+        ParameterError: one of them is no number, or is outside the range.
+
+    >>> require_within(-200, 200, "an SNR in dB", snr_db=float("nan"))
+    Traceback (most recent call last):
+    ...
+    scenes.errors.ParameterError: snr_db: expected an SNR in dB from -200 to 200, found nan
+    """
+    for name, value in values.items():
+        if not (_is_number(value) and least <= value <= most):
+            raise ParameterError(name, f"expected {what} from {least:g} to {most:g}, found {shown(value)}")
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
+SHOWN = 80
+"""Largest number of characters of a value that a message shows."""
+
+
+def shown(value: object) -> str:
+    r"""A value that the user gave, as error messages show it: on one line, without control characters, cut if long.
+
+    >>> print(shown(None), shown("concrete"), shown([1.0, "a\x1b[31mb"]))
+    nothing 'concrete' [1.0, 'a\x1b[31mb']
+    >>> len(shown("x" * 1000)), shown("x" * 1000)[-4:]
+    (80, 'xxx…')
+    """
+    if value is None:
+        return "nothing"
+    try:
+        text = repr(value)
+    except (ValueError, RecursionError):  # an integer of more digits than Python writes; a list within itself
+        text = f"a {type(value).__name__} that is too long to show"
+    return cut(text)
+
+
+def reason(error: BaseException) -> str:
+    r"""What an error of another library says, as part of our sentence: its first line, without control characters, cut.
+
+    >>> reason(OSError("no data\nat 12")), reason(KeyError())
+    ('no data', 'KeyError')
+    """
+    return cut((str(error).strip().splitlines() or [type(error).__name__])[0])
+
+
+def cut(text: str) -> str:
+    """Text as part of a sentence: without control characters, cut if long."""
+    return printable(text if len(text) <= SHOWN else text[: SHOWN - 1] + "…")
+
+
+def printable(text: str) -> str:
+    r"""Text whose control characters, which a terminal would obey, are written as Python writes them.
+
+    >>> print(printable("a\x1b[2Jb\nc"))
+    a\x1b[2Jb\nc
+    """
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def did_you_mean(word: object, known: Iterable[str]) -> str:

@@ -17,7 +17,7 @@ from scenes.bedroom import bedroom
 from scenes.closet import closet
 from scenes.conference import conference
 from scenes.description import Gateway, Scene, SceneObject, Transmitter
-from scenes.errors import InputError, did_you_mean
+from scenes.errors import InputError, did_you_mean, shown
 from scenes.lab import lab
 from scenes.materials import RadioMaterial, material_names, p2040_material
 from scenes.mesh_files import default_up, read_meshes
@@ -26,7 +26,7 @@ from scenes.office import office
 from scenes.shapes import union
 from scenes.validation import validate
 from scenes.workshop import workshop
-from scenes.yaml_section import Section, UniqueKeyLoader, shown
+from scenes.yaml_section import Section, UniqueKeyLoader
 
 BUILT_IN: dict[str, Callable[[], Scene]] = {
     "lab": lab,

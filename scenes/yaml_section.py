@@ -7,7 +7,7 @@ from typing import Any
 
 import yaml
 
-from scenes.errors import InputError, did_you_mean
+from scenes.errors import InputError, did_you_mean, shown
 
 
 class UniqueKeyLoader(yaml.SafeLoader):
@@ -93,8 +93,3 @@ class Section:
             return float(value)
         except ValueError:
             raise self.error(f"{key} must be a number, found {shown(value)}") from None
-
-
-def shown(value: object) -> str:
-    """A value as error messages show it."""
-    return "nothing" if value is None else repr(value)

@@ -85,8 +85,9 @@ def simulate(
     from scenes.shapes import bounding_box
     from simulate.generate import generate
     from simulate.reach import reach_warning
-    from simulate.simulation import request_for, with_engine
+    from simulate.simulation import check_numbers, request_for, with_engine
 
+    check_numbers(spectra, seed, cell, workers)
     followed, errors = Propagation(**vars(propagation)), Measurement(**vars(measurement))
     if Path(scene).is_dir():
         folders: dict[Path, str | Scene] = {output: scene}

@@ -7,6 +7,7 @@ upside down, pictures that are numbered from 0, and index files that hold number
 from __future__ import annotations
 
 import shutil
+import tempfile
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -15,15 +16,18 @@ import numpy as np
 from jaxtyping import Float, Int, UInt8
 from scipy.ndimage import map_coordinates
 
-from scenes.errors import InputError, ParameterError
+from scenes.errors import InputError, ParameterError, require_within, shown
+from scenes.input_file import MEGABYTE, read_text, require_regular
 from simulate.angular_grid import COLUMNS, ROWS, AngularGrid
 from simulate.conversion import Conversion
-from simulate.dataset_reader import picture_files, read_any_picture, read_points
+from simulate.dataset_reader import LARGEST_INDEX
 from simulate.dataset_writer import encode_picture, write_index, write_metadata, write_positions
 from simulate.evenly import evenly
 from simulate.generate import picture_names, progress_bar
 from simulate.identification import identify, larger_array
 from simulate.lags import EXAMINED
+from simulate.picture_files import is_number, picture_files, read_any_picture
+from simulate.positions import read_points
 
 SIXTEEN_BITS = 257
 """65535 / 255: grey levels of 16 bits per grey level of 8 bits."""
@@ -42,15 +46,20 @@ def convert(source: Path, output: Path, conversion: Conversion = Conversion()) -
 
     Raises:
         InputError: the folder lacks a file, a picture cannot be converted, or the output is not new.
-        ParameterError: ``one_per_position`` is larger than the number of pictures of a position.
+        ParameterError: ``one_per_position`` is larger than the number of pictures of a position; or two ends of the
+            elevations or azimuths are no angles, or the same.
     """
+    for name, ends in (("elevations", conversion.elevations), ("azimuths", conversion.azimuths)):
+        for end in ends or ():
+            require_within(-360, 360, "angles in degrees", **{name: end})
+        if ends is not None and ends[0] == ends[1]:
+            raise ParameterError(name, f"expected two different angles, found {ends[0]:g} twice")
     if output.exists() and (not output.is_dir() or any(output.iterdir())):
         raise InputError(f"{output}: expected a new folder, found other files")
     if (source / "metadata.json").exists():
         raise InputError(f"{source}: expected the folder of another program, found one with our metadata.json")
     gateway = source / "gateway_info.yml"
-    if not gateway.is_file():
-        raise InputError(f"{gateway}: expected the gateway's position and orientation, found no such file")
+    require_regular(gateway, "the gateway's position and orientation", MEGABYTE)
     positions = read_points(source / "tx_pos.csv")
     files = picture_files(source / "spectrum")
     said = ["numbered the pictures from 1 instead of 0"] if int(files[0].stem) == 0 else []
@@ -83,22 +92,26 @@ def convert(source: Path, output: Path, conversion: Conversion = Conversion()) -
     if mode != "L":
         said.append(f"made 8-bit grey of pictures of mode {mode}")
 
-    unfinished = output.with_name(output.name + ".tmp")
-    shutil.rmtree(unfinished, ignore_errors=True)
-    (unfinished / "spectrum").mkdir(parents=True)
-    names = picture_names(len(files))
-    with progress_bar() as progress:
-        for name, path in progress.track(list(zip(names, files, strict=True)), description="pictures"):
-            picture = _in_size(path, conversion)
-            (unfinished / "spectrum" / f"{name}.png").write_bytes(encode_picture(picture[::-1] if flipped else picture))
-    write_positions(unfinished / "tx_pos.csv", positions[kept])
-    shutil.copyfile(gateway, unfinished / "gateway_info.yml")
-    new_name = {old_names[index]: name for index, name in zip(kept, names, strict=True)}
-    said += _write_indices(source, unfinished, old_names, new_name)
-    said += _state_array(sample[:, ::-1] if flipped else sample, unfinished)
-    if output.exists():
-        output.rmdir()
-    unfinished.rename(output)
+    listed, said_of_indices = _read_indices(source, old_names)
+    output.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(dir=output.parent, prefix=f".{output.name[:100]}.") as folder:
+        unfinished = Path(folder) / "dataset"
+        (unfinished / "spectrum").mkdir(parents=True)
+        names = picture_names(len(files))
+        with progress_bar() as progress:
+            for name, path in progress.track(list(zip(names, files, strict=True)), description="pictures"):
+                picture = _in_size(path, conversion)
+                content = encode_picture(picture[::-1] if flipped else picture)
+                (unfinished / "spectrum" / f"{name}.png").write_bytes(content)
+        write_positions(unfinished / "tx_pos.csv", positions[kept])
+        shutil.copyfile(gateway, unfinished / "gateway_info.yml")
+        new_name = {old_names[index]: name for index, name in zip(kept, names, strict=True)}
+        for label, old in listed.items():
+            write_index(unfinished / f"{label}_index.txt", [new_name[name] for name in old if name in new_name])
+        said += said_of_indices + _state_array(sample[:, ::-1] if flipped else sample, unfinished)
+        if output.exists():
+            output.rmdir()
+        unfinished.rename(output)
     return said
 
 
@@ -106,11 +119,11 @@ def _kept(positions: Float[np.ndarray, "K 3"], number: int | None) -> Int[np.nda
     """Indices of the pictures to keep."""
     if number is None:
         return np.arange(len(positions))
-    places = np.unique(positions, axis=0, return_inverse=True)[1].ravel()
-    kept = [np.flatnonzero(places == place) for place in range(places.max() + 1)]
+    _, places, counts = np.unique(positions, axis=0, return_inverse=True, return_counts=True)
+    kept = np.split(np.argsort(places.ravel(), kind="stable"), np.cumsum(counts)[:-1])
     fewest = min(len(group) for group in kept)
     if not 1 <= number <= fewest:
-        raise ParameterError("one_per_position", f"expected a number from 1 to {fewest}, found {number}")
+        raise ParameterError("one_per_position", f"expected a number from 1 to {fewest}, found {shown(number)}")
     return np.sort([group[number - 1] for group in kept])
 
 
@@ -157,17 +170,18 @@ def _grey(path: Path) -> UInt8[np.ndarray, "H W"]:
     raise InputError(f"{path}: expected grey levels, found a picture of mode {mode} whose colours differ from grey")
 
 
-def _write_indices(source: Path, output: Path, old_names: Sequence[str], new_name: dict[str, str]) -> list[str]:
-    """Write the index files with the new names; nothing if the folder has none."""
+def _read_indices(source: Path, old_names: Sequence[str]) -> tuple[dict[str, list[str]], list[str]]:
+    """The names in the index files, as the pictures have them, by part, none if there are no files; and what to say."""
     labels = ("train", "test")
     files = {label: source / f"{label}_index.txt" for label in labels}
-    if not all(path.is_file() for path in files.values()):
-        return ["wrote no index files, since there are none: use the split random or blocked"]
-    listed = {label: path.read_text(encoding="utf-8").split() for label, path in files.items()}
+    if not all(path.exists() for path in files.values()):
+        return {}, ["wrote no index files, since there are none: use the split random or blocked"]
+    what = "one picture name per line"
+    listed = {label: read_text(path, what, LARGEST_INDEX).split() for label, path in files.items()}
     everything = [*listed["train"], *listed["test"]]
     said = []
     if not set(everything) <= set(old_names):
-        if not all(name.isdecimal() for name in everything):
+        if not all(is_number(name) for name in everything):
             raise InputError(f"{files['train']}: expected names or numbers of pictures, found something else")
         numbers = [int(name) for name in everything]
         first = 1 if max(numbers) == len(old_names) else 0
@@ -175,9 +189,7 @@ def _write_indices(source: Path, output: Path, old_names: Sequence[str], new_nam
             raise InputError(f"{files['train']}: expected numbers of {len(old_names)} pictures, found {max(numbers)}")
         listed = {label: [old_names[int(name) - first] for name in names] for label, names in listed.items()}
         said.append(f"read the index files as numbers from {first}")
-    for label, names in listed.items():
-        write_index(output / f"{label}_index.txt", [new_name[name] for name in names if name in new_name])
-    return said
+    return listed, said
 
 
 def _state_array(sample: UInt8[np.ndarray, "E 90 360"], output: Path) -> list[str]:

@@ -5,6 +5,7 @@ Rows of ``tx_pos.csv`` and pictures are numbered from 1; everything in memory is
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -17,17 +18,12 @@ from scenes.errors import InputError
 from simulate.angular_grid import AngularGrid
 from simulate.array import PlanarArray
 from simulate.beamformer import Beamformer
-from simulate.dataset_reader import (
-    read_gateway,
-    read_metadata,
-    read_names,
-    read_pictures,
-    read_points,
-    read_responses,
-    what_is_at,
-)
+from simulate.dataset_reader import read_gateway, read_metadata, read_names
 from simulate.foreign import oddities
 from simulate.identification import Identification, identify
+from simulate.picture_files import read_pictures, what_is_at
+from simulate.positions import read_points
+from simulate.responses_file import check_responses, read_responses
 from simulate.spectrum import spectrum_of
 
 NERF2_FREQUENCY = 915e6
@@ -184,7 +180,13 @@ def inspect(folder: Path) -> Inspection:
     if problems or positions is None:
         return Inspection(problems, warnings, None)
     rows = numbers - 1
-    of_pictures = None if responses is None else responses[rows]
+    of_pictures = None
+    if responses is not None:
+        of_pictures = responses[rows]
+        check_responses(folder / "channels.npz", of_pictures, retrieved, problems)
+        if problems:
+            return Inspection(problems, warnings, None)
+        of_pictures = of_pictures.astype(np.complex64)
     dataset = Dataset(
         folder=folder,
         names=names,
@@ -213,15 +215,17 @@ def _read_split(
         warnings.append("there is no train_index.txt and no test_index.txt: use the split random or blocked")
         return [], []
     train, test = (read_names(path, names, problems) for path in files.values())
+    for path, index in zip(files.values(), (train, test), strict=True):
+        repeated = len(index) - len(set(index))
+        if repeated:
+            warnings.append(f"{path.name} names {repeated} spectra more than once; each counts once")
+    train, test = list(dict.fromkeys(train)), list(dict.fromkeys(test))
     both = sorted(set(train) & set(test))
     if both:
         problems.append(
             f"{files['test']}: expected names that are not in train_index.txt, found "
             f"{names[both[0]]} in both ({len(both)} in all)"
         )
-    for path, index in zip(files.values(), (train, test), strict=True):
-        if len(set(index)) < len(index):
-            warnings.append(f"{path.name} names {len(index) - len(set(index))} spectra more than once")
     unused = len(names) - len(set(train) | set(test))
     if unused and not problems:
         warnings.append(f"{unused} spectra are in neither train_index.txt nor test_index.txt")
@@ -239,12 +243,15 @@ def read_index(path: Path, dataset: Dataset) -> Int[np.ndarray, " n"]:
         Indices into the dataset.
 
     Raises:
-        InputError: the file is missing, empty, or names a picture that is not there.
+        InputError: the file is missing, empty, or names a picture twice or one that is not there.
     """
     problems: list[str] = []
     index = read_names(path, dataset.names, problems)
     if not index and not problems:
         problems.append(f"{path}: expected one picture name per line, found an empty file")
+    if len(set(index)) < len(index):
+        repeated = next(name for name, count in Counter(index).items() if count > 1)
+        problems.append(f"{path}: expected each name once, found {dataset.names[repeated]} more than once")
     if problems:
         raise InputError(problems[0])
     return np.array(index, dtype=int)

@@ -8,13 +8,12 @@ How such errors act on a beamformer: Van Trees, Optimum Array Processing (Wiley,
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Complex, Float, Int
 
-from scenes.errors import ParameterError
+from scenes.errors import require_within
 
 # Every effect has its own stream of random numbers, so that turning one on leaves the draws of the others unchanged.
 # No stream is 0: NumPy seeds [seed, 0, 0] like the bare seed, from which the positions and the split are drawn.
@@ -34,13 +33,13 @@ class Measurement:
             that is switched through its elements one after another while the oscillator drifts.
 
     Raises:
-        ParameterError: an SNR that is not finite, or a standard deviation that is negative or not finite.
+        ParameterError: an SNR outside ±200 dB, or a standard deviation outside 0 to 60 dB or 0 to 360 degrees.
 
     >>> Measurement().off
     True
     >>> Measurement(phase_error_deg=float("nan"))
     Traceback (most recent call last):
-    scenes.errors.ParameterError: phase_error_deg: expected a standard deviation of 0 degrees or more, found nan
+    scenes.errors.ParameterError: phase_error_deg: expected a standard deviation in degrees from 0 to 360, found nan
     """
 
     snr_db: float | None = None
@@ -49,12 +48,11 @@ class Measurement:
     phase_noise_deg: float = 0.0
 
     def __post_init__(self) -> None:
-        if self.snr_db is not None and not math.isfinite(self.snr_db):
-            raise ParameterError("snr_db", f"expected a finite number of dB, found {self.snr_db}")
-        for name, unit in (("gain_error_db", "dB"), ("phase_error_deg", "degrees"), ("phase_noise_deg", "degrees")):
-            deviation = getattr(self, name)
-            if not (math.isfinite(deviation) and deviation >= 0):
-                raise ParameterError(name, f"expected a standard deviation of 0 {unit} or more, found {deviation}")
+        if self.snr_db is not None:
+            require_within(-200, 200, "an SNR in dB", snr_db=self.snr_db)
+        require_within(0, 60, "a standard deviation in dB", gain_error_db=self.gain_error_db)
+        phases = {"phase_error_deg": self.phase_error_deg, "phase_noise_deg": self.phase_noise_deg}
+        require_within(0, 360, "a standard deviation in degrees", **phases)
 
     @property
     def off(self) -> bool:

@@ -11,8 +11,8 @@ from scipy.interpolate import CubicSpline
 from scenes.description import Scene
 from scenes.errors import InputError, ParameterError
 from scenes.occupancy import blocking_object, inside_object
-from simulate.dataset_reader import read_points
 from simulate.placement_kind import Placement
+from simulate.positions import check_points, read_points
 
 PATH_STEP = 0.008
 """Metres between consecutive positions of ``path``: the median step of the measured RFID data."""
@@ -111,7 +111,7 @@ def _smooth_path(
 
 
 def check_positions(positions: Float[np.ndarray, "n 3"], scene: Scene) -> Float[np.ndarray, "n 3"]:
-    """Positions in double precision, once they are known to be finite, in metres, and outside every object.
+    """Positions in double precision, once they are known to be finite, not too far away, and outside every object.
 
     Args:
         positions: metres, world frame.
@@ -121,14 +121,9 @@ def check_positions(positions: Float[np.ndarray, "n 3"], scene: Scene) -> Float[
         The positions.
 
     Raises:
-        ParameterError: no positions, numbers that are not finite, or a position inside an object.
+        ParameterError: positions that ``check_points`` refuses, or a position inside an object.
     """
-    positions = np.asarray(positions, dtype=float)
-    if positions.ndim != 2 or positions.shape[1] != 3 or not len(positions):
-        raise ParameterError("positions", f"expected at least one row of x, y, z, found shape {positions.shape}")
-    if not np.isfinite(positions).all():
-        row = int(np.flatnonzero(~np.isfinite(positions).all(axis=1))[0])
-        raise ParameterError("positions", f"expected finite numbers, found {positions[row].tolist()} in row {row}")
+    positions = check_points(positions)
     for row, blocker in enumerate(blocking_object(scene, positions)):
         if blocker is not None:
             raise ParameterError("positions", f'expected a free place in row {row}, found one inside "{blocker}"')

@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from scenes.errors import ParameterError
+from scenes.errors import require_whole
+
+DEPTH_MOST, RAYS_MOST, PATCHES_MOST = 30, 10**8, 10**6
+"""Largest numbers of interactions, rays and patches; more would exhaust the memory."""
 
 
 @dataclass(frozen=True)
@@ -28,8 +31,8 @@ class Propagation:
             where every ray may become a path.
 
     Raises:
-        ParameterError: a depth or a number of rays or patches that is no whole number, a negative depth, no rays, or
-            no patches.
+        ParameterError: a depth or a number of rays or patches that is no whole number, a negative depth, no rays, no
+            patches, or more than ``DEPTH_MOST``, ``RAYS_MOST`` or ``PATCHES_MOST``.
 
     >>> Propagation(sionna=True).sionna_diffraction
     True
@@ -47,10 +50,9 @@ class Propagation:
     rays: int = 1_000_000
 
     def __post_init__(self) -> None:
-        for name, least in (("max_depth", 0), ("rays", 1), ("patches", 1)):
-            value = getattr(self, name)
-            if not (isinstance(value, int) and value >= least):
-                raise ParameterError(name, f"expected a whole number of at least {least}, found {value}")
+        require_whole(0, DEPTH_MOST, max_depth=self.max_depth)
+        require_whole(1, RAYS_MOST, rays=self.rays)
+        require_whole(1, PATCHES_MOST, patches=self.patches)
 
     @property
     def sionna_diffuse(self) -> bool:

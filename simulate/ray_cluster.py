@@ -11,7 +11,7 @@ from importlib.util import find_spec
 from types import ModuleType
 from typing import Any
 
-from scenes.errors import InputError, ParameterError
+from scenes.errors import InputError, ParameterError, reason, shown
 
 RETRIES = 20
 """How often a task is given to another worker before the run gives up (and can be resumed)."""
@@ -34,8 +34,8 @@ def require_ray(address: str | None) -> None:
     host, _, port = address.removeprefix("ray://").rpartition(":")
     try:  # Ray itself would wait for minutes
         socket.create_connection((host, int(port)), timeout=10).close()
-    except (OSError, ValueError) as error:
-        message = f"expected the host:port of a running Ray cluster, found {address} ({error})"
+    except (OSError, ValueError, OverflowError) as error:  # OverflowError: a port of too many digits
+        message = f"expected the host:port of a running Ray cluster, found {shown(address)} ({reason(error)})"
         raise ParameterError("ray", message) from None
 
 

@@ -20,11 +20,11 @@ from scenes.shapes import bounding_box
 from simulate.angular_grid import AngularGrid
 from simulate.array import PlanarArray
 from simulate.beamformer import Beamformer
-from simulate.dataset_reader import read_points
 from simulate.fullwave.plan import plan
 from simulate.fullwave.settings import FullWave
 from simulate.identification import beamformer_of
 from simulate.measurement import Measurement
+from simulate.positions import read_points
 from simulate.propagation import Propagation
 
 DEFAULT_RAY_SEED = 1

@@ -6,10 +6,12 @@ import numpy as np
 
 from scenes.errors import InputError
 from simulate.dataset import Dataset
-from simulate.dataset_reader import read_points
 from simulate.dataset_writer import write_arrays
 from simulate.generate import progress_bar
+from simulate.npz_file import Expected, read_npz
 from simulate.phase_retrieval import AT_ONCE, Retrieval, retrieve_responses
+from simulate.positions import read_points
+from simulate.responses_file import LARGEST_NPZ
 from simulate.spectrum import spectrum_of
 
 
@@ -29,7 +31,8 @@ def retrieve(dataset: Dataset) -> Retrieval:
         The responses of the dataset's pictures.
 
     Raises:
-        InputError: the dataset has recorded responses, or its pictures are not those of a known array.
+        InputError: the dataset has recorded responses, its pictures are not those of a known array, or what an
+            interrupted call left is damaged.
     """
     folder, path = dataset.folder, dataset.folder / "channels.npz"
     if dataset.responses is not None:
@@ -46,10 +49,14 @@ def retrieve(dataset: Dataset) -> Retrieval:
     residual = np.full(count, np.inf)
     done = 0
     if partial.exists():
-        with np.load(partial) as begun:
-            if begun["channels"].shape[1] == responses.shape[1] and len(begun["channels"]) <= count:
-                done = len(begun["channels"])
-                responses[:done], residual[:done] = begun["channels"], begun["residual"]
+        expected = {
+            "channels": Expected(f"responses of {responses.shape[1]} elements", "c", (None, responses.shape[1])),
+            "residual": Expected("residuals", "f", (None,)),
+        }
+        begun = read_npz(partial, "what an interrupted bisplat responses left", expected, LARGEST_NPZ)
+        if len(begun["channels"]) == len(begun["residual"]) <= count:
+            done = len(begun["channels"])
+            responses[:done], residual[:done] = begun["channels"], begun["residual"]
     with progress_bar() as progress:
         bar = progress.add_task("pictures", total=count, completed=done)
         for first in range(done, count, AT_ONCE):

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from scenes.description import Scene
-from scenes.errors import InputError, ParameterError
+from scenes.errors import InputError, ParameterError, require_seed, require_whole, require_within, shown
 from scenes.scene_yaml import load_scene
 from scenes.validation import validate
 from simulate.dataset import Dataset, read_dataset
@@ -22,10 +22,17 @@ from simulate.generate import generate
 from simulate.measurement import Measurement
 from simulate.placement import check_positions, place, read_positions
 from simulate.placement_kind import Placement
+from simulate.positions import MOST_POSITIONS
 from simulate.propagation import Propagation
 from simulate.request import Request, read_request
 
 Engine = Literal["rays", "fullwave"]
+
+CELLS = 1e-5, 10.0
+"""Metres. A scene says more closely which cells it can be solved with (simulate/fullwave/plan.py)."""
+
+WORKERS_MOST = 1000
+"""Largest number of Ray workers, or of the solver's runs at a time."""
 
 LEAST_SPECTRA = 2
 """One to train on and one to test on."""
@@ -90,10 +97,29 @@ def simulate(
     >>> dataset.positions.shape, dataset.responses.shape, dataset.pictures.shape
     ((3, 3), (3, 16), (3, 90, 360))
     """
+    check_numbers(n, seed, cell, workers)
     request = request_for(scene, n, placement, positions, seed, propagation, measurement, seed, power_db)
     request = with_engine(request, engine, cell, None if field is None else Path(field), gpu)
     generate(request, Path(output), workers, ray, gpu)
     return read_dataset(output)
+
+
+def check_numbers(n: int, seed: int, cell: float | None, workers: int | None) -> None:
+    """Refuse numbers that ``simulate`` cannot work with, before it reads or writes anything.
+
+    Args:
+        n: as of ``simulate``, and so the others.
+
+    Raises:
+        ParameterError: no whole number of spectra from ``LEAST_SPECTRA`` to ``MOST_POSITIONS``, a seed that is none,
+            cells outside ``CELLS``, or no workers or more than ``WORKERS_MOST``.
+    """
+    require_whole(LEAST_SPECTRA, MOST_POSITIONS, n=n)
+    require_seed(seed=seed)
+    if cell is not None:
+        require_within(*CELLS, "metres", cell=cell)
+    if workers is not None:
+        require_whole(1, WORKERS_MOST, workers=workers)
 
 
 def with_engine(request: Request, engine: Engine, cell: float | None, field: Path | None, gpu: bool) -> Request:
@@ -113,7 +139,7 @@ def with_engine(request: Request, engine: Engine, cell: float | None, field: Pat
     if engine == "rays" and request.fullwave is None:
         for name, value in (("cell", cell), ("field", field)):
             if value is not None:
-                raise ParameterError(name, f"expected none, or the engine fullwave, found {value} for rays")
+                raise ParameterError(name, f"expected none, or the engine fullwave, found {shown(value)} for rays")
         return request
     if field is not None:
         return replace(request, fullwave=settings_of_field(field, request), field=field)
@@ -155,9 +181,6 @@ def request_for(
     """
     if not isinstance(scene, Scene) and Path(scene).is_dir():
         return read_request(Path(scene))
-    for name, value, least in (("n", n, LEAST_SPECTRA), ("seed", seed, 0)):
-        if not (isinstance(value, int) and value >= least):
-            raise ParameterError(name, f"expected a whole number of at least {least}, found {value}")
     if isinstance(scene, Scene):
         validate(scene, scene.name)
     else:

@@ -34,7 +34,7 @@ class Interpolator:
     """
 
     def __init__(self, positions: Float[np.ndarray, "n 3"], values: Float[np.ndarray, "n outputs"], seed: int):
-        spacing = np.ptp(positions, axis=0).max() / 10
+        spacing = max(np.ptp(positions, axis=0).max(), 1e-3) / 10  # all may be at one place
         kernel = ConstantKernel(1.0) * RBF(spacing, (spacing / 30, spacing * 30)) + WhiteKernel(0.01, (1e-6, 1.0))
         self._mean, self._scale = values.mean(axis=0), values.std() + 1e-12
         normalised_values = (values - self._mean) / self._scale
@@ -66,7 +66,8 @@ def krige_spectra(
         A function from other positions, metres, to spectra.
     """
     pixels = spectra.reshape(len(spectra), -1)
-    components = PCA(min(COMPONENTS, len(pixels)), random_state=seed).fit(pixels)
+    with np.errstate(invalid="ignore"):  # of spectra that are all the same, a component explains 0 of 0
+        components = PCA(min(COMPONENTS, len(pixels)), random_state=seed).fit(pixels)
     interpolator = Interpolator(positions, components.transform(pixels), seed)
 
     def predict(new_positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:

@@ -6,13 +6,14 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from learn.comparison.compare import makers
+from learn.comparison.compare import SEEDS_MOST, makers
 from learn.comparison.experiment import begin
 from learn.comparison.table import Comparison
 from learn.comparison.trained_model import TrainedModel
-from learn.models.registry import check_options
+from learn.models.registry import OPTION_MOST, check_options
+from learn.models.steps import STEPS_MOST
 from learn.splits import SplitKind
-from scenes.errors import ParameterError, require_positive
+from scenes.errors import ParameterError, require_whole
 from simulate.dataset import Dataset
 
 APERTURE: dict[str, dict[str, Any]] = {
@@ -85,7 +86,10 @@ def ablate(
     >>> [row["label"] for row in comparison][-1]
     'bisplat (20 primitives) without BST'
     """
-    require_positive(steps=steps, seeds=seeds)
+    require_whole(1, STEPS_MOST, steps=steps)
+    require_whole(1, SEEDS_MOST, seeds=seeds)
+    if primitives is not None:
+        require_whole(1, OPTION_MOST, primitives=primitives)
     for model in models:
         for _, method in variants(model, primitives):
             _check_parts(model, method)

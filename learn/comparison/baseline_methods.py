@@ -60,7 +60,8 @@ class KrigingResponses(MeanPicture):
             responses = retrieve_responses(task.spectra, task.beamformer).responses
             strongest_element = responses[:, np.abs(responses).mean(axis=0).argmax()]
             responses = responses * np.exp(-1j * np.angle(strongest_element))[:, None]
-            responses /= np.linalg.norm(responses, axis=1, keepdims=True)
+            norm = np.linalg.norm(responses, axis=1, keepdims=True)
+            responses /= np.where(norm > 0, norm, 1)  # those behind a picture of one grey level are 0
         self._predict = krige_responses(task.positions, responses, task.beamformer, task.seed)
 
 

@@ -13,11 +13,15 @@ from learn.comparison.methods import is_reduced, method_named, method_names
 from learn.comparison.table import Comparison
 from learn.comparison.task import Method
 from learn.splits import SplitKind
-from scenes.errors import ParameterError, require_positive
+from scenes.errors import ParameterError, require_positive, require_whole, require_within, shown
 from simulate.dataset import Dataset
 
 Models = Sequence[str] | Mapping[str, str | Method | Callable[[], Method]]
 """Names of methods, or a dictionary from names to methods; ``compare`` describes both."""
+
+
+MINUTES_MOST, SEEDS_MOST = 10_000.0, 1000
+"""Largest budget, a week, and number of fits of each method."""
 
 
 def compare(
@@ -67,12 +71,24 @@ def compare(
     >>> "ssim_median" in pandas.DataFrame(comparison)
     True
     """
-    require_positive(budget=budget, seeds=seeds)
+    check_effort(budget, seeds)
     methods = makers(method_names() if models is None else models)
     experiment = begin(dataset, split, output, minutes=budget, test_spectra=test_spectra)
     experiment.measure(methods, seeds)
     experiment.measure_ceiling()
     return Comparison.of(experiment)
+
+
+def check_effort(budget: float, seeds: int) -> None:
+    """Refuse a budget that is no number of minutes above 0 and at most ``MINUTES_MOST``, or a number of seeds outside
+    1 to ``SEEDS_MOST``.
+
+    Raises:
+        ParameterError: either of them.
+    """
+    require_positive(budget=budget)
+    require_within(0, MINUTES_MOST, "minutes", budget=budget)
+    require_whole(1, SEEDS_MOST, seeds=seeds)
 
 
 def makers(models: Models) -> dict[str, Callable[[], Method]]:
@@ -98,5 +114,5 @@ def _maker(name: str, given: Any) -> Callable[[], Method]:
     if not isinstance(given, type) and hasattr(given, "fit"):
         return partial(copy.deepcopy, given)
     if not callable(given):
-        raise ParameterError("models", f"expected a method with fit and predict for {name}, found {given!r}")
+        raise ParameterError("models", f"expected a method with fit and predict for {name}, found {shown(given)}")
     return given

@@ -24,9 +24,10 @@ from learn.output_folder import claim
 from learn.splits import SplitKind, split
 from learn.training.run_folder import device_name
 from scenes.atomic import write_atomically
-from scenes.errors import require_positive
+from scenes.errors import require_whole
 from simulate.dataset import Dataset, read_dataset
 from simulate.evenly import evenly
+from simulate.positions import MOST_POSITIONS
 from simulate.spectrum import spectrum_of
 
 SPLIT_SEED = 0
@@ -192,10 +193,10 @@ def begin(
 
     Raises:
         InputError: the dataset cannot be read, or the folder holds an experiment with other settings, or other files.
-        ParameterError: ``test_spectra`` is not positive.
+        ParameterError: ``test_spectra`` is no whole number above 0.
     """
     if test_spectra is not None:
-        require_positive(test_spectra=test_spectra)
+        require_whole(1, MOST_POSITIONS, test_spectra=test_spectra)
     dataset = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
     settings = Settings(str(dataset.folder.resolve()), split, SPLIT_SEED, minutes, steps, device_name(), test_spectra)
     return Experiment(Path(output or tempfile.mkdtemp(prefix="bisplat-")), dataset, settings)

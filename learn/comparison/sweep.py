@@ -6,15 +6,16 @@ from collections.abc import Sequence
 from functools import partial
 from pathlib import Path
 
-from learn.comparison.compare import Models, makers
+from learn.comparison.compare import Models, check_effort, makers
 from learn.comparison.experiment import begin
 from learn.comparison.table import Comparison
 from learn.comparison.trained_model import TrainedModel
 from learn.models.registry import DEFAULT_MODEL
 from learn.splits import SplitKind
 from learn.training.run_folder import Run, load_run
-from scenes.errors import ParameterError, require_positive
+from scenes.errors import ParameterError, require_whole, shown
 from simulate.dataset import Dataset
+from simulate.positions import MOST_POSITIONS
 
 
 def sweep(
@@ -53,9 +54,11 @@ def sweep(
     >>> [(row["label"], row["train"]) for row in comparison]
     [('nearest', 5), ('nearest', 10)]
     """
-    require_positive(budget=budget, seeds=seeds)
-    if not sizes or min(sizes) < 1:
-        raise ParameterError("sizes", f"expected positive numbers of training spectra, found {list(sizes)}")
+    check_effort(budget, seeds)
+    if not sizes or len(set(sizes)) < len(sizes):
+        raise ParameterError("sizes", f"expected different numbers of training spectra, found {shown(list(sizes))}")
+    for size in sizes:
+        require_whole(1, MOST_POSITIONS, sizes=size)
     methods = makers(models)
     if init is not None:
         run = init if isinstance(init, Run) else load_run(Path(init))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -13,7 +12,7 @@ from learn.comparison.budget import steps_within
 from learn.comparison.task import Task
 from learn.models.registry import model_entry
 from learn.training.config import Config, read_config
-from learn.training.run_folder import Run, load_run
+from learn.training.run_folder import Run, load_run, read_training
 from learn.training.train import train_run
 
 
@@ -75,4 +74,4 @@ class TrainedModel:
 
     @property
     def _training(self) -> dict[str, Any]:
-        return json.loads((self._run.folder / "training.json").read_text())
+        return read_training(self._run.folder)

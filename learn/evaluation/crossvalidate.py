@@ -12,7 +12,7 @@ from jaxtyping import Complex, Float
 from learn.metrics import Scores, score
 from learn.training.run_folder import Run, load_run
 from scenes.description import Scene
-from scenes.errors import InputError, ParameterError
+from scenes.errors import InputError, require_seed, require_whole
 from scenes.scene_yaml import load_scene
 from scenes.shapes import bounding_box
 from simulate.angular_grid import AngularGrid
@@ -21,6 +21,7 @@ from simulate.dataset import Dataset, read_dataset
 from simulate.fullwave.dataset_field import FIELD
 from simulate.fullwave.stored_field import read_stored_field
 from simulate.placement import free_positions
+from simulate.positions import MOST_POSITIONS
 from simulate.request import propagation_of
 from simulate.spectrum import picture, spectrum_of
 
@@ -101,14 +102,14 @@ def crossvalidate(
     Raises:
         InputError: the run, its dataset, the field or the scene cannot be read, the scene has no gateway with the
             position and orientation of the dataset's, or the gateway has another array.
-        ParameterError: ``positions`` is not positive.
+        ParameterError: ``positions`` is no whole number from 1 to ``MOST_POSITIONS``, or the seed is none.
 
     >>> fresh = crossvalidate("runs/lab", "lab", positions=5)
     >>> fresh.positions.shape, fresh.truth.shape
     ((5, 3), (5, 90, 360))
     """
-    if positions < 1:
-        raise ParameterError("positions", f"expected a positive number, found {positions}")
+    require_whole(1, MOST_POSITIONS, positions=positions)
+    require_seed(seed=seed)
     run = run if isinstance(run, Run) else load_run(Path(run))
     dataset = read_dataset(run.config.dataset)
     scene = seen_by(dataset, scene if isinstance(scene, Scene) else load_scene(scene))

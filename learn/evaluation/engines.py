@@ -12,10 +12,11 @@ from jaxtyping import Complex, Float, Int
 from learn.evaluation.crossvalidate import correlation
 from learn.metrics import Scores, score
 from scenes.description import Scene
-from scenes.errors import InputError, ParameterError
+from scenes.errors import InputError, require_whole
 from scenes.scene_yaml import read_scene
 from simulate.dataset import Dataset, read_dataset
 from simulate.evenly import evenly
+from simulate.positions import MOST_POSITIONS
 from simulate.propagation import Propagation
 from simulate.spectrum import picture, spectrum_of
 
@@ -71,10 +72,9 @@ def compare_engines(folder: Path | str, propagation: Propagation, positions: int
 
     Raises:
         InputError: another folder, or one with measurement errors.
-        ParameterError: ``positions`` is not positive.
+        ParameterError: ``positions`` is no whole number from 1 to ``MOST_POSITIONS``.
     """
-    if positions < 1:
-        raise ParameterError("positions", f"expected a positive number, found {positions}")
+    require_whole(1, MOST_POSITIONS, positions=positions)
     dataset = read_dataset(folder)
     scene = scene_for_rays(dataset)
     from simulate.trace import Tracer

@@ -294,7 +294,11 @@ class HelmholtzField(SpectrumModel):
         return by_distance(field, distances(positions, field.places))
 
     def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
-        """As ``torch.nn.Module.load_state_dict``; the fields are made that the file has."""
+        """As ``torch.nn.Module.load_state_dict``; the fields are made that the file has.
+
+        Raises:
+            RuntimeError: also if a way that has a weight has no field, or weights are no shares.
+        """
         fields: dict[str, KrigedField] = {}
         for way in WAYS:
             prefix = f"fields.{way}."
@@ -305,6 +309,11 @@ class HelmholtzField(SpectrumModel):
         self.fields = nn.ModuleDict(fields)
         loaded = super().load_state_dict(state_dict, strict, assign)
         self._used = {way: weight for way, weight in zip(WAYS, self.weights.tolist(), strict=True) if weight}
+        missing = self._used.keys() - fields.keys() - {"inverse-distance"}
+        if missing or not fields:
+            raise RuntimeError(f"no field of {min(missing, default='any way')}")
+        if not (min(self._used.values(), default=0) > 0 and abs(sum(self._used.values()) - 1) < 1e-3):
+            raise RuntimeError(f"weights that are no shares of 1, {self.weights.tolist()}")
         return loaded
 
 

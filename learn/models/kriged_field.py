@@ -280,11 +280,24 @@ class KrigedField(SpectrumModel):
         return (values / LARGEST_GREY).clamp(0, 1).unflatten(-1, (ROWS, COLUMNS))
 
     def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
-        """As ``torch.nn.Module.load_state_dict``; the buffers of known spectra take the shapes in the file."""
-        for name in ("places", "times", "values", "mean"):
-            if name in state_dict:
-                setattr(self, name, torch.empty_like(state_dict[name]))
-        return super().load_state_dict(state_dict, strict, assign)
+        """As ``torch.nn.Module.load_state_dict``; the buffers of known spectra take the number of spectra in the file.
+
+        Raises:
+            RuntimeError: also if the buffers do not fit together, or hold values that no fit finds.
+        """
+        known = len(state_dict["times"]) if state_dict.get("times", torch.zeros(())).ndim else 0
+        if not known:
+            raise RuntimeError("no known spectra")
+        for name in ("places", "times", "values"):
+            shape = (known, *getattr(self, name).shape[1:])
+            if name in state_dict and state_dict[name].shape != shape:  # before memory is taken for it
+                raise RuntimeError(f"{name} of shape {tuple(state_dict[name].shape)} instead of {shape}")
+            grey_levels = name == "values" and not self._of_responses
+            setattr(self, name, torch.zeros(shape, dtype=torch.uint8 if grey_levels else torch.float32))
+        loaded = super().load_state_dict(state_dict, strict, assign)
+        if not (self.shares >= 0).all() or min(self.length, self.drift, self.nugget) <= 0:
+            raise RuntimeError("a share below 0, or a length, drift or nugget that is not above 0")
+        return loaded
 
 
 class SmoothField(KrigedField):
@@ -306,8 +319,8 @@ class SmoothField(KrigedField):
 
     @property
     def first_length(self) -> float:
-        """A tenth of the known positions' largest extent, metres."""
-        return float((self.places.amax(dim=0) - self.places.amin(dim=0)).max()) / 10
+        """A tenth of the known positions' largest extent, metres, of which at least a millimetre is counted."""
+        return max(float((self.places.amax(dim=0) - self.places.amin(dim=0)).max()), 1e-3) / 10
 
     def covariance(
         self,

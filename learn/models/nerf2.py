@@ -15,6 +15,8 @@ from torch import Tensor, nn
 from learn.models.base import SpectrumModel
 from learn.models.encoding import EncodingKind, TransmitterEncoding, positional_encoding
 from learn.models.networks import LinearOfParts
+from learn.models.registry import OPTION_MOST
+from scenes.errors import require_whole
 from simulate.angular_grid import COLUMNS, ROWS
 from simulate.beamformer import Beamformer
 
@@ -46,6 +48,9 @@ class NeRF2(SpectrumModel):
         width: width of both networks.
         layers: number of layers of the attenuation network.
         encoding: encoding of the transmitter's position, as for ``TransmitterEncoding``.
+
+    Raises:
+        ParameterError: fewer than 2 samples or 4 layers.
     """
 
     directions: Tensor
@@ -62,6 +67,8 @@ class NeRF2(SpectrumModel):
         layers: int = 8,
         encoding: EncodingKind = "octaves",
     ):
+        require_whole(2, OPTION_MOST, samples=samples)
+        require_whole(4, OPTION_MOST, layers=layers)
         super().__init__(region, wavelength)
         self.samples, self.rays = samples, rays
         self.encoding = TransmitterEncoding(encoding, ORDER)

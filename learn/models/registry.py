@@ -13,7 +13,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from learn.models.steps import Steps
-from scenes.errors import ParameterError, did_you_mean
+from scenes.errors import ParameterError, did_you_mean, require_whole, shown
 
 if TYPE_CHECKING:  # torch is imported when a model is built
     from learn.models.base import SpectrumModel
@@ -89,6 +89,9 @@ MODELS: dict[str, ModelEntry] = {
     ),
 }
 
+OPTION_MOST = 100_000
+"""Largest number that an option of a model can be; more primitives, or a wider network, would exhaust the memory."""
+
 DEFAULT_MODEL = "helmholtz"
 """The model of ``train`` if none is named."""
 
@@ -103,7 +106,9 @@ def model_entry(name: str) -> ModelEntry:
     0.002
     """
     if name not in MODELS:
-        raise ParameterError("model", f'expected the name of a model, found "{name}"; {did_you_mean(name, MODELS)}')
+        raise ParameterError(
+            "model", f"expected the name of a model, found {shown(name)}; {did_you_mean(name, MODELS)}"
+        )
     return MODELS[name]
 
 
@@ -125,18 +130,26 @@ def check_options(name: str, options: Mapping[str, Any]) -> None:
         options: arguments of its class, by name.
 
     Raises:
-        ParameterError: no model has this name, or the model has no such option.
+        ParameterError: no model has this name, the model has no such option, or the option is a number and the value
+            is none from 1 to ``OPTION_MOST``.
     """
-    known: list[str] = []
+    known: dict[str, Any] = {}  # defaults
     for each in model_class(name).__mro__[:-1]:
         if "__init__" not in vars(each):
             continue
         parameters = inspect.signature(vars(each)["__init__"]).parameters.values()
-        known += [parameter.name for parameter in parameters if parameter.kind is not inspect.Parameter.VAR_KEYWORD]
+        named = [parameter for parameter in parameters if parameter.kind is not inspect.Parameter.VAR_KEYWORD]
+        known |= {parameter.name: parameter.default for parameter in named}
         if all(parameter.kind is not inspect.Parameter.VAR_KEYWORD for parameter in parameters):
             break  # this class passes no further options on to its base class
-    known = [option for option in known if option not in ("self", "region", "beamformer", "wavelength")]
-    for option in options:
+    for given_to_all in ("self", "region", "beamformer", "wavelength"):
+        known.pop(given_to_all, None)
+    for option, value in options.items():
         if option not in known:
             has = f"which has {', '.join(known)}" if known else "which has none"
             raise ParameterError(option, f"expected an option of the model {name}, {has}; found {option}")
+        if isinstance(known[option], bool):
+            if not isinstance(value, bool):
+                raise ParameterError(option, f"expected true or false, found {shown(value)}")
+        elif isinstance(known[option], int):
+            require_whole(1, OPTION_MOST, **{option: value})

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
-from scenes.errors import ParameterError, require_positive
+from scenes.errors import require_positive, require_whole, require_within
+from simulate.positions import MOST_POSITIONS
+
+STEPS_MOST = 10**9
+"""Largest number of steps: many weeks of the fastest model."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -21,6 +24,10 @@ class Steps:
             a few that hold the array's band (learn/models/quadrature.py). A model that learns from known responses
             looks at no pixels.
         init: folder of a finished run of the same model whose weights training starts from; None: random weights.
+
+    Raises:
+        ParameterError: a number of steps or spectra that is no whole number above 0, or absurdly large; a rate above 1
+            or not above 0; a decay outside 0 to 1000; or a share outside 0 to 1.
     """
 
     steps: int = 1500
@@ -31,11 +38,12 @@ class Steps:
     init: str | None = None
 
     def __post_init__(self) -> None:
-        require_positive(steps=self.steps, batch_size=self.batch_size, learning_rate=self.learning_rate)
-        if not (math.isfinite(self.weight_decay) and self.weight_decay >= 0):
-            raise ParameterError("weight_decay", f"expected a number of at least 0, found {self.weight_decay}")
-        if not 0 <= self.full_resolution <= 1:
-            raise ParameterError("full_resolution", f"expected a share of 0 to 1, found {self.full_resolution}")
+        require_whole(1, STEPS_MOST, steps=self.steps)
+        require_whole(1, MOST_POSITIONS, batch_size=self.batch_size)
+        require_positive(learning_rate=self.learning_rate)
+        require_within(0, 1, "a learning rate", learning_rate=self.learning_rate)
+        require_within(0, 1000, "a weight decay", weight_decay=self.weight_decay)
+        require_within(0, 1, "a share", full_resolution=self.full_resolution)
 
     @property
     def coarse_steps(self) -> int:

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import datetime
 import json
+import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,15 +25,22 @@ from safetensors.torch import load_file, save
 
 from learn.models.base import SpectrumModel
 from learn.models.registry import check_options, model_class, model_entry
-from learn.splits import Split
+from learn.models.steps import STEPS_MOST
+from learn.splits import Split, read_split
 from learn.training.config import Config, read_config
 from scenes.atomic import write_atomically
-from scenes.errors import InputError
+from scenes.errors import InputError, cut, reason, require_whole, require_within, shown
+from scenes.input_file import MEGABYTE, read_text, require_regular
 from simulate.beamformer import Beamformer
 from simulate.dataset import Dataset, read_dataset
+from simulate.positions import check_points
 
 PREDICT_AT_ONCE = {"cpu": 16, "cuda": 1024}
 """Number of positions per batch of a prediction, by type of device."""
+
+
+LARGEST_WEIGHTS = 40_000 * MEGABYTE
+"""Bytes of weights.safetensors; kriging of spectra keeps 32 kB of each known picture."""
 
 
 def build_model(
@@ -47,11 +55,20 @@ def build_model(
         wavelength: metres.
 
     Raises:
-        ParameterError: the model is unknown, or does not have one of the options.
+        ParameterError: the model is unknown, does not have one of the options, or an option is out of range.
+        InputError: the model cannot be built with these values of its options.
     """
     check_options(config.model, config.options)
     build: Any = model_class(config.model)
-    return build(region, beamformer, wavelength, **{**model_entry(config.model).options, **config.options})
+    try:
+        return build(region, beamformer, wavelength, **{**model_entry(config.model).options, **config.options})
+    except InputError:
+        raise
+    except (ValueError, TypeError, ArithmeticError, AssertionError, RuntimeError) as error:
+        raise InputError(
+            f"model {config.model}: expected options that it can be built with, found {shown(config.options)} "
+            f"({reason(error)})"
+        ) from error
 
 
 @dataclass(frozen=True)
@@ -117,8 +134,19 @@ class Run:
 
         Args:
             positions: transmitter positions, metres, in the world frame of the dataset of this run.
+
+        Raises:
+            ParameterError: positions that ``check_points`` refuses.
+            InputError: the model predicts something else than numbers, as one with absurd weights does.
         """
-        return predict(self.model, positions)
+        prediction = predict(self.model, check_points(positions))
+        finite = np.isfinite(prediction.spectra).all(axis=(1, 2))
+        if not finite.all():
+            raise InputError(
+                f"{self.folder}: expected a model that predicts finite spectra, found others at "
+                f"{int((~finite).sum())} of {len(finite)} positions"
+            )
+        return prediction
 
     def dataset(self) -> Dataset:
         """The dataset of this run, read from its folder.
@@ -135,17 +163,9 @@ class Run:
             dataset: the dataset of this run.
 
         Raises:
-            InputError: the dataset lacks some of these spectra.
+            InputError: the dataset lacks some of these spectra, or split.json is damaged.
         """
-        parts = json.loads((self.folder / "split.json").read_text())
-        index_of = {name: index for index, name in enumerate(dataset.names)}
-        missing = [name for names in parts.values() for name in names if name not in index_of]
-        if missing:
-            raise InputError(
-                f"{dataset.folder}: expected the dataset that {self.folder} was trained on, found no spectrum "
-                f"{missing[0]}"
-            )
-        return Split(**{part: np.array([index_of[name] for name in names], dtype=int) for part, names in parts.items()})
+        return read_split(self.folder / "split.json", dataset.names, dataset.folder)
 
 
 def device_name() -> str:
@@ -170,6 +190,26 @@ def write_training(folder: Path, steps: int, seconds: float, validation_ssim: fl
         "validation_ssim": validation_ssim,
     }
     write_atomically(folder / "training.json", (json.dumps(content, indent=2) + "\n").encode())
+
+
+def read_training(folder: Path) -> dict[str, Any]:
+    """Read training.json.
+
+    Args:
+        folder: the run folder.
+
+    Raises:
+        InputError: no regular file, or none with the steps and the seconds of a training.
+    """
+    path, what = folder / "training.json", "steps and seconds of a training"
+    text = read_text(path, what, MEGABYTE)
+    try:
+        content = json.loads(text)
+        require_whole(0, STEPS_MOST, steps=content["steps"])
+        require_within(0, math.inf, "a number of seconds", seconds=content["seconds"])
+    except (ValueError, KeyError, TypeError, RecursionError) as error:
+        raise InputError(f"{path}: expected {what}, found a damaged file ({reason(error)})") from error
+    return content
 
 
 def save_weights(folder: Path, model: SpectrumModel) -> None:
@@ -198,7 +238,7 @@ def load_weights(model: SpectrumModel, folder: Path) -> None:
         model.load_state_dict({**source, "region": model.region})
     except RuntimeError as error:
         raise InputError(
-            f"{folder}: expected a run of the same model and size, found {str(error).splitlines()[-1].strip()}"
+            f"{folder}: expected a run of the same model and size, found {cut(str(error).splitlines()[-1].strip())}"
         ) from error
 
 
@@ -209,7 +249,8 @@ def load_run(folder: Path | str) -> Run:
         folder: the run folder.
 
     Raises:
-        InputError: the folder is not a run folder, its training is not finished, or the weights are another model's.
+        InputError: the folder is not a run folder, its training is not finished, or the weights are damaged, another
+            model's or not finite.
 
     >>> import bisplat
     >>> bisplat.load_run("runs/lab").beamformer.array
@@ -218,16 +259,19 @@ def load_run(folder: Path | str) -> Run:
     folder = Path(folder)
     config, beamformer = read_config(folder)
     path = folder / "weights.safetensors"
-    if not path.is_file():
+    if not path.exists():
         raise InputError(
             f"{folder}: expected a finished run, found no weights.safetensors; the same bisplat train again finishes it"
         )
     model = build_model(config, np.zeros((2, 3)), beamformer, 1.0)  # the weights have the region and the wavelength
+    require_regular(path, f"the weights of {config.model}", LARGEST_WEIGHTS)
     try:
         model.load_state_dict(load_file(path))
-    except (SafetensorError, RuntimeError) as error:
-        raise InputError(
-            f"{path}: expected the weights of {config.model}, found {str(error).splitlines()[0]}"
-        ) from error
+    except (SafetensorError, RuntimeError, OSError) as error:
+        found = cut(str(error).splitlines()[-1].strip())  # the first line of PyTorch's errors says nothing
+        raise InputError(f"{path}: expected the weights of {config.model}, found {found}") from error
+    wrong = next((name for name, each in model.state_dict().items() if not each.isfinite().all()), None)
+    if wrong is not None:
+        raise InputError(f"{path}: expected finite weights of {config.model}, found others in {wrong}")
     device = "cuda" if torch.cuda.is_available() else "cpu"
     return Run(folder, config, beamformer, model.eval().to(device))

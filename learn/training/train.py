@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Mapping
 from dataclasses import replace
@@ -10,6 +11,7 @@ from typing import Any
 
 import lightning as L
 import numpy as np
+import torch
 from jaxtyping import Float
 from lightning.pytorch.utilities import rank_zero_only
 from rich.console import Console
@@ -25,11 +27,15 @@ from learn.training.config import Config, read_config, write_config
 from learn.training.fit_progress import FitProgress
 from learn.training.lightning_module import Spectra
 from learn.training.run_folder import Run, build_model, load_run, load_weights, predict, save_weights, write_training
-from scenes.errors import ParameterError, require_positive
+from scenes.errors import ParameterError, require_seed, require_whole
 from scenes.shapes import bounding_box
 from simulate.dataset import Dataset, read_dataset
 from simulate.evenly import evenly
+from simulate.positions import MOST_POSITIONS
 from simulate.spectrum import spectrum_of
+
+PROCESSES_LEAST, NODES_MOST = 8, 1000
+"""Number of processes that a machine without a GPU may have, or as many as it has cores; and of machines."""
 
 
 def train(
@@ -156,7 +162,11 @@ def _check(config: Config, devices: int, nodes: int) -> None:
         ParameterError: a number is out of range, or the model does not have one of the options.
     """
     check_options(config.model, config.options)
-    require_positive(devices=devices, nodes=nodes)
+    require_seed(seed=config.seed, split_seed=config.split_seed)
+    if config.train_size is not None:
+        require_whole(1, MOST_POSITIONS, train_size=config.train_size)
+    require_whole(1, torch.cuda.device_count() or max(PROCESSES_LEAST, os.cpu_count() or 1), devices=devices)
+    require_whole(1, NODES_MOST, nodes=nodes)
     if config.by_steps is not None and config.by_steps.batch_size % (devices * nodes):
         raise ParameterError(
             "batch_size",

@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 from rich.progress import Progress
 
-from scenes.errors import InputError
+from scenes.errors import InputError, reason, shown
+from scenes.input_file import MEGABYTE, read_text
 from simulate.fullwave.engine import stored_field
 from simulate.fullwave.plan import Plan, plan
 from simulate.fullwave.runs import groups
@@ -144,15 +145,16 @@ def settings_of_field(folder: Path, request: Request) -> FullWave:
     """
     expected = f"{folder}: expected a folder that was simulated with --engine fullwave to its end"
     try:
-        metadata = json.loads((folder / "metadata.json").read_text())
-        engine = metadata.get("engine")
-    except (OSError, ValueError, AttributeError) as error:
-        raise InputError(f"{expected}, found {error}") from error
-    if engine != "fullwave" or not (folder / FIELD).is_file():
+        metadata = json.loads(read_text(folder / "metadata.json", "the metadata of a dataset", 10 * MEGABYTE))
+        settings = metadata["fullwave"] if metadata.get("engine") == "fullwave" else None
+        made_with = None if settings is None else FullWave(settings["cell"], settings["solver"])
+    except (ValueError, AttributeError, KeyError, TypeError, RecursionError) as error:
+        raise InputError(f"{expected}, found {reason(error)}") from error
+    if made_with is None or not (folder / FIELD).is_file():
         raise InputError(f"{expected}, found no {FIELD} of it")
     if metadata.get("scene_sha256") != request.metadata()["scene_sha256"]:
         raise InputError(
-            f"{folder}: expected the field of the same scene, found that of {metadata.get('scene')} with other "
-            "objects, materials or antennas"
+            f"{folder}: expected the field of the same scene, found that of {shown(metadata.get('scene'))} with "
+            "other objects, materials or antennas"
         )
-    return FullWave(metadata["fullwave"]["cell"], metadata["fullwave"]["solver"])
+    return made_with

@@ -27,6 +27,9 @@ CELLS_PER_WAVELENGTH, CELLS_PER_WAVELENGTH_IN_AIR = 7, 16
 FEWEST_CELLS_PER_WAVELENGTH = 4
 """In a material; in air there are more in the same proportion. With fewer the grid hardly carries the wave."""
 
+CELLS_MOST = 1e10
+"""Largest number of cells, which take 600 GB."""
+
 CELLS_OF_AIR = 1
 """Cells of air between the scene's outermost slab and the absorbing boundary."""
 
@@ -106,8 +109,8 @@ def plan(scene: Scene, region: Float[np.ndarray, "2 3"], cell: float) -> Plan:
         cell: metres, for example ``default_cell``.
 
     Raises:
-        ParameterError: cells too long for the wavelengths in the scene's materials and in air, or longer than half of
-            the distance of an element from a conductor.
+        ParameterError: cells too long for the wavelengths in the scene's materials and in air, longer than half of
+            the distance of an element from a conductor, or so short that there are more than ``CELLS_MOST``.
     """
     slabs, conductors = dielectric_slabs(scene), conducting_triangles(scene)
     largest = _wavelength_to_resolve(scene, slabs) / FEWEST_CELLS_PER_WAVELENGTH
@@ -124,6 +127,9 @@ def plan(scene: Scene, region: Float[np.ndarray, "2 3"], cell: float) -> Plan:
     # Whole cells from the scene's lowest corner, so that faces at multiples of the cell from there are faces of cells.
     before = np.ceil((inner[0] - low) / cell - 1e-6) + CELLS_OF_AIR + ABSORBER
     origin = inner[0] - before * cell
+    if np.prod((high - low) / cell + 1) > CELLS_MOST:
+        least = (np.prod(high - low) / CELLS_MOST) ** (1 / 3)
+        raise ParameterError("cell", f"expected at least {least:.2g} m, for {CELLS_MOST:g} cells, found {cell}")
     nx, ny, nz = (int(size) for size in np.ceil((high - origin) / cell - 1e-6).astype(int) + CELLS_OF_AIR + ABSORBER)
     grid = YeeGrid((float(origin[0]), float(origin[1]), float(origin[2])), cell, (nx, ny, nz))
     box = np.stack([np.floor((region[0] - origin) / cell) - MARGIN, np.ceil((region[1] - origin) / cell) + MARGIN])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from scenes.errors import ParameterError
+from scenes.errors import require_positive
 
 OURS = "bisplat"
 """Name of our own solver."""
@@ -19,12 +19,11 @@ class FullWave:
         solver: ``OURS``, or gprMax and its version.
 
     Raises:
-        ParameterError: a cell that is not positive.
+        ParameterError: a cell that is no positive, finite number.
     """
 
     cell: float
     solver: str
 
     def __post_init__(self) -> None:
-        if not self.cell > 0:
-            raise ParameterError("cell", f"expected metres above 0, found {self.cell}")
+        require_positive(cell=self.cell)

@@ -5,20 +5,24 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 from jaxtyping import Complex, Float
 from scipy.interpolate import NdBSpline, make_interp_spline
 
 from scenes.errors import InputError
+from scenes.input_file import MEGABYTE
 from simulate.dataset_writer import write_arrays
+from simulate.npz_file import Expected, read_npz
 
 ORDER = 5
 """Degree of the splines between lattice points, less where there are fewer points."""
 
 OF_POINTS = 0.95
 """Share of the points that the stated error of interpolation is about."""
+
+LARGEST_FIELD = 4000 * MEGABYTE
+"""Bytes of a stored field: 31 million points of a 4 × 4 array."""
 
 LOST = 2
 """Points at each end where ``undo_mean_of_edges`` is wrong."""
@@ -114,20 +118,24 @@ def read_stored_field(path: Path) -> StoredField:
     """Read a field that ``StoredField.write`` wrote.
 
     Raises:
-        InputError: no such file, or another one.
+        InputError: no such file, another or a damaged one, or one of more than ``LARGEST_FIELD`` bytes.
     """
-    try:
-        with np.load(path) as archive:
-            return StoredField(
-                origin=archive["origin"],
-                spacing=float(archive["spacing"]),
-                values=archive["values"],
-                unsettled=archive["unsettled"],
-                steps=int(archive["steps"]),
-                interpolation_error_db=float(archive["interpolation_error_db"]),
-            )
-    except (OSError, ValueError, KeyError, EOFError, BadZipFile) as error:
-        raise InputError(f"{path}: expected the stored field of a full-wave run, found {error}") from error
+    numbers = ("spacing", "steps", "interpolation_error_db")
+    expected = {
+        "origin": Expected("the first point's place", "f", (3,)),
+        "values": Expected("responses of elements at a lattice's points", "c", (None, None, None, None)),
+        "unsettled": Expected("a number for each element", "f", (None,)),
+        **{name: Expected("one number", "f") for name in numbers},
+    }
+    found = read_npz(path, "the stored field of a full-wave run", expected, LARGEST_FIELD)
+    values, unsettled, origin = found["values"], found["unsettled"], found["origin"]
+    if len(unsettled) != len(values) or min(values.shape) < 1:
+        raise InputError(f"{path}: expected elements and points, found {len(unsettled)} and shape {values.shape}")
+    finite = all(np.isfinite(found[name]).all() for name in expected if name != "interpolation_error_db")
+    if not (finite and found["spacing"] > 0):
+        raise InputError(f"{path}: expected a spacing above 0 and finite numbers, found others")
+    spacing, steps, error_db = (float(found[name]) for name in numbers)
+    return StoredField(origin, spacing, values, unsettled, int(steps), error_db)
 
 
 def undo_mean_of_edges(field: Complex[np.ndarray, "nx ny nz"], axis: int) -> Complex[np.ndarray, "nx ny nz"]:

@@ -90,7 +90,7 @@ def test_other_datasets_are_refused(yard, full_wave, tmp_path, in_free_space):
     rays = simulate(yard, tmp_path / "rays", n=4, propagation=LINE_OF_SIGHT)
     with pytest.raises(InputError, match="expected a dataset simulated with --engine fullwave"):
         compare_engines(rays.folder, LINE_OF_SIGHT, 4)
-    with pytest.raises(ParameterError, match="positions: expected a positive number"):
+    with pytest.raises(ParameterError, match="positions: expected a whole number of at least 1, found 0"):
         compare_engines(full_wave.folder, LINE_OF_SIGHT, 0)
     metadata = json.loads((full_wave.folder / "metadata.json").read_text())
     metadata["measurement"]["snr_db"] = 20.0

@@ -13,7 +13,6 @@ from PIL import Image
 from scenes.errors import InputError
 from simulate.beamformer import Beamformer
 from simulate.dataset import inspect, read_dataset
-from simulate.dataset_reader import read_picture
 from simulate.dataset_writer import (
     encode_picture,
     write_gateway,
@@ -22,6 +21,7 @@ from simulate.dataset_writer import (
     write_positions,
     write_responses,
 )
+from simulate.picture_files import read_picture
 from simulate.spectrum import picture
 
 COUNT = 5
@@ -176,7 +176,7 @@ BAD = {
     "truncated picture": (cut("spectrum/00002.png", 0.5), ["00002.png", "whole PNG", "damaged"]),
     "picture that is text": (holding("spectrum/00002.png", "no"), ["00002.png", "whole PNG", "damaged"]),
     "picture not there": (holding("test_index.txt", "00002\n00009\n"), ["test_index.txt, row 2", "00009"]),
-    "index not padded": (holding("test_index.txt", "2\n"), ["test_index.txt, row 1", "found 2"]),
+    "index not padded": (holding("test_index.txt", "2\n"), ["test_index.txt, row 1", "found '2'"]),
     "index that is no text": (holding("test_index.txt", b"\xff\xfe\x00"), ["test_index.txt", "found"]),
     "same name twice": (holding("test_index.txt", "00003\n"), ["test_index.txt", "00003", "both"]),
     "position not a number": (line(3, "1,nan,2"), ["tx_pos.csv", "position 2 (line 3)", "1,nan,2"]),
@@ -248,10 +248,11 @@ def test_what_is_odd_but_readable_is_a_warning(folder):
     write_index(folder / "train_index.txt", ["00001", "00001", "00003"])
     with (folder / "tx_pos.csv").open("a") as file:
         file.write("0,0,0\n")
-    write_responses(folder / "channels.npz", np.zeros((6, 16)))
+    write_responses(folder / "channels.npz", np.ones((6, 16)))
     found = inspect(folder)
     assert found.problems == []
     assert len(found.warnings) == 3  # a row without a picture, a name twice, spectra in neither index
+    assert found.dataset.train.tolist() == [0, 2]
 
 
 def test_metadata_keeps_names_that_are_not_ascii(folder):

@@ -79,7 +79,7 @@ def test_positions_in_millimetres_are_a_warning(two_gateways, tmp_path, capsys):
 
 
 def test_no_workers_is_wrong(two_gateways, tmp_path):
-    with pytest.raises(InputError, match="workers: expected at least 1, found 0"):
+    with pytest.raises(InputError, match="workers: expected a whole number of at least 1, found 0"):
         simulate(str(two_gateways), tmp_path / "out", workers=0)
 
 
@@ -107,10 +107,14 @@ def test_old_and_new_spellings_of_the_options_are_the_same(two_gateways, tmp_pat
 @pytest.mark.parametrize(
     ("option", "value", "sentence"),
     [
-        ("--workers", "0", "--workers: expected at least 1, found 0"),
+        ("--workers", "0", "--workers: expected a whole number of at least 1, found 0"),
         ("-n", "1", "-n: expected a whole number of at least 2, found 1"),
-        ("--snr", "nan", "--snr-db: expected a finite number of dB, found nan"),
-        ("--phase-noise", "-1", "--phase-noise-deg: expected a standard deviation of 0 degrees or more, found -1.0"),
+        ("--snr", "nan", "--snr-db: expected an SNR in dB from -200 to 200, found nan"),
+        (
+            "--phase-noise",
+            "-1",
+            "--phase-noise-deg: expected a standard deviation in degrees from 0 to 360, found -1.0",
+        ),
         ("--max-depth", "-1", "--max-depth: expected a whole number of at least 0, found -1"),
         ("--seed", "-1", "--seed: expected a whole number of at least 0, found -1"),
     ],

@@ -145,8 +145,8 @@ def test_methods_are_given_as_classes_objects_and_functions_too(tiny, tmp_path, 
     assert mean["black"] + mean["white"] == pytest.approx(1, abs=1e-6) and mean["grey"] < 0.5
     with pytest.raises(InputError, match="models: expected a method with fit and predict for mine, found 3"):
         compare(tiny, {"mine": 3})
-    for wrong in ({"budget": 0}, {"seeds": 0}):
-        with pytest.raises(ParameterError, match=f"{next(iter(wrong))}: expected a positive number, found 0"):
+    for wrong, what in (({"budget": 0}, "a positive number"), ({"seeds": 0}, "a whole number of at least 1")):
+        with pytest.raises(ParameterError, match=f"{next(iter(wrong))}: expected {what}, found 0"):
             compare(tiny, ("nearest",), **wrong)
 
 

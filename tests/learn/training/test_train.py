@@ -472,5 +472,5 @@ def test_training_on_responses_brings_the_spectra_near(tmp_path, write_folder):
 
 
 def test_encoding_that_does_not_exist_is_refused(tiny, tmp_path):
-    with pytest.raises(InputError, match="encoding: expected one of octaves, waves, found wave"):
+    with pytest.raises(InputError, match="encoding: expected one of octaves, waves, found 'wave'"):
         bisplat.train(tiny, tmp_path / "run", model="mlp", options={"encoding": "wave"}, steps=1)

@@ -1,0 +1,193 @@
+"""Datasets whose numbers are odd: every model and every baseline still predicts finite spectra, 0 to 1."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+from learn.comparison.baseline_methods import BASELINES
+from learn.comparison.task import Task
+from learn.evaluation.check import check
+from learn.models.quadrature import quadrature
+from learn.models.registry import MODELS, model_entry
+from learn.splits import Split
+from learn.training.config import Config
+from learn.training.lightning_module import Spectra, Training
+from learn.training.run_folder import build_model, predict
+from learn.training.train import box_of
+from simulate.beamformer import Beamformer
+from simulate.dataset import Dataset
+from simulate.dataset_writer import encode_picture, write_gateway, write_index, write_positions
+from simulate.positions import FARTHEST
+from simulate.spectrum import picture
+
+COUNT = 6
+OPTIONS = {
+    "bisplat-plus": {"primitives": 40, "ffn_width": 16, "ffn_layers": 1, "transformer_layers": 1},
+    "bisplat": {"primitives": 40, "clusters": 16, "ffn_width": 16, "ffn_layers": 1, "transformer_layers": 1},
+    "bisplat-aperture": {"primitives": 40, "width": 16},
+    "nerf2": {"samples": 4, "rays": 64, "width": 16},
+    "swiftwrf": {"primitives": 20},
+}
+"""Of models that would take long otherwise."""
+
+
+def usual() -> Dataset:
+    """A dataset in memory with responses; the last spectrum is for testing."""
+    generator = np.random.default_rng(0)
+    responses = (generator.normal(size=(COUNT, 16, 2)) @ [1, 1j]).astype(np.complex64)
+    return Dataset(
+        folder=Path("odd"),
+        names=[f"{number:05d}" for number in range(1, COUNT + 1)],
+        pictures=picture(Beamformer().spectrum(responses)),
+        positions=generator.uniform(-1, 1, (COUNT, 3)),
+        gateway_position=np.zeros(3),
+        gateway_orientation=np.array([0.0, 0, 0, 1]),
+        train=np.arange(COUNT - 1),
+        test=np.array([COUNT - 1]),
+        responses=responses,
+    )
+
+
+def far_away(data: Dataset) -> Dataset:
+    return replace(data, positions=data.positions + FARTHEST - 1)
+
+
+def far_apart(data: Dataset) -> Dataset:
+    return replace(data, positions=data.positions * FARTHEST)
+
+
+def very_near(data: Dataset) -> Dataset:
+    return replace(data, positions=data.positions * 1e-7)
+
+
+def at_one_place(data: Dataset) -> Dataset:
+    return replace(data, positions=np.ones_like(data.positions))
+
+
+def on_a_line(data: Dataset) -> Dataset:
+    return replace(data, positions=data.positions * [1, 0, 0])
+
+
+def on_a_plane(data: Dataset) -> Dataset:
+    return replace(data, positions=data.positions * [1, 1, 0])
+
+
+def at_shared_places(data: Dataset) -> Dataset:
+    return replace(data, positions=data.positions[[0, 0, 1, 1, 2, 2]])
+
+
+def black(data: Dataset) -> Dataset:
+    return replace(data, pictures=np.zeros_like(data.pictures), responses=None)
+
+
+def white(data: Dataset) -> Dataset:
+    return replace(data, pictures=np.full_like(data.pictures, 255), responses=None)
+
+
+def without_responses(data: Dataset) -> Dataset:
+    return replace(data, responses=None)
+
+
+def hardly_any_signal(data: Dataset) -> Dataset:
+    responses = 1e-12 * np.ones_like(data.responses)
+    responses[1:] = 0
+    return replace(data, responses=responses)
+
+
+def much_signal(data: Dataset) -> Dataset:
+    assert data.responses is not None
+    return replace(data, responses=data.responses * 1e11)
+
+
+def of_one_known_spectrum(data: Dataset) -> Dataset:
+    return replace(data, train=np.array([0]))
+
+
+def of_two_known_spectra(data: Dataset) -> Dataset:
+    return replace(data, train=np.array([0, 1]))
+
+
+ODD = [
+    far_away, far_apart, very_near, at_one_place, on_a_line, on_a_plane, at_shared_places, black, white,
+    without_responses, hardly_any_signal, much_signal, of_one_known_spectrum, of_two_known_spectra,
+]  # fmt: skip
+
+
+@pytest.fixture(autouse=True)
+def short_fits(monkeypatch):
+    """Few iterations of every fit, and kriging's scores without folds."""
+    monkeypatch.setattr("learn.models.vecchia.ITERATIONS", 3)
+    monkeypatch.setattr("learn.models.helmholtz.FOLDS", 1)
+    monkeypatch.setattr("learn.models.helmholtz.LEFT_OUT", 2)
+    monkeypatch.setattr("learn.models.helmholtz.QUARTERS", 1)
+
+
+def finite(spectra: np.ndarray, clipped: bool = False) -> None:
+    assert np.isfinite(spectra).all()
+    assert clipped or (spectra.min() >= 0 and spectra.max() <= 1 + 1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "odd"),
+    [
+        (name, odd)
+        for name, entry in MODELS.items()
+        for odd in (ODD if entry.by_steps is None else (far_apart, at_one_place, white, hardly_any_signal))
+    ],
+)
+def test_models(name, odd):
+    data = odd(usual())
+    parts = Split(data.train, data.train[:1], data.test)
+    entry = model_entry(name)
+    config = Config(dataset="odd", model=name, options=OPTIONS.get(name, {}), by_steps=entry.by_steps)
+    torch.manual_seed(0)
+    model = build_model(config, box_of(data.positions[parts.train]), data.beamformer, data.wavelength)
+    if entry.by_steps is None:
+        model.fit(data, parts.train)
+        model.refit(data, parts.train)
+    else:
+        module = Training(model, replace(entry.by_steps, steps=2, batch_size=4), quadrature(data.beamformer))
+        optimiser = module.configure_optimizers()["optimizer"]
+        batch = next(iter(Spectra(data, parts, 4, 0).train_dataloader()))
+        for coarse in (True, False):
+            optimiser.zero_grad()
+            loss = module.loss(*batch, coarse)
+            loss.backward()
+            optimiser.step()
+            assert loss.isfinite()
+    places = np.concatenate([data.positions[:2], data.positions[data.test], [[1, 1, 1]]])
+    found = predict(model.eval(), places if name != "nerf2" else places[-2:])
+    # bisplat's |F|² and swiftwrf's sum have no upper bound; scores clip them
+    finite(found.spectra, clipped=name in ("bisplat", "bisplat-plus", "swiftwrf", "nerf2"))
+    assert found.responses is None or np.isfinite(found.responses).all()
+
+
+@pytest.mark.parametrize("odd", ODD)
+@pytest.mark.parametrize("name", BASELINES)
+def test_baselines(name, odd, tmp_path):
+    data = odd(usual())
+    data = replace(data, train=np.append(data.train, data.train[-1] + 1)) if len(data.train) == 1 else data
+    method = BASELINES[name]()
+    method.fit(Task(data, "files", 0, None, 0, None, 1, tmp_path))
+    # kriging of spectra has no bounds; scores clip it
+    finite(method.predict(np.concatenate([data.positions, [[1, 1, 1]]])), clipped=name == "kriging")
+
+
+@pytest.mark.parametrize("level", [0, 255])
+def test_folders_of_pictures_of_one_grey_level(level, tmp_path):
+    (tmp_path / "spectrum").mkdir()
+    for number in range(1, 5):
+        image = np.full((90, 360), level, np.uint8)
+        (tmp_path / "spectrum" / f"{number:05d}.png").write_bytes(encode_picture(image))
+    write_positions(tmp_path / "tx_pos.csv", np.arange(12).reshape(4, 3))
+    write_gateway(tmp_path / "gateway_info.yml", "grey", (0, 0, 1), (0, 0, 0, 1))
+    write_index(tmp_path / "train_index.txt", ["00001", "00002", "00003"])
+    write_index(tmp_path / "test_index.txt", ["00004"])
+    found = check(tmp_path)
+    assert found.valid and found.leakage is not None and np.isfinite(found.leakage.ssim).all()
+    assert all(text.isprintable() and "nan" not in text for text in found.description().values())
