@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import dataclass, field, replace
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from jaxtyping import Float
+from msgspec import Meta, Struct
 
 from learn.comparison.budget import steps_within
 from learn.comparison.task import Task
@@ -15,6 +15,15 @@ from learn.models.registry import model_entry
 from learn.training.config import Config, read_config
 from learn.training.run_folder import Run, load_run
 from learn.training.train import train_run
+from scenes.json_file import read_json
+from scenes.schema import conform
+
+
+class TrainingFile(Struct, frozen=True):
+    """What is read of training.json."""
+
+    steps: Annotated[int, Meta(ge=0)]
+    seconds: Annotated[float, Meta(ge=0)]
 
 
 @dataclass
@@ -75,4 +84,7 @@ class TrainedModel:
 
     @property
     def _training(self) -> dict[str, Any]:
-        return json.loads((self._run.folder / "training.json").read_text())
+        path = self._run.folder / "training.json"
+        content = read_json(path, "the time that training took", nan=True)
+        conform(content, TrainingFile, str(path))
+        return content

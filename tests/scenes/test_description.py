@@ -59,13 +59,13 @@ NAN = Trimesh([[0, 0, 0], [1, 0, 0], [0, np.nan, 0]], [[0, 1, 2]], process=False
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        (lambda s: replace(s, frequency=-1.0), "frequency must be a positive number of hertz, found -1.0"),
+        (lambda s: replace(s, frequency=-1.0), "frequency must be in hertz, from 1e\\+06 to 1e\\+12, found -1.0"),
         (gateway(position=(0.0, np.inf, 0.0)), "gateway.position must be finite"),
         (gateway(orientation=(1.0, 1.0, 0.0, 0.0)), "gateway.orientation must be a unit quaternion .* 1.414"),
         (gateway(orientation=(0.0, 0.0, 0.0, np.nan)), "gateway.orientation must be finite"),
         (gateway(pattern="isso"), 'unknown gateway.pattern "isso"; did you mean "iso"'),
         (gateway(polarization="VH"), 'gateway.polarization must be "V" or "H", found "VH"'),
-        (gateway(rows=0), "gateway.rows and columns must be at least 1, found 0 x 4"),
+        (gateway(rows=0), "gateway.rows and columns must be at least 1 and at most 64, found 0 x 4"),
         (gateway(spacing=0.0), "gateway.spacing must be a positive number"),
         (gateway(position=(0.5, 0.5, 0.2)), r'gateway.position \[0.5, 0.5, 0.2\] lies inside object "crate"'),
         (transmitter(orientation=(0.0, 0.0, 0.0, 2.0)), "transmitter.orientation must be a unit quaternion"),

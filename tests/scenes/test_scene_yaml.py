@@ -130,18 +130,18 @@ BAD = [
         r'objects\[1\].* material "concrete" at 0.4 GHz|materials.block: material "concrete" at 0.4',
     ),
     ("name: yard", "name: 3", "yard.yaml: name must be a text, found 3"),
-    ("gateway:", "gatway:", 'yard.yaml: unknown key "gatway"; did you mean "gateway"'),
+    ("gateway:", "gatway:", "yard.yaml: unknown key 'gatway'; did you mean \"gateway\""),
     ("  position: [4, 0, 1]\n", "", 'yard.yaml: gateway: missing key "position"'),
     ("[4, 0, 1]", "[4, 0]", r"yard.yaml: gateway: position must be a list of 3 numbers, found \[4, 0\]"),
     ("[4, 0, 1]", "[4, 0, up]", r"yard.yaml: gateway: position\[2\] must be a number, found 'up'"),
     ("[4, 0, 1]", "[4, 0, true]", r"yard.yaml: gateway: position\[2\] must be a number, found True"),
-    ("[4, 0, 1]", "[4, 0, .nan]", "yard.yaml: gateway.position must be finite"),
+    ("[4, 0, 1]", "[4, 0, .nan]", r"yard.yaml: gateway: position\[2\] must be a finite number, found nan"),
     ("[4, 0, 1]", "[0.5, 0.5, 0.2]", 'yard.yaml: gateway.position .* lies inside object "crate"'),
     ("[4, 0, 1]", "[4, 0, 1]\n  rows: 4.5", "yard.yaml: gateway: rows must be a whole number, found 4.5"),
-    ("[4, 0, 1]", "[4, 0, 1]\n  row: 4", 'yard.yaml: gateway: unknown key "row"; did you mean "rows"'),
+    ("[4, 0, 1]", "[4, 0, 1]\n  row: 4", "yard.yaml: gateway: unknown key 'row'; did you mean \"rows\""),
     ("[0.5, -0.5, -0.5, 0.5]", "[1, -0.5, -0.5, 0.5]", "gateway.orientation must be a unit quaternion"),
     ("max: [1, 1, 1.5]", "max: [1, 1, 0.5]", "transmitter.region must have min below max, found z"),
-    ("max: [1, 1, 1.5]", "size: [1, 1, 1]", 'transmitter.region: unknown key "size"'),
+    ("max: [1, 1, 1.5]", "size: [1, 1, 1]", "transmitter.region: unknown key 'size'"),
     (
         "  region: {min: [-1, -1, 0.5], max: [1, 1, 1.5]}\n",
         "",
@@ -154,7 +154,7 @@ BAD = [
         "p2040: concret",
         'materials.block: unknown material "concret"; did you mean "concrete"',
     ),
-    ("p2040: concrete", "p2040: concrete, sigma: 1", 'materials.block: unknown key "sigma"'),
+    ("p2040: concrete", "p2040: concrete, sigma: 1", "materials.block: unknown key 'sigma'"),
     (
         "material: wood",
         "material: wod",
@@ -170,7 +170,7 @@ BAD = [
         "material: flet",
         r'objects\[2\] \("mat"\): unknown material "flet"; did you mean "felt"',
     ),
-    ("crate.obj", "crat.obj", r'objects\[0\] \("crate"\): mesh .*crat.obj: no such mesh file'),
+    ("crate.obj", "crat.obj", r'objects\[0\] \("crate"\): mesh .*crat.obj: expected a mesh, found no such file'),
     ("crate.obj", "crate.dwg", r'objects\[0\] \("crate"\): mesh .*".dwg" is not a mesh format'),
     ("crate.obj", "points.ply", r'objects\[0\] \("crate"\): mesh .*holds no triangles'),
     ("crate.obj", "empty.obj", r'objects\[0\] \("crate"\): mesh .*empty.obj: '),
@@ -179,8 +179,12 @@ BAD = [
     ("thickness: 0.02", "thickness: thin", r"objects\[2\] .*thickness must be a number, found 'thin'"),
     ("thickness: 0.02", "thickness: -1", r"objects\[2\] .*thickness must be a positive number"),
     ("  - {name: crate, mesh: crate.obj, material: wood}", "  - crate", r"objects\[0\]: expected a mapping"),
-    ("[4, 0, 1]", "[4, 0, 1", "yard.yaml: line 5: malformed YAML"),
-    ("name: yard", "name: yard\nname: garden", 'yard.yaml: line 2: malformed YAML, key "name" twice'),
+    ("[4, 0, 1]", "[4, 0, 1", "yard.yaml, line 5: expected a scene as YAML, found malformed YAML"),
+    (
+        "name: yard",
+        "name: yard\nname: garden",
+        "yard.yaml, line 2: expected a scene as YAML, found malformed YAML, the key 'name' twice",
+    ),
 ]
 
 
@@ -213,7 +217,7 @@ def test_objects_must_be_a_list(folder):
     ("name", "sentence"),
     [
         ("labb", 'unknown scene "labb"; did you mean "lab"'),
-        ("nowhere/yard.yaml", "nowhere/yard.yaml: no such file"),
+        ("nowhere/yard.yaml", "nowhere/yard.yaml: expected a scene, found no such file"),
         ("room.ifc", "room.ifc: not a scene description; expected a .yaml file or one of .*lab"),
     ],
 )
@@ -224,7 +228,7 @@ def test_unknown_scenes(name, sentence):
 
 def test_a_folder_is_no_scene(tmp_path):
     (tmp_path / "dir.yaml").mkdir()
-    with pytest.raises(InputError, match=r"cannot be read"):
+    with pytest.raises(InputError, match=r"expected a scene, found a folder"):
         read_scene(tmp_path / "dir.yaml")
 
 
