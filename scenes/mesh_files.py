@@ -59,7 +59,10 @@ class Neighbours(Resolver):
         self.left = LARGEST_FILE
 
     def get(self, key: str) -> bytes:
-        data = read_bytes(beside(self.path, unquote(key)), "a buffer of glTF", self.left)
+        try:
+            data = read_bytes(beside(self.path, unquote(key)), "a buffer of glTF", self.left)
+        except InputError as error:
+            raise InputError(f"{self.path}: buffers: {error}") from None
         self.left -= len(data)
         return data
 
