@@ -27,6 +27,8 @@ WIDEST_SPACING = 100.0
 """Wavelengths between the elements of an array."""
 LONGEST_NAME = 200
 """Characters of the name of a scene, an object or a material."""
+MOST_TRIANGLES = 2_000_000
+"""Of a scene. On one core 5 million were imported in 85 s, with 7 GB, and a triangle takes 30 µs to draw."""
 FARTHEST = 1e5
 """Metres; the largest coordinate. Rays are traced in single precision, which rounds 100 km to 8 mm."""
 UNIT_TOLERANCE = 1e-3

@@ -13,17 +13,15 @@ import trimesh
 from trimesh import Trimesh
 from trimesh.resolvers import Resolver
 
+from scenes.description import MOST_TRIANGLES
 from scenes.errors import InputError, shown
 from scenes.gltf_header import check_gltf
 from scenes.input_file import MEGABYTE, beside, read_bytes
 
 MESH_SUFFIXES = (".glb", ".gltf", ".obj", ".off", ".ply", ".stl")
 
-LARGEST_FILE = 512 * MEGABYTE
+LARGEST_FILE = 256 * MEGABYTE
 """Bytes of a mesh file, and of all files that a glTF file names."""
-
-MOST_TRIANGLES = 5_000_000
-"""Of all meshes of a file together; 5 million of an STL take 1.5 minutes and 6 GB to import and draw."""
 
 LARGEST = 1e9
 """Largest coordinate, in the file's unit; a coordinate of 1e30 is a damaged one."""

@@ -18,6 +18,7 @@ from scenes.description import (
     LOWEST_FREQUENCY,
     MOST_ELEMENTS,
     MOST_IN_A_ROW,
+    MOST_TRIANGLES,
     PATTERNS,
     POLARIZATIONS,
     UNIT_TOLERANCE,
@@ -104,6 +105,9 @@ def validate(scene: Scene, source: str) -> None:
     if not scene.objects:
         refuse("a scene needs at least one object, found none")
     require_name(scene.name, "name", refuse)
+    triangles = sum(len(item.mesh.faces) for item in scene.objects)
+    if triangles > MOST_TRIANGLES:
+        refuse(f"a scene may have at most {MOST_TRIANGLES} triangles, found {triangles}")
     names: set[str] = set()
     for index, item in enumerate(scene.objects):
         require_name(item.name, f"objects[{index}].name", refuse)

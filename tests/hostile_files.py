@@ -207,7 +207,7 @@ MESHES = {
             scenes=[{"nodes": [*range(10_000)]}],
             meshes=[{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}] * 1000}],
         ),
-        "expected at most 5000000 triangles, found 10000000",
+        "expected at most 2000000 triangles, found 10000000",
     ),
     "matrix.gltf": (gltf_bytes(nodes=[{"mesh": 0, "matrix": [None] * 16}]), "not a readable GLTF|expected coordinates"),
     "nested.gltf": (b"[" * 100_000, "nested more than 50 levels deep"),

@@ -53,6 +53,7 @@ def second_object(item):
 
 
 BOX = box((0, 0, 0), (1, 1, 1))
+MANY = Trimesh(BOX.vertices, np.tile(BOX.faces[:1], (1_000_000, 1)), process=False)
 NAN = Trimesh([[0, 0, 0], [1, 0, 0], [0, np.nan, 0]], [[0, 1, 2]], process=False)
 
 
@@ -81,6 +82,18 @@ NAN = Trimesh([[0, 0, 0], [1, 0, 0], [0, np.nan, 0]], [[0, 1, 2]], process=False
         (
             second_object(SceneObject("c", BOX, "wod")),
             r'objects\[1\] \("c"\): unknown material "wod"; did you mean "wood"',
+        ),
+        (
+            lambda s: replace(s, objects=tuple(SceneObject(f"c{k}", MANY, "wood") for k in range(3))),
+            "a scene may have at most 2000000 triangles, found 3000000",
+        ),
+        (
+            second_object(SceneObject("", BOX, "wood")),
+            r"objects\[1\].name must have 1 to 200 characters that can be printed, found ''",
+        ),
+        (
+            second_object(SceneObject("c", Trimesh(BOX.vertices * 1e6, BOX.faces, process=False), "wood")),
+            r'objects\[1\] \("c"\): the mesh must be within 100000 m of the origin',
         ),
         (
             second_object(SceneObject("c", Trimesh(), "wood")),

