@@ -7,10 +7,12 @@ import time
 import numpy as np
 import pytest
 
+from scenes.description import Gateway, Transmitter, facing
 from scenes.errors import InputError
 from scenes.mesh_files import read_meshes
-from scenes.mesh_import import import_mesh, import_mitsuba
+from scenes.mesh_import import import_mesh, import_mitsuba, import_scene
 from scenes.mitsuba_xml import read_mitsuba
+from scenes.scene_yaml import read_scene, write_scene
 from tests import hostile_files as hostile
 
 AT_ONCE = 5.0
@@ -126,6 +128,9 @@ def test_names_of_other_programs_become_names_that_a_scene_may_have(tmp_path):
     assert len(set(names)) == len(names)
     assert names[:2] == ["shape_1", "a/b"] and names[4] == "line_feed" and names[-3:] == ["wall", "wall_3", "!!!"]
     assert all(0 < len(name) <= 200 and name.isprintable() for name in names)
+    antennas = {"gateway": Gateway((0, 0, 4), facing((0, 0, -1))), "transmitter": Transmitter((-1, -1, 1), (1, 1, 2))}
+    scene, _ = import_scene(tmp_path / "yard.xml", frequency=3.5e9, **antennas)
+    assert read_scene(write_scene(scene, tmp_path / "yard")) == scene  # what is written can be read
 
 
 def test_names_of_gltf_nodes_too(tmp_path):
