@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from jaxtyping import Int
+from msgspec import Struct
 
-from scenes.errors import InputError, reason, require_seed, require_whole, shown
+from scenes.errors import InputError, require_seed, require_whole, shown
 from scenes.input_file import MEGABYTE, read_text
+from scenes.json_file import parse_json
+from scenes.schema import conform
 from simulate.positions import MOST_POSITIONS
 
 if TYPE_CHECKING:  # importing it is slow, and the command line's help only needs SplitKind
@@ -122,6 +124,14 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
     return result
 
 
+class SplitFile(Struct, frozen=True, forbid_unknown_fields=True):
+    """split.json: names of spectra."""
+
+    train: list[str]
+    validation: list[str]
+    test: list[str]
+
+
 def read_split(path: Path, names: Sequence[str], folder: Path) -> Split:
     """Read a split.json, which holds the names of the spectra of each part.
 
@@ -134,17 +144,9 @@ def read_split(path: Path, names: Sequence[str], folder: Path) -> Split:
         InputError: no regular file of at most ``LARGEST_SPLIT`` bytes, no JSON object of three lists of names, a name
             in two lists or twice in one, an empty training or test part, or a name that the dataset does not have.
     """
-    expected = f"{path}: expected JSON with the names of the spectra in train, validation and test"
-    text = read_text(path, "the names of the spectra of each part", LARGEST_SPLIT)
-    try:
-        content: Any = json.loads(text)
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"{expected}, found no JSON that can be read ({reason(error)})") from error
-    if not isinstance(content, dict) or content.keys() != set(PARTS):
-        raise InputError(f"{expected}, found {shown(sorted(content) if isinstance(content, dict) else content)}")
-    for part, listed in content.items():
-        if not isinstance(listed, list) or not all(isinstance(name, str) for name in listed):
-            raise InputError(f"{expected}, found {shown(listed)} in {part}")
+    expected = "the names of the spectra of each part"
+    content = parse_json(read_text(path, expected, LARGEST_SPLIT), str(path), expected)
+    conform(content, SplitFile, str(path))
     index_of = {name: index for index, name in enumerate(names)}
     every = [name for listed in content.values() for name in listed]
     missing = next((name for name in every if name not in index_of), None)

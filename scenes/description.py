@@ -19,6 +19,18 @@ SPEED_OF_LIGHT = 299_792_458.0
 
 PATTERNS = ("iso", "dipole", "hw_dipole", "tr38901")
 POLARIZATIONS = ("V", "H")
+LOWEST_FREQUENCY, HIGHEST_FREQUENCY = 1e6, 1e12
+"""Hertz. Below, wavelengths are longer than 300 m; above, waves are light, and surfaces are rough to them."""
+MOST_IN_A_ROW, MOST_ELEMENTS = 64, 1024
+"""Of an array. Models, fits and fields take memory in proportion to the elements or to their square."""
+WIDEST_SPACING = 100.0
+"""Wavelengths between the elements of an array."""
+LONGEST_NAME = 200
+"""Characters of the name of a scene, an object or a material."""
+MOST_TRIANGLES = 2_000_000
+"""Of a scene. On one core 5 million were imported in 85 s, with 7 GB, and a triangle takes 30 µs to draw."""
+FARTHEST = 1e5
+"""Metres; the largest coordinate. Rays are traced in single precision, which rounds 100 km to 8 mm."""
 UNIT_TOLERANCE = 1e-3
 """How far a quaternion's length may be from 1; quaternions are published with a few digits."""
 

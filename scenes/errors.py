@@ -129,6 +129,9 @@ def _is_number(value: object) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
+LISTED = 40
+"""Largest number of known words that a message lists."""
+
 SHOWN = 80
 """Largest number of characters of a value that a message shows."""
 
@@ -181,4 +184,7 @@ def did_you_mean(word: object, known: Iterable[str]) -> str:
     """
     known = sorted(known)
     nearest = get_close_matches(str(word), known, n=1)
-    return f'did you mean "{nearest[0]}"?' if nearest else f"known are {', '.join(known)}"
+    if nearest:
+        return printable(f'did you mean "{nearest[0]}"?')
+    more = f" and {len(known) - LISTED} more" if len(known) > LISTED else ""
+    return printable(f"known are {', '.join(known[:LISTED])}{more}")

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import os
 import stat
-from pathlib import Path
+from pathlib import Path, PurePath
 
-from scenes.errors import InputError
+from scenes.errors import InputError, shown
 
 MEGABYTE = 10**6
 
@@ -52,6 +52,25 @@ def read_text(path: Path, expected: str, limit: int) -> str:
         return read_bytes(path, expected, limit).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError(f"{path}: expected {expected}, found no UTF-8 text ({error.reason})") from None
+
+
+def beside(path: Path, name: str) -> Path:
+    """The path of a file that another one names: in its folder or below, so that a folder can be moved as it is.
+
+    Args:
+        path: the file that names the other one.
+        name: the name it gives, relative to its folder.
+
+    Raises:
+        InputError: an absolute path, or one that leaves the folder.
+
+    >>> str(beside(Path("room/scene.yaml"), "meshes/wall.ply"))
+    'room/meshes/wall.ply'
+    """
+    parts = PurePath(name)
+    if parts.is_absolute() or ".." in parts.parts:
+        raise InputError(f"expected a file in the folder {path.parent} or below, found {shown(name)}")
+    return path.parent / parts
 
 
 def _kind(mode: int) -> str:

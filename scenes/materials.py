@@ -14,6 +14,16 @@ EXTRAPOLATION = 0.10
 8.5 % below the 1 GHz where most rows begin."""
 
 
+HIGHEST_PERMITTIVITY = 1e5
+"""Ferroelectrics reach 10,000."""
+
+HIGHEST_CONDUCTIVITY = 1e9
+"""S/m; silver has 6.3e7."""
+
+THICKEST = 1000.0
+"""Metres of a slab; the ground is 1 m."""
+
+
 @dataclass(frozen=True)
 class RadioMaterial:
     """Radio properties of a surface.
@@ -44,15 +54,15 @@ class RadioMaterial:
 
     def __post_init__(self) -> None:
         checks = (
-            ("relative_permittivity", 1.0, float("inf"), "at least 1"),
-            ("conductivity", 0.0, float("inf"), "at least 0 S/m"),
-            ("thickness", 1e-6, float("inf"), "more than 0 m"),
+            ("relative_permittivity", 1.0, HIGHEST_PERMITTIVITY, f"at least 1 and at most {HIGHEST_PERMITTIVITY:g}"),
+            ("conductivity", 0.0, HIGHEST_CONDUCTIVITY, f"at least 0 S/m and at most {HIGHEST_CONDUCTIVITY:g} S/m"),
+            ("thickness", 1e-6, THICKEST, f"more than 0 m and at most {THICKEST:g} m"),
             ("scattering_coefficient", 0.0, 1.0, "between 0 and 1"),
             ("xpd_coefficient", 0.0, 1.0, "between 0 and 1"),
         )
         for key, low, high, words in checks:
             value = getattr(self, key)
-            if not (low <= value <= high and value < float("inf")):
+            if not low <= value <= high:
                 raise InputError(f'material "{self.name}": {key} must be {words}, found {value}')
         if len(self.color) != 3 or not all(0 <= c <= 1 for c in self.color):
             raise InputError(f'material "{self.name}": color must be three numbers in 0..1')

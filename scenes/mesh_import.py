@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 from trimesh import Trimesh
 
-from scenes.description import Gateway, Scene, SceneObject, Transmitter
+from scenes.description import LONGEST_NAME, Gateway, Scene, SceneObject, Transmitter
 from scenes.errors import InputError, did_you_mean, require_positive
 from scenes.import_unit import METRES, unit_doubt
 from scenes.materials import RadioMaterial, material_names, p2040_materials
@@ -48,6 +48,18 @@ class ImportReport:
 def is_importable(name: str) -> bool:
     """Whether ``import_scene`` reads files of this name: a mesh, a scene XML, or "sionna:" and a name."""
     return name.startswith(SIONNA) or Path(name).suffix.lower() in (*MESH_SUFFIXES, ".xml")
+
+
+def plain_name(name: str) -> str:
+    r"""A name that a scene may have: unprintable characters become "_", a long name is cut, none is "unnamed".
+
+    Args:
+        name: as a file of another program has it.
+
+    >>> plain_name("Wand\n2"), plain_name("")
+    ('Wand_2', 'unnamed')
+    """
+    return "".join(c if c.isprintable() else "_" for c in name[:LONGEST_NAME]) or "unnamed"
 
 
 def _material_of(name: str, stem: str, materials: Sequence[tuple[str, str]], default: str | None) -> str | None:
@@ -102,7 +114,7 @@ def import_mesh(
     """
     path = Path(path)
     _check_options(path, materials, default_material, unit, up)
-    meshes = read_meshes(path)
+    meshes = [(plain_name(name), mesh) for name, mesh in read_meshes(path)]
     chosen = {name: _material_of(name, path.stem, materials, default_material) for name, _ in meshes}
     unmatched = [name for name, material in chosen.items() if material is None]
     if unmatched:
@@ -137,7 +149,7 @@ def import_mitsuba(
         InputError: as ``read_mitsuba``, ``MitsubaShape.radio_material`` and ``import_mesh``.
     """
     _check_options(path, materials, default_material, unit, up)
-    shapes = read_mitsuba(path)
+    shapes = [replace(shape, name=plain_name(shape.name)) for shape in read_mitsuba(path)]
     chosen = [_material_of(shape.name, path.stem, materials, None) for shape in shapes]
     # These first, so that a material of P.2040 keeps its name even where the file has one of that name.
     resolved = p2040_materials((name for name in chosen if name), frequency)
@@ -152,6 +164,7 @@ def import_mitsuba(
 
 def _name_in(materials: dict[str, RadioMaterial], material: RadioMaterial) -> str:
     """The material's name among ``materials``, where it is added; numbered if another one has its name."""
+    material = replace(material, name=plain_name(material.name))
     name, count = material.name, 1
     while materials.setdefault(name, named := replace(material, name=name)) != named:
         count += 1
@@ -180,10 +193,13 @@ def _objects(
     if (up or default_up(path)) == "y":
         to_world = Y_UP_TO_Z_UP @ to_world
     objects, degenerate = [], {}
-    seen: Counter[str] = Counter()
+    names, used, seen = {name for name, _, _ in meshes}, set(), Counter[str]()
     for name, mesh, material in meshes:
-        seen[name] += 1
-        unique = name if seen[name] == 1 else f"{name}_{seen[name]}"
+        unique = name
+        while unique in used or (unique != name and unique in names):
+            seen[name] += 1
+            unique = f"{name}_{seen[name] + 1}"
+        used.add(unique)
         mesh = Trimesh(mesh.vertices, mesh.faces, process=False).apply_transform(to_world)
         mesh.merge_vertices()  # corners split by normals or textures would leave a closed shell open
         keep = mesh.nondegenerate_faces(height=SLIVER)
@@ -248,7 +264,7 @@ def import_scene(
     else:
         objects, report = import_mesh(path, materials, default_material, unit, up)
         resolved = p2040_materials((item.material for item in objects), frequency)
-    scene = Scene(path.stem, frequency, gateway, transmitter, tuple(objects), resolved)
+    scene = Scene(plain_name(path.stem), frequency, gateway, transmitter, tuple(objects), resolved)
     # Before other checks, which would find fault with a gateway that is right in a place of the wrong size.
     doubt = unit_doubt(scene.bounds, np.vstack([gateway.position, transmitter.corners()]), unit, scene.wavelength)
     if doubt is not None and doubt.impossible:

@@ -8,7 +8,6 @@ from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 from xml.etree.ElementTree import Element
 
 import numpy as np
@@ -16,10 +15,12 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
-from scenes.errors import InputError, did_you_mean
+from scenes.errors import SHOWN, InputError, did_you_mean, printable
+from scenes.input_file import beside
 from scenes.materials import RadioMaterial, material_names, p2040_material
-from scenes.mesh_files import read_meshes
+from scenes.mesh_files import read_meshes, require_ordinary
 from scenes.shapes import box, sheet, union
+from scenes.xml_file import read_xml
 
 SIONNA = "sionna:"  # before the name of one of Sionna RT's own scenes
 SHAPES = ("ply", "obj", "rectangle", "cube")
@@ -34,6 +35,8 @@ SIONNA_DEFAULTS = {
     "scattering_coefficient": 0.0,
     "xpd_coefficient": 0.0,
 }
+LONGEST_NAME, LONGEST_TEXT = 100, 10_000
+"""Characters of the name of a <default>, and of an attribute in which such names are replaced."""
 GREY = (0.6, 0.6, 0.6)  # colours are for drawings only, so those of the file are ignored
 COLORS = ("color", "reflectance", "base_color")
 
@@ -71,7 +74,7 @@ class MitsubaShape:
         bsdf = Element("bsdf", type="none") if self.bsdf is None else self.bsdf
         kind, mat = bsdf.get("type"), bsdf.get("id", "").removeprefix("mat-")
         name = re.sub("^itu[_-]", "", mat)
-        label = f'{self.source}: bsdf "{bsdf.get("id", kind)}"'
+        label = f"{self.source}: bsdf {_quoted(bsdf.get('id', kind) or '')}"
         given = {child.get("name"): child for child in bsdf if child.tag in ("float", "integer", "string")}
         row = name.replace(" ", "_")
         known = ["thickness", "scattering_coefficient", "xpd_coefficient"]
@@ -81,7 +84,7 @@ class MitsubaShape:
             row = given.pop("type").get("value", "") if "type" in given else row
             if row not in material_names():
                 suggestion = did_you_mean(row, material_names())
-                raise InputError(f'{label}: expected a material of ITU-R P.2040, found "{row}"; {suggestion}')
+                raise InputError(f"{label}: expected a material of ITU-R P.2040, found {_quoted(row)}; {suggestion}")
         elif default is not None:
             return p2040_material(default, frequency)
         else:
@@ -91,7 +94,7 @@ class MitsubaShape:
             )
         if kind in ("radio-material", "itu-radio-material"):  # all others describe looks too
             for key in given.keys() - {*known, *COLORS}:
-                raise InputError(f'{label}: unknown property "{key}"; {did_you_mean(key, known)}')
+                raise InputError(f"{label}: unknown property {_quoted(str(key))}; {did_you_mean(key, known)}")
         values: dict[str, Any] = {key: SIONNA_DEFAULTS[key] for key in known}
         values |= {key: _numbers(given[key], "value", (1,), label)[0] for key in known if key in given}
         try:
@@ -139,14 +142,9 @@ def read_mitsuba(path: Path) -> list[MitsubaShape]:
         InputError: no such file, malformed XML, an element, shape or transform of another kind, a ``$name``
             without a default, a mesh that cannot be read, or an unknown reference.
     """
-    try:
-        root = ElementTree.parse(path).getroot()
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except (ElementTree.ParseError, OSError, ValueError, LookupError) as error:
-        raise InputError(f"{path}: expected a readable XML file, found {error}") from None
+    root = read_xml(path, "a Mitsuba scene")
     if root.tag != "scene":
-        raise InputError(f"{path}: expected a Mitsuba <scene>, found <{root.tag}>")
+        raise InputError(f"{path}: expected a Mitsuba <scene>, found {_shown(root)}")
     _replace_names(root, path)
     bsdfs = {bsdf.attrib["id"]: bsdf for bsdf in root.iter("bsdf") if "id" in bsdf.attrib}
     shapes: list[MitsubaShape] = []
@@ -162,7 +160,16 @@ def read_mitsuba(path: Path) -> list[MitsubaShape]:
 
 def _shown(element: Element) -> str:
     attributes = [f' {key}="{element.get(key)}"' for key in ("type", "id", "name") if key in element.attrib]
-    return f"<{element.tag}{''.join(attributes)}>"
+    return _cut(f"<{element.tag}{''.join(attributes)}>")
+
+
+def _quoted(text: str) -> str:
+    return f'"{_cut(text)}"'
+
+
+def _cut(text: str) -> str:
+    """A text of the file, as messages show it."""
+    return printable(text if len(text) <= SHOWN else text[: SHOWN - 1] + "…")
 
 
 def _replace_names(root: Element, path: Path) -> None:
@@ -170,18 +177,30 @@ def _replace_names(root: Element, path: Path) -> None:
     defaults: dict[str, str] = {}
     for element in root.iter():
         for key, text in element.attrib.items():
-            for name in sorted(defaults, key=len, reverse=True):  # $width before $w
-                text = text.replace(f"${name}", defaults[name])
             if "$" in text:
-                raise InputError(f'{path}: {_shown(element)}: expected a <default> before "{text}", found none')
-            element.set(key, text)
+                element.set(key, _replaced(text, defaults, f"{path}: {_shown(element)}"))
         if element.tag == "default":
             defaults[element.get("name", "")] = element.get("value", "")
 
 
+def _replaced(text: str, defaults: dict[str, str], label: str) -> str:
+    """A text in which each $name has become its default's value; of several names that fit, the longest counts."""
+    longest = min(max(map(len, defaults), default=0), LONGEST_NAME)
+    first, *rest = text.split("$")
+    result = first
+    for part in rest:
+        name = next((part[:end] for end in range(longest, 0, -1) if part[:end] in defaults), None)  # $width before $w
+        if name is None:
+            raise InputError(f"{label}: expected a <default> before {_quoted('$' + part)}, found none")
+        result += defaults[name] + part[len(name) :]
+        if len(result) > LONGEST_TEXT:  # each <default> may double the one before
+            raise InputError(f"{label}: expected at most {LONGEST_TEXT} characters after its names are replaced")
+    return result
+
+
 def _shape(element: Element, index: int, path: Path, bsdfs: dict[str, Element]) -> MitsubaShape:
-    name = element.get("id", element.get("name", f"shape_{index + 1}")).removeprefix("mesh-")
-    label = f'{path}: shape "{name}"'
+    name = element.get("id", element.get("name", "")).removeprefix("mesh-") or f"shape_{index + 1}"
+    label = f"{path}: shape {_quoted(name)}"
     kind = element.get("type", "")
     if kind == "rectangle":
         mesh = sheet((-1, -1, 0), (2, 0, 0), (0, 2, 0))
@@ -190,24 +209,26 @@ def _shape(element: Element, index: int, path: Path, bsdfs: dict[str, Element]) 
     elif kind in SHAPES:
         filename = next((s.get("value", "") for s in element.findall("string") if s.get("name") == "filename"), "")
         if Path(filename).suffix.lower() != f".{kind}":
-            raise InputError(f'{label}: expected the filename of a .{kind} mesh, found "{filename}"')
+            raise InputError(f"{label}: expected the filename of a .{kind} mesh, found {_quoted(filename)}")
         try:
-            mesh = union(*(part for _, part in read_meshes(path.parent / filename)))
+            mesh = union(*(part for _, part in read_meshes(beside(path, filename))))
         except InputError as error:
             raise InputError(f"{label}: expected a mesh, found {error}") from None
     else:
-        raise InputError(f'{label}: expected one of {", ".join(SHAPES)}, found type "{kind}"')
+        raise InputError(f"{label}: expected one of {', '.join(SHAPES)}, found type {_quoted(kind)}")
 
     made_of = element.findall("bsdf")
     for ref in element.findall("ref"):
         wanted = ref.get("id", "")
         if wanted not in bsdfs:
             suggestion = did_you_mean(wanted, bsdfs or ("none",))
-            raise InputError(f'{label}: expected the id of a bsdf, found "{wanted}"; {suggestion}')
+            raise InputError(f"{label}: expected the id of a bsdf, found {_quoted(wanted)}; {suggestion}")
         made_of.append(bsdfs[wanted])
     if len(made_of) > 1:
         raise InputError(f"{label}: expected one bsdf, found {len(made_of)}")
-    mesh.apply_transform(_to_world(element, label))
+    with np.errstate(all="ignore"):  # what is not finite is refused below
+        mesh.apply_transform(_to_world(element, label))
+    require_ordinary(mesh, label)
     return MitsubaShape(name, mesh, made_of[0] if made_of else None, label)
 
 
@@ -220,7 +241,7 @@ def _numbers(element: Element, key: str, counts: tuple[int, ...], label: str) ->
         values = []
     if len(values) not in counts or not all(map(math.isfinite, values)):
         count = " or ".join(map(str, counts))
-        raise InputError(f'{label}: {_shown(element)}: expected {count} numbers as {key}, found "{text}"')
+        raise InputError(f"{label}: {_shown(element)}: expected {count} numbers as {key}, found {_quoted(text)}")
     return values
 
 
@@ -246,9 +267,10 @@ def _to_world(shape: Element, label: str) -> Float[np.ndarray, "4 4"]:
                 matrix[:3, :3] = np.diag(_vector(step, 1.0, label))
             elif step.tag == "rotate":
                 axis, (angle,) = np.array(_vector(step, 0.0, label)), _numbers(step, "angle", (1,), label)
-                if not axis.any():
+                length = float(np.linalg.norm(axis))
+                if not 0 < length < math.inf:
                     raise InputError(f"{label}: <rotate>: expected an axis as x, y and z, found none")
-                turn = Rotation.from_rotvec(angle * axis / np.linalg.norm(axis), degrees=True)
+                turn = Rotation.from_rotvec(angle * axis / length, degrees=True)
                 matrix[:3, :3] = turn.as_matrix()
             elif step.tag == "matrix":
                 values = _numbers(step, "value", (9, 16), label)
@@ -257,6 +279,7 @@ def _to_world(shape: Element, label: str) -> Float[np.ndarray, "4 4"]:
             else:
                 raise InputError(f"{label}: expected translate, rotate, scale or matrix, found {_shown(step)}")
             world = matrix @ world
-    if np.linalg.matrix_rank(world[:3, :3]) < 3 or not np.array_equal(world[3], [0, 0, 0, 1]):
+    ordinary = np.isfinite(world).all() and np.array_equal(world[3], [0, 0, 0, 1])
+    if not ordinary or np.linalg.matrix_rank(world[:3, :3]) < 3:
         raise InputError(f"{label}: expected a transform that keeps three dimensions, found {world.tolist()}")
     return world

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable, Collection
 from dataclasses import asdict
 from pathlib import Path
@@ -17,7 +18,8 @@ from scenes.bedroom import bedroom
 from scenes.closet import closet
 from scenes.conference import conference
 from scenes.description import Gateway, Scene, SceneObject, Transmitter
-from scenes.errors import InputError, did_you_mean, shown
+from scenes.errors import SHOWN, InputError, did_you_mean, printable, shown
+from scenes.input_file import beside
 from scenes.lab import lab
 from scenes.materials import RadioMaterial, material_names, p2040_material
 from scenes.mesh_files import default_up, read_meshes
@@ -26,7 +28,8 @@ from scenes.office import office
 from scenes.shapes import union
 from scenes.validation import validate
 from scenes.workshop import workshop
-from scenes.yaml_section import Section, UniqueKeyLoader
+from scenes.yaml_file import read_yaml
+from scenes.yaml_section import Section
 
 BUILT_IN: dict[str, Callable[[], Scene]] = {
     "lab": lab,
@@ -36,6 +39,10 @@ BUILT_IN: dict[str, Callable[[], Scene]] = {
     "closet": closet,
     "workshop": workshop,
 }
+LONGEST_FREQUENCY = 50
+"""Characters; the time of the regular expression grows with the square of a text's length."""
+LONGEST_STEM = 60
+"""Characters of the name of a mesh file, of which systems allow 255 bytes."""
 HERTZ = {"hz": 1.0, "khz": 1e3, "mhz": 1e6, "ghz": 1e9}
 
 
@@ -77,7 +84,8 @@ def load_scene(name_or_path: str | Path) -> Scene:
 def _frequency(section: Section) -> float:
     """Hz, from a number or from a text such as "915 MHz"."""
     value = section.values["frequency"]
-    match = re.fullmatch(r"\s*([-+.\deE]+?)\s*([kKmMgG]?[hH][zZ])?\s*", str(value))
+    text = str(value) if len(str(value)) <= LONGEST_FREQUENCY else ""
+    match = re.fullmatch(r"\s*([-+.\deE]+?)\s*([kKmMgG]?[hH][zZ])?\s*", text)
     try:
         frequency = float(match[1]) * HERTZ[(match[2] or "Hz").lower()] if match else 0.0
     except ValueError:
@@ -109,7 +117,7 @@ def _transmitter(value: object, source: str) -> Transmitter:
 
 def _material(name: str, value: object, frequency: float, source: str) -> RadioMaterial:
     """From ε_r and σ, or from a row of P.2040; the rest is optional in both."""
-    label = f"{source}: materials.{name}"
+    label = f"{source}: materials.{_in_label(name)}"
     optional = ("thickness", "scattering_coefficient", "xpd_coefficient", "color")
     if isinstance(value, dict) and "p2040" in value:
         s = Section(value, label, ("p2040",), optional)
@@ -137,12 +145,18 @@ def _p2040(name: str, own: Collection[str], frequency: float) -> RadioMaterial:
     return p2040_material(name, frequency)
 
 
-def _object(value: object, index: int, folder: Path, source: str) -> SceneObject:
+def _in_label(name: object) -> str:
+    """A name in the file, as it stands at the start of messages."""
+    return printable(str(name)[:SHOWN])
+
+
+def _object(value: object, index: int, file: Path, source: str) -> SceneObject:
     name = value.get("name") if isinstance(value, dict) else None
-    label = f"{source}: objects[{index}]" + (f' ("{name}")' if name else "")
+    label = f"{source}: objects[{index}]" + (f' ("{_in_label(name)}")' if name else "")
     s = Section(value, label, ("name", "mesh", "material"), ("thickness",))
-    path = folder / s.text("mesh")
+    mesh_file = s.text("mesh")
     try:
+        path = beside(file, mesh_file)
         meshes = [mesh for _, mesh in read_meshes(path)]
     except InputError as error:
         raise s.error(f"mesh {error}") from None
@@ -169,19 +183,7 @@ def read_scene(path: str | Path) -> Scene:
             unknown material, a mesh that cannot be read, or a scene that ``validate`` refuses.
     """
     path = Path(path)
-    try:
-        values = yaml.load(path.read_text(encoding="utf-8"), Loader=UniqueKeyLoader)
-    except FileNotFoundError:
-        raise InputError(f"{path}: no such file") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{path}: cannot be read ({error})") from None
-    except yaml.MarkedYAMLError as error:
-        line = f" line {error.problem_mark.line + 1}:" if error.problem_mark else ""
-        raise InputError(f"{path}:{line} malformed YAML, {error.problem}") from None
-    except yaml.YAMLError as error:
-        raise InputError(f"{path}: malformed YAML, {' '.join(str(error).split())}") from None
-
-    source = str(path)
+    values, source = read_yaml(path, "a scene"), str(path)
     s = Section(
         values, source, ("name", "frequency", "gateway", "transmitter", "objects"), ("materials", "further_gateways")
     )
@@ -192,7 +194,7 @@ def read_scene(path: str | Path) -> Scene:
     listed = s.values["objects"]
     if not isinstance(listed, list):
         raise s.error(f"objects must be a list, found {shown(listed)}")
-    objects = tuple(_object(value, i, path.parent, source) for i, value in enumerate(listed))
+    objects = tuple(_object(value, i, path, source) for i, value in enumerate(listed))
 
     known = {str(name): _material(str(name), value, frequency, source) for name, value in own.items()}
     materials = {}
@@ -208,7 +210,9 @@ def read_scene(path: str | Path) -> Scene:
     further = s.values.get("further_gateways") or {}
     if not isinstance(further, dict):
         raise s.error(f"further_gateways must be a mapping from names to gateways, found {shown(further)}")
-    gateways = {str(name): _gateway(value, f"{source}: further_gateways.{name}") for name, value in further.items()}
+    gateways = {
+        str(name): _gateway(value, f"{source}: further_gateways.{_in_label(name)}") for name, value in further.items()
+    }
     transmitter = _transmitter(s.values["transmitter"], source)
     scene = Scene(s.text("name"), frequency, gateway, transmitter, objects, materials, gateways)
     validate(scene, source)
@@ -238,12 +242,14 @@ def write_scene(scene: Scene, folder: str | Path) -> Path:
     if path.exists():
         raise InputError(f"{path}: exists already and is never overwritten; give another folder")
     validate(scene, str(path))
-    objects, used = [], set()
+    objects, used, count = [], set(), Counter[str]()
     for item in scene.objects:
-        stem = re.sub(r"[^\w.-]+", "_", item.name).strip(".") or "object"
-        while stem.lower() in used:  # names that differ in case or punctuation only
-            stem += "_"
-        used.add(stem.lower())
+        first = stem = re.sub(r"[^\w.-]+", "_", item.name).strip(".")[:LONGEST_STEM] or "object"
+        count[first.casefold()] += 1
+        while stem.casefold() in used:  # names that differ in case or punctuation only
+            stem = f"{first}_{count[first.casefold()]}"
+            count[first.casefold()] += 1
+        used.add(stem.casefold())
         mesh = f"meshes/{stem}.ply"
         write_atomically(folder / mesh, _ply(item.mesh))
         entry: dict[str, Any] = {"name": item.name, "mesh": mesh, "material": item.material}

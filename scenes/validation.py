@@ -11,8 +11,24 @@ from typing import NoReturn
 import numpy as np
 
 from scenes.array_clearance import element_positions, obstruction
-from scenes.description import PATTERNS, POLARIZATIONS, UNIT_TOLERANCE, Gateway, Scene, Transmitter
-from scenes.errors import InputError, did_you_mean
+from scenes.description import (
+    FARTHEST,
+    HIGHEST_FREQUENCY,
+    LONGEST_NAME,
+    LOWEST_FREQUENCY,
+    MOST_ELEMENTS,
+    MOST_IN_A_ROW,
+    MOST_TRIANGLES,
+    PATTERNS,
+    POLARIZATIONS,
+    UNIT_TOLERANCE,
+    WIDEST_SPACING,
+    Gateway,
+    Scene,
+    Transmitter,
+)
+from scenes.errors import InputError, did_you_mean, shown
+from scenes.materials import THICKEST
 from scenes.occupancy import blocking_object
 
 
@@ -24,7 +40,7 @@ def validate(scene: Scene, source: str) -> None:
         source: the start of every message: the file's name or the scene's.
 
     Raises:
-        InputError: a number that is not finite, a frequency, size or spacing that is not positive, an
+        InputError: a number that is not finite or out of its range, a name that is empty, long or unprintable, an
             unknown pattern or polarisation, an orientation that is not a unit quaternion, an empty or
             inverted transmitter region, no objects, two of one name, one without triangles or without a
             known material, a gateway inside an object, on a surface, or with elements behind one, or a transmitter
@@ -37,11 +53,13 @@ def validate(scene: Scene, source: str) -> None:
     transmitter = scene.transmitter
     gateways = {"gateway": scene.gateway}
     for name, further in scene.further_gateways.items():
-        if name == "gateway1" or not re.fullmatch(r"[A-Za-z0-9_-]+", name):
-            refuse(f'further_gateways: expected a name of letters, digits, - and _, not gateway1, found "{name}"')
+        if name == "gateway1" or not re.fullmatch(r"[A-Za-z0-9_-]{1,100}", name):
+            refuse(f"further_gateways: expected a name of letters, digits, - and _, not gateway1, found {shown(name)}")
         gateways[f"further_gateways.{name}"] = further
-    if not (math.isfinite(scene.frequency) and scene.frequency > 0):
-        refuse(f"frequency must be a positive number of hertz, found {scene.frequency}")
+    if not LOWEST_FREQUENCY <= scene.frequency <= HIGHEST_FREQUENCY:
+        refuse(
+            f"frequency must be in hertz, from {LOWEST_FREQUENCY:g} to {HIGHEST_FREQUENCY:g}, found {scene.frequency}"
+        )
     for label, vector in (
         *((f"{name}.position", gateway.position) for name, gateway in gateways.items()),
         *((f"{name}.orientation", gateway.orientation) for name, gateway in gateways.items()),
@@ -51,6 +69,8 @@ def validate(scene: Scene, source: str) -> None:
     ):
         if not np.isfinite(vector).all():
             refuse(f"{label} must be finite numbers, found {list(vector)}")
+        if np.abs(vector).max() > FARTHEST:
+            refuse(f"{label} must be within {FARTHEST:g} m of the origin, found {list(vector)}")
     antennas: dict[str, Gateway | Transmitter] = {**gateways, "transmitter": transmitter}
     for end, antenna in antennas.items():
         norm = math.hypot(*antenna.orientation)
@@ -64,18 +84,34 @@ def validate(scene: Scene, source: str) -> None:
         if antenna.polarization not in POLARIZATIONS:
             refuse(f'{end}.polarization must be "V" or "H", found "{antenna.polarization}"')
     for label, gateway in gateways.items():
-        if gateway.rows < 1 or gateway.columns < 1:
-            refuse(f"{label}.rows and columns must be at least 1, found {gateway.rows} x {gateway.columns}")
-        if not (math.isfinite(gateway.spacing) and gateway.spacing > 0):
-            refuse(f"{label}.spacing must be a positive number of wavelengths, found {gateway.spacing}")
+        if not (1 <= gateway.rows <= MOST_IN_A_ROW and 1 <= gateway.columns <= MOST_IN_A_ROW):
+            refuse(
+                f"{label}.rows and columns must be at least 1 and at most {MOST_IN_A_ROW}, "
+                f"found {gateway.rows} x {gateway.columns}"
+            )
+        if gateway.rows * gateway.columns > MOST_ELEMENTS:
+            refuse(
+                f"{label} must have at most {MOST_ELEMENTS} elements, found {gateway.rows} x {gateway.columns} of them"
+            )
+        if not 0 < gateway.spacing <= WIDEST_SPACING:
+            refuse(
+                f"{label}.spacing must be a positive number of wavelengths, at most {WIDEST_SPACING:g}, "
+                f"found {gateway.spacing}"
+            )
     for axis, low, high in zip("xyz", transmitter.region_min, transmitter.region_max, strict=True):
         if low >= high:
             refuse(f"transmitter.region must have min below max, found {axis} from {low:g} to {high:g} m")
 
     if not scene.objects:
         refuse("a scene needs at least one object, found none")
+    require_name(scene.name, "name", refuse)
+    triangles = sum(len(item.mesh.faces) for item in scene.objects)
+    if triangles > MOST_TRIANGLES:
+        refuse(f"a scene may have at most {MOST_TRIANGLES} triangles, found {triangles}")
     names: set[str] = set()
     for index, item in enumerate(scene.objects):
+        require_name(item.name, f"objects[{index}].name", refuse)
+        require_name(item.material, f"objects[{index}].material", refuse)
         label = f'objects[{index}] ("{item.name}")'
         if item.name in names:
             refuse(f"{label}: every object needs a name of its own, and this one is taken")
@@ -87,10 +123,23 @@ def validate(scene: Scene, source: str) -> None:
             refuse(f"{label}: the mesh has no triangles")
         if not np.isfinite(item.mesh.vertices).all():
             refuse(f"{label}: the mesh has vertices that are not finite numbers")
-        if item.thickness is not None and not (math.isfinite(item.thickness) and item.thickness > 0):
-            refuse(f"{label}: thickness must be a positive number of metres, found {item.thickness}")
+        if np.abs(item.mesh.bounds).max() > FARTHEST:
+            refuse(
+                f"{label}: the mesh must be within {FARTHEST:g} m of the origin, found it at "
+                f"{item.mesh.bounds.tolist()}"
+            )
+        if item.thickness is not None and not 0 < item.thickness <= THICKEST:
+            refuse(
+                f"{label}: thickness must be a positive number of metres, at most {THICKEST:g}, found {item.thickness}"
+            )
     for label, gateway in gateways.items():
         _check_place(replace(scene, gateway=gateway, further_gateways={}), label, refuse)
+
+
+def require_name(name: str, label: str, refuse: Callable[[str], NoReturn]) -> None:
+    """Refuse an empty name, a long one, and one with characters that cannot be printed, which YAML may not keep."""
+    if not (name and len(name) <= LONGEST_NAME and name.isprintable()):
+        refuse(f"{label} must have 1 to {LONGEST_NAME} characters that can be printed, found {shown(name)}")
 
 
 def _check_place(scene: Scene, label: str, refuse: Callable[[str], NoReturn]) -> None:

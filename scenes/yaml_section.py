@@ -2,24 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection
 from typing import Any
 
-import yaml
-
 from scenes.errors import InputError, did_you_mean, shown
-
-
-class UniqueKeyLoader(yaml.SafeLoader):
-    """PyYAML's safe loader, except that a key given twice is an error."""
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        seen = set()
-        for key, _ in node.value:
-            if key.value in seen:
-                raise yaml.MarkedYAMLError(problem=f'key "{key.value}" twice', problem_mark=key.start_mark)
-            seen.add(key.value)
-        return super().construct_mapping(node, deep)
 
 
 class Section:
@@ -46,7 +33,7 @@ class Section:
             raise self.error(f"expected a mapping with {', '.join(required)}, found {shown(value)}")
         for key in value:
             if key not in required and key not in optional:
-                raise self.error(f'unknown key "{key}"; {did_you_mean(key, [*required, *optional])}')
+                raise self.error(f"unknown key {shown(key)}; {did_you_mean(key, [*required, *optional])}")
         for key in required:
             if key not in value:
                 raise self.error(f'missing key "{key}"')
@@ -64,7 +51,7 @@ class Section:
         return value
 
     def number(self, key: str) -> float:
-        """A number."""
+        """A finite number."""
         return self._number(self.values[key], key)
 
     def numbers(self, key: str, count: int) -> Any:
@@ -90,6 +77,9 @@ class Section:
         try:
             if not isinstance(value, int | float | str) or isinstance(value, bool):
                 raise ValueError
-            return float(value)
-        except ValueError:
+            number = float(value)
+        except (ValueError, OverflowError):  # OverflowError: an integer of 400 digits
             raise self.error(f"{key} must be a number, found {shown(value)}") from None
+        if not math.isfinite(number):
+            raise self.error(f"{key} must be a finite number, found {shown(value)}")
+        return number

@@ -5,26 +5,46 @@ A function appends sentences to a list of problems, for ``inspect``.
 
 from __future__ import annotations
 
-import json
+import math
+import os
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
-import yaml
 from jaxtyping import Float
+from msgspec import Meta, Struct
 
+from scenes.description import UNIT_TOLERANCE
 from scenes.errors import InputError, shown
 from scenes.input_file import MEGABYTE, read_text
+from scenes.schema import conform
+from scenes.yaml_file import read_yaml
 from simulate.beamformer import Beamformer
 from simulate.identification import beamformer_of
+from simulate.metadata import read_metadata_file
 from simulate.picture_files import summary
+from simulate.positions import FARTHEST
+
+GATEWAY = "gateway1 with position [x, y, z] and orientation [x, y, z, w]"
 
 LARGEST_INDEX = 20 * MEGABYTE
 """Bytes of an index file; a million names of six digits have 7 MB."""
 
-UNIT_TOLERANCE = 1e-3
-"""How far a quaternion's length may be from 1."""
+Coordinate = Annotated[float, Meta(ge=-FARTHEST, le=FARTHEST)]
+
+
+class Pose(Struct):
+    """Position and orientation of a gateway in gateway_info.yml."""
+
+    position: tuple[Coordinate, Coordinate, Coordinate]
+    orientation: tuple[Coordinate, Coordinate, Coordinate, Coordinate]
+
+
+class GatewayInfo(Struct):
+    """gateway_info.yml; other programs write further keys."""
+
+    gateway1: Pose
 
 
 def read_names(path: Path, names: Sequence[str], problems: list[str]) -> list[int]:
@@ -59,40 +79,26 @@ def read_names(path: Path, names: Sequence[str], problems: list[str]) -> list[in
 
 def read_gateway(path: Path, problems: list[str]) -> tuple[Float[np.ndarray, 3], Float[np.ndarray, 4]]:
     """Read gateway_info.yml: position, metres, and unit quaternion (x, y, z, w); problems get a sentence."""
-    default_pose = np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
-    if not path.is_file():
-        problems.append(f"{path}: expected the gateway's position and orientation, found no such file")
-        return default_pose
     try:
-        gateway = yaml.safe_load(path.read_text())["gateway1"]
-        position = np.array(gateway["position"], dtype=float)
-        orientation = np.array(gateway["orientation"], dtype=float)
-        if position.shape != (3,) or orientation.shape != (4,) or not np.isfinite([*position, *orientation]).all():
-            raise ValueError
-    except (yaml.YAMLError, KeyError, TypeError, ValueError):
-        problems.append(
-            f"{path}: expected gateway1 with position [x, y, z] and orientation [x, y, z, w], found something else"
-        )
-        return default_pose
-    length = float(np.linalg.norm(orientation))
-    if abs(length - 1) > UNIT_TOLERANCE:
-        problems.append(
-            f"{path}, gateway1: expected an orientation quaternion of unit length, found length {length:.4g}"
-        )
-        return default_pose
-    return position, orientation / length
+        pose = conform(read_yaml(path, GATEWAY), GatewayInfo, str(path), numbers_as_text=True).gateway1
+        length = math.hypot(*pose.orientation)
+        if abs(length - 1) > UNIT_TOLERANCE:
+            raise InputError(
+                f"{path}: gateway1.orientation: expected a quaternion of unit length, found length {length:.4g}"
+            )
+    except InputError as error:
+        problems.append(str(error))
+        return np.zeros(3), np.array([0.0, 0.0, 0.0, 1.0])
+    return np.array(pose.position), np.array(pose.orientation) / length
 
 
 def read_metadata(path: Path, problems: list[str]) -> tuple[dict[str, Any], Beamformer | None]:
     """Read metadata.json: its content, and the array and the grid that it states; problems get a sentence."""
-    if not path.is_file():
+    if not os.path.lexists(path):
         return {}, None
     try:
-        metadata = json.loads(path.read_text())
+        metadata = read_metadata_file(path, "the settings of a dataset")
         return metadata, beamformer_of(metadata)
-    except (ValueError, TypeError, AttributeError) as error:
-        problems.append(
-            f"{path}: expected a JSON object whose array has rows, columns, spacing, and whose grid has "
-            f"elevation_first_deg, elevation_step_deg, azimuth_step_deg, found {error}"
-        )
+    except InputError as error:
+        problems.append(str(error))
         return {}, None

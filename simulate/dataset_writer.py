@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Sequence
 from io import BytesIO, StringIO
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import yaml
 from jaxtyping import Complex, Float, UInt8
 from PIL import Image
 
@@ -46,8 +48,9 @@ def write_index(path: Path, names: Sequence[str]) -> None:
 
 def write_gateway(path: Path, dataset_name: str, position: Sequence[float], orientation: Sequence[float]) -> None:
     """Write gateway_info.yml."""
+    name = yaml.safe_dump({"dataset_name": dataset_name}, allow_unicode=True, width=math.inf)  # quoted where it must be
     text = (
-        f"dataset_name: {dataset_name}\n"
+        f"{name}"
         "gateway1:\n"
         f"  position: [{', '.join(f'{value:.6f}' for value in position)}]\n"
         f"  orientation: [{', '.join(f'{value:.9f}' for value in orientation)}]  # x, y, z, w\n"

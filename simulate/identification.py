@@ -51,25 +51,13 @@ class Identification:
 def beamformer_of(metadata: dict[str, Any]) -> Beamformer | None:
     """The array and the grid that metadata.json states; None: it names no array.
 
-    Raises:
-        TypeError: the array or the grid has other fields than ours.
-        ValueError: a field has a value that no array or grid can have.
+    Args:
+        metadata: content of metadata.json, from ``read_metadata_file``.
     """
-    if not isinstance(metadata, dict):
-        raise TypeError(f"a {type(metadata).__name__}")
     if "array" not in metadata:
         return None
-    array = PlanarArray(**metadata["array"])
     grid = AngularGrid(**metadata["grid"]) if "grid" in metadata else METADATA_GRID
-    sizes = array.rows, array.columns
-    numbers = (array.spacing, grid.elevation_first_deg, grid.elevation_step_deg, grid.azimuth_step_deg)
-    if not all(isinstance(size, int) and size > 0 for size in sizes):
-        raise ValueError(f"an array of {array.rows} × {array.columns} elements")
-    if not (all(isinstance(number, int | float) for number in numbers) and np.isfinite(numbers).all()):
-        raise ValueError(f"{array} and {grid}")
-    if array.spacing <= 0 or grid.elevation_step_deg <= 0 or grid.azimuth_step_deg <= 0:
-        raise ValueError(f"a spacing or step that is not positive in {array} and {grid}")
-    return Beamformer(array, grid)
+    return Beamformer(PlanarArray(**metadata["array"]), grid)
 
 
 def identify(pictures: UInt8[np.ndarray, "K 90 360"], stated: Beamformer | None) -> Identification:

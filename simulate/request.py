@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
-import json
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -24,6 +23,7 @@ from simulate.fullwave.plan import plan
 from simulate.fullwave.settings import FullWave
 from simulate.identification import beamformer_of
 from simulate.measurement import Measurement
+from simulate.metadata import read_metadata_file
 from simulate.positions import read_points
 from simulate.propagation import Propagation
 
@@ -131,22 +131,17 @@ def propagation_of(metadata: dict[str, Any]) -> tuple[Propagation, int]:
     """How the paths of a dataset were traced.
 
     Args:
-        metadata: content of its metadata.json; empty for a dataset that was not simulated.
+        metadata: content of its metadata.json, checked as ``read_dataset`` does; empty for a dataset that was not
+            simulated.
 
     Returns:
         The mechanisms that were followed and the seed of the rays; the defaults for empty metadata.
-
-    Raises:
-        InputError: settings that ``Propagation`` does not have.
 
     >>> propagation_of({"propagation": {"max_depth": 2, "seed": 4}})[1]
     4
     """
     settings = dict(metadata.get("propagation", {}))
     seed = settings.pop("seed", DEFAULT_RAY_SEED)
-    unknown = settings.keys() - {setting.name for setting in fields(Propagation)}
-    if unknown:
-        raise InputError(f"metadata.json: expected settings of the propagation that are known, found {sorted(unknown)}")
     if settings and "slab_phase" not in settings:  # version 0.1
         settings |= {
             "slab_phase": False,
@@ -171,30 +166,26 @@ def read_request(folder: Path) -> Request:
     if not path.exists() and (folder / "scene.yaml").exists():
         scene_file = folder / "scene.yaml"
         raise InputError(f"{folder}: expected a simulated dataset, found the folder of a scene; give {scene_file}")
-    try:
-        metadata = json.loads(path.read_text())
-        propagation, ray_seed = propagation_of(metadata)
-        errors = dict(metadata["measurement"])
-        settings = {
-            "placement": metadata["placement"],
-            "propagation": propagation,
-            "seed": metadata["seed"],
-            "measurement_seed": errors.pop("seed"),
-            "measurement": Measurement(**errors),
-            "power": metadata["power"],
-        }
-        stated = beamformer_of(metadata)
-        settings["grid"] = AngularGrid() if stated is None else stated.grid
-        if metadata.get("engine") == "fullwave":
-            settings["fullwave"] = FullWave(metadata["fullwave"]["cell"], metadata["fullwave"]["solver"])
-        scene_file = metadata["scene_file"]
-    except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
-        raise InputError(f"{path}: expected the metadata of a simulated dataset, found {error!r}") from error
+    metadata = read_metadata_file(path, "the metadata of a simulated dataset", simulated=True)
+    propagation, ray_seed = propagation_of(metadata)
+    errors = dict(metadata["measurement"])
+    settings: dict[str, Any] = {
+        "placement": metadata["placement"],
+        "propagation": propagation,
+        "seed": metadata["seed"],
+        "measurement_seed": errors.pop("seed"),
+        "measurement": Measurement(**errors),
+        "power": metadata["power"],
+    }
+    stated = beamformer_of(metadata)
+    settings["grid"] = AngularGrid() if stated is None else stated.grid
+    if metadata.get("engine") == "fullwave":
+        settings["fullwave"] = FullWave(metadata["fullwave"]["cell"], metadata["fullwave"]["solver"])
     if metadata.get("engine") != "fullwave" and ray_seed != metadata["seed"]:
         raise InputError(
             f"{path}: expected the dataset's seed {metadata['seed']} as propagation.seed, found {ray_seed}"
         )
-    request = Request(read_scene(folder / scene_file), read_points(folder / "tx_pos.csv"), **settings)
+    request = Request(read_scene(folder / metadata["scene_file"]), read_points(folder / "tx_pos.csv"), **settings)
     for key, value in request.metadata().items():
         if key.endswith("sha256") and value != metadata[key]:
             raise InputError(f"{path}: expected the files the dataset was made with, found another {key[:-7]}")

@@ -5,16 +5,18 @@ from __future__ import annotations
 import csv
 import datetime
 import json
+import os
 import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from io import StringIO
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 from jaxtyping import Float, Int
+from msgspec import Meta, Struct
 from rich.console import Console
 
 from learn.baselines.array_ceiling import CEILING, SAMPLES, array_ceiling
@@ -25,10 +27,16 @@ from learn.splits import SplitKind, split
 from learn.training.run_folder import device_name
 from scenes.atomic import write_atomically
 from scenes.errors import require_whole
+from scenes.input_file import MEGABYTE, read_text
+from scenes.json_file import parse_json, read_json
+from scenes.schema import conform
 from simulate.dataset import Dataset, read_dataset
 from simulate.evenly import evenly
 from simulate.positions import MOST_POSITIONS
 from simulate.spectrum import spectrum_of
+
+LARGEST_RESULTS = 64 * MEGABYTE
+"""Bytes of results.jsonl; a row takes about 400."""
 
 SPLIT_SEED = 0
 """Seed of the split, the same for every method and for every seed that a method is fitted with."""
@@ -61,6 +69,28 @@ class Settings:
         return test if self.test_spectra is None else evenly(test, self.test_spectra)
 
 
+class Protocol(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """protocol.json: the fields of ``Settings`` that are not None."""
+
+    dataset: str
+    split: SplitKind
+    split_seed: Annotated[int, Meta(ge=0)]
+    minutes: Annotated[float, Meta(gt=0)] | None = None
+    steps: Annotated[int, Meta(ge=1)] | None = None
+    device: str
+    test_spectra: Annotated[int, Meta(ge=1)] | None = None
+
+
+class Row(Struct, frozen=True, kw_only=True):
+    """What every line of results.jsonl has; further keys are scores and costs."""
+
+    label: str
+    seed: Annotated[int, Meta(ge=0)]
+    train_size: Annotated[int, Meta(ge=1)] | None
+    test: Annotated[int, Meta(ge=1)]
+    ssim_median: float
+
+
 class Experiment:
     """A folder with protocol.json, results.jsonl, per_sample/, and the methods' own folders in runs/.
 
@@ -76,7 +106,7 @@ class Experiment:
     def __init__(self, folder: Path, dataset: Dataset, settings: Settings):
         self.folder, self.dataset, self.settings = folder, dataset, settings
         path = folder / "protocol.json"
-        begun = json.loads(path.read_text()) if path.exists() else None
+        begun = _begun(path) if os.path.lexists(path) else None
         given = {key: value for key, value in asdict(settings).items() if value is not None}
         claim(folder, "experiment", given, begun)
         write_atomically(path, (json.dumps(given, indent=2) + "\n").encode())
@@ -85,7 +115,14 @@ class Experiment:
     def rows(self) -> list[dict[str, Any]]:
         """The rows measured so far, in the order they were measured."""
         path = self.folder / "results.jsonl"
-        return [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
+        if not os.path.lexists(path):
+            return []
+        rows = []
+        for number, line in enumerate(read_text(path, "a JSON object per line", LARGEST_RESULTS).splitlines(), start=1):
+            place = f"{path}, line {number}"
+            rows.append(parse_json(line, place, "the scores of a method", nan=True))
+            conform(rows[-1], Row, place)
+        return rows
 
     def measure(
         self, methods: Mapping[str, Callable[[], Method]], seeds: int, sizes: Sequence[int | None] = (None,)
@@ -170,6 +207,13 @@ class Experiment:
         path = self.folder / "results.jsonl"
         lines = [json.dumps(each) for each in (*self.rows, row)]
         write_atomically(path, ("\n".join(lines) + "\n").encode())
+
+
+def _begun(path: Path) -> dict[str, Any]:
+    """The settings in a protocol.json."""
+    content = read_json(path, "the settings of an experiment")
+    conform(content, Protocol, str(path))
+    return content
 
 
 def begin(

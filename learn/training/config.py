@@ -3,20 +3,59 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+from msgspec import Meta, Struct
 
 from learn.models.registry import DEFAULT_MODEL
 from learn.models.steps import Steps
 from learn.splits import Split, SplitKind
 from scenes.atomic import write_atomically
+from scenes.description import MOST_ELEMENTS
 from scenes.errors import InputError
+from scenes.json_file import read_json
+from scenes.schema import conform
 from simulate.angular_grid import AngularGrid
 from simulate.array import PlanarArray
 from simulate.beamformer import Beamformer
+from simulate.metadata import Array, Count, Grid
+
+LARGEST_OPTION = 10**6
+"""Of a whole number among a model's options, such as its primitives; models take memory in proportion to them."""
+
+
+Option = bool | Annotated[int, Meta(ge=-LARGEST_OPTION, le=LARGEST_OPTION)] | float | str | list[Any] | None
+
+
+class StepsFile(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
+    """Fields of ``Steps`` in config.json."""
+
+    steps: Annotated[int, Meta(ge=1)]
+    batch_size: Annotated[int, Meta(ge=1)]
+    learning_rate: Annotated[float, Meta(gt=0)]
+    weight_decay: Annotated[float, Meta(ge=0)]
+    full_resolution: Annotated[float, Meta(ge=0, le=1)]
+    init: str | None
+
+
+class ConfigFile(Struct, frozen=True, kw_only=True):
+    """config.json: all fields of ``Config``, the array and the grid; other keys are for readers only."""
+
+    dataset: str
+    model: str
+    split: SplitKind
+    seed: Count
+    split_seed: Count
+    train_size: Annotated[int, Meta(ge=1)] | None
+    options: dict[str, Option]
+    by_steps: StepsFile | None
+    array: Array
+    grid: Grid
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,13 +127,13 @@ def read_config(folder: Path) -> tuple[Config, Beamformer]:
         InputError: the folder has no config.json, or not one that ``write_config`` writes.
     """
     path = folder / "config.json"
-    if not path.is_file():
+    if not os.path.lexists(path):
         raise InputError(f"{folder}: expected a run folder made by bisplat train, found no config.json in it")
-    try:
-        content: dict[str, Any] = json.loads(path.read_text())
-        fields = {name: content[name] for name in Config.__dataclass_fields__}
-        if fields["by_steps"] is not None:
-            fields["by_steps"] = Steps(**fields["by_steps"])
-        return Config(**fields), Beamformer(PlanarArray(**content["array"]), AngularGrid(**content["grid"]))
-    except (ValueError, KeyError, TypeError) as error:
-        raise InputError(f"{path}: expected the settings that bisplat train 0.2 writes, found {error!r}") from error
+    content = read_json(path, "the settings that bisplat train 0.2 writes")
+    checked = conform(content, ConfigFile, str(path))
+    if checked.array.rows * checked.array.columns > MOST_ELEMENTS:
+        raise InputError(f"{path}: array: expected at most {MOST_ELEMENTS} elements, found {checked.array}")
+    fields = {name: content[name] for name in Config.__dataclass_fields__}
+    if fields["by_steps"] is not None:
+        fields["by_steps"] = Steps(**fields["by_steps"])
+    return Config(**fields), Beamformer(PlanarArray(**content["array"]), AngularGrid(**content["grid"]))

@@ -12,14 +12,14 @@ from __future__ import annotations
 
 import datetime
 import json
-import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 import torch
 from jaxtyping import Complex, Float
+from msgspec import Meta, Struct
 from safetensors import SafetensorError
 from safetensors.torch import load_file, save
 
@@ -29,8 +29,10 @@ from learn.models.steps import STEPS_MOST
 from learn.splits import Split, read_split
 from learn.training.config import Config, read_config
 from scenes.atomic import write_atomically
-from scenes.errors import InputError, cut, reason, require_whole, require_within, shown
-from scenes.input_file import MEGABYTE, read_text, require_regular
+from scenes.errors import InputError, cut, reason, shown
+from scenes.input_file import MEGABYTE, require_regular
+from scenes.json_file import read_json
+from scenes.schema import conform
 from simulate.beamformer import Beamformer
 from simulate.dataset import Dataset, read_dataset
 from simulate.positions import check_points
@@ -192,6 +194,13 @@ def write_training(folder: Path, steps: int, seconds: float, validation_ssim: fl
     write_atomically(folder / "training.json", (json.dumps(content, indent=2) + "\n").encode())
 
 
+class TrainingFile(Struct, frozen=True):
+    """What is read of training.json."""
+
+    steps: Annotated[int, Meta(ge=0, le=STEPS_MOST)]
+    seconds: Annotated[float, Meta(ge=0)]
+
+
 def read_training(folder: Path) -> dict[str, Any]:
     """Read training.json.
 
@@ -201,14 +210,9 @@ def read_training(folder: Path) -> dict[str, Any]:
     Raises:
         InputError: no regular file, or none with the steps and the seconds of a training.
     """
-    path, what = folder / "training.json", "steps and seconds of a training"
-    text = read_text(path, what, MEGABYTE)
-    try:
-        content = json.loads(text)
-        require_whole(0, STEPS_MOST, steps=content["steps"])
-        require_within(0, math.inf, "a number of seconds", seconds=content["seconds"])
-    except (ValueError, KeyError, TypeError, RecursionError) as error:
-        raise InputError(f"{path}: expected {what}, found a damaged file ({reason(error)})") from error
+    path = folder / "training.json"
+    content = read_json(path, "the steps and seconds of a training", nan=True)
+    conform(content, TrainingFile, str(path))
     return content
 
 

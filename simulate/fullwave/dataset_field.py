@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 from pathlib import Path
@@ -11,8 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from rich.progress import Progress
 
-from scenes.errors import InputError, reason, shown
-from scenes.input_file import MEGABYTE, read_text
+from scenes.errors import InputError, shown
 from simulate.fullwave.engine import stored_field
 from simulate.fullwave.plan import Plan, plan
 from simulate.fullwave.runs import groups
@@ -20,6 +18,7 @@ from simulate.fullwave.settings import OURS, FullWave
 from simulate.fullwave.settling import SETTLED
 from simulate.fullwave.stored_field import OF_POINTS, StoredField, read_stored_field
 from simulate.fullwave.yee_grid import dispersion_residual
+from simulate.metadata import read_metadata_file
 
 if TYPE_CHECKING:
     from simulate.request import Request
@@ -143,18 +142,13 @@ def settings_of_field(folder: Path, request: Request) -> FullWave:
     Raises:
         InputError: not the folder of a finished full-wave simulation, or of another scene.
     """
-    expected = f"{folder}: expected a folder that was simulated with --engine fullwave to its end"
-    try:
-        metadata = json.loads(read_text(folder / "metadata.json", "the metadata of a dataset", 10 * MEGABYTE))
-        settings = metadata["fullwave"] if metadata.get("engine") == "fullwave" else None
-        made_with = None if settings is None else FullWave(settings["cell"], settings["solver"])
-    except (ValueError, AttributeError, KeyError, TypeError, RecursionError) as error:
-        raise InputError(f"{expected}, found {reason(error)}") from error
-    if made_with is None or not (folder / FIELD).is_file():
-        raise InputError(f"{expected}, found no {FIELD} of it")
-    if metadata.get("scene_sha256") != request.metadata()["scene_sha256"]:
+    expected = "a folder that was simulated with --engine fullwave to its end"
+    metadata = read_metadata_file(folder / "metadata.json", expected)
+    if metadata.get("engine") != "fullwave" or not (folder / FIELD).is_file():
+        raise InputError(f"{folder}: expected {expected}, found no {FIELD} of it")
+    if metadata["scene_sha256"] != request.metadata()["scene_sha256"]:
         raise InputError(
-            f"{folder}: expected the field of the same scene, found that of {shown(metadata.get('scene'))} with "
-            "other objects, materials or antennas"
+            f"{folder}: expected the field of the same scene, found that of {shown(metadata.get('scene'))} with other "
+            "objects, materials or antennas"
         )
-    return made_with
+    return FullWave(metadata["fullwave"]["cell"], metadata["fullwave"]["solver"])

@@ -53,19 +53,20 @@ def second_object(item):
 
 
 BOX = box((0, 0, 0), (1, 1, 1))
+MANY = Trimesh(BOX.vertices, np.tile(BOX.faces[:1], (1_000_000, 1)), process=False)
 NAN = Trimesh([[0, 0, 0], [1, 0, 0], [0, np.nan, 0]], [[0, 1, 2]], process=False)
 
 
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [
-        (lambda s: replace(s, frequency=-1.0), "frequency must be a positive number of hertz, found -1.0"),
+        (lambda s: replace(s, frequency=-1.0), "frequency must be in hertz, from 1e\\+06 to 1e\\+12, found -1.0"),
         (gateway(position=(0.0, np.inf, 0.0)), "gateway.position must be finite"),
         (gateway(orientation=(1.0, 1.0, 0.0, 0.0)), "gateway.orientation must be a unit quaternion .* 1.414"),
         (gateway(orientation=(0.0, 0.0, 0.0, np.nan)), "gateway.orientation must be finite"),
         (gateway(pattern="isso"), 'unknown gateway.pattern "isso"; did you mean "iso"'),
         (gateway(polarization="VH"), 'gateway.polarization must be "V" or "H", found "VH"'),
-        (gateway(rows=0), "gateway.rows and columns must be at least 1, found 0 x 4"),
+        (gateway(rows=0), "gateway.rows and columns must be at least 1 and at most 64, found 0 x 4"),
         (gateway(spacing=0.0), "gateway.spacing must be a positive number"),
         (gateway(position=(0.5, 0.5, 0.2)), r'gateway.position \[0.5, 0.5, 0.2\] lies inside object "crate"'),
         (transmitter(orientation=(0.0, 0.0, 0.0, 2.0)), "transmitter.orientation must be a unit quaternion"),
@@ -81,6 +82,18 @@ NAN = Trimesh([[0, 0, 0], [1, 0, 0], [0, np.nan, 0]], [[0, 1, 2]], process=False
         (
             second_object(SceneObject("c", BOX, "wod")),
             r'objects\[1\] \("c"\): unknown material "wod"; did you mean "wood"',
+        ),
+        (
+            lambda s: replace(s, objects=tuple(SceneObject(f"c{k}", MANY, "wood") for k in range(3))),
+            "a scene may have at most 2000000 triangles, found 3000000",
+        ),
+        (
+            second_object(SceneObject("", BOX, "wood")),
+            r"objects\[1\].name must have 1 to 200 characters that can be printed, found ''",
+        ),
+        (
+            second_object(SceneObject("c", Trimesh(BOX.vertices * 1e6, BOX.faces, process=False), "wood")),
+            r'objects\[1\] \("c"\): the mesh must be within 100000 m of the origin',
         ),
         (
             second_object(SceneObject("c", Trimesh(), "wood")),

@@ -145,7 +145,7 @@ def test_wrong_options(glb, options, sentence):
 
 
 def test_wrong_files(tmp_path):
-    with pytest.raises(InputError, match=r"gone.ply: no such mesh file"):
+    with pytest.raises(InputError, match=r"gone.ply: expected a mesh, found no such file"):
         import_mesh(tmp_path / "gone.ply", [], "wood")
     with pytest.raises(InputError, match=r'room.ifc: ".ifc" is not a mesh format we read; expected one of .glb'):
         import_mesh(tmp_path / "room.ifc", [], "wood")

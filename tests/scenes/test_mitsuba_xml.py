@@ -203,7 +203,10 @@ def test_a_rule_saves_what_the_frequency_would_refuse(write):
 FILENAME = '<string name="filename" value="{}"/>'
 REFUSED = {
     "sphere": (shape(kind="sphere"), 'shape "wall": expected one of ply, obj, rectangle, cube, found type "sphere"'),
-    "missing mesh": (shape(FILENAME.format("gone.ply"), "ply"), 'shape "wall": .*gone.ply: no such mesh file'),
+    "missing mesh": (
+        shape(FILENAME.format("gone.ply"), "ply"),
+        "gone.ply: expected a mesh, found no such file",
+    ),
     "no file name": (shape(kind="ply"), 'shape "wall": expected the filename of a .ply mesh, found ""'),
     "wrong mesh": (shape(FILENAME.format("a.obj"), "ply"), 'expected the filename of a .ply mesh, found "a.obj"'),
     "lookat": (moved('<lookat origin="0 0 1"/>'), "expected translate, rotate, scale or matrix, found <lookat>"),
@@ -231,14 +234,14 @@ REFUSED = {
     ),
     "value out of range": (
         shape(bsdf("radio-material", {"relative_permittivity": 0.5})),
-        'shape "wall": material "screen": relative_permittivity must be at least 1, found 0.5',
+        'shape "wall": material "screen": relative_permittivity must be at least 1 and .*, found 0.5',
     ),
     "dangling reference": (CONCRETE + shape('<ref id="mat-itu_concret"/>'), 'did you mean "mat-itu_concrete"'),
     "two materials": (shape(CONCRETE + CONCRETE), "expected one bsdf, found 2"),
     "undefined name": (moved('<scale value="$size"/>'), 'expected a <default> before "\\$size", found none'),
     "include": ('<include filename="more.xml"/>', "expected shapes and what they are made of, found <include>"),
     "no shapes": (CONCRETE, "expected at least one shape, found none"),
-    "malformed": ("<shape>", "expected a readable XML file, found mismatched tag: line 1"),
+    "malformed": ("<shape>", "expected a Mitsuba scene as XML, found mismatched tag: line 1"),
 }
 
 
@@ -251,7 +254,7 @@ def test_refusals(write, case):
 
 
 def test_other_files_are_refused(tmp_path):
-    with pytest.raises(InputError, match=r"gone.xml: no such file"):
+    with pytest.raises(InputError, match=r"gone.xml: expected a Mitsuba scene as XML, found no such file"):
         read_mitsuba(tmp_path / "gone.xml")
     (tmp_path / "page.xml").write_text("<html/>")
     with pytest.raises(InputError, match=r"page.xml: expected a Mitsuba <scene>, found <html>"):

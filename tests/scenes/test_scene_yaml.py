@@ -1,5 +1,6 @@
 """A scene on disk: it comes back equal, and every mistake in it is told with its place."""
 
+import os
 from dataclasses import replace
 from pathlib import Path
 
@@ -103,11 +104,33 @@ def test_same_scene_same_bytes(scene, tmp_path):
 
 
 def test_names_that_are_no_file_names(scene, tmp_path):
-    from dataclasses import replace
-
     floor, crate = scene.objects
-    awkward = replace(scene, objects=(replace(floor, name="a/b"), replace(crate, name="A b"), replace(crate, name="é")))
+    names = [
+        "a/b",
+        "A b",
+        "a_b",
+        "a_b_1",
+        "é",
+        "É",
+        "...",
+        "???",
+        "!!!",
+        "2024-01-01",
+        "yes",
+        "1e5",
+        "{a: b}",
+        "ü" * 200,
+    ]
+    crates = tuple(replace(crate, name=name) for name in names)
+    awkward = replace(scene, name="- #1: 'x", objects=(floor, *crates))
     assert read_scene(write_scene(awkward, tmp_path)) == awkward
+
+
+def test_many_names_of_no_letters_have_short_file_names(scene, tmp_path):
+    floor, crate = scene.objects
+    crates = tuple(replace(crate, name="!" * (number + 1)) for number in range(150))
+    folder = write_scene(replace(scene, objects=(floor, *crates)), tmp_path).parent
+    assert max(len(path.name) for path in (folder / "meshes").iterdir()) < 20
 
 
 def test_never_overwrites(scene, tmp_path):
@@ -130,18 +153,18 @@ BAD = [
         r'objects\[1\].* material "concrete" at 0.4 GHz|materials.block: material "concrete" at 0.4',
     ),
     ("name: yard", "name: 3", "yard.yaml: name must be a text, found 3"),
-    ("gateway:", "gatway:", 'yard.yaml: unknown key "gatway"; did you mean "gateway"'),
+    ("gateway:", "gatway:", "yard.yaml: unknown key 'gatway'; did you mean \"gateway\""),
     ("  position: [4, 0, 1]\n", "", 'yard.yaml: gateway: missing key "position"'),
     ("[4, 0, 1]", "[4, 0]", r"yard.yaml: gateway: position must be a list of 3 numbers, found \[4, 0\]"),
     ("[4, 0, 1]", "[4, 0, up]", r"yard.yaml: gateway: position\[2\] must be a number, found 'up'"),
     ("[4, 0, 1]", "[4, 0, true]", r"yard.yaml: gateway: position\[2\] must be a number, found True"),
-    ("[4, 0, 1]", "[4, 0, .nan]", "yard.yaml: gateway.position must be finite"),
+    ("[4, 0, 1]", "[4, 0, .nan]", r"yard.yaml: gateway: position\[2\] must be a finite number, found nan"),
     ("[4, 0, 1]", "[0.5, 0.5, 0.2]", 'yard.yaml: gateway.position .* lies inside object "crate"'),
     ("[4, 0, 1]", "[4, 0, 1]\n  rows: 4.5", "yard.yaml: gateway: rows must be a whole number, found 4.5"),
-    ("[4, 0, 1]", "[4, 0, 1]\n  row: 4", 'yard.yaml: gateway: unknown key "row"; did you mean "rows"'),
+    ("[4, 0, 1]", "[4, 0, 1]\n  row: 4", "yard.yaml: gateway: unknown key 'row'; did you mean \"rows\""),
     ("[0.5, -0.5, -0.5, 0.5]", "[1, -0.5, -0.5, 0.5]", "gateway.orientation must be a unit quaternion"),
     ("max: [1, 1, 1.5]", "max: [1, 1, 0.5]", "transmitter.region must have min below max, found z"),
-    ("max: [1, 1, 1.5]", "size: [1, 1, 1]", 'transmitter.region: unknown key "size"'),
+    ("max: [1, 1, 1.5]", "size: [1, 1, 1]", "transmitter.region: unknown key 'size'"),
     (
         "  region: {min: [-1, -1, 0.5], max: [1, 1, 1.5]}\n",
         "",
@@ -154,7 +177,7 @@ BAD = [
         "p2040: concret",
         'materials.block: unknown material "concret"; did you mean "concrete"',
     ),
-    ("p2040: concrete", "p2040: concrete, sigma: 1", 'materials.block: unknown key "sigma"'),
+    ("p2040: concrete", "p2040: concrete, sigma: 1", "materials.block: unknown key 'sigma'"),
     (
         "material: wood",
         "material: wod",
@@ -170,7 +193,7 @@ BAD = [
         "material: flet",
         r'objects\[2\] \("mat"\): unknown material "flet"; did you mean "felt"',
     ),
-    ("crate.obj", "crat.obj", r'objects\[0\] \("crate"\): mesh .*crat.obj: no such mesh file'),
+    ("crate.obj", "crat.obj", r'objects\[0\] \("crate"\): mesh .*crat.obj: expected a mesh, found no such file'),
     ("crate.obj", "crate.dwg", r'objects\[0\] \("crate"\): mesh .*".dwg" is not a mesh format'),
     ("crate.obj", "points.ply", r'objects\[0\] \("crate"\): mesh .*holds no triangles'),
     ("crate.obj", "empty.obj", r'objects\[0\] \("crate"\): mesh .*empty.obj: '),
@@ -179,8 +202,41 @@ BAD = [
     ("thickness: 0.02", "thickness: thin", r"objects\[2\] .*thickness must be a number, found 'thin'"),
     ("thickness: 0.02", "thickness: -1", r"objects\[2\] .*thickness must be a positive number"),
     ("  - {name: crate, mesh: crate.obj, material: wood}", "  - crate", r"objects\[0\]: expected a mapping"),
-    ("[4, 0, 1]", "[4, 0, 1", "yard.yaml: line 5: malformed YAML"),
-    ("name: yard", "name: yard\nname: garden", 'yard.yaml: line 2: malformed YAML, key "name" twice'),
+    ("[4, 0, 1]", f"[4, 0, {'9' * 400}]", r"yard.yaml: gateway: position\[2\] must be a number, found 99"),
+    ("[4, 0, 1]", "[4, 0, 1e400]", r"yard.yaml: gateway: position\[2\] must be a finite number, found '1e400'"),
+    ("[4, 0, 1]", "[4, 0, 1e6]", "yard.yaml: gateway.position must be within 100000 m of the origin"),
+    ("[4, 0, 1]", "[4, 0, 1]\n  rows: 65", "yard.yaml: gateway.rows and columns must be .* at most 64, found 65 x 4"),
+    ("[4, 0, 1]", "[4, 0, 1]\n  rows: 64\n  columns: 17", "yard.yaml: gateway must have at most 1024 elements"),
+    ("[4, 0, 1]", "[4, 0, 1]\n  spacing: 1e3", "yard.yaml: gateway.spacing must be .* at most 100, found 1000.0"),
+    ("915 MHz", "9" * 400, "yard.yaml: frequency must be in hertz"),
+    (
+        "permittivity: 1.3",
+        "permittivity: 1e9",
+        "relative_permittivity must be at least 1 and at most 100000, found 1000",
+    ),
+    ("thickness: 0.02", "thickness: 1e9", r"objects\[2\] .*thickness must be a positive number .* found 1000000000.0"),
+    ("name: yard", 'name: "ya\\erd"', r"yard.yaml: name must have 1 to 200 characters .* found 'ya\\x1brd'"),
+    (
+        "name: crate",
+        f"name: {'c' * 201}",
+        r"objects\[0\].name must have 1 to 200 characters that can be printed, found",
+    ),
+    ("crate.obj", "../crate.obj", r"objects\[0\] .*mesh expected a file in the folder .* found '\.\./crate.obj'"),
+    ("crate.obj", "/etc/passwd.obj", r"objects\[0\] .*mesh expected a file in the folder .* found '/etc/passwd.obj'"),
+    ("crate.obj", "pipe.obj", r"objects\[0\] .*mesh .*pipe.obj: expected a mesh, found a named pipe"),
+    ("crate.obj", "zero.stl", r"objects\[0\] .*mesh .*zero.stl: expected a mesh, found a device"),
+    ("name: yard", "name: &a yard\nmaterials: *a", r"yard.yaml, line 2: .* the alias \*a, and aliases are not read"),
+    (
+        "felt:",
+        "? [felt]\n  :",
+        "yard.yaml, line 9: expected .*, found malformed YAML, a key that is no text",
+    ),
+    ("[4, 0, 1]", "[4, 0, 1", "yard.yaml, line 5: expected a scene as YAML, found malformed YAML"),
+    (
+        "name: yard",
+        "name: yard\nname: garden",
+        "yard.yaml, line 2: expected a scene as YAML, found malformed YAML, the key 'name' twice",
+    ),
 ]
 
 
@@ -188,6 +244,8 @@ BAD = [
 def test_mistakes(folder, old, new, sentence):
     trimesh.PointCloud(np.eye(3)).export(folder / "points.ply")
     (folder / "empty.obj").write_text("")
+    os.mkfifo(folder / "pipe.obj")
+    (folder / "zero.stl").symlink_to("/dev/zero")
     (folder / "broken.glb").write_bytes(b"glTF nonsense")
     assert old in YARD
     with pytest.raises(InputError, match=sentence) as caught:
@@ -213,7 +271,7 @@ def test_objects_must_be_a_list(folder):
     ("name", "sentence"),
     [
         ("labb", 'unknown scene "labb"; did you mean "lab"'),
-        ("nowhere/yard.yaml", "nowhere/yard.yaml: no such file"),
+        ("nowhere/yard.yaml", "nowhere/yard.yaml: expected a scene, found no such file"),
         ("room.ifc", "room.ifc: not a scene description; expected a .yaml file or one of .*lab"),
     ],
 )
@@ -224,7 +282,7 @@ def test_unknown_scenes(name, sentence):
 
 def test_a_folder_is_no_scene(tmp_path):
     (tmp_path / "dir.yaml").mkdir()
-    with pytest.raises(InputError, match=r"cannot be read"):
+    with pytest.raises(InputError, match=r"expected a scene, found a folder"):
         read_scene(tmp_path / "dir.yaml")
 
 

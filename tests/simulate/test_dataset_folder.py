@@ -194,7 +194,7 @@ BAD = {
     "channels of another array": (with_responses((5, 9)), ["channels.npz", "16 elements", "(5, 9)"]),
     "truncated channels": (cut("channels.npz", 0.5), ["channels.npz", "npz", "found"]),
     "metadata that is no JSON": (holding("metadata.json", "{"), ["metadata.json", "JSON", "found"]),
-    "metadata that is a list": (holding("metadata.json", "[]"), ["metadata.json", "JSON", "found"]),
+    "metadata that is a list": (holding("metadata.json", "[]"), ["metadata.json", "mapping", "found"]),
     "array of metadata": (holding("metadata.json", '{"array": {"cols": 4}}'), ["metadata.json", "rows", "cols"]),
 }
 

@@ -50,20 +50,3 @@ def test_the_array_of_a_larger_gateway_is_suggested():
 def test_metadata_of_version_01_means_rows_from_1_degree():
     assert beamformer_of({"array": {"spacing": 0.45}}) == Beamformer(PlanarArray(spacing=0.45), METADATA_GRID)
     assert beamformer_of({"scene": "lab"}) is None
-
-
-@pytest.mark.parametrize(
-    "metadata",
-    [
-        [],
-        {"array": {"columns": 0}},
-        {"array": {"rows": "4"}},
-        {"array": {"spacing": -0.5}},
-        {"array": {}, "grid": {"elevation_step_deg": 0}},
-        {"array": {}, "grid": {"elevation_first_deg": None}},
-        {"array": {}, "grid": {"first": 0}},
-    ],
-)
-def test_metadata_of_no_array_is_refused(metadata):
-    with pytest.raises((TypeError, ValueError)):
-        beamformer_of(metadata)

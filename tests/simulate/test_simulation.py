@@ -74,7 +74,7 @@ def test_several_gateways_are_refused(yard, tmp_path):
 
 
 def test_bad_scene_is_refused(yard, tmp_path):
-    with pytest.raises(InputError, match="frequency must be a positive number"):
+    with pytest.raises(InputError, match="frequency must be in hertz"):
         simulate(replace(yard, frequency=-1.0), tmp_path / "d")
 
 

@@ -285,7 +285,7 @@ def test_folder_that_is_no_run_is_refused(tmp_path):
     with pytest.raises(InputError, match="expected a run folder"):
         load_run(tmp_path)
     (tmp_path / "config.json").write_text('{"dataset": 1}')
-    with pytest.raises(InputError, match="expected the settings"):
+    with pytest.raises(InputError, match=r"config.json: dataset: expected a text, found 1"):
         load_run(tmp_path)
 
 

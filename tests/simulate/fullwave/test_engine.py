@@ -177,7 +177,7 @@ def test_field_of_another_scene_is_refused(nook, solver, tmp_path):
     write_scene(nook, tmp_path / "scene")
     text = (tmp_path / "scene" / "scene.yaml").read_text().replace("915", "920")
     (tmp_path / "scene" / "scene.yaml").write_text(text)
-    with pytest.raises(InputError, match="expected the field of the same scene, found that of 'nook'"):
+    with pytest.raises(InputError, match="expected the field of the same scene, found that of 'nook' with"):
         simulate(tmp_path / "scene" / "scene.yaml", tmp_path / "b", n=4, engine="fullwave", field=tmp_path / "nook")
 
 

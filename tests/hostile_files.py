@@ -1,0 +1,275 @@
+"""Damaged and hostile files, each made by one function or named in one table; tests feed them to every reader."""
+
+import base64
+import json
+import os
+import struct
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+CORNERS = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+"""Of one triangle."""
+
+JSON = {
+    "empty": "",
+    "not JSON": "{",
+    "NaN": '{"a": NaN}',
+    "minus infinity": '{"a": -Infinity}',
+    "a float that overflows": '{"a": 1e999}',
+    "an integer of 400 digits": '{"a": %s}' % ("9" * 400),
+    "an integer of 5000 digits": '{"a": %s}' % ("9" * 5000),
+    "a key twice": '{"a": 1, "a": 2}',
+    "lists 100,000 deep": "[" * 100_000,
+    "mappings 100,000 deep": '{"a":' * 100_000,
+    "lists 200 deep": "[" * 200 + "]" * 200,
+    "UTF-16": "{}".encode("utf-16"),
+    "Latin-1": '{"a": "Café"}'.encode("latin-1"),
+    "a null character": '{"a": 1}\0',
+    "two values": "{} {}",
+}
+"""Content of files that are no JSON."""
+
+YAML = {
+    "an alias": "a: &a [1]\nb: *a\n",
+    "doubling aliases": "a: &a [x, x]\n" + "".join(f"{b}: &{b} [*{a}, *{a}]\n" for a, b in pairwise("abcdefghi")),
+    "a list in itself": "&a [*a]\n",
+    "merged aliases": "a: &a {x: 1}\nb: {<<: *a}\n",
+    "lists 20,000 deep": "[" * 20_000,
+    "lists 200 deep": "[" * 200 + "]" * 200,
+    "a key twice": "a: 1\na: 2\n",
+    "a list as key": "? [a]\n: b\n",
+    "a mapping as key": "? {a: b}\n: c\n",
+    "an integer that is none": "a: !!int x\n",
+    "an empty integer": "a: !!int ''\n",
+    "a date that is none": "a: !!timestamp x\n",
+    "an object of Python": "a: !!python/object/apply:os.system [ls]\n",
+    "an integer of 5000 digits": f"a: {'9' * 5000}\n",
+    "a tab": "a:\n\t- b\n",
+    "two documents": "--- a\n--- b\n",
+    "a null character": "a: \0\n",
+    "UTF-16": "a: b\n".encode("utf-16"),
+    "Latin-1": "a: Café\n".encode("latin-1"),
+}
+"""Content of files that are no YAML, or YAML that we refuse."""
+
+
+def huge(path: Path) -> None:
+    """A sparse file of a terabyte, which takes no space."""
+    with path.open("wb") as file:
+        file.truncate(10**12)
+
+
+SPECIAL: dict[str, Callable[[Path], Any]] = {
+    "a named pipe": os.mkfifo,
+    "a folder": Path.mkdir,
+    "a device": lambda path: path.symlink_to("/dev/zero"),
+    "a link to itself": lambda path: path.symlink_to(path.name),
+    "a terabyte": huge,
+}
+"""Functions that make at a path what must not be read."""
+
+
+# --- meshes ------------------------------------------------------------------------------------------------
+
+
+def ply(vertices: Any = CORNERS, faces: Any = ((0, 1, 2),), claimed: int | None = None, binary: bool = True) -> bytes:
+    """A PLY file; ``claimed``: the number of vertices that its header claims."""
+    head = (
+        f"ply\nformat {'binary_little_endian' if binary else 'ascii'} 1.0\nelement vertex {claimed or len(vertices)}\n"
+    )
+    head += "property double x\nproperty double y\nproperty double z\n"
+    head += f"element face {claimed or len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    if not binary:
+        rows = [" ".join(map(repr, vertex)) for vertex in vertices] + [
+            "3 " + " ".join(map(str, face)) for face in faces
+        ]
+        return (head + "\n".join(rows) + "\n").encode()
+    corners = b"".join(struct.pack("<Biii", 3, *face) for face in faces)
+    return head.encode() + np.asarray(vertices, "<f8").tobytes() + corners
+
+
+def stl(triangles: Any = (CORNERS,), claimed: int | None = None) -> bytes:
+    """A binary STL file; ``claimed``: the number of triangles that its header claims."""
+    body = b"".join(struct.pack("<12fH", 0, 0, 1, *np.ravel(triangle), 0) for triangle in triangles)
+    return bytes(80) + struct.pack("<I", len(triangles) if claimed is None else claimed) + body
+
+
+def obj(vertices: Any = CORNERS, face: str = "1 2 3", head: str = "") -> bytes:
+    """An OBJ file of one face."""
+    return (head + "".join(f"v {x} {y} {z}\n" for x, y, z in vertices) + f"f {face}\n").encode()
+
+
+def off(vertices: Any = CORNERS, face: Any = (0, 1, 2), claimed: int | None = None) -> bytes:
+    """An OFF file of one face; ``claimed``: the number of vertices that its header claims."""
+    rows = [f"{x} {y} {z}" for x, y, z in vertices] + [f"3 {' '.join(map(str, face))}"]
+    return "\n".join(["OFF", f"{claimed or len(vertices)} 1 0", *rows, ""]).encode()
+
+
+def gltf(**changes: Any) -> dict[str, Any]:
+    """The content of a .gltf file of one triangle in one node, with some of its top keys changed."""
+    data = np.asarray(CORNERS, "<f4").tobytes() + np.arange(3, dtype="<u4").tobytes()
+    content: dict[str, Any] = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [{"mesh": 0, "name": "wall"}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},
+            {"bufferView": 1, "componentType": 5125, "count": 3, "type": "SCALAR"},
+        ],
+        "bufferViews": [
+            {"buffer": 0, "byteOffset": 0, "byteLength": 36},
+            {"buffer": 0, "byteOffset": 36, "byteLength": 12},
+        ],
+        "buffers": [{"uri": data_uri(data), "byteLength": 48}],
+    }
+    return content | changes
+
+
+def data_uri(data: bytes) -> str:
+    """Bytes as glTF files hold them."""
+    return "data:application/octet-stream;base64," + base64.b64encode(data).decode()
+
+
+def gltf_bytes(**changes: Any) -> bytes:
+    """A .gltf file of ``gltf``."""
+    return json.dumps(gltf(**changes)).encode()
+
+
+def glb(text: bytes, claimed: int | None = None) -> bytes:
+    """A .glb file of one JSON chunk; ``claimed``: the length that its header claims."""
+    length = len(text) if claimed is None else claimed
+    return b"glTF" + struct.pack("<III4s", 2, 20 + length, length, b"JSON") + text
+
+
+BILLION = 10**12
+NAN, INF = float("nan"), float("inf")
+
+
+def _accessor(**changes: Any) -> list[dict[str, Any]]:
+    first, second = gltf()["accessors"]
+    return [first | changes, second]
+
+
+CHAIN = [{"children": [k + 1]} for k in range(1000)] + [{"mesh": 0}]
+
+MESHES = {
+    # file name: content, a part of the sentence
+    "nan.ply": (ply([*CORNERS[:2], (NAN, 0, 0)]), r"expected coordinates within .*found \[nan, 0.0, 0.0\] at vertex 2"),
+    "unused.ply": (ply([*CORNERS, (INF, 0, 0)]), r"found \[inf, 0.0, 0.0\] at vertex 3"),
+    "far.ply": (ply([*CORNERS[:2], (1e30, 0, 0)]), r"found \[1e\+30, 0.0, 0.0\] at vertex 2.*1 of 3 vertices"),
+    "outside.ply": (ply(faces=[(0, 1, 3)]), "expected corners among its 3 vertices, .* found vertex 3 in triangle 0"),
+    "negative.ply": (ply(faces=[(0, 1, -1)]), "found vertex -1 in triangle 0"),
+    "claims.ply": (ply(claimed=BILLION), "not a readable PLY file"),
+    "claims_text.ply": (ply(claimed=BILLION, binary=False), "not a readable PLY file|holds no triangles"),
+    "cut.ply": (ply()[:-5], "not a readable PLY file"),
+    "head.ply": (ply()[:60], "not a readable PLY file"),
+    "empty.ply": (b"", "not a readable PLY file"),
+    "nan.stl": (stl([[*CORNERS[:2], (NAN, 0, 0)]]), r"found \[nan, 0.0, 0.0\] at vertex 2"),
+    "far.stl": (stl([[*CORNERS[:2], (1e30, 0, 0)]]), "expected coordinates within"),
+    "claims.stl": (stl(claimed=4_000_000_000), "not a readable STL file|holds no triangles"),
+    "cut.stl": (stl()[:-5], "not a readable STL file|holds no triangles"),
+    "none.stl": (stl([]), "holds no triangles"),
+    "empty.stl": (b"", "not a readable STL file|holds no triangles"),
+    "nan.obj": (obj([*CORNERS[:2], ("nan", 0, 0)]), r"found \[nan, 0.0, 0.0\]"),
+    "outside.obj": (obj(face="1 2 9"), "not a readable OBJ file"),
+    "negative.obj": (obj(face="1 2 -9"), "not a readable OBJ file"),
+    "words.obj": (obj(face="a b c"), "not a readable OBJ file|holds no triangles"),
+    "empty.obj": (b"", "not a readable OBJ file|holds no triangles"),
+    "nan.off": (off([*CORNERS[:2], ("nan", 0, 0)]), r"found \[nan, 0.0, 0.0\]"),
+    "outside.off": (off(face=(0, 1, 7)), "not a readable OFF file"),
+    "claims.off": (off(claimed=BILLION), "not a readable OFF file"),
+    "empty.off": (b"", "not a readable OFF file"),
+    "compressed.ply": (b"\x1f\x8b\x08" + bytes(50), "not a readable PLY file"),
+    "archive.stl": (b"PK\x03\x04" + bytes(100), "not a readable STL file|holds no triangles"),
+    "address.gltf": (gltf_bytes(buffers=[{"uri": "http://localhost/a.bin", "byteLength": 48}]), "found no such file"),
+    "parent.gltf": (gltf_bytes(buffers=[{"uri": "../a.bin", "byteLength": 48}]), r"or below, found '\.\./a.bin'"),
+    "escaped.gltf": (gltf_bytes(buffers=[{"uri": "%2e%2e/a.bin", "byteLength": 48}]), r"or below, found '\.\./a.bin'"),
+    "root.gltf": (gltf_bytes(buffers=[{"uri": "/etc/passwd", "byteLength": 48}]), "or below, found '/etc/passwd'"),
+    "pipe.gltf": (gltf_bytes(buffers=[{"uri": "pipe", "byteLength": 48}]), "found a named pipe"),
+    "claims.gltf": (gltf_bytes(accessors=_accessor(count=BILLION)), "expected arrays of at most"),
+    "zeros.gltf": (gltf_bytes(accessors=_accessor(bufferView=None)), "neither compressed nor sparse"),
+    "sparse.gltf": (gltf_bytes(accessors=_accessor(sparse={"count": 1})), "neither compressed nor sparse"),
+    "more.gltf": (gltf_bytes(accessors=_accessor(count=4)), "not a readable GLTF file"),
+    "view.gltf": (gltf_bytes(bufferViews=[{"buffer": 0, "byteLength": BILLION}] * 2), "expected arrays of at most"),
+    "nothing.gltf": (gltf_bytes(nodes=[{"mesh": 7}]), "expected references to what the file has"),
+    "negative.gltf": (gltf_bytes(nodes=[{"mesh": -1}]), r"nodes\[0\].mesh: expected a whole number of at least 0"),
+    "circle.gltf": (gltf_bytes(nodes=[{"children": [0]}]), "expected a tree of nodes"),
+    "deep.gltf": (gltf_bytes(nodes=CHAIN), "expected nodes at most 100 levels deep"),
+    "instances.gltf": (
+        gltf_bytes(
+            nodes=[{"mesh": 0}] * 10_000,
+            scenes=[{"nodes": [*range(10_000)]}],
+            meshes=[{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}] * 1000}],
+        ),
+        "expected at most 2000000 triangles, found 10000000",
+    ),
+    "matrix.gltf": (gltf_bytes(nodes=[{"mesh": 0, "matrix": [None] * 16}]), "not a readable GLTF|expected coordinates"),
+    "nested.gltf": (b"[" * 100_000, "nested more than 50 levels deep"),
+    "list.gltf": (b"[]", r"expected a mapping, found \[\]"),
+    "empty.gltf": (b"", "malformed JSON"),
+    "nested.glb": (glb(b"[" * 100_000), "nested more than 50 levels deep"),
+    "claims.glb": (glb(b"{}", claimed=4_000_000_000), "not a readable GLB file"),
+    "cut.glb": (b"glTF\x02", "not a readable GLB file"),
+    "hollow.glb": (glb(b"{}"), "holds no triangles|not a readable"),
+}
+"""Mesh files that must be refused."""
+
+
+# --- XML ---------------------------------------------------------------------------------------------------
+
+LAUGHS = '<!DOCTYPE scene [<!ENTITY a "ha">{}]>'.format(
+    "".join(f'<!ENTITY {b} "{f"&{a};" * 10}">' for a, b in pairwise("abcdefghi"))
+)
+
+
+def xml(*elements: str, before: str = "") -> str:
+    """A Mitsuba scene of the given elements."""
+    return f'<?xml version="1.0"?>{before}<scene version="2.1.0">{"".join(elements)}</scene>'
+
+
+def rectangle(inside: str = "", name: str = "wall") -> str:
+    """A shape with a material."""
+    return f'<shape type="rectangle" id="{name}">{inside}<bsdf type="diffuse" id="mat-itu_concrete"/></shape>'
+
+
+def to_world(steps: str) -> str:
+    """A transform."""
+    return f'<transform name="to_world">{steps}</transform>'
+
+
+def _mesh(name: str) -> str:
+    return f'<shape type="ply" id="wall"><string name="filename" value="{name}"/></shape>'
+
+
+DOUBLING = '<default name="a0" value="xx"/>' + "".join(
+    f'<default name="a{k + 1}" value="$a{k}$a{k}"/>' for k in range(60)
+)
+
+XML = {
+    "a billion laughs": (xml(rectangle(name="&i;"), before=LAUGHS), "found a DOCTYPE, which is not read"),
+    "an external entity": (
+        xml(rectangle(name="&a;"), before='<!DOCTYPE scene [<!ENTITY a SYSTEM "file:///etc/passwd">]>'),
+        "found a DOCTYPE",
+    ),
+    "elements 100,000 deep": ("<scene>" * 100_000, "elements nested more than 50 levels deep"),
+    "doubling defaults": (xml(DOUBLING, rectangle()), "at most 10000 characters after its names are replaced"),
+    "400 scales": (xml(rectangle(to_world('<scale value="10"/>' * 400))), "expected a transform that keeps three dim"),
+    "a scale of 1e30": (xml(rectangle(to_world('<scale value="1e30"/>'))), "expected coordinates within"),
+    "an axis that vanishes": (xml(rectangle(to_world('<rotate x="1e-200" angle="9"/>'))), "expected an axis"),
+    "an axis that overflows": (xml(rectangle(to_world('<rotate x="1e300" angle="9"/>'))), "expected an axis"),
+    "a pipe": (xml(_mesh("pipe.ply")), "found a named pipe"),
+    "a mesh elsewhere": (xml(_mesh("/etc/passwd.ply")), "in the folder .* or below, found '/etc/passwd.ply'"),
+    "a mesh above": (xml(_mesh("../wall.ply")), r"or below, found '\.\./wall.ply'"),
+    "a device": (xml(_mesh("zero.ply")), "found a device"),
+    "an unknown encoding": ('<?xml version="1.0" encoding="klingon"?><scene/>', "expected a Mitsuba scene as XML"),
+    "a null character": (xml("\0"), "expected a Mitsuba scene as XML"),
+    "empty": ("", "expected a Mitsuba scene as XML"),
+    "no XML": ("scene", "expected a Mitsuba scene as XML"),
+}
+"""Scene files that must be refused, each with a part of the sentence; pipe.ply and zero.ply are beside them."""

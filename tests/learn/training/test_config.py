@@ -1,0 +1,99 @@
+"""config.json, protocol.json and results.jsonl: every field is checked, and the sentence names its place."""
+
+import json
+
+import pytest
+
+from learn.comparison.experiment import Experiment, Settings
+from learn.training.config import read_config
+from scenes.errors import InputError
+from tests import hostile_files as hostile
+
+STEPS = {
+    "steps": 3, "batch_size": 2, "learning_rate": 0.1, "weight_decay": 0.0, "full_resolution": 0.5, "init": None
+}  # fmt: skip
+CONFIG = {
+    "dataset": "/data/room", "model": "helmholtz", "split": "blocked", "seed": 0, "split_seed": 0, "train_size": None,
+    "options": {"primitives": 250}, "by_steps": STEPS, "array": {"rows": 4, "columns": 4, "spacing": 0.5},
+    "grid": {"elevation_first_deg": 0.0, "elevation_step_deg": 1.0, "azimuth_step_deg": 1.0}, "versions": {},
+}  # fmt: skip
+
+BAD = [
+    ({"dataset": 1}, "dataset: expected a text, found 1"),
+    ({"split": "half"}, "split: expected blocked or files or random, found 'half'"),
+    ({"seed": "0"}, "seed: expected a whole number, found '0'"),
+    ({"seed": True}, "seed: expected a whole number, found True"),
+    ({"train_size": 0}, "train_size: expected a whole number of at least 1, found 0"),
+    ({"options": {"primitives": 10**12}}, "options: expected a whole number of at most 1e"),
+    ({"options": {"primitives": {}}}, "options: expected .*, found {'primitives': {}}"),
+    ({"by_steps": STEPS | {"steps": 0}}, "by_steps.steps: expected a whole number of at least 1, found 0"),
+    ({"by_steps": STEPS | {"speed": 0}}, "by_steps: expected no keys but steps, .*, found 'speed'"),
+    ({"array": {"rows": 64, "columns": 64}}, "array: expected at most 1024 elements, found"),
+    ({"grid": {"elevation_step_deg": -1}}, "grid.elevation_step_deg: expected a number above 0, found -1"),
+]
+
+
+def write(folder, name, content):
+    (folder / name).write_text(content if isinstance(content, str) else json.dumps(content))
+    return folder
+
+
+def test_settings_are_read(tmp_path):
+    config, beamformer = read_config(write(tmp_path, "config.json", CONFIG))
+    assert config.by_steps is not None and config.by_steps.steps == 3 and beamformer.array.elements == 16
+
+
+@pytest.mark.parametrize(("change", "sentence"), BAD, ids=[str(change)[:50] for change, _ in BAD])
+def test_settings_are_checked(tmp_path, change, sentence):
+    with pytest.raises(InputError, match=f"config.json: {sentence}"):
+        read_config(write(tmp_path, "config.json", CONFIG | change))
+
+
+@pytest.mark.parametrize("key", sorted(set(CONFIG) - {"versions"}))
+def test_settings_are_complete(tmp_path, key):
+    with pytest.raises(InputError, match=f"config.json: expected the key {key}, found none"):
+        read_config(write(tmp_path, "config.json", {k: v for k, v in CONFIG.items() if k != key}))
+
+
+@pytest.mark.parametrize("kind", hostile.SPECIAL)
+@pytest.mark.parametrize("name", ["config.json", "protocol.json"])
+def test_what_is_no_ordinary_file_is_not_opened(tmp_path, tiny, kind, name):
+    hostile.SPECIAL[kind](tmp_path / name)
+    with pytest.raises(InputError, match=f"{name}: expected the settings"):
+        read_config(tmp_path) if name == "config.json" else Experiment(tmp_path, tiny, SETTINGS)
+
+
+SETTINGS = Settings("/data/room", "blocked", 0, 5.0, None, "1 CPU threads")
+PROTOCOL = {"dataset": "/data/room", "split": "blocked", "split_seed": 0, "minutes": 5.0, "device": "1 CPU threads"}
+ROW = {"label": "nearest", "seed": 0, "train_size": None, "test": 20, "ssim_median": 0.5}
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        ("[]", r"expected a mapping, found \[\]"),
+        ("null", "expected a mapping, found nothing"),
+        ("{", "expected the settings of an experiment as JSON, found malformed JSON"),
+        (PROTOCOL | {"minutes": "5"}, "minutes: expected a number or nothing, found '5'"),
+        (PROTOCOL | {"speed": 1}, "expected no keys but .*, found 'speed'"),
+    ],
+)
+def test_protocols_are_checked(tmp_path, tiny, content, sentence):
+    with pytest.raises(InputError, match=f"protocol.json: {sentence}"):
+        Experiment(write(tmp_path, "protocol.json", content), tiny, SETTINGS)
+
+
+@pytest.mark.parametrize(
+    ("line", "sentence"),
+    [
+        ("{", "expected the scores of a method as JSON, found malformed JSON"),
+        ("[]", r"expected a mapping, found \[\]"),
+        (json.dumps(ROW | {"ssim_median": "high"}), "ssim_median: expected a number, found 'high'"),
+        (json.dumps(ROW | {"label": None}), "label: expected a text, found nothing"),
+    ],
+)
+def test_rows_are_checked(tmp_path, tiny, line, sentence):
+    experiment = Experiment(write(tmp_path, "protocol.json", PROTOCOL), tiny, SETTINGS)
+    write(tmp_path, "results.jsonl", json.dumps(ROW | {"ssim_median": float("nan")}) + "\n" + line + "\n")
+    with pytest.raises(InputError, match=f"results.jsonl, line 2: {sentence}"):
+        _ = experiment.rows
