@@ -53,7 +53,7 @@ class Served:
             env={**os.environ, "OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"},
         )
         assert self.process.stdout is not None
-        found = re.search(r"http://127\.0\.0\.1:(\d+)", self.process.stdout.readline())
+        found = re.search(r"http://127\.0\.0\.1:(\d+)/\S+", self.process.stdout.readline())
         assert found, self.process.communicate()[1]
         self.url, self.port = found.group(), int(found.group(1))
 
