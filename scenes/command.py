@@ -62,6 +62,7 @@ def scene(
     from scenes.description import Gateway, Transmitter, facing
     from scenes.drawing import describe_scene, draw_scene
     from scenes.mesh_import import DEFAULT_FREQUENCY, import_scene, is_importable
+    from scenes.scene_files import file_stem
     from scenes.scene_yaml import load_scene, write_scene
 
     if is_importable(scene):
@@ -98,12 +99,12 @@ def scene(
         drawing = output / "scene.png"
     else:
         place = load_scene(scene)
-        drawing = output or Path(f"{place.name}.png")
+        drawing = output or Path(f"{file_stem(place.name)}.png")
     if view:
         from scenes.editor import Editor
         from scenes.page import serve
 
-        folder = Path(f"{place.name}-edited") if output is None or is_importable(scene) else output
+        folder = Path(f"{file_stem(place.name)}-edited") if output is None or is_importable(scene) else output
 
         def open_tab(client) -> None:
             Editor(client, place, folder)

@@ -7,12 +7,8 @@ from collections.abc import Callable
 from http.client import HTTPConnection
 from urllib.parse import urlsplit
 
-import msgspec
 import pytest
-import viser
-import zstandard
 from websockets.exceptions import InvalidStatus
-from websockets.sync.client import ClientConnection, connect
 
 from scenes.callbacks import shielded
 from scenes.door import guarded
@@ -20,11 +16,6 @@ from scenes.errors import InputError, ParameterError
 from scenes.page import serving
 
 PORT = 8660
-CAMERA = {
-    "type": "ViewerCameraMessage",
-    **{"wxyz": (1.0, 0.0, 0.0, 0.0), "position": (0.0, 0.0, 0.0), "look_at": (1.0, 0.0, 0.0)},
-    **{"up_direction": (0.0, 0.0, 1.0), "fov": 0.8, "near": 0.1, "far": 10.0, "image_height": 6, "image_width": 8},
-}
 
 
 class Tabs:
@@ -50,22 +41,6 @@ def address(tabs):
         yield address
 
 
-def join(address: str, host: str | None = None, **options) -> ClientConnection:
-    """A websocket as a tab opens one, and the message that makes viser take it for a tab.
-
-    Args:
-        address: of the page.
-        host: that the request names; None: that of the address.
-        options: of ``connect``.
-    """
-    url = urlsplit(address)
-    sock = socket.create_connection((url.hostname, url.port))
-    uri = f"ws://{host or url.netloc}{url.path}"
-    tab = connect(uri, sock=sock, subprotocols=[f"viser-v{viser.__version__}"], max_size=None, **options)
-    tab.send(msgspec.msgpack.encode(CAMERA))
-    return tab
-
-
 def get(address: str, path: str | None = None, **headers: str) -> tuple[int, str]:
     """Status and text of a page."""
     url = urlsplit(address)
@@ -73,18 +48,6 @@ def get(address: str, path: str | None = None, **headers: str) -> tuple[int, str
     connection.request("GET", url.path if path is None else path, headers=headers)
     response = connection.getresponse()
     return response.status, response.read().decode()
-
-
-def shown(tab: ClientConnection, kind: str) -> dict:
-    """The next message of a kind that a tab is sent."""
-    while True:
-        packed = tab.recv(timeout=10)
-        assert isinstance(packed, bytes)
-        size = int.from_bytes(packed[8:16], "little")
-        batch = msgspec.msgpack.decode(zstandard.decompress(packed[16 : 16 + size]))
-        for message in batch["messages"]:
-            if message["type"] == kind:
-                return message
 
 
 def wait_until(condition: Callable[[], object]) -> None:
@@ -95,7 +58,7 @@ def wait_until(condition: Callable[[], object]) -> None:
 
 
 @pytest.mark.parametrize("name", ["127.0.0.1", "localhost", "LOCALHOST", "[::1]"])
-def test_a_browser_on_this_machine_with_the_address_is_let_in(address, tabs, name):
+def test_a_browser_on_this_machine_with_the_address_is_let_in(address, join, tabs, name):
     port = urlsplit(address).port
     assert get(address, Host=f"{name}:{port}")[0] == 200
     assert get(f"{address}?darkMode=1")[0] == 200 and get(f"{address}/")[0] == 200
@@ -103,7 +66,7 @@ def test_a_browser_on_this_machine_with_the_address_is_let_in(address, tabs, nam
         wait_until(lambda: tabs.opened)
 
 
-def test_a_program_with_the_token_is_let_in(address, tabs):
+def test_a_program_with_the_token_is_let_in(address, join, tabs):
     with join(address):
         wait_until(lambda: tabs.opened)
 
@@ -121,7 +84,7 @@ OTHERS = {
 
 
 @pytest.mark.parametrize("what", OTHERS)
-def test_others_are_refused_before_a_tab_is_made(address, tabs, what):
+def test_others_are_refused_before_a_tab_is_made(address, join, tabs, what):
     forged = {**OTHERS[what]}
     with pytest.raises(InvalidStatus) as refused:
         join(address, **forged)
@@ -137,7 +100,7 @@ def test_others_are_refused_before_a_tab_is_made(address, tabs, what):
 
 
 @pytest.mark.parametrize("token", ["", "/", "/wrong", "/index.html", "//{token}", "/{token}x", "/wrong/{token}", "/é"])
-def test_without_the_token_nobody_is_let_in(address, tabs, token):
+def test_without_the_token_nobody_is_let_in(address, join, tabs, token):
     url = urlsplit(address)
     path = token.format(token=url.path[1:])
     with pytest.raises(InvalidStatus) as refused:
@@ -170,19 +133,19 @@ def test_two_pages_have_tokens_of_their_own(address, capsys):
         assert get(other, urlsplit(address).path)[0] == 403
 
 
-def test_twenty_tabs_of_which_some_go_away_midway(address, tabs):
+def test_twenty_tabs_of_which_some_go_away_midway(address, join, tabs):
     joined = [join(address) for _ in range(20)]
     for tab in joined[:5]:
-        tab.socket.shutdown(socket.SHUT_RDWR)  # without a farewell
+        tab.break_off()
     wait_until(lambda: len(tabs.opened) == 20)
     wait_until(lambda: len(tabs.closed) == 5)
-    assert all(tab.recv(timeout=10) for tab in joined[5:])
+    assert all(tab.next("GuiMarkdownMessage") for tab in joined[5:])
     for tab in joined[5:]:
         tab.close()
     wait_until(lambda: sorted(tabs.closed) == list(range(20)))
 
 
-def test_tab_that_is_gone_before_it_was_built_is_closed():
+def test_tab_that_is_gone_before_it_was_built_is_closed(join):
     going, tabs = threading.Event(), Tabs()
 
     def open_slowly(client):
@@ -198,7 +161,7 @@ def test_tab_that_is_gone_before_it_was_built_is_closed():
 
 @pytest.mark.parametrize("error", [InputError("no such\x1b[31m wall"), RuntimeError("no such\x1b[31m wall")])
 @pytest.mark.parametrize("kind", ["function", "coroutine"])
-def test_errors_of_callbacks_are_shown_and_the_tab_goes_on(error, kind):
+def test_errors_of_callbacks_are_shown_and_the_tab_goes_on(error, kind, join):
     pressed = []
 
     def fail(event):
@@ -213,21 +176,19 @@ def test_errors_of_callbacks_are_shown_and_the_tab_goes_on(error, kind):
         button.on_click(shielded(client, fail if kind == "function" else fail_later))
 
     with serving("fails", PORT, open_tab) as address, join(address) as tab:
-        uuid = shown(tab, "GuiButtonMessage")["uuid"]
         for count in (1, 2):
-            press = {"type": "GuiUpdateMessage", "uuid": uuid, "updates": {"value": True}}
-            tab.send(msgspec.msgpack.encode(press))
-            notification = shown(tab, "NotificationShowMessage")["props"]
+            tab.press("Save")
+            notification = tab.next("NotificationShowMessage")["props"]
             assert notification["body"].endswith(r"no such\x1b[31m wall") and len(pressed) == count
         assert ("RuntimeError" in notification["body"]) == isinstance(error, RuntimeError)
 
 
-def test_error_of_building_a_tab_is_shown():
+def test_error_of_building_a_tab_is_shown(join):
     def fail(client):
         raise InputError("nothing to show")
 
     with serving("fails", PORT, fail) as address, join(address) as tab:
-        assert shown(tab, "NotificationShowMessage")["props"]["body"] == "nothing to show"
+        assert tab.next("NotificationShowMessage")["props"]["body"] == "nothing to show"
 
 
 def test_a_server_that_is_started_in_another_way_is_refused():
