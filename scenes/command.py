@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json as json_format
-import sys
 from pathlib import Path
 from typing import Annotated, Literal
 
 from tyro.conf import Positional, arg
 
-from scenes.errors import InputError
+from scenes.errors import InputError, printable, shown
+from scenes.plain_text import say
 from scenes.text_tables import print_rows, print_table
 
 Triple = tuple[float, float, float]
@@ -88,11 +88,11 @@ def scene(
         )
         write_scene(place, output)
         for name, count in report.degenerate.items():
-            _say(f"{name}: dropped {count} triangles without area")
+            say(f"{name}: dropped {count} triangles without area")
         for sentence in report.warnings:
-            _say(f"warning: {sentence}")
+            say(f"warning: {sentence}")
         if frequency is None:
-            _say(
+            say(
                 f"{scene}: assumed {DEFAULT_FREQUENCY / 1e6:g} MHz, since the file has no frequency and --frequency is "
                 "not given; to use another one, import it again into a new folder, for example with --frequency 3.5e9"
             )
@@ -127,15 +127,11 @@ def scene(
     region = description.pop("transmitter region")
     description |= {f"transmitter region {name}": value for name, value in region.items()}
     print_table("scene (metres, hertz)", {"": description})
-    print(f"drawing: {drawing}")
-
-
-def _say(sentence: str) -> None:
-    print(f"bisplat: {sentence}", file=sys.stderr)
+    print(printable(f"drawing: {drawing}"))
 
 
 def _rule(text: str) -> tuple[str, str]:
     pattern, separator, material = text.rpartition("=")
     if not separator:
-        raise InputError(f"--material: expected NODE=MATERIAL, found {text}")
+        raise InputError(f"--material: expected NODE=MATERIAL, found {shown(text)}")
     return pattern, material

@@ -73,6 +73,10 @@ SHOWN = 80
 """Largest number of characters of a value that a message shows."""
 
 
+LISTED = 40
+"""Largest number of known words that a message lists."""
+
+
 def shown(value: object) -> str:
     r"""A value that the user gave, as error messages show it: on one line, without control characters, cut if long.
 
@@ -88,6 +92,16 @@ def shown(value: object) -> str:
     except (ValueError, RecursionError):  # an integer of more digits than Python writes; a list within itself
         text = f"a {type(value).__name__} that is too long to show"
     return printable(text if len(text) <= SHOWN else text[: SHOWN - 1] + "…")
+
+
+def named(name: object) -> str:
+    r"""A name from a file or an option, as error messages show it: in double quotes, printable, cut if long.
+
+    >>> print(named("concrete"), named("a\x1b[2J"))
+    "concrete" "a\x1b[2J"
+    """
+    text = str(name)
+    return f'"{printable(text if len(text) <= SHOWN - 2 else text[: SHOWN - 3] + "…")}"'
 
 
 def printable(text: str) -> str:
@@ -106,5 +120,8 @@ def did_you_mean(word: object, known: Iterable[str]) -> str:
     'did you mean "concrete"?'
     """
     known = sorted(known)
-    nearest = get_close_matches(str(word), known, n=1)
-    return f'did you mean "{nearest[0]}"?' if nearest else f"known are {', '.join(known)}"
+    nearest = get_close_matches(str(word)[:SHOWN], known, n=1)
+    if nearest:
+        return f"did you mean {named(nearest[0])}?"
+    more = ", …" if len(known) > LISTED else ""
+    return f"known are {', '.join(named(name)[1:-1] for name in known[:LISTED])}{more}"

@@ -7,7 +7,6 @@ import io
 import logging
 import secrets
 import socket
-import sys
 import threading
 import warnings
 from collections.abc import Callable, Iterator
@@ -17,6 +16,7 @@ from viser import ClientHandle, ViserServer
 from scenes.callbacks import shielded
 from scenes.door import guarded
 from scenes.errors import ParameterError
+from scenes.plain_text import say
 
 HOST = "127.0.0.1"
 
@@ -63,7 +63,7 @@ def serving(title: str, port: int, open_tab: Callable[[ClientHandle], Callable[[
         closing.pop(client.client_id, lambda: None)()
 
     if server.get_port() != port:
-        print(f"bisplat: port {port} is taken", file=sys.stderr)
+        say(f"port {port} is taken")
     try:
         yield f"http://{HOST}:{server.get_port()}/{token}"
     finally:

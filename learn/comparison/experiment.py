@@ -15,7 +15,6 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
-from rich.console import Console
 
 from learn.baselines.array_ceiling import CEILING, SAMPLES, array_ceiling
 from learn.comparison.task import Method, Task
@@ -24,6 +23,7 @@ from learn.output_folder import claim
 from learn.splits import SplitKind, split
 from learn.training.run_folder import device_name
 from scenes.atomic import write_atomically
+from scenes.plain_text import say
 from simulate.dataset import Dataset, read_dataset
 from simulate.evenly import evenly
 from simulate.spectrum import spectrum_of
@@ -102,7 +102,7 @@ class Experiment:
         if self._has(key):
             return
         name = row_name(key)
-        Console(stderr=True).print(f"bisplat: {name}")
+        say(name)
         settings, folder = self.settings, self.folder / "runs" / name
         task = Task(
             self.dataset,
