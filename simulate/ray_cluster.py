@@ -11,7 +11,7 @@ from importlib.util import find_spec
 from types import ModuleType
 from typing import Any
 
-from scenes.errors import InputError, ParameterError
+from scenes.errors import InputError, ParameterError, shown
 
 RETRIES = 20
 """How often a task is given to another worker before the run gives up (and can be resumed)."""
@@ -35,7 +35,7 @@ def require_ray(address: str | None) -> None:
     try:  # Ray itself would wait for minutes
         socket.create_connection((host, int(port)), timeout=10).close()
     except (OSError, ValueError) as error:
-        message = f"expected the host:port of a running Ray cluster, found {address} ({error})"
+        message = f"expected the host:port of a running Ray cluster, found {shown(address)} ({error})"
         raise ParameterError("ray", message) from None
 
 

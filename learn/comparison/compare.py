@@ -13,7 +13,7 @@ from learn.comparison.methods import is_reduced, method_named, method_names
 from learn.comparison.table import Comparison
 from learn.comparison.task import Method
 from learn.splits import SplitKind
-from scenes.errors import ParameterError, require_positive
+from scenes.errors import ParameterError, require_positive, shown
 from simulate.dataset import Dataset
 
 Models = Sequence[str] | Mapping[str, str | Method | Callable[[], Method]]
@@ -99,5 +99,5 @@ def _maker(name: str, given: Any) -> Callable[[], Method]:
     if not isinstance(given, type) and hasattr(given, "fit"):
         return partial(copy.deepcopy, given)
     if not callable(given):
-        raise ParameterError("models", f"expected a method with fit and predict for {name}, found {given!r}")
+        raise ParameterError("models", f"expected a method with fit and predict for {name}, found {shown(given)}")
     return given

@@ -13,7 +13,7 @@ from learn.comparison.baseline_methods import BASELINES
 from learn.comparison.task import Method
 from learn.comparison.trained_model import TrainedModel
 from learn.models.registry import MODELS
-from scenes.errors import ParameterError
+from scenes.errors import ParameterError, shown
 
 
 def method_names() -> list[str]:
@@ -50,10 +50,12 @@ def method_named(name: str) -> Callable[[], Method]:
         return partial(TrainedModel, name, options=options)
     module, _, attribute = name.partition(":")
     if not attribute:
-        raise ParameterError("models", f"expected one of {', '.join(method_names())}, or module:Class, found {name}")
+        raise ParameterError(
+            "models", f"expected one of {', '.join(method_names())}, or module:Class, found {shown(name)}"
+        )
     try:
         return getattr(importlib.import_module(module), attribute)
     except Exception as error:  # the user's module can raise anything while it is imported
         source = extract_tb(error.__traceback__)[-1]
         found = f"{type(error).__name__}: {error} ({source.filename}, line {source.lineno})"
-        raise ParameterError("models", f"expected a class at {name}, found {found}") from error
+        raise ParameterError("models", f"expected a class at {shown(name)}, found {found}") from error

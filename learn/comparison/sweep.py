@@ -13,7 +13,7 @@ from learn.comparison.trained_model import TrainedModel
 from learn.models.registry import DEFAULT_MODEL
 from learn.splits import SplitKind
 from learn.training.run_folder import Run, load_run
-from scenes.errors import ParameterError, require_positive
+from scenes.errors import ParameterError, require_positive, shown
 from simulate.dataset import Dataset
 
 
@@ -53,7 +53,7 @@ def sweep(
     """
     require_positive(budget=budget, seeds=seeds)
     if not sizes or min(sizes) < 1:
-        raise ParameterError("sizes", f"expected positive numbers of training spectra, found {list(sizes)}")
+        raise ParameterError("sizes", f"expected positive numbers of training spectra, found {shown(list(sizes))}")
     methods = makers(models)
     if init is not None:
         run = init if isinstance(init, Run) else load_run(Path(init))

@@ -21,7 +21,7 @@ from learn.models.networks import ResidualFFN
 from learn.models.primitives import SCALE_LEAST, SCALE_MOST, Primitives
 from learn.models.quadrature import Quadrature
 from learn.models.splat import Splats, splat
-from scenes.errors import ParameterError
+from scenes.errors import ParameterError, shown
 from simulate.beamformer import Beamformer
 
 Bypass = Literal["dynamic", "delta", "bst", "order"]
@@ -75,7 +75,7 @@ class BiSplatWRF(SpectrumModel):
         super().__init__(region, wavelength)
         unknown = sorted(set(bypass) - set(get_args(Bypass)))
         if unknown:
-            raise ParameterError("bypass", f"expected some of {', '.join(get_args(Bypass))}, found {unknown[0]}")
+            raise ParameterError("bypass", f"expected some of {', '.join(get_args(Bypass))}, found {shown(unknown[0])}")
         self.bypass = frozenset(bypass)
         self.register_buffer("azimuths", torch.tensor(beamformer.grid.azimuths_deg).float(), persistent=False)
         self.register_buffer("elevations", torch.tensor(beamformer.grid.elevations_deg).float(), persistent=False)

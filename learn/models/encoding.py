@@ -9,7 +9,7 @@ from jaxtyping import Float
 from torch import Tensor, nn
 
 from learn.models.geometry import evenly_spread_directions
-from scenes.errors import ParameterError
+from scenes.errors import ParameterError, shown
 
 EncodingKind = Literal["octaves", "waves"]
 
@@ -67,7 +67,9 @@ class TransmitterEncoding(nn.Module):
     def __init__(self, kind: EncodingKind, order: int = TX_ORDER):
         super().__init__()
         if kind not in get_args(EncodingKind):
-            raise ParameterError("encoding", f"expected one of {', '.join(get_args(EncodingKind))}, found {kind}")
+            raise ParameterError(
+                "encoding", f"expected one of {', '.join(get_args(EncodingKind))}, found {shown(kind)}"
+            )
         self.kind, self.order = kind, order
         self.register_buffer("directions", evenly_spread_directions(DIRECTIONS), persistent=False)
         self.size = 2 * DIRECTIONS if kind == "waves" else 3 * (2 * order + 1)

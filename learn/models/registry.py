@@ -13,7 +13,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from learn.models.steps import Steps
-from scenes.errors import ParameterError, did_you_mean
+from scenes.errors import ParameterError, did_you_mean, named, shown
 
 if TYPE_CHECKING:  # torch is imported when a model is built
     from learn.models.base import SpectrumModel
@@ -103,7 +103,9 @@ def model_entry(name: str) -> ModelEntry:
     0.002
     """
     if name not in MODELS:
-        raise ParameterError("model", f'expected the name of a model, found "{name}"; {did_you_mean(name, MODELS)}')
+        raise ParameterError(
+            "model", f"expected the name of a model, found {named(name)}; {did_you_mean(name, MODELS)}"
+        )
     return MODELS[name]
 
 
@@ -139,4 +141,4 @@ def check_options(name: str, options: Mapping[str, Any]) -> None:
     for option in options:
         if option not in known:
             has = f"which has {', '.join(known)}" if known else "which has none"
-            raise ParameterError(option, f"expected an option of the model {name}, {has}; found {option}")
+            raise ParameterError(option, f"expected an option of the model {name}, {has}; found {shown(option)}")
