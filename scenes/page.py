@@ -67,8 +67,8 @@ def serving(title: str, port: int, open_tab: Callable[[ClientHandle], Callable[[
     try:
         yield f"http://{HOST}:{server.get_port()}/{token}"
     finally:
-        for close in list(closing.values()):
-            close()
+        for number in list(closing):
+            closing.pop(number, lambda: None)()
         with contextlib.redirect_stdout(io.StringIO()):
             server.stop()
 
