@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from dataclasses import asdict
 from typing import Any
 
@@ -32,11 +33,14 @@ def mesh_names(scene: Scene) -> list[str]:
     """For every object its mesh file, relative to the folder; no two are equal, in no case of letters."""
     names: list[str] = []
     used: set[str] = set()
+    count = Counter[str]()
     for item in scene.objects:
-        stem = file_stem(item.name)
-        while stem.lower() in used:  # names that differ in case or punctuation only
-            stem += "_"
-        used.add(stem.lower())
+        first = stem = file_stem(item.name)
+        count[first.casefold()] += 1
+        while stem.casefold() in used:  # names that differ in case or punctuation only
+            stem = f"{first}_{count[first.casefold()]}"
+            count[first.casefold()] += 1
+        used.add(stem.casefold())
         names.append(f"meshes/{stem}.ply")
     return names
 
