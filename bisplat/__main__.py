@@ -7,7 +7,6 @@ status 1.
 from __future__ import annotations
 
 import os
-import sys
 import traceback
 
 import tyro
@@ -16,7 +15,8 @@ from learn.commands import check, crossvalidate, demo, engines, evaluate, export
 from learn.comparison_commands import ablate, compare, sweep
 from learn.view.command import view
 from scenes.command import scene
-from scenes.errors import InputError, ParameterError, printable
+from scenes.errors import InputError, ParameterError
+from scenes.plain_text import say
 from simulate.command import simulate
 from simulate.dataset_commands import convert, responses
 
@@ -44,7 +44,7 @@ def main() -> None:
     except MemoryError as error:
         refuse(f"expected enough memory for these numbers and files, found too little ({error})")
     except KeyboardInterrupt:
-        print(f"{PROGRAM}: interrupted; run the same command again to continue", file=sys.stderr)
+        say("interrupted; run the same command again to continue")
         raise SystemExit(130) from None
 
 
@@ -59,7 +59,7 @@ def refuse(sentence: str) -> None:
         hint = ""
     else:
         hint = " (BISPLAT_TRACEBACK=1 shows the traceback)"
-    print(f"{PROGRAM}: {printable(sentence)}{hint}", file=sys.stderr)
+    say(f"{sentence}{hint}")
     raise SystemExit(1) from None
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json as json_format
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -11,7 +10,8 @@ from tyro.conf import OmitArgPrefixes, Positional, arg
 
 from learn.models.registry import DEFAULT_MODEL, MODELS
 from learn.splits import SplitKind
-from scenes.errors import InputError
+from scenes.errors import InputError, printable
+from scenes.plain_text import say
 from scenes.text_tables import print_table
 from simulate.command import Output, PropagationOptions
 from simulate.propagation import Propagation
@@ -36,7 +36,7 @@ def demo(
 
     figures = run_demo(output, spectra, steps)
     print_table("demo", {"": figures})
-    print(f"report: {output / 'report.html'}")
+    print(printable(f"report: {output / 'report.html'}"))
 
 
 def check(dataset: Positional[Path], json: bool = False) -> None:
@@ -57,13 +57,13 @@ def check(dataset: Positional[Path], json: bool = False) -> None:
             "warnings": found.warnings,
             **found.beamformer(),
         }
-        print(json_format.dumps(result, indent=2, ensure_ascii=False))
+        print(json_format.dumps(result, indent=2))
     else:
         if found.dataset is not None:
             print_table(str(dataset), {"": found.description()})
         for kind, sentences in (("problem", found.problems), ("warning", found.warnings)):
             for sentence in sentences:
-                print(f"{kind}: {sentence}")
+                print(printable(f"{kind}: {sentence}"))
     if not found.valid:
         raise SystemExit(1)
 
@@ -127,7 +127,7 @@ def train(
         devices=devices,
         nodes=nodes,
     )
-    print(f"run: {output}")
+    print(printable(f"run: {output}"))
 
 
 def evaluate(run: Positional[Path], dataset: Path | None = None, index: Path | None = None, json: bool = False) -> None:
@@ -235,13 +235,13 @@ def predict(run: Positional[Path], positions: Path, output: Output) -> None:
     region = loaded.model.region.cpu().numpy()
     warning = reach_warning(points, region, "the training positions", "predictions there are guesses")
     if warning is not None:
-        print(f"bisplat: warning: {positions}: {warning}", file=sys.stderr)
+        say(f"warning: {positions}: {warning}")
     prediction = loaded.predict(points)
     arrays = {"spectra": prediction.spectra}
     if prediction.responses is not None:
         arrays["channels"] = prediction.responses
     write_arrays(output, arrays)
-    print(f"{len(points)} spectra: {output}")
+    print(printable(f"{len(points)} spectra: {output}"))
 
 
 def export(run: Positional[Path], output: Output) -> None:
@@ -255,4 +255,4 @@ def export(run: Positional[Path], output: Output) -> None:
     from learn.training.run_folder import load_run
 
     export_model(load_run(run), output)
-    print(f"model: {output}")
+    print(printable(f"model: {output}"))

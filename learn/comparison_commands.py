@@ -12,6 +12,7 @@ from tyro.conf import Positional, arg
 
 from learn.commands import ModelName
 from learn.models.registry import DEFAULT_MODEL
+from scenes.errors import printable
 from scenes.text_tables import print_rows
 from simulate.command import Output
 
@@ -50,7 +51,7 @@ def compare(
     comparison = compare_methods(dataset, models or None, split, budget, seeds, test_spectra, output)
     write_comparison(comparison, output)
     print_averages("comparison", comparison.table(), json, comparison.remark())
-    print(f"table: {output / 'table.html'}", file=sys.stderr)
+    print(printable(f"table: {output / 'table.html'}"), file=sys.stderr)
 
 
 def ablate(
@@ -128,4 +129,4 @@ def print_averages(title: str, averages: Sequence[dict[str, Any]], json: bool, r
         headings, *lines = table_cells(averages)
         print_rows(title, [dict(zip(headings, line, strict=True)) for line in lines])
     if remark is not None:
-        print(f"bisplat: {remark}", file=sys.stderr if json else sys.stdout)
+        print(printable(f"bisplat: {remark}"), file=sys.stderr if json else sys.stdout)

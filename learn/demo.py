@@ -18,7 +18,7 @@ from learn.reports.evaluation_report import write_evaluation
 from learn.training.train import train
 from scenes.atomic import write_atomically
 from scenes.drawing import draw_scene
-from scenes.errors import require_whole
+from scenes.errors import printable, require_whole
 from scenes.lab import lab
 from simulate.positions import MOST_POSITIONS
 from simulate.simulation import simulate
@@ -95,4 +95,4 @@ def _metrics(evaluation: Evaluation, bisplat: Evaluation, fresh: CrossValidation
 
 
 def _say(sentence: str) -> None:
-    print(f"bisplat demo: {sentence}", file=sys.stderr)
+    print(printable(f"bisplat demo: {sentence}"), file=sys.stderr)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import json as json_format
-import sys
 from pathlib import Path
 from typing import Annotated, Literal
 
 from tyro.conf import Positional, arg
 
-from scenes.errors import InputError, shown
+from scenes.errors import InputError, printable, shown
+from scenes.plain_text import say
 from scenes.text_tables import print_rows, print_table
 
 Triple = tuple[float, float, float]
@@ -62,6 +62,7 @@ def scene(
     from scenes.description import Gateway, Transmitter, facing
     from scenes.drawing import describe_scene, draw_scene
     from scenes.mesh_import import DEFAULT_FREQUENCY, import_scene, is_importable
+    from scenes.scene_files import file_stem
     from scenes.scene_yaml import load_scene, write_scene
 
     if is_importable(scene):
@@ -87,23 +88,23 @@ def scene(
         )
         write_scene(place, output)
         for name, count in report.degenerate.items():
-            _say(f"{name}: dropped {count} triangles without area")
+            say(f"{name}: dropped {count} triangles without area")
         for sentence in report.warnings:
-            _say(f"warning: {sentence}")
+            say(f"warning: {sentence}")
         if frequency is None:
-            _say(
+            say(
                 f"{scene}: assumed {DEFAULT_FREQUENCY / 1e6:g} MHz, since the file has no frequency and --frequency is "
                 "not given; to use another one, import it again into a new folder, for example with --frequency 3.5e9"
             )
         drawing = output / "scene.png"
     else:
         place = load_scene(scene)
-        drawing = output or Path(f"{place.name}.png")
+        drawing = output or Path(f"{file_stem(place.name)}.png")
     if view:
         from scenes.editor import Editor
         from scenes.page import serve
 
-        folder = Path(f"{place.name}-edited") if output is None or is_importable(scene) else output
+        folder = Path(f"{file_stem(place.name)}-edited") if output is None or is_importable(scene) else output
 
         def open_tab(client) -> None:
             Editor(client, place, folder)
@@ -126,11 +127,7 @@ def scene(
     region = description.pop("transmitter region")
     description |= {f"transmitter region {name}": value for name, value in region.items()}
     print_table("scene (metres, hertz)", {"": description})
-    print(f"drawing: {drawing}")
-
-
-def _say(sentence: str) -> None:
-    print(f"bisplat: {sentence}", file=sys.stderr)
+    print(printable(f"drawing: {drawing}"))
 
 
 def _rule(text: str) -> tuple[str, str]:

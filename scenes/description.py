@@ -11,7 +11,7 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
-from scenes.errors import InputError
+from scenes.errors import InputError, shown
 from scenes.materials import RadioMaterial
 
 SPEED_OF_LIGHT = 299_792_458.0
@@ -67,7 +67,7 @@ def facing(boresight: Vector3) -> Quaternion:
     """
     length = float(np.linalg.norm(boresight))
     if not (math.isfinite(length) and length > 0):
-        raise InputError(f"boresight: expected a direction, found {list(boresight)}")
+        raise InputError(f"boresight: expected a direction, found {shown(list(boresight))}")
     z = np.asarray(boresight) / length
     up = np.array([0.0, 0.0, 1.0]) if abs(z[2]) < 1 - 1e-9 else np.array([0.0, 1.0, 0.0])
     x = np.cross(up, z)

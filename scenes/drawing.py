@@ -12,6 +12,7 @@ from trimesh import Trimesh
 from scenes.description import Gateway, Scene
 from scenes.occupancy import closed_parts
 from scenes.perspective import draw_view
+from scenes.plain_text import in_figure
 from scenes.plan import REGION, draw_plan, section_height
 
 
@@ -97,14 +98,16 @@ def draw_scene(scene: Scene, path: str | Path) -> None:
     draw_view(right.add_subplot(projection="3d"), scene)
     count = len(scene.objects)
     plan.set_title(
-        f"{scene.name}: {scene.frequency / 1e6:g} MHz, λ = {scene.wavelength * 100:.1f} cm, "
+        f"{in_figure(scene.name)}: {scene.frequency / 1e6:g} MHz, λ = {scene.wavelength * 100:.1f} cm, "
         f"{scene.gateway.rows} × {scene.gateway.columns} array, {count} {'object' if count == 1 else 'objects'}"
     )
     if names:
-        key = [Patch(alpha=0, label=f"{number} {name}") for number, name in enumerate(names, start=1)]
+        key = [Patch(alpha=0, label=f"{number} {in_figure(name)}") for number, name in enumerate(names, start=1)]
         style: dict[str, Any] = {"ncols": 4, "frameon": False, "fontsize": 9}
         left.legend(handles=key, loc="outside lower center", handlelength=0, handletextpad=0, **style)
-    handles: list[Any] = [Patch(facecolor=m.color, edgecolor="0.3", label=name) for name, m in scene.materials.items()]
+    handles: list[Any] = [
+        Patch(facecolor=m.color, edgecolor="0.3", label=in_figure(name)) for name, m in scene.materials.items()
+    ]
     handles.append(Line2D([], [], color="0.3", lw=1.6, label=f"plan: section at z = {section_height(scene):.3g} m"))
     handles.append(Patch(facecolor=REGION, edgecolor="green", label="transmitter region"))
     handles.append(Patch(facecolor="crimson", label="gateway and boresight"))

@@ -5,22 +5,31 @@ Each tab edits a scene of its own, ``Editor.scene``. A scene is written only whe
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
+from threading import Lock
 from typing import Any
 
 import numpy as np
 from viser import ClientHandle, SceneNodeHandle, TransformControlsEvent, TransformControlsHandle
 
+from scenes.callbacks import shielded
+from scenes.claimed_folder import FilesInTheWay, digest
 from scenes.description import Scene, facing
-from scenes.errors import InputError
+from scenes.errors import InputError, printable
 from scenes.materials import material_names, p2040_material
+from scenes.scene_files import yaml_of
 from scenes.scene_yaml import write_scene
 from scenes.stage import add_gateway, add_objects, add_region, edges, set_up, wxyz, xyzw
 
 Triple = tuple[float, float, float]
 CHOSEN = (255, 140, 0)
 """Colour (RGB, 0…255) of the object whose material is shown."""
+
+SHOWN_FILES = 3
+"""Largest number of files in the way that a notification names."""
 
 
 class Editor:
@@ -29,7 +38,7 @@ class Editor:
     Args:
         client: the browser tab.
         scene: the scene to begin with.
-        folder: the folder that it is saved to, unless the user names another.
+        folder: the folder that it is saved to, and no other.
 
     Attributes:
         scene: the scene as edited so far.
@@ -38,6 +47,7 @@ class Editor:
     def __init__(self, client: ClientHandle, scene: Scene, folder: Path):
         self.scene = scene
         self._client, self._holding = client, False
+        self._shielded = partial(shielded, client)
         api, gui = client.scene, client.gui
         set_up(client, scene.bounds)
         self._size = float(np.linalg.norm(scene.bounds[1] - scene.bounds[0]))
@@ -51,19 +61,51 @@ class Editor:
         self._edit_gateway()
         self._edit_region()
         self._edit_materials()
-        for label, group in (("walls, floor, ceiling", "/walls"), ("furniture", "/furniture")):
-            self._switch(label, [node for nodes in self._objects.values() for node in nodes if group in node.name])
-        self._folder = gui.add_text("save to folder", str(folder))
-        gui.add_button("Save scene.yaml").on_click(lambda event: self.save())
+        for label, group in (("walls, floor, ceiling", "/walls/"), ("furniture", "/furniture/")):
+            self._switch(
+                label, [node for nodes in self._objects.values() for node in nodes if node.name.startswith(group)]
+            )
+        self._folder, self._saving = folder, Lock()
+        self._replaceable: dict[Path, str] = {}  # what this tab wrote itself, by its digest
+        self._in_the_way: Mapping[Path, str] = {}  # what the user was asked about
+        gui.add_text("saved to folder", printable(str(folder.absolute())), disabled=True)
+        gui.add_button("Save scene.yaml").on_click(self._shielded(lambda event: self.save()))
+        self._replace_button = gui.add_button("Replace", color="red", visible=False)
+        self._replace_button.on_click(self._shielded(lambda event: self.save(self._in_the_way)))
 
-    def save(self) -> None:
-        """Write the scene to the folder named in the panel; an error is shown as a notification."""
-        try:
-            path = write_scene(self.scene, self._folder.value)
-        except (InputError, OSError) as error:
-            self._client.add_notification("Not saved", str(error), color="red")
-            return
-        self._client.add_notification("Saved", str(path), color="green")
+    def save(self, replaceable: Mapping[Path, str] | None = None) -> None:
+        """Write the scene to the folder; where files are in the way that this tab did not write, ask instead.
+
+        Args:
+            replaceable: files that may be replaced, as long as they have these digests (SHA-256).
+
+        Raises:
+            InputError: ``write_scene`` refuses the scene or the folder.
+        """
+        with self._saving:
+            scene = self.scene
+            self._replace_button.visible = False
+            try:
+                path = write_scene(scene, self._folder, {**self._replaceable, **(replaceable or {})})
+            except FilesInTheWay as found:
+                self._ask(found.digests)
+                return
+            self._replaceable[path] = digest(yaml_of(scene))
+            self._client.add_notification("Saved", printable(str(path)), color="green")
+
+    def _ask(self, in_the_way: Mapping[Path, str]) -> None:
+        self._in_the_way = in_the_way
+        count = len(in_the_way)
+        self._replace_button.label = f"Replace {count} {'file' if count == 1 else 'files'}"
+        self._replace_button.visible = True
+        names = [printable(str(path.relative_to(self._folder))) for path in in_the_way]
+        more = f" and {count - SHOWN_FILES} more" if count > SHOWN_FILES else ""
+        self._client.add_notification(
+            "Not saved yet",
+            f"The folder already has {', '.join(names[:SHOWN_FILES])}{more}, which this tab did not write. "
+            f'Press "{self._replace_button.label}" to replace.',
+            color="orange",
+        )
 
     # --- gateway -------------------------------------------------------------------------------------------
 
@@ -84,6 +126,7 @@ class Editor:
             )
 
         @handle.on_update
+        @self._shielded
         async def _(event) -> None:
             if not self._held(event):
                 return
@@ -94,12 +137,14 @@ class Editor:
 
         # What is typed moves the handle, but no other field: the user may be in the middle of one.
         @position.on_update
+        @self._shielded
         async def _(event) -> None:
             if event.client is not None:  # typed, not set by us
                 self._replace_gateway(position=position.value)
                 handle.position = frame.position = position.value
 
         @boresight.on_update
+        @self._shielded
         async def _(event) -> None:
             if event.client is not None and any(boresight.value):
                 self._replace_gateway(orientation=facing(boresight.value))
@@ -143,6 +188,7 @@ class Editor:
             box.points = edges(transmitter.region)
 
         @handle.on_update
+        @self._shielded
         async def _(event) -> None:
             if self._held(event):
                 x, y, z = (round(float(c), 4) for c in event.target.position)
@@ -150,6 +196,7 @@ class Editor:
                 typed.value = (x, y, z)
 
         @typed.on_update
+        @self._shielded
         async def _(event) -> None:
             if event.client is not None:
                 move(typed.value)
@@ -174,15 +221,17 @@ class Editor:
 
         for name, nodes in self._objects.items():
             for node in nodes:
-                if node.name.startswith("/furniture"):
-                    node.on_click(lambda event, name=name: choose(name))  # type: ignore[attr-defined]
+                if node.name.startswith("/furniture/"):
+                    node.on_click(self._shielded(lambda event, name=name: choose(name)))  # type: ignore[attr-defined]
 
         @which.on_update
+        @self._shielded
         def _(event) -> None:
             if event.client is not None:
                 choose(which.value)
 
         @material.on_update
+        @self._shielded
         def _(event) -> None:
             if event.client is None:
                 return
@@ -217,6 +266,7 @@ class Editor:
         box = self._client.gui.add_checkbox(label, True)
 
         @box.on_update
+        @self._shielded
         def _(event) -> None:
             for node in nodes:
                 node.visible = box.value

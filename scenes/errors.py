@@ -129,11 +129,12 @@ def _is_number(value: object) -> bool:
     return isinstance(value, Real) and not isinstance(value, bool)
 
 
-LISTED = 40
-"""Largest number of known words that a message lists."""
-
 SHOWN = 80
 """Largest number of characters of a value that a message shows."""
+
+
+LISTED = 40
+"""Largest number of known words that a message lists."""
 
 
 def shown(value: object) -> str:
@@ -167,6 +168,16 @@ def cut(text: str) -> str:
     return printable(text if len(text) <= SHOWN else text[: SHOWN - 1] + "…")
 
 
+def named(name: object) -> str:
+    r"""A name from a file or an option, as error messages show it: in double quotes, printable, cut if long.
+
+    >>> print(named("concrete"), named("a\x1b[2J"))
+    "concrete" "a\x1b[2J"
+    """
+    text = str(name)
+    return f'"{printable(text if len(text) <= SHOWN - 2 else text[: SHOWN - 3] + "…")}"'
+
+
 def printable(text: str) -> str:
     r"""Text whose control characters, which a terminal would obey, are written as Python writes them.
 
@@ -183,8 +194,8 @@ def did_you_mean(word: object, known: Iterable[str]) -> str:
     'did you mean "concrete"?'
     """
     known = sorted(known)
-    nearest = get_close_matches(str(word), known, n=1)
+    nearest = get_close_matches(str(word)[:SHOWN], known, n=1)
     if nearest:
-        return printable(f'did you mean "{nearest[0]}"?')
-    more = f" and {len(known) - LISTED} more" if len(known) > LISTED else ""
-    return printable(f"known are {', '.join(known[:LISTED])}{more}")
+        return f"did you mean {named(nearest[0])}?"
+    more = ", …" if len(known) > LISTED else ""
+    return f"known are {', '.join(named(name)[1:-1] for name in known[:LISTED])}{more}"

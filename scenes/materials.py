@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from scenes.errors import InputError, did_you_mean
+from scenes.errors import InputError, did_you_mean, named, shown
 
 RGB = tuple[float, float, float]
 
@@ -63,9 +63,9 @@ class RadioMaterial:
         for key, low, high, words in checks:
             value = getattr(self, key)
             if not low <= value <= high:
-                raise InputError(f'material "{self.name}": {key} must be {words}, found {value}')
+                raise InputError(f"material {named(self.name)}: {key} must be {words}, found {shown(value)}")
         if len(self.color) != 3 or not all(0 <= c <= 1 for c in self.color):
-            raise InputError(f'material "{self.name}": color must be three numbers in 0..1')
+            raise InputError(f"material {named(self.name)}: color must be three numbers in 0..1")
 
 
 @dataclass(frozen=True)
@@ -138,13 +138,13 @@ def p2040_material(
         InputError: unknown name, or a frequency more than 10 % outside the row's stated range.
     """
     if name not in P2040:
-        raise InputError(f'unknown material "{name}"; {did_you_mean(name, P2040)}')
+        raise InputError(f"unknown material {named(name)}; {did_you_mean(name, P2040)}")
     row = P2040[name]
     f = frequency / 1e9
     low, high = row.range_ghz
     if not low * (1 - EXTRAPOLATION) <= f <= high * (1 + EXTRAPOLATION):
         raise InputError(
-            f'material "{name}" at {f:g} GHz: ITU-R P.2040 gives it for {low:g} to {high:g} GHz, which is '
+            f"material {named(name)} at {f:g} GHz: ITU-R P.2040 gives it for {low:g} to {high:g} GHz, which is "
             f"extrapolated by {EXTRAPOLATION:.0%} at most; "
             "give its relative_permittivity and conductivity yourself"
         )

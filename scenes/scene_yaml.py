@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections import Counter
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
-
-import numpy as np
-import yaml
-from trimesh import Trimesh
 
 from scenes.atomic import write_atomically
 from scenes.bedroom import bedroom
+from scenes.claimed_folder import FilesInTheWay, claimed, digest, digest_of_file
 from scenes.closet import closet
 from scenes.conference import conference
 from scenes.description import Gateway, Scene, SceneObject, Transmitter
@@ -25,6 +20,7 @@ from scenes.materials import RadioMaterial, material_names, p2040_material
 from scenes.mesh_files import default_up, read_meshes
 from scenes.mesh_import import Y_UP_TO_Z_UP, is_importable
 from scenes.office import office
+from scenes.scene_files import mesh_names, ply_of, yaml_of
 from scenes.shapes import union
 from scenes.validation import validate
 from scenes.workshop import workshop
@@ -41,8 +37,6 @@ BUILT_IN: dict[str, Callable[[], Scene]] = {
 }
 LONGEST_FREQUENCY = 50
 """Characters; the time of the regular expression grows with the square of a text's length."""
-LONGEST_STEM = 60
-"""Characters of the name of a mesh file, of which systems allow 255 bytes."""
 HERTZ = {"hz": 1.0, "khz": 1e3, "mhz": 1e6, "ghz": 1e9}
 
 
@@ -222,76 +216,37 @@ def read_scene(path: str | Path) -> Scene:
 # --- writing -----------------------------------------------------------------------------------------------
 
 
-def write_scene(scene: Scene, folder: str | Path) -> Path:
+def write_scene(scene: Scene, folder: str | Path, replaceable: Mapping[Path, str] | None = None) -> Path:
     """Write folder/scene.yaml and folder/meshes/<object>.ply; read back, the scene is equal.
 
     The same scene gives the same bytes. The YAML is written last and atomically, so a folder that has one is whole.
+    Meshes that are there already with the same bytes are left as they are.
 
     Args:
         scene: the scene.
-        folder: a folder without a scene.yaml.
+        folder: a folder without a scene.yaml, and without other meshes of the same names.
+        replaceable: files that may be replaced all the same, as long as they have these digests (SHA-256).
 
     Returns:
         Path of the YAML.
 
     Raises:
-        InputError: the folder has a scene.yaml already, or ``validate`` refuses the scene.
+        FilesInTheWay: an InputError that lists the files that would be replaced; nothing is written.
+        InputError: ``validate`` refuses the scene, or another program is writing to the folder.
     """
     folder = Path(folder)
     path = folder / "scene.yaml"
-    if path.exists():
-        raise InputError(f"{path}: exists already and is never overwritten; give another folder")
     validate(scene, str(path))
-    objects, used, count = [], set(), Counter[str]()
-    for item in scene.objects:
-        first = stem = re.sub(r"[^\w.-]+", "_", item.name).strip(".")[:LONGEST_STEM] or "object"
-        count[first.casefold()] += 1
-        while stem.casefold() in used:  # names that differ in case or punctuation only
-            stem = f"{first}_{count[first.casefold()]}"
-            count[first.casefold()] += 1
-        used.add(stem.casefold())
-        mesh = f"meshes/{stem}.ply"
-        write_atomically(folder / mesh, _ply(item.mesh))
-        entry: dict[str, Any] = {"name": item.name, "mesh": mesh, "material": item.material}
-        objects.append(entry | ({} if item.thickness is None else {"thickness": item.thickness}))
-    further = {name: asdict(gateway) for name, gateway in scene.further_gateways.items()}
-    values = {
-        "name": scene.name,
-        "frequency": scene.frequency,
-        "gateway": asdict(scene.gateway),
-        **({"further_gateways": further} if further else {}),
-        "transmitter": {
-            "region": {"min": scene.transmitter.region_min, "max": scene.transmitter.region_max},
-            **{k: v for k, v in asdict(scene.transmitter).items() if not k.startswith("region")},
-        },
-        "materials": {
-            name: {k: v for k, v in asdict(material).items() if k != "name"}
-            for name, material in scene.materials.items()
-        },
-        "objects": objects,
-    }
-    style: dict[str, Any] = {"sort_keys": False, "default_flow_style": None, "allow_unicode": True}
-    text = yaml.safe_dump(_plain(values), width=110, **style)
-    write_atomically(path, text.encode())
+    meshes = {folder / name: item.mesh for name, item in zip(mesh_names(scene), scene.objects, strict=True)}
+    with claimed(folder):
+        found = {file: sha256 for file in (path, *meshes) if (sha256 := digest_of_file(file)) is not None}
+        kept = {file for file in found if file in meshes and found[file] == digest(ply_of(meshes[file]))}
+        allowed = replaceable or {}
+        in_the_way = {file: found[file] for file in found if file not in kept and found[file] != allowed.get(file)}
+        if in_the_way:
+            raise FilesInTheWay(in_the_way)
+        for file, mesh in meshes.items():
+            if file not in kept:
+                write_atomically(file, ply_of(mesh))
+        write_atomically(path, yaml_of(scene))
     return path
-
-
-def _plain(value: Any) -> Any:
-    """The value with tuples as lists and numpy scalars as Python's, since YAML has only these types."""
-    if isinstance(value, dict):
-        return {key: _plain(v) for key, v in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(v) for v in value]
-    return value.item() if isinstance(value, np.generic) else value
-
-
-def _ply(mesh: Trimesh) -> bytes:
-    """Binary PLY in double precision; trimesh's writer rounds to single precision, which would change the scene."""
-    header = (
-        "ply\nformat binary_little_endian 1.0\n"
-        f"element vertex {len(mesh.vertices)}\nproperty double x\nproperty double y\nproperty double z\n"
-        f"element face {len(mesh.faces)}\nproperty list uchar int vertex_indices\nend_header\n"
-    )
-    faces = np.zeros(len(mesh.faces), dtype=[("count", "<u1"), ("index", "<i4", 3)])
-    faces["count"], faces["index"] = 3, mesh.faces
-    return header.encode() + np.asarray(mesh.vertices, dtype="<f8").tobytes() + faces.tobytes()

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import sys
 
-from rich.console import Console
 from rich.table import Table
+
+from scenes.errors import printable
+from scenes.plain_text import plain_console
 
 WIDEST = 80
 """Characters per line of a cell; a longer sentence is folded."""
@@ -21,13 +23,13 @@ def print_table(title: str, columns: dict[str, dict]) -> None:
         title: of the table.
         columns: the cells of each column by the name of their row; the first column has all rows.
     """
-    table = Table(title=title)
+    table = Table(title=printable(title))
     table.add_column("", overflow="fold", max_width=WIDEST)
     for name in columns:
-        table.add_column(name.replace("_", " "), overflow="fold", max_width=WIDEST)
+        table.add_column(printable(name.replace("_", " ")), overflow="fold", max_width=WIDEST)
     for row in next(iter(columns.values())):
         values = (column.get(row, "") for column in columns.values())
-        table.add_row(row, *(f"{value:.4g}" if isinstance(value, float) else str(value) for value in values))
+        table.add_row(printable(row), *map(_cell, values))
     _print(table)
 
 
@@ -38,14 +40,18 @@ def print_rows(title: str, rows: list[dict]) -> None:
         title: of the table.
         rows: the cells of each row by the name of their column; all rows have the same columns.
     """
-    table = Table(title=title)
+    table = Table(title=printable(title))
     for name in rows[0]:
-        table.add_column(name, overflow="fold", max_width=WIDEST)
+        table.add_column(printable(name), overflow="fold", max_width=WIDEST)
     for row in rows:
-        table.add_row(*(f"{value:.4g}" if isinstance(value, float) else str(value) for value in row.values()))
+        table.add_row(*map(_cell, row.values()))
     _print(table)
+
+
+def _cell(value: object) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else printable(str(value))
 
 
 def _print(table: Table) -> None:
     # Where there is no terminal, rich would take the width for 80.
-    Console(width=None if sys.stdout.isatty() else UNLIMITED).print(table)
+    plain_console(width=None if sys.stdout.isatty() else UNLIMITED).print(table)

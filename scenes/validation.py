@@ -27,7 +27,7 @@ from scenes.description import (
     Scene,
     Transmitter,
 )
-from scenes.errors import InputError, did_you_mean, shown
+from scenes.errors import InputError, did_you_mean, named, shown
 from scenes.materials import THICKEST
 from scenes.occupancy import blocking_object
 
@@ -54,7 +54,7 @@ def validate(scene: Scene, source: str) -> None:
     gateways = {"gateway": scene.gateway}
     for name, further in scene.further_gateways.items():
         if name == "gateway1" or not re.fullmatch(r"[A-Za-z0-9_-]{1,100}", name):
-            refuse(f"further_gateways: expected a name of letters, digits, - and _, not gateway1, found {shown(name)}")
+            refuse(f"further_gateways: expected a name of letters, digits, - and _, not gateway1, found {named(name)}")
         gateways[f"further_gateways.{name}"] = further
     if not LOWEST_FREQUENCY <= scene.frequency <= HIGHEST_FREQUENCY:
         refuse(
@@ -68,9 +68,9 @@ def validate(scene: Scene, source: str) -> None:
         ("transmitter.region.max", transmitter.region_max),
     ):
         if not np.isfinite(vector).all():
-            refuse(f"{label} must be finite numbers, found {list(vector)}")
+            refuse(f"{label} must be finite numbers, found {shown(list(vector))}")
         if np.abs(vector).max() > FARTHEST:
-            refuse(f"{label} must be within {FARTHEST:g} m of the origin, found {list(vector)}")
+            refuse(f"{label} must be within {FARTHEST:g} m of the origin, found {shown(list(vector))}")
     antennas: dict[str, Gateway | Transmitter] = {**gateways, "transmitter": transmitter}
     for end, antenna in antennas.items():
         norm = math.hypot(*antenna.orientation)
@@ -80,9 +80,9 @@ def validate(scene: Scene, source: str) -> None:
                 f"for {list(antenna.orientation)}"
             )
         if antenna.pattern not in PATTERNS:
-            refuse(f'unknown {end}.pattern "{antenna.pattern}"; {did_you_mean(antenna.pattern, PATTERNS)}')
+            refuse(f"unknown {end}.pattern {named(antenna.pattern)}; {did_you_mean(antenna.pattern, PATTERNS)}")
         if antenna.polarization not in POLARIZATIONS:
-            refuse(f'{end}.polarization must be "V" or "H", found "{antenna.polarization}"')
+            refuse(f'{end}.polarization must be "V" or "H", found {named(antenna.polarization)}')
     for label, gateway in gateways.items():
         if not (1 <= gateway.rows <= MOST_IN_A_ROW and 1 <= gateway.columns <= MOST_IN_A_ROW):
             refuse(
@@ -112,13 +112,13 @@ def validate(scene: Scene, source: str) -> None:
     for index, item in enumerate(scene.objects):
         require_name(item.name, f"objects[{index}].name", refuse)
         require_name(item.material, f"objects[{index}].material", refuse)
-        label = f'objects[{index}] ("{item.name}")'
+        label = f"objects[{index}] ({named(item.name)})"
         if item.name in names:
             refuse(f"{label}: every object needs a name of its own, and this one is taken")
         names.add(item.name)
         if item.material not in scene.materials:
             suggestion = did_you_mean(item.material, scene.materials)
-            refuse(f'{label}: unknown material "{item.material}"; {suggestion}')
+            refuse(f"{label}: unknown material {named(item.material)}; {suggestion}")
         if len(item.mesh.faces) == 0:
             refuse(f"{label}: the mesh has no triangles")
         if not np.isfinite(item.mesh.vertices).all():
@@ -150,7 +150,7 @@ def _check_place(scene: Scene, label: str, refuse: Callable[[str], NoReturn]) ->
     blocker, *blockers = blocking_object(scene, np.vstack([gateway.position, middle]))
     if blocker is not None:
         refuse(
-            f'{label}.position {list(gateway.position)} lies inside object "{blocker}" '
+            f"{label}.position {list(gateway.position)} lies inside object {named(blocker)} "
             "(a closed mesh counts as the room only where it also holds the whole transmitter region)"
         )
     found = obstruction(gateway, scene.wavelength, scene.objects)
@@ -158,11 +158,11 @@ def _check_place(scene: Scene, label: str, refuse: Callable[[str], NoReturn]) ->
         reach = np.linalg.norm(element_positions(gateway, scene.wavelength) - gateway.position, axis=1).max()
         refuse(
             f"{label}.position {list(gateway.position)}: expected an array in the open, found an element at "
-            f'{(found.element.round(3) + 0.0).tolist()}, {found.where} object "{found.object}" '
+            f"{(found.element.round(3) + 0.0).tolist()}, {found.where} object {named(found.object)} "
             f"(at {scene.frequency / 1e6:g} MHz the elements are up to {reach:.2g} m from the position)"
         )
     if blockers[0] is not None and set(blockers) == {blockers[0]}:
         refuse(
-            f'transmitter.region lies inside object "{blockers[0]}" (a closed mesh counts as the room only where it '
-            f"also holds the {label}, which is at {list(gateway.position)})"
+            f"transmitter.region lies inside object {named(blockers[0])} (a closed mesh counts as the room only where "
+            f"it also holds the {label}, which is at {list(gateway.position)})"
         )

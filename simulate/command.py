@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
+from scenes.errors import printable
+from scenes.plain_text import say
 from simulate.measurement import Measurement
 from simulate.placement_kind import Placement
 from simulate.propagation import Propagation
@@ -104,6 +105,6 @@ def simulate(
             box = bounding_box(np.vstack([request.scene.bounds, request.scene.transmitter.region]))
             warning = reach_warning(request.positions, box, "the scene", "are they in metres, in the scene's frame?")
             if warning is not None:
-                print(f"bisplat: warning: {positions}: {warning}", file=sys.stderr)
+                say(f"warning: {positions}: {warning}")
         generate(request, folder, workers, ray, gpu)
-        print(f"{len(request.positions)} spectra: {folder}")
+        print(printable(f"{len(request.positions)} spectra: {folder}"))

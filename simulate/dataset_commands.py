@@ -8,6 +8,7 @@ from typing import Annotated
 
 from tyro.conf import OmitArgPrefixes, Positional
 
+from scenes.errors import printable
 from simulate.command import Output
 from simulate.conversion import Conversion
 
@@ -26,8 +27,8 @@ def convert(
     from simulate.convert import convert as convert_folder
 
     for sentence in convert_folder(source, output, conversion):
-        print(sentence)
-    print(f"dataset: {output}")
+        print(printable(sentence))
+    print(printable(f"dataset: {output}"))
 
 
 def responses(dataset: Positional[Path], json: bool = False) -> None:
@@ -66,5 +67,6 @@ def responses(dataset: Positional[Path], json: bool = False) -> None:
         "y_m -> conj y_(MN-1-m)"
     )
     if doubtful:
-        print(f"doubtful: {len(doubtful)} pictures: {', '.join(doubtful[:10])}{' ...' if len(doubtful) > 10 else ''}")
-    print(f"responses: {dataset / 'channels.npz'}")
+        more = " ..." if len(doubtful) > 10 else ""
+        print(printable(f"doubtful: {len(doubtful)} pictures: {', '.join(doubtful[:10])}{more}"))
+    print(printable(f"responses: {dataset / 'channels.npz'}"))

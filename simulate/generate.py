@@ -17,7 +17,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from rich.console import Console
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
@@ -31,6 +30,7 @@ from rich.text import Text
 
 from scenes.atomic import write_atomically
 from scenes.errors import InputError, ParameterError
+from scenes.plain_text import plain_console
 from scenes.scene_yaml import write_scene
 from simulate.dataset_part import Part, make_part
 from simulate.dataset_writer import (
@@ -203,10 +203,10 @@ class RateColumn(ProgressColumn):
 def progress_bar() -> Progress:
     """Progress on stderr: description, bar, count, spectra per second, time remaining."""
     return Progress(
-        TextColumn("{task.description}"),
+        TextColumn("{task.description}", markup=False),
         BarColumn(),
         MofNCompleteColumn(),
         RateColumn(),
         TimeRemainingColumn(),
-        console=Console(stderr=True),
+        console=plain_console(stderr=True),
     )

@@ -17,7 +17,7 @@ import sys
 import tempfile
 from pathlib import Path
 
-from scenes.errors import InputError
+from scenes.errors import InputError, printable
 
 OLDEST_LLVM = 16
 DEBIAN_PACKAGES = ("libllvm19", "libllvm20", "libllvm18", "libllvm17", "libllvm16")
@@ -149,7 +149,7 @@ def main() -> int:
             install_libllvm()
             path = find_libllvm()
     except InputError as error:
-        print(f"bisplat: {error}", file=sys.stderr)
+        print(printable(f"bisplat: {error}"), file=sys.stderr)
         return 1
     print(f"libLLVM {llvm_version(path)}: {path}")
     return 0

@@ -17,7 +17,6 @@ from typing import Annotated, Any
 import numpy as np
 from jaxtyping import Float, Int
 from msgspec import Meta, Struct
-from rich.console import Console
 
 from learn.baselines.array_ceiling import CEILING, SAMPLES, array_ceiling
 from learn.comparison.task import Method, Task
@@ -29,6 +28,7 @@ from scenes.atomic import write_atomically
 from scenes.errors import require_whole
 from scenes.input_file import MEGABYTE, read_text
 from scenes.json_file import parse_json, read_json
+from scenes.plain_text import say
 from scenes.schema import conform
 from simulate.dataset import Dataset, read_dataset
 from simulate.evenly import evenly
@@ -147,7 +147,7 @@ class Experiment:
         if self._has(key):
             return
         name = row_name(key)
-        Console(stderr=True).print(f"bisplat: {name}")
+        say(name)
         settings, folder = self.settings, self.folder / "runs" / name
         task = Task(
             self.dataset,

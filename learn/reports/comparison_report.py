@@ -11,6 +11,7 @@ from learn.reports.figures import draw_ssim_distribution, save
 from learn.reports.learning_curves import draw_learning_curves
 from learn.reports.log_axis import label_log_axis
 from learn.reports.page import SCORE_COLUMNS, embedded, write_page
+from scenes.plain_text import in_figure
 
 COST_COLUMNS = {
     "parameters": "parameters",
@@ -55,7 +56,7 @@ def write_ablation(comparison: Comparison, folder: Path) -> None:
     axis = figure.subplots()
     values, spreads = ([row[key] for row in rows] for key in ("ssim_median", "ssim_spread"))
     axis.errorbar(values, range(len(rows)), xerr=spreads, fmt="o", capsize=3)
-    axis.set_yticks(range(len(rows)), [row["label"] for row in rows])
+    axis.set_yticks(range(len(rows)), [in_figure(row["label"]) for row in rows])
     axis.set_ylim(-0.5, len(rows) - 0.5)
     axis.locator_params(axis="x", nbins=6)
     figure.supxlabel("median SSIM, mean and standard deviation over seeds", fontsize="medium")
@@ -77,7 +78,7 @@ def write_sweep(comparison: Comparison, folder: Path) -> None:
     for label in dict.fromkeys(row["label"] for row in averages):
         rows = sorted((row for row in averages if row["label"] == label), key=lambda row: row["train_size"])
         sizes, values, spreads = ([row[key] for row in rows] for key in ("train_size", "ssim_median", "ssim_spread"))
-        axis.errorbar(sizes, values, yerr=spreads, fmt="o-", capsize=3, label=label)
+        axis.errorbar(sizes, values, yerr=spreads, fmt="o-", capsize=3, label=in_figure(label))
     axis.set(xscale="log", xlabel="training spectra", ylabel="median SSIM on the same test part")
     label_log_axis(axis.xaxis)
     axis.grid(which="both", alpha=0.3)

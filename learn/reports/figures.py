@@ -14,6 +14,7 @@ from matplotlib.ticker import StrMethodFormatter
 
 from learn.baselines.array_ceiling import CEILING, shown_name
 from learn.colours import DIFFERENCE, MAGNITUDE
+from scenes.plain_text import in_figure
 from simulate.angular_grid import COLUMNS, ROWS, AngularGrid
 
 RANKS = {"worst": 0.0, "lower quartile": 0.25, "median": 0.5, "upper quartile": 0.75, "best": 1.0}
@@ -153,7 +154,7 @@ def draw_ssim_distribution(ssim: dict[str, Float[np.ndarray, " K"]], path: Path)
     colours = cycle(colormaps["tab20"]([number for number in range(20) if number not in GREYS]))
     for name, values in ssim.items():
         share = np.arange(1, len(values) + 1) / len(values)
-        label = f"{shown_name(name)}: median {np.median(values):.3f}"
+        label = f"{in_figure(shown_name(name))}: median {np.median(values):.3f}"
         style = CEILING_STYLE if name == CEILING else {"color": next(colours), "lw": 2 if name == "model" else 1.2}
         axis.step(np.sort(values), share, where="post", label=label, **style)
     axis.set(

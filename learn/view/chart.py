@@ -18,6 +18,7 @@ from matplotlib.font_manager import findfont
 from PIL import Image, ImageDraw, ImageFont
 
 from learn.colours import DIFFERENCE, LEAST_DB, MAGNITUDE, PHASE
+from scenes.errors import printable
 from simulate.angular_grid import COLUMNS, ROWS, AngularGrid
 
 Kind = Literal["rectangular", "polar"]
@@ -114,7 +115,7 @@ def _draw(panel: Panel, kind: Kind, grid: AngularGrid) -> UInt8[np.ndarray, "H W
     np.copyto(plot_area, plot, where=_inside(kind, grid)[..., None])
     drawn = Image.fromarray(image)
     pen = ImageDraw.Draw(drawn)
-    pen.text((6, 18), panel.title, fill=INK, font=_font(13), anchor="ls")
+    pen.text((6, 18), printable(panel.title), fill=INK, font=_font(13), anchor="ls")
     for azimuth, elevation, ink in panel.marks:
         x, y = _where(azimuth, elevation, kind, grid)
         for radius, line in ((6, (255, 255, 255)), (5, ink), (4, ink), (3, (255, 255, 255))):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,6 +14,7 @@ from learn.view.chart import LINEAR, Colours, colour_of
 from learn.view.comparison import PREDICTED, TRUE
 from learn.view.hemisphere import EVERY_DEG, colours_of_dots, disc, dots, ellipses
 from learn.view.subject import Position, SpectrumArray, Subject
+from scenes.callbacks import shielded
 from scenes.shapes import bounding_box
 from scenes.stage import add_gateway, add_objects, add_region, set_up
 
@@ -91,8 +93,8 @@ class Layers:
             self._switch(client, "traced paths", [self._paths] if subject.scene else [])
             visible = subject.has_primitives
             self._primitives = client.gui.add_checkbox("primitives (colour: phase)", False, visible=visible)
-        self._primitives.on_update(lambda event: changed())
-        self._on_sphere.on_update(lambda event: self._colour_sphere())
+        self._primitives.on_update(shielded(client, lambda event: changed()))
+        self._on_sphere.on_update(shielded(client, lambda event: self._colour_sphere()))
         self._spectra: tuple[SpectrumArray | None, SpectrumArray | None] = None, None
 
     def show(
@@ -190,6 +192,7 @@ class Layers:
             box = client.gui.add_checkbox(label, nodes[0].visible)
 
             @box.on_update
+            @partial(shielded, client)
             def _(event) -> None:
                 for node in nodes:
                     node.visible = box.value

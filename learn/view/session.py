@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
+from functools import partial
 from typing import cast, get_args
 
 import numpy as np
@@ -16,6 +17,8 @@ from learn.view.comparison import numbers, panels
 from learn.view.layers import Layers
 from learn.view.subject import Position, Spectrum, Subject
 from learn.view.tracing import Traced, Tracing
+from scenes.callbacks import shielded
+from scenes.plain_text import in_markdown
 
 PLAY_SECONDS = 0.4
 """Time between two positions when the recorded path is played, seconds."""
@@ -37,6 +40,7 @@ class Session:
 
     def __init__(self, client: ClientHandle, subject: Subject, tracing: Tracing | None):
         self._subject, self._tracing = subject, tracing
+        self._shielded = partial(shielded, client)
         self._position: Position = subject.region.mean(axis=0)
         if subject.dataset is not None:
             self._position = subject.dataset.positions[0].astype(float)
@@ -44,11 +48,11 @@ class Session:
         self._changed, self._open = threading.Event(), True
         self._build(client)
         self._layers = Layers(client, subject, self._position, self._changed.set)
-        self._layers.transmitter.on_update(self._dragged)
+        self._layers.transmitter.on_update(self._shielded(self._dragged))
         self._trace()
         self._changed.set()
         threading.Thread(target=self._keep_up_to_date, daemon=True).start()
-        threading.Thread(target=self._layers.colour_test_positions, daemon=True).start()
+        threading.Thread(target=self._shielded(self._layers.colour_test_positions), daemon=True).start()
 
     def close(self) -> None:
         """End the tab's thread, and withdraw its request to the ray tracer."""
@@ -63,21 +67,21 @@ class Session:
         gui, subject = client.gui, self._subject
         self._gui = gui
         for sentence in subject.missing:
-            gui.add_markdown(f"**Note.** {sentence}")
+            gui.add_markdown(f"**Note.** {in_markdown(sentence)}")
         self._image: GuiImageHandle | None = None  # made when the first panels are drawn
         self._numbers = gui.add_markdown("", order=-2)
         self._state = gui.add_markdown("", order=-1)
         with gui.add_folder("Transmitter"):
             self._place = gui.add_vector3("position (m)", self._position, step=0.001)
-            self._place.on_update(self._typed)
+            self._place.on_update(self._shielded(self._typed))
             self._live = gui.add_checkbox("trace while dragging", True, visible=self._tracing is not None)
             recorded = 0 if subject.dataset is None else len(subject.dataset.names)
             self._number = gui.add_slider(
                 "recorded spectrum", 1, max(recorded, 2), 1, 1, visible=recorded > 1, hint="in the order of tx_pos.csv"
             )
-            self._number.on_update(self._chosen)
+            self._number.on_update(self._shielded(self._chosen))
             self._play = gui.add_checkbox("play along the recorded path", False, visible=recorded > 1)
-            self._play.on_update(self._switched)
+            self._play.on_update(self._shielded(self._switched))
         with gui.add_folder("Spectrum"):
             names = tuple(subject.predictors)
             self._by = gui.add_dropdown("predicted by", names or ("nothing",), visible=bool(names))
@@ -85,7 +89,7 @@ class Session:
             self._quantity = gui.add_dropdown("quantity", ("magnitude", "phase"))
             self._scale = gui.add_dropdown("scale", ("linear", "dB"))
         for each in (self._by, self._kind, self._quantity, self._scale):
-            each.on_update(self._switched)
+            each.on_update(self._shielded(self._switched))
 
     # --- what the user does --------------------------------------------------------------------------------
 
@@ -144,10 +148,10 @@ class Session:
         while True:
             playing = self._play.value and self._subject.dataset is not None
             if not self._changed.wait(PLAY_SECONDS if playing else 1.0) and playing:
-                self._advance()
+                self._shielded(self._advance)()
             if not self._open:
                 return
-            self._state.content = self._tracing.state if self._tracing else ""
+            self._state.content = in_markdown(self._tracing.state) if self._tracing else ""
             if self._changed.is_set():
                 self._changed.clear()
                 try:
@@ -156,7 +160,7 @@ class Session:
                     logging.getLogger("bisplat").exception(
                         "the viewer cannot show the transmitter at %s", self._position
                     )
-                    self._numbers.content = f"**Cannot be shown:** {error}"
+                    self._numbers.content = f"**Cannot be shown:** {in_markdown(str(error))}"
 
     def _true_at(self, position: Position) -> tuple[str, Spectrum | None, Traced | None]:
         """The true spectrum at a position: the recorded one if there is one, otherwise the traced one.

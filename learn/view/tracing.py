@@ -85,18 +85,24 @@ class Tracing:
     def _trace_requests(self) -> None:
         try:
             tracer = self._prepared()
-            self.state = ""
-            while True:
-                with self._condition:
-                    while not self._requests:
-                        self._condition.wait()
-                    tab = next(iter(self._requests))  # the tab that has waited longest
-                    position, done = self._requests.pop(tab)
+        except Exception as error:  # the page says why there is no ray tracing, and still shows everything else
+            logging.getLogger("bisplat").exception("the viewer has no ray tracing")
+            self.state = f"no ray tracing: {error}"
+            return
+        self.state = ""
+        while True:
+            with self._condition:
+                while not self._requests:
+                    self._condition.wait()
+                tab = next(iter(self._requests))  # the tab that has waited longest
+                position, done = self._requests.pop(tab)
+            try:
                 spectrum = Spectrum.of(self._beamformer, tracer.responses(position[None])[0])
                 done(Traced(position, spectrum, tracer.paths(position)))
-        except Exception as error:  # the page says why there is no ray tracing, and still shows everything else
-            logging.getLogger("bisplat").exception("ray tracing for the viewer has ended")
-            self.state = f"no ray tracing: {error}"
+                self.state = ""
+            except Exception as error:  # other positions, and other tabs, may have better luck
+                logging.getLogger("bisplat").exception("the viewer cannot trace rays to %s", position)
+                self.state = f"no ray tracing: {error}"
 
     def _prepared(self) -> Tracer:
         from simulate.trace import Tracer

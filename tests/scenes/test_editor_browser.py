@@ -24,7 +24,7 @@ def test_what_is_edited_is_what_is_saved(scene, tmp_path, serve, open_tab, on_sc
     shot = keep_screenshot(page, "editor")
     assert len(np.unique(shot[:, :780].reshape(-1, 3), axis=0)) > 50
     page.get_by_role("button", name="Save scene.yaml").click()
-    expect(page.get_by_text("Saved")).to_be_visible()
+    expect(page.get_by_text("Saved", exact=True)).to_be_visible()
 
     saved = load_scene(tmp_path / "edited" / "scene.yaml")
     assert saved.gateway.position == (4.0, 0.5, 1.25)
@@ -32,8 +32,12 @@ def test_what_is_edited_is_what_is_saved(scene, tmp_path, serve, open_tab, on_sc
     assert saved.transmitter.region_max == (1.5, 1.0, 1.5) and saved.transmitter.region_min == (-1.0, -1.0, 0.5)
     assert [item.material for item in saved.objects] == ["concrete", "brick"]
 
+    expect(page.get_by_role("textbox", disabled=True)).to_have_value(str(tmp_path / "edited"))
+    (tmp_path / "edited" / "scene.yaml").write_text("mine")
     page.get_by_role("button", name="Save scene.yaml").click()
-    expect(page.get_by_text("exists already and is never overwritten")).to_be_visible()
+    page.get_by_role("button", name="Replace 1 file").click()
+    expect(page.get_by_text("Saved", exact=True)).to_have_count(2)
+    assert load_scene(tmp_path / "edited" / "scene.yaml") == saved
     page.context.close()
     status, errors = served.end()
     assert status == 0 and "Traceback" not in errors

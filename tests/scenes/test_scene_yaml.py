@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import trimesh
 
+from scenes.claimed_folder import FilesInTheWay, claimed
 from scenes.errors import InputError
 from scenes.scene_yaml import load_scene, read_scene, write_scene
 from scenes.shapes import box
@@ -139,6 +140,39 @@ def test_never_overwrites(scene, tmp_path):
         write_scene(scene, tmp_path)
     assert (tmp_path / "scene.yaml").read_text() == "mine"
     assert not (tmp_path / "meshes").exists()
+
+
+def test_never_overwrites_a_mesh_but_continues_its_own(scene, tmp_path):
+    write_scene(scene, tmp_path / "whole")
+    (tmp_path / "begun" / "meshes").mkdir(parents=True)
+    begun, floor = (tmp_path / name / "meshes" / "floor.ply" for name in ("begun", "whole"))
+    begun.write_text("mine")
+    with pytest.raises(FilesInTheWay, match=r"floor\.ply exists already and is never overwritten; give another folder"):
+        write_scene(scene, tmp_path / "begun")
+    assert begun.read_text() == "mine" and len([*(tmp_path / "begun").rglob("*")]) == 2
+    begun.write_bytes(floor.read_bytes())  # of a write that was killed
+    assert read_scene(write_scene(scene, tmp_path / "begun")) == scene
+
+
+def test_folder_is_claimed_before_anything_is_written(scene, tmp_path):
+    with claimed(tmp_path / "both"), pytest.raises(InputError, match="another program or tab is writing to it"):
+        write_scene(scene, tmp_path / "both")
+    assert not [*(tmp_path / "both").iterdir()]
+    write_scene(scene, tmp_path / "both")
+
+
+def test_what_is_no_file_is_not_replaced(scene, tmp_path):
+    (tmp_path / "a" / "scene.yaml").mkdir(parents=True)
+    (tmp_path / "b" / "meshes").mkdir(parents=True)
+    os.mkfifo(tmp_path / "b" / "meshes" / "floor.ply")
+    (tmp_path / "c").write_text("a file")
+    for name, sentence in (
+        ("a", "found a folder"),
+        ("b", "found a named pipe"),
+        ("c", "expected a folder"),
+    ):
+        with pytest.raises(InputError, match=sentence):
+            write_scene(scene, tmp_path / name)
 
 
 BAD = [

@@ -4,6 +4,7 @@ import json
 import shutil
 import threading
 from types import SimpleNamespace
+from unittest.mock import MagicMock
 
 import numpy as np
 import pytest
@@ -232,6 +233,38 @@ def test_tracing_that_fails_says_so_and_logs_the_traceback(monkeypatch, where, c
         threading.Event().wait(0.05)
     assert tracing.state == "no ray tracing: libLLVM: expected version 16, found 14"
     assert "in refuse" in caplog.text and "InputError: libLLVM" in caplog.text
+
+
+def test_position_that_cannot_be_traced_does_not_end_the_tracing(monkeypatch):
+    def responses(self, positions):
+        if positions[0, 0] > 1:
+            raise ValueError("too far away")
+        return np.ones((1, 16), np.complex64)
+
+    methods = {"__init__": lambda *arguments: None, "responses": responses, "paths": lambda self, position: []}
+    monkeypatch.setattr("simulate.trace.Tracer", type("Local", (), methods))
+    tracing = Tracing(None, Beamformer(), Propagation(), np.zeros((2, 3)))
+    states, traced = [], threading.Event()
+    tracing.request("one tab", np.full(3, 9.0), lambda traced: None)
+    tracing.request("another", np.zeros(3), lambda _: (states.append(tracing.state), traced.set()))
+    assert traced.wait(10) and states == ["no ray tracing: too far away"]
+
+
+def test_names_in_a_panel_are_text():
+    said: list[str] = []
+    gui = MagicMock()
+    gui.add_markdown.side_effect = lambda content, **options: said.append(content)
+    nothing = SimpleNamespace(
+        missing=["no [link](x) <img src=x>"], region=np.zeros((2, 3)), dataset=None, predictors={"m": None}
+    )
+    tab = Session.__new__(Session)
+    tab._subject, tab._tracing, tab._position, tab._shielded = nothing, None, np.zeros(3), lambda callback: callback
+    tab._build(SimpleNamespace(gui=gui))
+    assert said[0] == r"**Note.** no \[link\]\(x\) \<img src\=x\>"
+
+
+def test_title_with_a_line_break_is_drawn():
+    assert draw([Panel("recorded, spectrum a\nb", None, LINEAR)], "polar", GRID).size
 
 
 def test_dataset_without_a_training_part_predicts_nothing(tiny, tmp_path):

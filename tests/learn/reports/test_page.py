@@ -1,0 +1,35 @@
+"""Pages show names from files as text."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from learn.baselines.array_ceiling import CEILING
+from learn.reports.comparison_report import write_ablation
+from learn.reports.figures import draw_ssim_distribution
+from learn.reports.page import SCORE_COLUMNS, write_page
+
+ODD = "<script>alert(1)</script>&amp;\"'"
+ESCAPED = "&lt;script&gt;alert(1)&lt;/script&gt;&amp;amp;&#34;&#39;"
+
+
+def test_markup_in_names_is_text(tmp_path):
+    values = {
+        "settings": SimpleNamespace(dataset=ODD, split=ODD, minutes=1.0, device=ODD),
+        "rows": {ODD: {"ssim_median": 0.5}},
+        "columns": {**SCORE_COLUMNS, "other": ODD},
+        "figures": SimpleNamespace(ssim_cdf="x"),
+        "remark": ODD,
+        "test": 1,
+    }
+    write_page(tmp_path / "page.html", "compare.html.j2", **values)
+    page = (tmp_path / "page.html").read_text()
+    assert "<script" not in page and page.count(ESCAPED) == 6
+
+
+@pytest.mark.parametrize("name", ["$\\frac{$", "_mine", "a\x1b\nb"])
+def test_methods_of_any_name_are_drawn(name, tmp_path):
+    row = {"label": name, "ssim_median": 0.5, "ssim_spread": 0.1}
+    write_ablation(SimpleNamespace(averages=lambda: [row, row]), tmp_path)
+    draw_ssim_distribution({name: [0.1, 0.5], CEILING: [0.5, 0.9]}, tmp_path / "ssim.png")
+    assert (tmp_path / "ablation.pdf").exists() and (tmp_path / "ssim.pdf").exists()
