@@ -27,6 +27,7 @@ from learn.models.registry import model_class
 from learn.models.steps import Steps
 from learn.reports.evaluation_report import write_evaluation
 from learn.splits import split
+from learn.training.checkpoints import LAST, PREVIOUS, read_checkpoint
 from learn.training.config import read_config
 from learn.training.lightning_module import Spectra, Training
 from learn.training.run_folder import load_run
@@ -222,11 +223,8 @@ def test_saved_weights_are_those_with_the_best_validation(tiny, tiny_config, fin
 
 
 def test_training_improves_on_the_untrained_model(tmp_path, tiny, tiny_config, finished_run):
-    first, last = (
-        torch.load(finished_run / "checkpoints" / name, weights_only=False)["global_step"]
-        for name in ("best.ckpt", "last.ckpt")
-    )
-    assert first <= last == 12
+    before, last = (read_checkpoint(finished_run / "checkpoints" / name)["global_step"] for name in (PREVIOUS, LAST))
+    assert (before, last) == (6, 12)
     (path,) = (finished_run / "logs").rglob("metrics.csv")
     losses = pd.read_csv(path)["loss"].dropna().to_list()
     assert losses[-1] < losses[0]
