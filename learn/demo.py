@@ -11,6 +11,7 @@ from typing import Any
 from learn.evaluation.crossvalidate import CrossValidation, crossvalidate
 from learn.evaluation.evaluate import Evaluation, evaluate
 from learn.models.registry import DEFAULT_MODEL
+from learn.output_folder import claimed, read_json_object
 from learn.reports.crossvalidation_report import write_crossvalidation
 from learn.reports.demo_report import write_demo
 from learn.reports.evaluation_report import write_evaluation
@@ -22,6 +23,9 @@ from simulate.simulation import simulate
 
 BISPLAT_MODEL = "bisplat-aperture"
 """The BiSplat model that the demo trains in addition to the default model."""
+
+RECORD = "demo.json"
+"""Name of the file with the demo's settings."""
 
 DATA_SEED, FRESH_SEED = 0, 1_000_000
 FRESH_POSITIONS = 100
@@ -37,9 +41,19 @@ def demo(folder: Path, spectra: int = 1000, steps: int | None = None) -> dict[st
 
     Returns:
         The content of metrics.json; a score whose name has no model is the default model's.
+
+    Raises:
+        InputError: the folder holds other files, or a demo with other settings, or another process writes to it.
     """
+    settings = {"spectra": spectra, "steps": steps}
+    with claimed(folder, "demo", RECORD, settings, read_json_object):
+        write_atomically(folder / RECORD, (json.dumps(settings, indent=2) + "\n").encode())
+        return _demo(folder, spectra, steps)
+
+
+def _demo(folder: Path, spectra: int, steps: int | None) -> dict[str, Any]:
+    """Run the demo in a folder that holds its settings."""
     began = time.monotonic()
-    folder.mkdir(parents=True, exist_ok=True)
     scene = lab()
     _say(f"1/5 tracing {spectra} spectra of the lab")
     dataset = simulate(scene, folder / "dataset", spectra, seed=DATA_SEED)

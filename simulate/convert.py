@@ -21,9 +21,10 @@ from simulate.conversion import Conversion
 from simulate.dataset_reader import picture_files, read_any_picture, read_points
 from simulate.dataset_writer import encode_picture, write_index, write_metadata, write_positions
 from simulate.evenly import evenly
-from simulate.generate import picture_names, progress_bar
+from simulate.generate import progress_bar
 from simulate.identification import identify, larger_array
 from simulate.lags import EXAMINED
+from simulate.written_parts import picture_names
 
 SIXTEEN_BITS = 257
 """65535 / 255: grey levels of 16 bits per grey level of 8 bits."""

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from learn.comparison.experiment import begin
+from learn.comparison.experiment import begun
 from learn.comparison.methods import is_reduced, method_named, method_names
 from learn.comparison.table import Comparison
 from learn.comparison.task import Method
@@ -48,7 +48,8 @@ def compare(
         All rows measured in the folder.
 
     Raises:
-        InputError: the dataset cannot be read, or the folder holds an experiment with other settings, or other files.
+        InputError: the dataset cannot be read, or the folder holds an experiment with other settings, or other files,
+            or another process writes to it.
         ParameterError: a method is unknown, or ``budget`` or ``seeds`` is not positive.
 
     >>> import numpy as np
@@ -70,10 +71,10 @@ def compare(
     methods = makers(models)
     if not isinstance(models, Mapping):
         methods = {f"{name} (reduced)" if is_reduced(name) else name: make for name, make in methods.items()}
-    experiment = begin(dataset, split, output, minutes=budget)
-    experiment.measure(methods, seeds)
-    experiment.measure_ceiling()
-    return Comparison.of(experiment)
+    with begun(dataset, split, output, minutes=budget) as experiment:
+        experiment.measure(methods, seeds)
+        experiment.measure_ceiling()
+        return Comparison.of(experiment)
 
 
 def makers(models: Models) -> dict[str, Callable[[], Method]]:

@@ -7,7 +7,8 @@ import datetime
 import json
 import tempfile
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from io import StringIO
 from pathlib import Path
@@ -20,7 +21,7 @@ from rich.console import Console
 from learn.baselines.array_ceiling import CEILING, SAMPLES, array_ceiling
 from learn.comparison.task import Method, Task
 from learn.metrics import Scores, score
-from learn.output_folder import claim
+from learn.output_folder import claimed, read_json_object
 from learn.splits import SplitKind, split
 from learn.training.run_folder import device_name
 from scenes.atomic import write_atomically
@@ -28,13 +29,16 @@ from simulate.dataset import Dataset, read_dataset
 from simulate.evenly import evenly
 from simulate.spectrum import spectrum_of
 
+PROTOCOL = "protocol.json"
+"""Name of the file with the settings of an experiment."""
+
 SPLIT_SEED = 0
 """Seed of the split, the same for every method and for every seed that a method is fitted with."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings that all rows of a folder have in common; protocol.json records them.
+    """Settings that all rows of a folder have in common; ``PROTOCOL`` records them.
 
     Attributes:
         dataset: absolute path of the dataset's folder.
@@ -57,21 +61,13 @@ class Experiment:
     """A folder with protocol.json, results.jsonl, per_sample/, and the methods' own folders in runs/.
 
     Args:
-        folder: a new folder, or the folder of an earlier experiment with the same settings.
+        folder: the folder, which holds a protocol.json with the settings.
         dataset: the dataset that methods are trained and tested on.
-        settings: the settings; a protocol.json that is there already must hold the same ones.
-
-    Raises:
-        InputError: the folder holds an experiment with other settings, or other files.
+        settings: the settings.
     """
 
     def __init__(self, folder: Path, dataset: Dataset, settings: Settings):
         self.folder, self.dataset, self.settings = folder, dataset, settings
-        path = folder / "protocol.json"
-        begun = json.loads(path.read_text()) if path.exists() else None
-        given = {key: value for key, value in asdict(settings).items() if value is not None}
-        claim(folder, "experiment", given, begun)
-        write_atomically(path, (json.dumps(given, indent=2) + "\n").encode())
 
     @property
     def rows(self) -> list[dict[str, Any]]:
@@ -163,15 +159,16 @@ class Experiment:
         write_atomically(path, ("\n".join(lines) + "\n").encode())
 
 
-def begin(
+@contextmanager
+def begun(
     dataset: Dataset | Path | str,
     split: SplitKind,
     output: Path | str | None,
     *,
     minutes: float | None = None,
     steps: int | None = None,
-) -> Experiment:
-    """Begin an experiment in a new folder, or continue the one in a folder.
+) -> Iterator[Experiment]:
+    """Begin an experiment in a new folder, or continue the one in a folder, and keep other processes from it.
 
     Args:
         dataset: a dataset, or its folder.
@@ -181,11 +178,16 @@ def begin(
         steps: number of training steps of each such model; None: ``minutes`` is set.
 
     Raises:
-        InputError: the dataset cannot be read, or the folder holds an experiment with other settings, or other files.
+        InputError: the dataset cannot be read, or the folder holds an experiment with other settings, or other files,
+            or another process writes to it.
     """
     dataset = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
     settings = Settings(str(dataset.folder.resolve()), split, SPLIT_SEED, minutes, steps, device_name())
-    return Experiment(Path(output or tempfile.mkdtemp(prefix="bisplat-")), dataset, settings)
+    folder = Path(output or tempfile.mkdtemp(prefix="bisplat-"))
+    given = {key: value for key, value in asdict(settings).items() if value is not None}
+    with claimed(folder, "experiment", PROTOCOL, given, read_json_object):
+        write_atomically(folder / PROTOCOL, (json.dumps(given, indent=2) + "\n").encode())
+        yield Experiment(folder, dataset, settings)
 
 
 def row_name(row: Mapping[str, Any]) -> str:

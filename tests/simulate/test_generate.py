@@ -17,14 +17,18 @@ from PIL import Image
 import simulate.trace
 from scenes import atomic
 from scenes.errors import InputError
+from scenes.folder_lock import locked
 from simulate import generate as module
+from simulate import written_parts
 from simulate.beamformer import Beamformer
 from simulate.dataset import inspect
-from simulate.generate import generate, picture_names
+from simulate.dataset_part import make_part
+from simulate.generate import generate
 from simulate.measurement import Measurement
 from simulate.propagation import Propagation
 from simulate.request import Request, propagation_of, read_request
 from simulate.spectrum import picture
+from simulate.written_parts import picture_names
 
 COUNT = 7
 
@@ -134,7 +138,7 @@ def test_killed_run_leaves_no_dataset_and_run_again_ends_with_the_same_bytes(
     folder = tmp_path / "dataset"
     with monkeypatch.context() as patch:
         killed_at(
-            patch, module, "write_atomically", pictures + pictures // 2
+            patch, written_parts, "write_atomically", pictures + pictures // 2
         )  # a part's responses after its two pictures
         with pytest.raises(KeyboardInterrupt):
             generate(request_of, folder)
@@ -174,6 +178,73 @@ def test_run_killed_while_tidying_up_ends_with_the_same_bytes(request_of, tmp_pa
             generate(request_of, tmp_path / "killed")
     generate(request_of, tmp_path / "killed")
     assert contents(tmp_path / "killed") == contents(tmp_path / "whole")
+
+
+def cut(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:-20])
+
+
+def empty(path: Path) -> None:
+    path.write_bytes(b"")
+
+
+@pytest.mark.parametrize("fault", [cut, empty, Path.unlink])
+@pytest.mark.parametrize("name", ["spectrum/00003.png", "power_db/00004.tif", "parts/0000000002.npy"])
+def test_damaged_part_of_an_unfinished_dataset_is_made_again(
+    name, fault, request_of, tmp_path, monkeypatch, quick, capsys
+):
+    asked = replace(request_of, power=True)
+    generate(asked, tmp_path / "whole")
+    with monkeypatch.context() as patch:
+        killed_at(patch, module, "write_responses", 0)
+        with pytest.raises(KeyboardInterrupt):
+            generate(asked, tmp_path / "killed")
+    fault(tmp_path / "killed" / name)
+    made = []
+    monkeypatch.setattr(module, "make_part", lambda *args: made.append(args[2]) or make_part(*args))
+    capsys.readouterr()
+    generate(asked, tmp_path / "killed")
+    assert contents(tmp_path / "killed") == contents(tmp_path / "whole")
+    assert made == [2]
+    said = [line for line in capsys.readouterr().err.splitlines() if line.startswith("bisplat: ")]
+    if fault is Path.unlink and name.startswith("parts"):  # then it was never finished
+        assert said == []
+    else:
+        (sentence,) = said
+        assert sentence.startswith(f"bisplat: {tmp_path / 'killed' / name}: expected ")
+        assert sentence.endswith("; the spectra 00003 to 00004 are made again")
+
+
+@pytest.mark.parametrize("fault", [cut, empty, Path.unlink])
+@pytest.mark.parametrize(
+    ("name", "again"), [("spectrum/00003.png", [2]), ("channels.npz", [0, 2, 4, 6]), ("tx_pos.csv", [])]
+)
+def test_damaged_file_of_a_finished_dataset_is_made_again_and_the_rest_kept(
+    name, again, fault, request_of, tmp_path, monkeypatch, quick, capsys
+):
+    if (name, fault) == ("tx_pos.csv", cut):
+        pytest.skip("found by its readers")
+    folder = tmp_path / "whole"
+    generate(request_of, folder)
+    before = contents(folder)
+    (folder / "train_index.txt").write_text("00001\n")  # a split of the user's own
+    fault(folder / name)
+    made = []
+    monkeypatch.setattr(module, "make_part", lambda *args: made.append(args[2]) or make_part(*args))
+    generate(request_of, folder)
+    assert contents(folder) == before | {"train_index.txt": b"00001\n"}
+    assert made == again
+    assert ("made again" in capsys.readouterr().err) == (len(again) == 1 or (again != [] and fault is not Path.unlink))
+
+
+def test_second_process_is_refused_while_the_first_one_simulates(request_of, tmp_path, quick):
+    folder = tmp_path / "dataset"
+    folder.mkdir()
+    with locked(folder), pytest.raises(InputError, match=rf"{folder}: .* process {os.getpid()} .* writes to"):
+        generate(request_of, folder)
+    generate(request_of, folder)
+    with locked(folder):
+        generate(request_of, folder)  # a finished dataset is only looked at
 
 
 def other(request: Request, what: str) -> Request:
@@ -309,6 +380,7 @@ from inspect import getsource
 from pathlib import Path
 import simulate.trace
 from simulate import generate as module
+from simulate import written_parts
 from simulate.request import read_request
 from tests_quick import Quick
 

@@ -81,7 +81,7 @@ def test_row_is_made_once_and_missing_ones_are_added(tiny, tmp_path, rows):
 
 def test_folder_of_another_protocol_or_of_something_else_is_refused(tiny, tmp_path):
     compare(tiny, ("nearest",), budget=INSTANT, output=tmp_path / "out")
-    with pytest.raises(InputError, match="with split random, found one with split files"):
+    with pytest.raises(InputError, match="with split 'random', found one with split 'files'"):
         compare(tiny, ("nearest",), "random", INSTANT, output=tmp_path / "out")
     (tmp_path / "letters").mkdir()
     (tmp_path / "letters" / "love.txt").write_text("dear")
