@@ -6,7 +6,6 @@ upside down, pictures that are numbered from 0, and index files that hold number
 
 from __future__ import annotations
 
-import shutil
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -15,7 +14,9 @@ import numpy as np
 from jaxtyping import Float, Int, UInt8
 from scipy.ndimage import map_coordinates
 
+from scenes.atomic import write_atomically
 from scenes.errors import InputError, ParameterError
+from scenes.new_folder import new_folder
 from simulate.angular_grid import COLUMNS, ROWS, AngularGrid
 from simulate.conversion import Conversion
 from simulate.dataset_reader import picture_files, read_any_picture, read_points
@@ -42,11 +43,16 @@ def convert(source: Path, output: Path, conversion: Conversion = Conversion()) -
         What was changed, in sentences.
 
     Raises:
-        InputError: the folder lacks a file, a picture cannot be converted, or the output is not new.
+        InputError: the folder lacks a file, a picture cannot be converted, or the output is not new, or another process
+            makes it.
         ParameterError: ``one_per_position`` is larger than the number of pictures of a position.
     """
-    if output.exists() and (not output.is_dir() or any(output.iterdir())):
-        raise InputError(f"{output}: expected a new folder, found other files")
+    with new_folder(output) as unfinished:
+        return _convert(source, unfinished, conversion)
+
+
+def _convert(source: Path, output: Path, conversion: Conversion) -> list[str]:
+    """Convert into an empty folder."""
     if (source / "metadata.json").exists():
         raise InputError(f"{source}: expected the folder of another program, found one with our metadata.json")
     gateway = source / "gateway_info.yml"
@@ -84,22 +90,17 @@ def convert(source: Path, output: Path, conversion: Conversion = Conversion()) -
     if mode != "L":
         said.append(f"made 8-bit grey of pictures of mode {mode}")
 
-    unfinished = output.with_name(output.name + ".tmp")
-    shutil.rmtree(unfinished, ignore_errors=True)
-    (unfinished / "spectrum").mkdir(parents=True)
     names = picture_names(len(files))
     with progress_bar() as progress:
         for name, path in progress.track(list(zip(names, files, strict=True)), description="pictures"):
             picture = _in_size(path, conversion)
-            (unfinished / "spectrum" / f"{name}.png").write_bytes(encode_picture(picture[::-1] if flipped else picture))
-    write_positions(unfinished / "tx_pos.csv", positions[kept])
-    shutil.copyfile(gateway, unfinished / "gateway_info.yml")
+            content = encode_picture(picture[::-1] if flipped else picture)
+            write_atomically(output / "spectrum" / f"{name}.png", content)
+    write_positions(output / "tx_pos.csv", positions[kept])
+    write_atomically(output / "gateway_info.yml", gateway.read_bytes())
     new_name = {old_names[index]: name for index, name in zip(kept, names, strict=True)}
-    said += _write_indices(source, unfinished, old_names, new_name)
-    said += _state_array(sample[:, ::-1] if flipped else sample, unfinished)
-    if output.exists():
-        output.rmdir()
-    unfinished.rename(output)
+    said += _write_indices(source, output, old_names, new_name)
+    said += _state_array(sample[:, ::-1] if flipped else sample, output)
     return said
 
 

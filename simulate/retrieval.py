@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import sys
+from zipfile import BadZipFile
+
 import numpy as np
 
 from scenes.errors import InputError
+from scenes.folder_lock import locked
 from simulate.dataset import Dataset
 from simulate.dataset_reader import read_points
 from simulate.dataset_writer import write_arrays
@@ -29,7 +33,8 @@ def retrieve(dataset: Dataset) -> Retrieval:
         The responses of the dataset's pictures.
 
     Raises:
-        InputError: the dataset has recorded responses, or its pictures are not those of a known array.
+        InputError: the dataset has recorded responses, its pictures are not those of a known array, or another process
+            writes to its folder.
     """
     folder, path = dataset.folder, dataset.folder / "channels.npz"
     if dataset.responses is not None:
@@ -40,16 +45,31 @@ def retrieve(dataset: Dataset) -> Retrieval:
             f"{folder / 'spectrum'}: expected pictures that an array explains, found none that does (a 4 × 4 array "
             f"leaves {known.residual:.1f} grey levels); bisplat check says more"
         )
+    with locked(folder):
+        return _retrieve(dataset)
+
+
+def _retrieve(dataset: Dataset) -> Retrieval:
+    """Retrieve and write; the dataset can be retrieved, and no other process writes to its folder."""
+    folder, path = dataset.folder, dataset.folder / "channels.npz"
     beamformer, count = dataset.beamformer, len(dataset.names)
     partial = folder / "channels.npz.partial.npz"
     responses = np.zeros((count, beamformer.array.elements), np.complex64)
     residual = np.full(count, np.inf)
     done = 0
     if partial.exists():
-        with np.load(partial) as begun:
-            if begun["channels"].shape[1] == responses.shape[1] and len(begun["channels"]) <= count:
-                done = len(begun["channels"])
-                responses[:done], residual[:done] = begun["channels"], begun["residual"]
+        try:
+            with np.load(partial) as begun:
+                if begun["channels"].shape[1] == responses.shape[1] and len(begun["channels"]) <= count:
+                    found_so_far = len(begun["channels"])
+                    responses[:found_so_far], residual[:found_so_far] = begun["channels"], begun["residual"]
+                    done = found_so_far
+        except (OSError, ValueError, LookupError, EOFError, TypeError, AttributeError, BadZipFile) as error:
+            print(
+                f"bisplat: {partial}: expected the responses found so far, found a damaged file ({error}); the "
+                "pictures are retrieved from the first on",
+                file=sys.stderr,
+            )
     with progress_bar() as progress:
         bar = progress.add_task("pictures", total=count, completed=done)
         for first in range(done, count, AT_ONCE):
