@@ -205,6 +205,18 @@ def test_file_that_is_there_is_refused_before_any_work(command, finished_run, tm
     assert file.read_text() == "precious" and [path for path in tmp_path.rglob("*") if path.is_file()] == [file]
 
 
+def test_demo_takes_no_folder_of_other_files_and_no_other_demo(command, tmp_path):
+    (tmp_path / "report.html").write_text("precious")
+    status, out, err = command("demo", "-o", tmp_path)
+    assert status == 1 and out == ""
+    assert_one_sentence(err, tmp_path, "expected a new folder or an earlier demo, found other files")
+    assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
+    (tmp_path / "demo.json").write_text('{"spectra": 7, "steps": null}')
+    status, _, err = command("demo", "-o", tmp_path, "-n", 8)
+    assert status == 1
+    assert_one_sentence(err, "with spectra 8, found one with spectra 7")
+
+
 def test_force_replaces_a_file_but_no_folder(command, finished_run, tiny, tmp_path, monkeypatch):
     (tmp_path / "out.npz").write_text("old")
     given = ("predict", finished_run, "--positions", tiny / "tx_pos.csv", "--force", "-o")

@@ -33,6 +33,7 @@ from learn.training.lightning_module import Spectra, Training
 from learn.training.run_folder import load_run
 from learn.training.train import train_run
 from scenes.errors import InputError
+from scenes.folder_lock import LOCK, locked
 from simulate.beamformer import Beamformer
 from simulate.dataset import read_dataset
 from simulate.dataset_writer import write_index
@@ -193,6 +194,23 @@ def test_folder_of_something_else_is_refused_and_left_alone(tiny_config, tmp_pat
     with pytest.raises(InputError, match="expected a new folder"):
         train_run(tiny_config, tmp_path / "thesis.tex")
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
+
+
+def test_second_process_is_refused_and_a_finished_run_needs_no_lock(tiny_config, finished_run, tmp_path):
+    (tmp_path / "run").mkdir()
+    with locked(tmp_path / "run"), pytest.raises(InputError, match=f"process {os.getpid()} .* writes to"):
+        train_run(tiny_config, tmp_path / "run")
+    assert not list((tmp_path / "run").iterdir())
+    with locked(finished_run):
+        train_run(tiny_config, finished_run)
+
+
+def test_what_a_process_left_that_was_killed_in_its_first_moment_is_no_other_file(tiny_config, finished_run, tmp_path):
+    for name in (LOCK, "config.json.tmp"):
+        (tmp_path / name).write_text("")
+    train_run(tiny_config, tmp_path)
+    assert_same_weights(tmp_path, finished_run)
+    assert not (tmp_path / LOCK).exists() and not (tmp_path / "config.json.tmp").exists()
 
 
 def test_run_folder_says_what_was_trained(tiny, tiny_config, finished_run):
