@@ -11,6 +11,7 @@ from tyro.conf import OmitArgPrefixes, Positional, arg
 from learn.models.registry import DEFAULT_MODEL, MODELS
 from learn.splits import SplitKind
 from scenes.errors import InputError, printable
+from scenes.output_file import Force, require_new
 from scenes.plain_text import say
 from scenes.text_tables import print_table
 from simulate.command import Output, PropagationOptions
@@ -191,6 +192,7 @@ def engines(
     positions: Annotated[int, arg(aliases=["-n"])] = 200,
     propagation: OmitArgPrefixes[PropagationOptions] = PropagationOptions(),
     json: bool = False,
+    force: Force = False,
 ) -> None:
     """Compare ray tracing with a full-wave dataset at its positions. Writes engines.json and maps to a folder.
 
@@ -203,8 +205,9 @@ def engines(
     """
     from learn.evaluation.engines import compare_engines
     from learn.evaluation.engines_plane import compare_on_plane
-    from learn.reports.engines_report import draw_plane, write_engines
+    from learn.reports.engines_report import FILES, draw_plane, write_engines
 
+    require_new(*(output / name for name in FILES), force=force)
     mechanisms = Propagation(**vars(propagation))
     compared = compare_engines(dataset, mechanisms, positions)
     write_engines(compared, output)
@@ -215,7 +218,7 @@ def engines(
         print_table("rays against full wave", {"rays": compared.metrics()})
 
 
-def predict(run: Positional[Path], positions: Path, output: Output) -> None:
+def predict(run: Positional[Path], positions: Path, output: Output, force: Force = False) -> None:
     """Predict spectra, and element responses if the model predicts them, at given positions.
 
     Args:
@@ -225,6 +228,7 @@ def predict(run: Positional[Path], positions: Path, output: Output) -> None:
     """
     if output.suffix.lower() != ".npz":
         raise InputError(f"{output}: expected a name that ends in .npz, since the file holds several arrays")
+    require_new(output, force=force)
     from learn.training.run_folder import load_run
     from simulate.dataset_writer import write_arrays
     from simulate.positions import read_points
@@ -244,7 +248,7 @@ def predict(run: Positional[Path], positions: Path, output: Output) -> None:
     print(printable(f"{len(points)} spectra: {output}"))
 
 
-def export(run: Positional[Path], output: Output) -> None:
+def export(run: Positional[Path], output: Output, force: Force = False) -> None:
     """Write a trained model as one file for other programs. It maps positions [batch, 3] to spectra [batch, 90, 360].
 
     Args:
@@ -254,5 +258,6 @@ def export(run: Positional[Path], output: Output) -> None:
     from learn.export import export as export_model
     from learn.training.run_folder import load_run
 
+    require_new(output, force=force)
     export_model(load_run(run), output)
     print(printable(f"model: {output}"))

@@ -8,10 +8,13 @@ import time
 from pathlib import Path
 from typing import Any
 
+from msgspec import Struct
+
 from learn.evaluation.crossvalidate import CrossValidation, crossvalidate
 from learn.evaluation.evaluate import Evaluation, evaluate
 from learn.models.registry import DEFAULT_MODEL
 from learn.models.steps import STEPS_MOST
+from learn.output_folder import claimed
 from learn.reports.crossvalidation_report import write_crossvalidation
 from learn.reports.demo_report import write_demo
 from learn.reports.evaluation_report import write_evaluation
@@ -19,7 +22,9 @@ from learn.training.train import train
 from scenes.atomic import write_atomically
 from scenes.drawing import draw_scene
 from scenes.errors import printable, require_whole
+from scenes.json_file import read_json
 from scenes.lab import lab
+from scenes.schema import conform
 from simulate.positions import MOST_POSITIONS
 from simulate.simulation import simulate
 
@@ -28,6 +33,9 @@ BISPLAT_MODEL = "bisplat-aperture"
 
 SPECTRA_LEAST = 10
 """Fewer leave too little to train on, to validate with and to test on."""
+
+RECORD = "demo.json"
+"""Name of the file with the demo's settings."""
 
 DATA_SEED, FRESH_SEED = 0, 1_000_000
 FRESH_POSITIONS = 100
@@ -46,12 +54,33 @@ def demo(folder: Path, spectra: int = 1000, steps: int | None = None) -> dict[st
 
     Raises:
         ParameterError: fewer than ``SPECTRA_LEAST`` spectra, no steps, or absurdly many of either.
+        InputError: the folder holds other files, or a demo with other settings, or another process writes to it.
     """
     require_whole(SPECTRA_LEAST, MOST_POSITIONS, spectra=spectra)
     if steps is not None:
         require_whole(1, STEPS_MOST, steps=steps)
+    settings = {"spectra": spectra, "steps": steps}
+    with claimed(folder, "demo", RECORD, settings, _read_settings):
+        write_atomically(folder / RECORD, (json.dumps(settings, indent=2) + "\n").encode())
+        return _demo(folder, spectra, steps)
+
+
+class Settings(Struct, frozen=True, forbid_unknown_fields=True):
+    """The file ``RECORD``."""
+
+    spectra: int
+    steps: int | None
+
+
+def _read_settings(path: Path) -> dict[str, Any]:
+    content = read_json(path, "the settings of a demo")
+    conform(content, Settings, str(path))
+    return content
+
+
+def _demo(folder: Path, spectra: int, steps: int | None) -> dict[str, Any]:
+    """Run the demo in a folder that holds its settings."""
     began = time.monotonic()
-    folder.mkdir(parents=True, exist_ok=True)
     scene = lab()
     _say(f"1/5 tracing {spectra} spectra of the lab")
     dataset = simulate(scene, folder / "dataset", spectra, seed=DATA_SEED)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import logging
+import tempfile
 import warnings
 from collections.abc import Callable
 from pathlib import Path
@@ -59,12 +60,11 @@ def export(run: Run, path: Path | str) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         program = torch.export.export(model, (torch.zeros(2, 3),), dynamic_shapes=(batch,))
-        content = path.with_name(f".{path.name}")
-        try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=path.parent, prefix=".bisplat-") as folder:
+            content = Path(folder) / path.name
             writers[path.suffix](program, content)
             write_atomically(path, content.read_bytes())
-        finally:
-            content.unlink(missing_ok=True)
 
 
 def solve_by_elimination(matrix: Float[Tensor, "B N N"], right: Float[Tensor, "B N"]) -> Float[Tensor, "B N"]:
@@ -94,9 +94,7 @@ def _write_onnx(program: ExportedProgram, path: Path) -> None:
     try:
         from onnxscript import opset18
     except ImportError as error:
-        raise InputError(
-            f"{path.name[1:]}: ONNX needs onnxscript, found none; pip install 'bisplat-wrf[onnx]'"
-        ) from error
+        raise InputError(f"{path.name}: ONNX needs onnxscript, found none; pip install 'bisplat-wrf[onnx]'") from error
     op: Any = opset18
 
     def stable_sort(values, stable=True, dim=-1, descending=False):

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 
-def write_atomically(path: Path, content: bytes) -> None:
+def write_atomically(path: Path, content: bytes | memoryview) -> None:
     """Write a file under a temporary name beside it, to the disk, then rename it into place.
 
     Args:
@@ -30,3 +30,19 @@ def write_atomically(path: Path, content: bytes) -> None:
         if error.filename is None:
             error.filename = str(path)
         raise
+
+
+def sync_folder(folder: Path) -> None:
+    """Wait until the names in a folder are on the disk, so that after a power cut it has no older ones.
+
+    Args:
+        folder: the folder.
+
+    Raises:
+        OSError: the folder cannot be opened.
+    """
+    number = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(number)
+    finally:
+        os.close(number)

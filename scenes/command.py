@@ -9,6 +9,8 @@ from typing import Annotated, Literal
 from tyro.conf import Positional, arg
 
 from scenes.errors import InputError, printable, shown
+from scenes.new_folder import new_folder
+from scenes.output_file import Force, require_new
 from scenes.plain_text import say
 from scenes.text_tables import print_rows, print_table
 
@@ -39,6 +41,7 @@ def scene(
     json: bool = False,
     view: bool = False,
     port: int = 8080,
+    force: Force = False,
 ) -> None:
     """Draw and describe a scene; or import a mesh (GLB, GLTF, OBJ, PLY, STL, OFF) or a Mitsuba XML into a new one.
 
@@ -76,17 +79,20 @@ def scene(
         missing = [name for name, value in needed.items() if value is None]
         if output is None or gateway is None or boresight is None or region_min is None or region_max is None:
             raise InputError(f"{scene}: importing a mesh needs {', '.join(missing)} too")
-        place, report = import_scene(
-            scene,
-            [_rule(text) for text in material],
-            default_material,
-            unit,
-            up,
-            DEFAULT_FREQUENCY if frequency is None else frequency,
-            gateway=Gateway(gateway, facing(boresight), pattern=pattern),
-            transmitter=Transmitter(region_min, region_max),
-        )
-        write_scene(place, output)
+        with new_folder(output, force) as unfinished:
+            place, report = import_scene(
+                scene,
+                [_rule(text) for text in material],
+                default_material,
+                unit,
+                up,
+                DEFAULT_FREQUENCY if frequency is None else frequency,
+                gateway=Gateway(gateway, facing(boresight), pattern=pattern),
+                transmitter=Transmitter(region_min, region_max),
+            )
+            write_scene(place, unfinished)
+            if not view:
+                draw_scene(place, unfinished / "scene.png")
         for name, count in report.degenerate.items():
             say(f"{name}: dropped {count} triangles without area")
         for sentence in report.warnings:
@@ -100,6 +106,9 @@ def scene(
     else:
         place = load_scene(scene)
         drawing = output or Path(f"{file_stem(place.name)}.png")
+        if not view:
+            require_new(drawing, force=force)
+            draw_scene(place, drawing)
     if view:
         from scenes.editor import Editor
         from scenes.page import serve
@@ -111,7 +120,6 @@ def scene(
 
         serve(f"bisplat: {place.name}", port, open_tab)
         return
-    draw_scene(place, drawing)
     description = describe_scene(place)
     if json:
         print(json_format.dumps(description, indent=2))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 from trimesh import Trimesh
 
+from scenes.atomic import write_atomically
 from scenes.description import Gateway, Scene
 from scenes.occupancy import closed_parts
 from scenes.perspective import draw_view
@@ -112,4 +114,6 @@ def draw_scene(scene: Scene, path: str | Path) -> None:
     handles.append(Patch(facecolor=REGION, edgecolor="green", label="transmitter region"))
     handles.append(Patch(facecolor="crimson", label="gateway and boresight"))
     right.legend(handles=handles, loc="outside upper center", ncols=4, frameon=False, fontsize=9)
-    figure.savefig(Path(path), format="png")
+    content = BytesIO()
+    figure.savefig(content, format="png")
+    write_atomically(Path(path), content.getbuffer())

@@ -6,8 +6,6 @@ upside down, pictures that are numbered from 0, and index files that hold number
 
 from __future__ import annotations
 
-import shutil
-import tempfile
 from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
@@ -16,18 +14,21 @@ import numpy as np
 from jaxtyping import Float, Int, UInt8
 from scipy.ndimage import map_coordinates
 
+from scenes.atomic import write_atomically
 from scenes.errors import InputError, ParameterError, require_within, shown
-from scenes.input_file import MEGABYTE, read_text, require_regular
+from scenes.input_file import MEGABYTE, read_bytes, read_text
+from scenes.new_folder import new_folder
 from simulate.angular_grid import COLUMNS, ROWS, AngularGrid
 from simulate.conversion import Conversion
 from simulate.dataset_reader import LARGEST_INDEX
 from simulate.dataset_writer import encode_picture, write_index, write_metadata, write_positions
 from simulate.evenly import evenly
-from simulate.generate import picture_names, progress_bar
+from simulate.generate import progress_bar
 from simulate.identification import identify, larger_array
 from simulate.lags import EXAMINED
 from simulate.picture_files import is_number, picture_files, read_any_picture
 from simulate.positions import read_points
+from simulate.written_parts import picture_names
 
 SIXTEEN_BITS = 257
 """65535 / 255: grey levels of 16 bits per grey level of 8 bits."""
@@ -45,7 +46,8 @@ def convert(source: Path, output: Path, conversion: Conversion = Conversion()) -
         What was changed, in sentences.
 
     Raises:
-        InputError: the folder lacks a file, a picture cannot be converted, or the output is not new.
+        InputError: the folder lacks a file, a picture cannot be converted, or the output is not new, or another process
+            makes it.
         ParameterError: ``one_per_position`` is larger than the number of pictures of a position; or two ends of the
             elevations or azimuths are no angles, or the same.
     """
@@ -54,12 +56,15 @@ def convert(source: Path, output: Path, conversion: Conversion = Conversion()) -
             require_within(-360, 360, "angles in degrees", **{name: end})
         if ends is not None and ends[0] == ends[1]:
             raise ParameterError(name, f"expected two different angles, found {ends[0]:g} twice")
-    if output.exists() and (not output.is_dir() or any(output.iterdir())):
-        raise InputError(f"{output}: expected a new folder, found other files")
+    with new_folder(output) as unfinished:
+        return _convert(source, unfinished, conversion)
+
+
+def _convert(source: Path, output: Path, conversion: Conversion) -> list[str]:
+    """Convert into an empty folder."""
     if (source / "metadata.json").exists():
         raise InputError(f"{source}: expected the folder of another program, found one with our metadata.json")
-    gateway = source / "gateway_info.yml"
-    require_regular(gateway, "the gateway's position and orientation", MEGABYTE)
+    gateway = read_bytes(source / "gateway_info.yml", "the gateway's position and orientation", MEGABYTE)
     positions = read_points(source / "tx_pos.csv")
     files = picture_files(source / "spectrum")
     said = ["numbered the pictures from 1 instead of 0"] if int(files[0].stem) == 0 else []
@@ -93,25 +98,18 @@ def convert(source: Path, output: Path, conversion: Conversion = Conversion()) -
         said.append(f"made 8-bit grey of pictures of mode {mode}")
 
     listed, said_of_indices = _read_indices(source, old_names)
-    output.parent.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(dir=output.parent, prefix=f".{output.name[:100]}.") as folder:
-        unfinished = Path(folder) / "dataset"
-        (unfinished / "spectrum").mkdir(parents=True)
-        names = picture_names(len(files))
-        with progress_bar() as progress:
-            for name, path in progress.track(list(zip(names, files, strict=True)), description="pictures"):
-                picture = _in_size(path, conversion)
-                content = encode_picture(picture[::-1] if flipped else picture)
-                (unfinished / "spectrum" / f"{name}.png").write_bytes(content)
-        write_positions(unfinished / "tx_pos.csv", positions[kept])
-        shutil.copyfile(gateway, unfinished / "gateway_info.yml")
-        new_name = {old_names[index]: name for index, name in zip(kept, names, strict=True)}
-        for label, old in listed.items():
-            write_index(unfinished / f"{label}_index.txt", [new_name[name] for name in old if name in new_name])
-        said += said_of_indices + _state_array(sample[:, ::-1] if flipped else sample, unfinished)
-        if output.exists():
-            output.rmdir()
-        unfinished.rename(output)
+    names = picture_names(len(files))
+    with progress_bar() as progress:
+        for name, path in progress.track(list(zip(names, files, strict=True)), description="pictures"):
+            picture = _in_size(path, conversion)
+            content = encode_picture(picture[::-1] if flipped else picture)
+            write_atomically(output / "spectrum" / f"{name}.png", content)
+    write_positions(output / "tx_pos.csv", positions[kept])
+    write_atomically(output / "gateway_info.yml", gateway)
+    new_name = {old_names[index]: name for index, name in zip(kept, names, strict=True)}
+    for label, old in listed.items():
+        write_index(output / f"{label}_index.txt", [new_name[name] for name in old if name in new_name])
+    said += said_of_indices + _state_array(sample[:, ::-1] if flipped else sample, output)
     return said
 
 

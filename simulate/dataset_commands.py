@@ -9,6 +9,7 @@ from typing import Annotated
 from tyro.conf import OmitArgPrefixes, Positional
 
 from scenes.errors import printable
+from scenes.output_file import Force, require_new
 from simulate.command import Output
 from simulate.conversion import Conversion
 
@@ -31,7 +32,7 @@ def convert(
     print(printable(f"dataset: {output}"))
 
 
-def responses(dataset: Positional[Path], json: bool = False) -> None:
+def responses(dataset: Positional[Path], json: bool = False, force: Force = False) -> None:
     """Retrieve the element responses behind a folder's pictures, and write them beside as channels.npz.
 
     A picture determines its responses up to a common phase and the flip y_m -> conj y_{MN-1-m}. channels.npz is marked
@@ -49,6 +50,8 @@ def responses(dataset: Positional[Path], json: bool = False) -> None:
     from simulate.retrieval import retrieve
 
     given = read_dataset(dataset)
+    if given.responses is None:  # recorded ones are never replaced
+        require_new(dataset / "channels.npz", force=force)
     residual = retrieve(given).residual
     good = residual < GOOD
     doubtful = [name for name, fine in zip(given.names, good, strict=True) if not fine]

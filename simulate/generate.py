@@ -2,8 +2,8 @@
 
 A run first writes ``metadata.json``, which records the request, then works through the positions in parts. Each
 finished part leaves its pictures and, as ``parts/NNNNN.npy``, its responses. The same request again finds the metadata
-equal, skips the finished parts and ends with the same bytes. The index files are written last, so that no loader takes
-an unfinished folder for a dataset.
+equal, skips the parts whose files are whole and ends with the same bytes; so it mends a finished dataset too. The index
+files are written last, so that no loader takes an unfinished folder for a dataset.
 """
 
 from __future__ import annotations
@@ -11,12 +11,11 @@ from __future__ import annotations
 import json
 import shutil
 from collections.abc import Iterator
-from io import BytesIO
-from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from jaxtyping import Complex
 from rich.progress import (
     BarColumn,
     MofNCompleteColumn,
@@ -28,9 +27,10 @@ from rich.progress import (
 )
 from rich.text import Text
 
-from scenes.atomic import write_atomically
+from scenes.atomic import sync_folder
 from scenes.errors import InputError, ParameterError
-from scenes.plain_text import plain_console
+from scenes.folder_lock import LOCK, locked
+from scenes.plain_text import plain_console, say
 from scenes.scene_yaml import write_scene
 from simulate.dataset_part import Part, make_part
 from simulate.dataset_writer import (
@@ -40,11 +40,13 @@ from simulate.dataset_writer import (
     write_positions,
     write_responses,
 )
-from simulate.fullwave.dataset_field import field_of
+from simulate.fullwave.dataset_field import damage_of_field, field_of
 from simulate.fullwave.stored_field import StoredField
+from simulate.metadata import read_metadata_file
 from simulate.ray_cluster import require_ray
 from simulate.request import Request
 from simulate.workers import parts_of_workers
+from simulate.written_parts import WrittenParts
 
 if TYPE_CHECKING:  # needs the ray tracer
     from simulate.trace import Tracer
@@ -53,6 +55,9 @@ PART = 100
 """Positions per part. A run that is killed loses one part at most."""
 
 TEST_FRACTION = 0.2
+
+LAST_FILE = "test_index.txt"
+"""The file of a dataset that is written last."""
 
 
 def generate(
@@ -69,7 +74,7 @@ def generate(
         gpu: in full wave, run gprMax on an NVIDIA GPU.
 
     Raises:
-        InputError: the folder holds something else, or a dataset of another request.
+        InputError: the folder holds something else, or a dataset of another request, or another process writes to it.
         ParameterError: less than one worker, no Ray cluster at the address, or a GPU for rays.
     """
     if workers is not None and workers < 1:
@@ -77,59 +82,73 @@ def generate(
     if gpu and request.fullwave is None:
         raise ParameterError("gpu", "expected none, or the engine fullwave, found it for rays")
     metadata = request.metadata()
-    begun = _begun(folder, metadata)
-    if begun and (folder / "test_index.txt").exists():
-        shutil.rmtree(folder / "parts", ignore_errors=True)  # left by a run that was killed while it removed them
+    if _begun(folder, metadata) and _is_finished(request, folder):
         return
     if request.fullwave is None:
         import simulate.ray_tracer  # noqa: F401  a ray tracer that cannot be used is refused before anything is written
     if ray is not None or (request.fullwave is None and workers is not None):
         require_ray(ray)
 
-    if not begun:
-        folder.mkdir(parents=True, exist_ok=True)
-        write_metadata(folder / "metadata.json", metadata)
+    folder.mkdir(parents=True, exist_ok=True)
+    with locked(folder):
+        if not _begun(folder, metadata):  # once more, since another process may have begun in the meantime
+            write_metadata(folder / "metadata.json", metadata)
+        if not _is_finished(request, folder):
+            _generate(request, folder, workers, ray, gpu)
+
+
+def _generate(request: Request, folder: Path, workers: int | None, ray: str | None, gpu: bool) -> None:
+    """Make what a folder with the request's metadata lacks."""
     (folder / "spectrum").mkdir(exist_ok=True)
     (folder / "parts").mkdir(exist_ok=True)
     if not (folder / "scene").exists():
         shutil.rmtree(folder / "scene.tmp", ignore_errors=True)
         write_scene(request.scene, folder / "scene.tmp")
         (folder / "scene.tmp").rename(folder / "scene")
-    names = picture_names(len(request.positions))
-    _trace_parts(request, names, folder, workers, ray, gpu)
+    parts = WrittenParts(request, folder, PART)
+    kept = parts.whole()
+    for sentence in parts.damage:
+        say(sentence)
+    _trace_parts(request, parts, kept, workers, ray, gpu)
 
-    responses = np.concatenate([np.load(_part_file(folder, start)) for start in range(0, len(names), PART)])
-    scene = request.scene
-    write_responses(folder / "channels.npz", responses)
+    write_responses(folder / "channels.npz", np.concatenate([kept[start] for start in sorted(kept)]))
+    scene, names = request.scene, parts.names
     write_positions(folder / "tx_pos.csv", request.positions)
     write_gateway(folder / "gateway_info.yml", scene.name, scene.gateway.position, scene.gateway.orientation)
     order = np.random.default_rng(request.seed).permutation(len(names))
     held_out = max(1, round(TEST_FRACTION * len(names)))
-    write_index(folder / "train_index.txt", [names[i] for i in sorted(order[held_out:])])
-    write_index(folder / "test_index.txt", [names[i] for i in sorted(order[:held_out])])
+    for name, part in (("train_index.txt", order[held_out:]), (LAST_FILE, order[:held_out])):
+        if not _has_content(folder / name):  # a finished dataset that is mended keeps its split
+            sync_folder(folder)
+            write_index(folder / name, [names[i] for i in sorted(part)])
     shutil.rmtree(folder / "parts")
 
 
-def picture_names(count: int) -> list[str]:
-    """Zero-padded names from 1 on, of five digits, or of more if needed."""
-    digits = max(5, len(str(count)))
-    return [f"{number:0{digits}d}" for number in range(1, count + 1)]
+def _is_finished(request: Request, folder: Path) -> bool:
+    """Whether a folder with the request's metadata holds the whole dataset, and no file of it is damaged."""
+    files = ("tx_pos.csv", "gateway_info.yml", "train_index.txt", LAST_FILE)
+    if (folder / "parts").exists() or not all(_has_content(folder / name) for name in files):
+        return False
+    if request.fullwave is not None and damage_of_field(folder) is not None:
+        return False
+    parts = WrittenParts(request, folder, PART)
+    return len(parts.whole()) == len(parts.starts)
+
+
+def _has_content(path: Path) -> bool:
+    """Whether there is a file that is not empty, as a crash of the machine may leave one."""
+    return path.is_file() and path.stat().st_size > 0
 
 
 def _begun(folder: Path, metadata: dict[str, Any]) -> bool:
     """Whether the folder was begun by a request of the same metadata; False if it is new or empty."""
     # A run killed in its first moment leaves no more than the unfinished metadata.
-    if not folder.exists() or (folder.is_dir() and {p.name for p in folder.iterdir()} <= {"metadata.json.tmp"}):
+    if not folder.exists() or (folder.is_dir() and {p.name for p in folder.iterdir()} <= {"metadata.json.tmp", LOCK}):
         return False
     path = folder / "metadata.json"
     if not path.is_file():
         raise InputError(f"{folder}: expected a new folder or one this command began, found other files in it")
-    try:
-        found = json.loads(path.read_text())
-    except ValueError as error:
-        raise InputError(f"{path}: expected JSON, found {error}") from error
-    if not isinstance(found, dict):
-        raise InputError(f"{path}: expected a JSON object, found {type(found).__name__}")
+    found = read_metadata_file(path, "the settings of a dataset")
     found.setdefault("engine", "rays")  # of version 0.1, which had no other
     # As JSON, so that numbers compare as they were written.
     wanted = json.loads(json.dumps(metadata))
@@ -142,34 +161,31 @@ def _begun(folder: Path, metadata: dict[str, Any]) -> bool:
     return True
 
 
-def _part_file(folder: Path, start: int) -> Path:
-    return folder / "parts" / f"{start:010d}.npy"
-
-
 def _trace_parts(
-    request: Request, names: list[str], folder: Path, workers: int | None, ray: str | None, gpu: bool
+    request: Request,
+    parts: WrittenParts,
+    kept: dict[int, Complex[np.ndarray, "n elements"]],
+    workers: int | None,
+    ray: str | None,
+    gpu: bool,
 ) -> None:
-    count = len(names)
-    todo = [start for start in range(0, count, PART) if not _part_file(folder, start).exists()]
-    if not todo:
+    """Make and write the parts that are missing, and add their responses to those that were kept.
+
+    In full wave, the field that the folder keeps is made even if no part is missing.
+    """
+    todo = [start for start in parts.starts if start not in kept]
+    if not todo and request.fullwave is None:
         return
     with progress_bar() as progress:
-        source = _source(request, folder, workers, ray, gpu, progress)
-        done = count - sum(min(PART, count - start) for start in todo)
-        bar = progress.add_task("spectra", total=count, completed=done)
+        source = _source(request, parts.folder, workers, ray, gpu, progress)
+        bar = progress.add_task("spectra", total=len(parts.names), completed=sum(map(len, kept.values())))
         if isinstance(source, StoredField) or (workers is None and ray is None):
-            parts: Iterator[tuple[int, Part]] = ((start, make_part(request, source, start, PART)) for start in todo)
+            made: Iterator[tuple[int, Part]] = ((start, make_part(request, source, start, PART)) for start in todo)
         else:
-            parts = parts_of_workers(request, source.found, todo, PART, workers, ray)
-        for start, part in parts:
-            for name, picture, power in zip_longest(names[start : start + PART], part.pictures, part.power):
-                write_atomically(folder / "spectrum" / f"{name}.png", picture)
-                if power is not None:
-                    write_atomically(folder / "power_db" / f"{name}.tif", power)
-            # Written last, since this file marks the part as finished.
-            buffer = BytesIO()
-            np.save(buffer, part.responses)
-            write_atomically(_part_file(folder, start), buffer.getvalue())
+            made = parts_of_workers(request, source.found, todo, PART, workers, ray)
+        for start, part in made:
+            parts.write(start, part)
+            kept[start] = part.responses
             progress.advance(bar, len(part.responses))
 
 

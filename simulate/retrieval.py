@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from scenes.errors import InputError
+from scenes.folder_lock import locked
+from scenes.plain_text import say
 from simulate.dataset import Dataset
 from simulate.dataset_writer import write_arrays
 from simulate.generate import progress_bar
@@ -31,8 +33,8 @@ def retrieve(dataset: Dataset) -> Retrieval:
         The responses of the dataset's pictures.
 
     Raises:
-        InputError: the dataset has recorded responses, its pictures are not those of a known array, or what an
-            interrupted call left is damaged.
+        InputError: the dataset has recorded responses, its pictures are not those of a known array, or another process
+            writes to its folder.
     """
     folder, path = dataset.folder, dataset.folder / "channels.npz"
     if dataset.responses is not None:
@@ -43,6 +45,13 @@ def retrieve(dataset: Dataset) -> Retrieval:
             f"{folder / 'spectrum'}: expected pictures that an array explains, found none that does (a 4 × 4 array "
             f"leaves {known.residual:.1f} grey levels); bisplat check says more"
         )
+    with locked(folder):
+        return _retrieve(dataset)
+
+
+def _retrieve(dataset: Dataset) -> Retrieval:
+    """Retrieve and write; the dataset can be retrieved, and no other process writes to its folder."""
+    folder, path = dataset.folder, dataset.folder / "channels.npz"
     beamformer, count = dataset.beamformer, len(dataset.names)
     partial = folder / "channels.npz.partial.npz"
     responses = np.zeros((count, beamformer.array.elements), np.complex64)
@@ -53,10 +62,13 @@ def retrieve(dataset: Dataset) -> Retrieval:
             "channels": Expected(f"responses of {responses.shape[1]} elements", "c", (None, responses.shape[1])),
             "residual": Expected("residuals", "f", (None,)),
         }
-        begun = read_npz(partial, "what an interrupted bisplat responses left", expected, LARGEST_NPZ)
-        if len(begun["channels"]) == len(begun["residual"]) <= count:
-            done = len(begun["channels"])
-            responses[:done], residual[:done] = begun["channels"], begun["residual"]
+        try:
+            begun = read_npz(partial, "what an interrupted bisplat responses left", expected, LARGEST_NPZ)
+            if len(begun["channels"]) == len(begun["residual"]) <= count:
+                done = len(begun["channels"])
+                responses[:done], residual[:done] = begun["channels"], begun["residual"]
+        except InputError as error:
+            say(f"{error}; the pictures are retrieved from the first on")
     with progress_bar() as progress:
         bar = progress.add_task("pictures", total=count, completed=done)
         for first in range(done, count, AT_ONCE):

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from learn.comparison.compare import SEEDS_MOST, makers
-from learn.comparison.experiment import begin
+from learn.comparison.experiment import begun
 from learn.comparison.table import Comparison
 from learn.comparison.trained_model import TrainedModel
 from learn.models.registry import OPTION_MOST, check_options
@@ -94,9 +94,9 @@ def ablate(
         for _, method in variants(model, primitives):
             _check_parts(model, method)
     methods = makers({label: method for model in models for label, method in variants(model, primitives)})
-    experiment = begin(dataset, split, output, steps=steps, test_spectra=test_spectra)
-    experiment.measure(methods, seeds)
-    return Comparison.of(experiment)
+    with begun(dataset, split, output, steps=steps, test_spectra=test_spectra) as experiment:
+        experiment.measure(methods, seeds)
+        return Comparison.of(experiment)
 
 
 def _check_parts(model: str, method: TrainedModel) -> None:

@@ -66,7 +66,7 @@ def steps_within(minutes: float, config: Config, by_steps: Steps, task: Task) ->
     validation_seconds = seconds_per_spectrum * min(Spectra.VALIDATED, len(task.parts.validation))
     began = time.perf_counter()
     torch.save([module.state_dict(), optimiser.state_dict()], BytesIO())
-    checkpoint_seconds = 2 * (time.perf_counter() - began)  # the last and the best checkpoint are both written
+    checkpoint_seconds = 2 * (time.perf_counter() - began)  # a checkpoint also holds averaged weights and the best ones
     validation_seconds += checkpoint_seconds
     steps = 60 * minutes / (step_seconds + validation_seconds / STEPS_PER_VALIDATION)
     if steps > STEPS_PER_VALIDATION * VALIDATIONS:

@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from learn.comparison.experiment import begin
+from learn.comparison.experiment import begun
 from learn.comparison.methods import is_reduced, method_named, method_names
 from learn.comparison.table import Comparison
 from learn.comparison.task import Method
@@ -54,7 +54,8 @@ def compare(
         All rows measured in the folder.
 
     Raises:
-        InputError: the dataset cannot be read, or the folder holds an experiment with other settings, or other files.
+        InputError: the dataset cannot be read, or the folder holds an experiment with other settings, or other files,
+            or another process writes to it.
         ParameterError: a method is unknown, or ``budget``, ``seeds`` or ``test_spectra`` is not positive.
 
     >>> import numpy as np
@@ -73,10 +74,10 @@ def compare(
     """
     check_effort(budget, seeds)
     methods = makers(method_names() if models is None else models)
-    experiment = begin(dataset, split, output, minutes=budget, test_spectra=test_spectra)
-    experiment.measure(methods, seeds)
-    experiment.measure_ceiling()
-    return Comparison.of(experiment)
+    with begun(dataset, split, output, minutes=budget, test_spectra=test_spectra) as experiment:
+        experiment.measure(methods, seeds)
+        experiment.measure_ceiling()
+        return Comparison.of(experiment)
 
 
 def check_effort(budget: float, seeds: int) -> None:

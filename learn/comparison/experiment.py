@@ -8,7 +8,8 @@ import json
 import os
 import tempfile
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import asdict, dataclass
 from io import StringIO
 from pathlib import Path
@@ -21,7 +22,7 @@ from msgspec import Meta, Struct
 from learn.baselines.array_ceiling import CEILING, SAMPLES, array_ceiling
 from learn.comparison.task import Method, Task
 from learn.metrics import Scores, score
-from learn.output_folder import claim
+from learn.output_folder import claimed
 from learn.splits import SplitKind, split
 from learn.training.run_folder import device_name
 from scenes.atomic import write_atomically
@@ -38,13 +39,16 @@ from simulate.spectrum import spectrum_of
 LARGEST_RESULTS = 64 * MEGABYTE
 """Bytes of results.jsonl; a row takes about 400."""
 
+PROTOCOL = "protocol.json"
+"""Name of the file with the settings of an experiment."""
+
 SPLIT_SEED = 0
 """Seed of the split, the same for every method and for every seed that a method is fitted with."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings that all rows of a folder have in common; protocol.json records them.
+    """Settings that all rows of a folder have in common; ``PROTOCOL`` records them.
 
     Attributes:
         dataset: absolute path of the dataset's folder.
@@ -95,21 +99,13 @@ class Experiment:
     """A folder with protocol.json, results.jsonl, per_sample/, and the methods' own folders in runs/.
 
     Args:
-        folder: a new folder, or the folder of an earlier experiment with the same settings.
+        folder: the folder, which holds a protocol.json with the settings.
         dataset: the dataset that methods are trained and tested on.
-        settings: the settings; a protocol.json that is there already must hold the same ones.
-
-    Raises:
-        InputError: the folder holds an experiment with other settings, or other files.
+        settings: the settings.
     """
 
     def __init__(self, folder: Path, dataset: Dataset, settings: Settings):
         self.folder, self.dataset, self.settings = folder, dataset, settings
-        path = folder / "protocol.json"
-        begun = _begun(path) if os.path.lexists(path) else None
-        given = {key: value for key, value in asdict(settings).items() if value is not None}
-        claim(folder, "experiment", given, begun)
-        write_atomically(path, (json.dumps(given, indent=2) + "\n").encode())
 
     @property
     def rows(self) -> list[dict[str, Any]]:
@@ -209,14 +205,15 @@ class Experiment:
         write_atomically(path, ("\n".join(lines) + "\n").encode())
 
 
-def _begun(path: Path) -> dict[str, Any]:
+def _read_protocol(path: Path) -> dict[str, Any]:
     """The settings in a protocol.json."""
     content = read_json(path, "the settings of an experiment")
     conform(content, Protocol, str(path))
     return content
 
 
-def begin(
+@contextmanager
+def begun(
     dataset: Dataset | Path | str,
     split: SplitKind,
     output: Path | str | None,
@@ -224,8 +221,8 @@ def begin(
     minutes: float | None = None,
     steps: int | None = None,
     test_spectra: int | None = None,
-) -> Experiment:
-    """Begin an experiment in a new folder, or continue the one in a folder.
+) -> Iterator[Experiment]:
+    """Begin an experiment in a new folder, or continue the one in a folder, and keep other processes from it.
 
     Args:
         dataset: a dataset, or its folder.
@@ -236,14 +233,19 @@ def begin(
         test_spectra: largest number of test spectra to score; None: all of the test part.
 
     Raises:
-        InputError: the dataset cannot be read, or the folder holds an experiment with other settings, or other files.
+        InputError: the dataset cannot be read, or the folder holds an experiment with other settings, or other files,
+            or another process writes to it.
         ParameterError: ``test_spectra`` is no whole number above 0.
     """
     if test_spectra is not None:
         require_whole(1, MOST_POSITIONS, test_spectra=test_spectra)
     dataset = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
     settings = Settings(str(dataset.folder.resolve()), split, SPLIT_SEED, minutes, steps, device_name(), test_spectra)
-    return Experiment(Path(output or tempfile.mkdtemp(prefix="bisplat-")), dataset, settings)
+    folder = Path(output or tempfile.mkdtemp(prefix="bisplat-"))
+    given = {key: value for key, value in asdict(settings).items() if value is not None}
+    with claimed(folder, "experiment", PROTOCOL, given, _read_protocol):
+        write_atomically(folder / PROTOCOL, (json.dumps(given, indent=2) + "\n").encode())
+        yield Experiment(folder, dataset, settings)
 
 
 def row_name(row: Mapping[str, Any]) -> str:

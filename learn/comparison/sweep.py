@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from learn.comparison.compare import Models, check_effort, makers
-from learn.comparison.experiment import begin
+from learn.comparison.experiment import begun
 from learn.comparison.table import Comparison
 from learn.comparison.trained_model import TrainedModel
 from learn.models.registry import DEFAULT_MODEL
@@ -64,6 +64,6 @@ def sweep(
         run = init if isinstance(init, Run) else load_run(Path(init))
         model, folder = run.config.model, run.folder
         methods[f"{model} from {folder.name}"] = partial(TrainedModel, model, init=str(folder.resolve()))
-    experiment = begin(dataset, split, output, minutes=budget, test_spectra=test_spectra)
-    experiment.measure(methods, seeds, sorted(sizes))
-    return Comparison.of(experiment)
+    with begun(dataset, split, output, minutes=budget, test_spectra=test_spectra) as experiment:
+        experiment.measure(methods, seeds, sorted(sizes))
+        return Comparison.of(experiment)

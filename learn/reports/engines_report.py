@@ -13,6 +13,9 @@ from learn.evaluation.engines_plane import EnginePlane
 from learn.reports.figures import MAGNITUDE, save
 from scenes.atomic import write_atomically
 
+FILES = ("engines.json", "engines_map.png", "engines_map.pdf", "engines_plane.png", "engines_plane.pdf")
+"""Names of all files."""
+
 LARGEST_LEVEL = 6.0
 """Ends of the colour scale of level errors, dB."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from io import BytesIO
 from itertools import cycle
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from matplotlib.ticker import StrMethodFormatter
 
 from learn.baselines.array_ceiling import CEILING, shown_name
 from learn.colours import DIFFERENCE, MAGNITUDE
+from scenes.atomic import write_atomically
 from scenes.plain_text import in_figure
 from simulate.angular_grid import COLUMNS, ROWS, AngularGrid
 
@@ -47,8 +49,10 @@ def save(figure: Figure, path: Path) -> None:
         figure: the figure.
         path: path of the PNG; the PDF has the same name with the suffix .pdf.
     """
-    figure.savefig(path, dpi=110)
-    figure.savefig(path.with_suffix(".pdf"), dpi=200)
+    for suffix, dpi in ((".png", 110), (".pdf", 200)):
+        content = BytesIO()
+        figure.savefig(content, format=suffix.removeprefix("."), dpi=dpi)
+        write_atomically(path.with_suffix(suffix), content.getbuffer())
 
 
 def draw_examples(

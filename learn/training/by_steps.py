@@ -9,8 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import lightning as L
-import torch
-from lightning.pytorch.callbacks import Callback, EMAWeightAveraging, ModelCheckpoint, Timer
+from lightning.pytorch.callbacks import Callback, EMAWeightAveraging, Timer
 from lightning.pytorch.loggers import CSVLogger, TensorBoardLogger
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -18,8 +17,10 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from learn.models.base import SpectrumModel
 from learn.models.quadrature import Quadrature
 from learn.models.steps import Steps
+from learn.training.checkpoints import LAST, UNREADABLE, Checkpoints, WholeFiles, has_checkpoint
 from learn.training.lightning_module import Spectra, Training
 from learn.training.run_folder import save_weights, write_training
+from scenes.errors import InputError, printable
 
 STEPS_PER_VALIDATION, VALIDATIONS = 100, 15
 """Smallest number of steps between validations, and number of validations of a training with more steps than both
@@ -87,6 +88,8 @@ def train_by_steps(
 
     Raises:
         KeyboardInterrupt: the process received SIGINT or SIGTERM; the same call resumes the training.
+        InputError: the folder has checkpoints, and none of them can be read or is one of this training.
+        OSError: a file cannot be written; the error names it, or the folder.
     """
     for name in ("lightning.pytorch", "lightning.fabric"):
         logging.getLogger(name).setLevel(logging.ERROR)
@@ -97,14 +100,9 @@ def train_by_steps(
     epochs_per_validation = max(1, round(period / batches))
     epochs = epochs_per_validation * max(1, round(by_steps.steps / (epochs_per_validation * batches)))
     steps = epochs * batches
-    checkpoints = ModelCheckpoint(
-        folder / "checkpoints",
-        filename="best",
-        monitor="validation_ssim",
-        mode="max",
-        save_last=True,
-        enable_version_counter=False,
-    )
+    last = folder / "checkpoints" / LAST
+    resumed = has_checkpoint(last.parent)
+    checkpoints = Checkpoints(last)
     timer = Timer()  # its state is in the checkpoint, so it includes the time before an interruption
     # Each start of a training gets a new log folder, since CSVLogger deletes a log that it finds.
     attempt = len(list(folder.glob("logs/version_*")))
@@ -120,7 +118,9 @@ def train_by_steps(
         check_val_every_n_epoch=epochs_per_validation,
         num_sanity_val_steps=0,
         gradient_clip_val=GRADIENT_NORM,
-        callbacks=[EMAWeightAveraging(decay=AVERAGED), checkpoints, timer, ProgressOnStderr(steps)],
+        callbacks=[EMAWeightAveraging(decay=AVERAGED), timer, ProgressOnStderr(steps), checkpoints],
+        plugins=[WholeFiles()],
+        enable_checkpointing=False,  # Lightning's own; ours is one of the callbacks
         logger=[
             CSVLogger(folder, name="logs", version=attempt),
             TensorBoardLogger(folder, name="logs", version=attempt),
@@ -128,22 +128,31 @@ def train_by_steps(
         enable_progress_bar=False,
         enable_model_summary=False,
     )
-    last = folder / "checkpoints" / "last.ckpt"
     on_interrupt = signal.getsignal(signal.SIGINT)
     try:
         trainer.fit(
             Training(model, replace(by_steps, steps=steps), pixels),
             datamodule=spectra,
-            ckpt_path=last if last.exists() else None,
-            weights_only=False,
+            ckpt_path=last if resumed else None,
+            weights_only=True,
         )
     except SystemExit:
         # On SIGINT and SIGTERM, Lightning raises SystemExit with various statuses and ignores later SIGINTs.
         signal.signal(signal.SIGINT, on_interrupt)
         raise KeyboardInterrupt from None
+    except InputError:
+        raise
+    except UNREADABLE as error:
+        if resumed and not checkpoints.restored:
+            raise InputError(
+                f"{last.parent}: expected checkpoints of this training, found other ones "
+                f"({printable(str(error).splitlines()[0])}); move them away to train from the start"
+            ) from error
+        if isinstance(error, OSError) and error.filename is None:  # of a log, on a full disk
+            error.filename = str(folder)
+        raise
     if trainer.is_global_zero:
-        best = torch.load(folder / "checkpoints" / "best.ckpt", map_location="cpu", weights_only=False)
-        model.load_state_dict({name.removeprefix("model."): value for name, value in best["state_dict"].items()})
-        write_training(folder, steps, timer.time_elapsed("train"), float(checkpoints.best_model_score or 0))
+        model.load_state_dict({name.removeprefix("model."): value for name, value in checkpoints.weights.items()})
+        write_training(folder, steps, timer.time_elapsed("train"), checkpoints.score)
         save_weights(folder, model)
     trainer.strategy.barrier()  # the other processes wait until the weights are written

@@ -4,7 +4,7 @@ config.json          settings, the model's ``options``, the settings ``by_steps`
 split.json           names of the training, validation and test spectra
 weights.safetensors  weights of the best checkpoint; the training is finished if this file exists
 training.json        steps, seconds, device, date, validation SSIM
-checkpoints/         Lightning's best.ckpt and last.ckpt, from which a training resumes
+checkpoints/         last.ckpt and previous.ckpt, from which a training resumes (``learn.training.checkpoints``)
 logs/                CSV and TensorBoard
 """
 

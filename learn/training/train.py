@@ -20,7 +20,7 @@ from learn.metrics import ssim
 from learn.models.base import SpectrumModel
 from learn.models.quadrature import quadrature
 from learn.models.registry import DEFAULT_MODEL, check_options, model_entry
-from learn.output_folder import claim
+from learn.output_folder import claimed, require_own
 from learn.splits import Split, SplitKind, split
 from learn.training.by_steps import train_by_steps
 from learn.training.config import Config, read_config, write_config
@@ -131,19 +131,26 @@ def train_run(config: Config, folder: Path, devices: int = 1, nodes: int = 1, da
     Raises:
         ParameterError: the model does not have one of the options, or a number is out of range.
         InputError: the dataset is not valid or has too few spectra for the split, or the folder holds other files or
-            a run with other settings.
+            a run with other settings, or another process writes to it.
     """
     _check(config, devices, nodes)
     dataset = dataset or read_dataset(config.dataset)
-    is_first_process = getattr(rank_zero_only, "rank", 0) == 0  # the only one of several processes that writes
-    if is_first_process:
-        begun = read_config(folder)[0].settings() if (folder / "config.json").exists() else None
-        claim(folder, "run", config.settings(), begun)
     parts = split(dataset, config.split, config.split_seed, config.train_size)
+    own: Any = (folder, "run", "config.json", config.settings(), lambda path: read_config(path.parent)[0].settings())
+    require_own(*own)
     if (folder / "weights.safetensors").exists():
         return
-    if is_first_process:
-        write_config(folder, config, dataset.beamformer, parts, dataset.names)
+    if getattr(rank_zero_only, "rank", 0) != 0:  # only the first of several processes claims the folder and writes
+        _train(config, folder, devices, nodes, dataset, parts)
+        return
+    with claimed(*own):
+        if not (folder / "weights.safetensors").exists():  # another process may have finished the run just now
+            write_config(folder, config, dataset.beamformer, parts, dataset.names)
+            _train(config, folder, devices, nodes, dataset, parts)
+
+
+def _train(config: Config, folder: Path, devices: int, nodes: int, dataset: Dataset, parts: Split) -> None:
+    """Train a run that is not finished, in a folder that holds its settings."""
     L.seed_everything(config.seed, verbose=False)
     model = build_model(config, box_of(dataset.positions[parts.known]), dataset.beamformer, dataset.wavelength)
     if config.by_steps is None:

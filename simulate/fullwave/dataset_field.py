@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from rich.progress import Progress
 
+from scenes.atomic import write_atomically
 from scenes.errors import InputError, shown
 from simulate.fullwave.engine import stored_field
 from simulate.fullwave.plan import Plan, plan
@@ -43,10 +44,12 @@ def field_of(
         InputError: the solver failed.
     """
     path = folder / FIELD
-    if not path.exists() and request.field is not None:
-        shutil.copyfile(request.field / FIELD, folder / f"{FIELD}.tmp")
-        (folder / f"{FIELD}.tmp").rename(path)
-    if not path.exists():
+    damage = damage_of_field(folder)
+    if damage is not None and path.exists():
+        progress.console.print(f"{damage}; it is made again", markup=False, highlight=False, soft_wrap=True)
+    if damage is not None and request.field is not None:
+        write_atomically(path, (request.field / FIELD).read_bytes())
+    elif damage is not None:
         _solve(request, folder, workers, ray, gpu, progress).write(path)
     shutil.rmtree(folder / "field", ignore_errors=True)
     field = read_stored_field(path)
@@ -58,6 +61,19 @@ def field_of(
     if field.unsettled.max() > SETTLED:
         progress.console.print("warning: expected a field that had settled to -60 dB; the place may be a resonator")
     return field
+
+
+def damage_of_field(folder: Path) -> str | None:
+    """Why a dataset folder has no stored field that can be read, as a sentence; None: it has one.
+
+    Args:
+        folder: the dataset folder.
+    """
+    try:
+        read_stored_field(folder / FIELD)
+    except InputError as error:
+        return str(error)
+    return None
 
 
 def _solve(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import sys
 import tempfile
 from collections.abc import Callable, Generator
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -14,6 +15,7 @@ from threading import Event
 import numpy as np
 
 from scenes.description import Scene
+from scenes.errors import InputError
 from simulate.array import PlanarArray
 from simulate.fullwave.cells import edge_materials
 from simulate.fullwave.cluster import elements_of_cluster
@@ -62,7 +64,7 @@ def stored_field(
         shutil.rmtree(left)
     count = PlanarArray.of(scene.gateway).elements
     files = [folder / f"element-{number:03d}.npz" for number in range(count)]
-    missing = [number for number in range(count) if not files[number].exists()]
+    missing = [number for number in range(count) if not _is_whole(files[number])]
     if missing:
         if ray is not None:
             ended = elements_of_cluster(scene, planned, missing, solver, gpu, ray, report)
@@ -80,6 +82,17 @@ def stored_field(
     )
     # Between points twice as far apart the error is far more than between all points.
     return replace(field, interpolation_error_db=field.thinned(2).interpolation_error_db)
+
+
+def _is_whole(file: Path) -> bool:
+    """Whether an element's run has ended and its file can be read; says so on stderr if it cannot."""
+    try:
+        read_stored_field(file)
+    except InputError as error:
+        if file.exists():
+            print(f"bisplat: {error}; it is made again", file=sys.stderr)
+        return False
+    return True
 
 
 def _elements_here(

@@ -176,10 +176,56 @@ def test_predict_that_cannot_write_leaves_the_old_file_as_it_was(
     output.write_bytes(b"old")
     with monkeypatch.context() as patch:
         patch.setattr(os, failing, full)
-        status, out, err = command("predict", finished_run, "--positions", tiny / "tx_pos.csv", "-o", output)
+        status, out, err = command("predict", finished_run, "--positions", tiny / "tx_pos.csv", "-o", output, "--force")
     assert status == 1 and out == ""
-    assert_one_sentence(err, "No space left on device")
+    assert_one_sentence(err, output, "No space left on device")
     assert [path.name for path in tmp_path.iterdir()] == ["out.npz"] and output.read_bytes() == b"old"
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments"),
+    [
+        ("out.npz", ("predict", "RUN", "--positions", "nowhere.csv", "-o", "FILE")),
+        ("out.onnx", ("export", "RUN", "-o", "FILE")),
+        ("out.pt2", ("export", "RUN", "-o", "FILE")),
+        ("lab.png", ("scene", "lab")),
+        ("drawing.png", ("scene", "lab", "-o", "FILE")),
+        ("engines/engines_plane.pdf", ("engines", "RUN", "-o", "FOLDER")),
+    ],
+)
+def test_file_that_is_there_is_refused_before_any_work(command, finished_run, tmp_path, monkeypatch, name, arguments):
+    monkeypatch.chdir(tmp_path)
+    file = tmp_path / name
+    file.parent.mkdir(exist_ok=True)
+    file.write_text("precious")
+    places = {"RUN": finished_run, "FILE": file, "FOLDER": file.parent}
+    status, out, err = command(*(places.get(argument, argument) for argument in arguments))
+    assert status == 1 and out == ""
+    assert_one_sentence(err, file.name, "expected no such file yet, found one; --force replaces it")
+    assert file.read_text() == "precious" and [path for path in tmp_path.rglob("*") if path.is_file()] == [file]
+
+
+def test_demo_takes_no_folder_of_other_files_and_no_other_demo(command, tmp_path):
+    (tmp_path / "report.html").write_text("precious")
+    status, out, err = command("demo", "-o", tmp_path)
+    assert status == 1 and out == ""
+    assert_one_sentence(err, tmp_path, "expected a new folder or an earlier demo, found other files")
+    assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
+    (tmp_path / "demo.json").write_text('{"spectra": 7, "steps": null}')
+    status, _, err = command("demo", "-o", tmp_path, "-n", 8)
+    assert status == 1
+    assert_one_sentence(err, "with spectra 8, found one with spectra 7")
+
+
+def test_force_replaces_a_file_but_no_folder(command, finished_run, tiny, tmp_path, monkeypatch):
+    (tmp_path / "out.npz").write_text("old")
+    given = ("predict", finished_run, "--positions", tiny / "tx_pos.csv", "--force", "-o")
+    assert command(*given, tmp_path / "out.npz")[0] == 0
+    assert np.load(tmp_path / "out.npz")["spectra"].shape == (24, 90, 360)
+    (tmp_path / "folder.npz").mkdir()
+    status, _, err = command(*given, tmp_path / "folder.npz")
+    assert status == 1
+    assert_one_sentence(err, tmp_path / "folder.npz", "found a folder")
 
 
 @pytest.mark.parametrize("name", ["out.npy", "out", "out.npz.bak"])
@@ -202,7 +248,7 @@ def test_predict_counts_the_positions_far_outside_the_training_box(command, fini
     assert_one_sentence(
         err, tmp_path / "points.csv: 2 of 4 positions are far outside", "the farthest, number 4, by 50 m"
     )
-    status, _, err = command("predict", finished_run, "--positions", tiny / "tx_pos.csv", "-o", tmp_path / "o.npz")
+    status, _, err = command("predict", finished_run, "--positions", tiny / "tx_pos.csv", "-o", tmp_path / "p.npz")
     assert status == 0 and err == ""
 
 
@@ -214,7 +260,8 @@ def test_predict_killed_while_writing_leaves_the_old_file_as_it_was(command, fin
     output.write_bytes(b"old")
     with monkeypatch.context() as patch:
         patch.setattr(os, "fsync", killed)
-        assert command("predict", finished_run, "--positions", tiny / "tx_pos.csv", "-o", output)[0] == 130
+        given = ("--positions", tiny / "tx_pos.csv", "-o", output, "--force")
+        assert command("predict", finished_run, *given)[0] == 130
     assert output.read_bytes() == b"old"
 
 

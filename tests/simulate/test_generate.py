@@ -5,9 +5,7 @@ import os
 import shutil
 import subprocess
 import sys
-import time
 from dataclasses import replace
-from inspect import getsource
 from pathlib import Path
 
 import numpy as np
@@ -17,14 +15,19 @@ from PIL import Image
 import simulate.trace
 from scenes import atomic
 from scenes.errors import InputError
+from scenes.folder_lock import locked
 from simulate import generate as module
+from simulate import written_parts
 from simulate.beamformer import Beamformer
 from simulate.dataset import inspect
-from simulate.generate import generate, picture_names
+from simulate.dataset_part import make_part
+from simulate.generate import generate
 from simulate.measurement import Measurement
 from simulate.propagation import Propagation
 from simulate.request import Request, propagation_of, read_request
 from simulate.spectrum import picture
+from simulate.written_parts import picture_names
+from tests.killing import contents, finish, kill_and_finish, moments
 
 COUNT = 7
 
@@ -72,11 +75,6 @@ class Quick:
 @pytest.fixture
 def quick(monkeypatch):
     monkeypatch.setattr(simulate.trace, "Tracer", Quick)
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    """Every file's bytes, by path; a folder counts too."""
-    return {str(path.relative_to(folder)): b"" if path.is_dir() else path.read_bytes() for path in folder.rglob("*")}
 
 
 def killed_at(monkeypatch, place, name: str, number: int):
@@ -134,7 +132,7 @@ def test_killed_run_leaves_no_dataset_and_run_again_ends_with_the_same_bytes(
     folder = tmp_path / "dataset"
     with monkeypatch.context() as patch:
         killed_at(
-            patch, module, "write_atomically", pictures + pictures // 2
+            patch, written_parts, "write_atomically", pictures + pictures // 2
         )  # a part's responses after its two pictures
         with pytest.raises(KeyboardInterrupt):
             generate(request_of, folder)
@@ -174,6 +172,75 @@ def test_run_killed_while_tidying_up_ends_with_the_same_bytes(request_of, tmp_pa
             generate(request_of, tmp_path / "killed")
     generate(request_of, tmp_path / "killed")
     assert contents(tmp_path / "killed") == contents(tmp_path / "whole")
+
+
+def cut(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:-20])
+
+
+def empty(path: Path) -> None:
+    path.write_bytes(b"")
+
+
+@pytest.mark.parametrize("fault", [cut, empty, Path.unlink])
+@pytest.mark.parametrize("name", ["spectrum/00003.png", "power_db/00004.tif", "parts/0000000002.npy"])
+def test_damaged_part_of_an_unfinished_dataset_is_made_again(
+    name, fault, request_of, tmp_path, monkeypatch, quick, capsys
+):
+    asked = replace(request_of, power=True)
+    generate(asked, tmp_path / "whole")
+    with monkeypatch.context() as patch:
+        killed_at(patch, module, "write_responses", 0)
+        with pytest.raises(KeyboardInterrupt):
+            generate(asked, tmp_path / "killed")
+    fault(tmp_path / "killed" / name)
+    made = []
+    monkeypatch.setattr(module, "make_part", lambda *args: made.append(args[2]) or make_part(*args))
+    capsys.readouterr()
+    generate(asked, tmp_path / "killed")
+    assert contents(tmp_path / "killed") == contents(tmp_path / "whole")
+    assert made == [2]
+    said = [line for line in capsys.readouterr().err.splitlines() if line.startswith("bisplat: ")]
+    if fault is Path.unlink and name.startswith("parts"):  # then it was never finished
+        assert said == []
+    else:
+        (sentence,) = said
+        assert sentence.startswith(f"bisplat: {tmp_path / 'killed' / name}: expected ")
+        assert sentence.endswith("; the spectra 00003 to 00004 are made again")
+
+
+@pytest.mark.parametrize(
+    ("name", "fault", "again"),
+    [
+        *(("spectrum/00003.png", fault, [2]) for fault in (cut, empty, Path.unlink)),
+        *(("channels.npz", fault, [0, 2, 4, 6]) for fault in (cut, empty, Path.unlink)),
+        *(("tx_pos.csv", fault, []) for fault in (empty, Path.unlink)),
+    ],
+)
+def test_damaged_file_of_a_finished_dataset_is_made_again_and_the_rest_kept(
+    name, fault, again, request_of, tmp_path, monkeypatch, quick, capsys
+):
+    folder = tmp_path / "whole"
+    generate(request_of, folder)
+    before = contents(folder)
+    (folder / "train_index.txt").write_text("00001\n")  # a split of the user's own
+    fault(folder / name)
+    made = []
+    monkeypatch.setattr(module, "make_part", lambda *args: made.append(args[2]) or make_part(*args))
+    generate(request_of, folder)
+    assert contents(folder) == before | {"train_index.txt": b"00001\n"}
+    assert made == again
+    assert ("made again" in capsys.readouterr().err) == (len(again) == 1 or (again != [] and fault is not Path.unlink))
+
+
+def test_second_process_is_refused_while_the_first_one_simulates(request_of, tmp_path, quick):
+    folder = tmp_path / "dataset"
+    folder.mkdir()
+    with locked(folder), pytest.raises(InputError, match=rf"{folder}: .* process {os.getpid()} .* writes to"):
+        generate(request_of, folder)
+    generate(request_of, folder)
+    with locked(folder):
+        generate(request_of, folder)  # a finished dataset is only looked at
 
 
 def other(request: Request, what: str) -> Request:
@@ -305,17 +372,19 @@ def test_measured_folder_has_power_and_noise_as_asked_for(request_of, tmp_path, 
 
 SLOW_RUN = """
 import sys, time
-from inspect import getsource
 from pathlib import Path
+import numpy as np
 import simulate.trace
 from simulate import generate as module
 from simulate.request import read_request
-from tests_quick import Quick
 
-class Slow(Quick):
+class Slow:
+    def __init__(self, *arguments):
+        pass
+
     def responses(self, positions):
         time.sleep(0.1)
-        return super().responses(positions)
+        return np.exp(1j * positions @ np.arange(48).reshape(3, 16)).astype(np.complex64)
 
 simulate.trace.Tracer, module.PART = Slow, 1
 print("ready", flush=True)
@@ -323,25 +392,12 @@ module.generate(read_request(Path(sys.argv[1])), Path(sys.argv[2]))
 """
 
 
-def test_killed_with_signal_9_at_ten_random_moments_ends_with_the_same_bytes(request_of, tmp_path, quick):
-    """A process of its own each time; the eleventh is left to finish."""
-    many = replace(request_of, positions=np.tile(request_of.positions, (6, 1)) + np.linspace(0, 0.1, 42)[:, None])
-    generate(many, tmp_path / "whole")
-    (tmp_path / "tests_quick.py").write_text("import numpy as np\n\n" + getsource(Quick))
-    run = [sys.executable, "-c", SLOW_RUN, str(tmp_path / "whole"), str(tmp_path / "killed")]
-    moments = np.random.default_rng(0).uniform(0, 0.35, 10)
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join([str(tmp_path), *sys.path])}
-    for moment in moments:
-        process = subprocess.Popen(run, env=environment, stdout=subprocess.PIPE)
-        assert process.stdout is not None
-        process.stdout.readline()
-        time.sleep(moment)
-        assert process.poll() is None, "finished before it was killed"
-        process.kill()
-        process.wait()
-        assert not (tmp_path / "killed" / "test_index.txt").exists()
-    subprocess.run(run, env=environment, check=True, stdout=subprocess.DEVNULL)
-    assert contents(tmp_path / "killed") == contents(tmp_path / "whole")
+def test_killed_with_signal_9_at_random_moments_ends_with_the_same_bytes(request_of, tmp_path, quick):
+    generate(request_of, tmp_path / "whole")
+    after = moments(0, finish(SLOW_RUN, tmp_path / "whole", tmp_path / "measured"))
+    assert kill_and_finish(SLOW_RUN, tmp_path / "whole", tmp_path / "killed", after=after)
+    for name in ("measured", "killed"):
+        assert contents(tmp_path / name) == contents(tmp_path / "whole")
 
 
 def test_folder_that_cannot_be_written_is_one_sentence(tmp_path):

@@ -4,8 +4,10 @@ import numpy as np
 import pytest
 
 from scenes.errors import InputError
+from scenes.folder_lock import locked
 from simulate.beamformer import Beamformer
 from simulate.dataset import read_dataset
+from simulate.dataset_commands import responses
 from simulate.dataset_writer import (
     encode_picture,
     write_gateway,
@@ -72,6 +74,36 @@ def test_interrupted_retrieval_goes_on_with_the_same_result(folder, monkeypatch)
     assert batches == [0, 2, 2]  # the first batch only once
     np.testing.assert_array_equal(again.responses, whole.responses)
     assert not list(folder.glob("*partial*"))
+
+
+@pytest.mark.parametrize("content", [b"", b"PK\x03\x04 cut"])
+def test_damaged_partial_result_is_begun_anew(folder, capsys, content):
+    whole = retrieve(read_dataset(folder))
+    (folder / "channels.npz").unlink()
+    partial = folder / "channels.npz.partial.npz"
+    partial.write_bytes(content)
+    again = retrieve(read_dataset(folder))
+    np.testing.assert_array_equal(again.responses, whole.responses)
+    assert f"bisplat: {partial}: expected the responses found so far, found a damaged file" in capsys.readouterr().err
+    assert not partial.exists()
+
+
+def test_second_process_is_refused(folder):
+    with locked(folder), pytest.raises(InputError, match="no other process writes to"):
+        retrieve(read_dataset(folder))
+
+
+def test_command_replaces_retrieved_responses_only_by_force_and_recorded_ones_never(folder):
+    responses(folder)
+    before = (folder / "channels.npz").stat().st_mtime_ns
+    with pytest.raises(InputError, match=r"channels\.npz: expected no such file yet, found one; --force replaces it"):
+        responses(folder)
+    assert (folder / "channels.npz").stat().st_mtime_ns == before
+    responses(folder, force=True)
+    assert (folder / "channels.npz").stat().st_mtime_ns > before
+    write_responses(folder / "channels.npz", np.ones((COUNT + 1, 16)))
+    with pytest.raises(InputError, match="found recorded ones"):
+        responses(folder, force=True)
 
 
 def test_recorded_responses_are_not_replaced(folder):

@@ -31,6 +31,7 @@ from learn.reports.learning_curves import validation_curve
 from learn.splits import split
 from learn.training.train import train
 from scenes.errors import InputError, ParameterError
+from scenes.folder_lock import locked
 from simulate.beamformer import Beamformer
 from simulate.dataset import read_dataset
 from simulate.evenly import evenly
@@ -82,9 +83,22 @@ def test_row_is_made_once_and_missing_ones_are_added(tiny, tmp_path, rows):
     assert [row["label"] for row in rows(out)[len(before) :]] == ["mean-picture"]
 
 
+def test_second_process_is_refused(tiny, tmp_path):
+    with locked(tmp_path), pytest.raises(InputError, match="no other process writes to"):
+        compare(tiny, ("nearest",), budget=INSTANT, output=tmp_path)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("text", ["", "[]", "{"])
+def test_damaged_protocol_is_one_sentence(tiny, tmp_path, text):
+    (tmp_path / "protocol.json").write_text(text)
+    with pytest.raises(InputError, match=r"protocol\.json: expected a JSON object of settings, found"):
+        compare(tiny, ("nearest",), budget=INSTANT, output=tmp_path)
+
+
 def test_folder_of_another_protocol_or_of_something_else_is_refused(tiny, tmp_path):
     compare(tiny, ("nearest",), budget=INSTANT, output=tmp_path / "out")
-    with pytest.raises(InputError, match="with split random, found one with split files"):
+    with pytest.raises(InputError, match="with split 'random', found one with split 'files'"):
         compare(tiny, ("nearest",), "random", INSTANT, output=tmp_path / "out")
     (tmp_path / "letters").mkdir()
     (tmp_path / "letters" / "love.txt").write_text("dear")

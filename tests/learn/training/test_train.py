@@ -27,11 +27,13 @@ from learn.models.registry import model_class
 from learn.models.steps import Steps
 from learn.reports.evaluation_report import write_evaluation
 from learn.splits import split
+from learn.training.checkpoints import LAST, PREVIOUS, read_checkpoint
 from learn.training.config import read_config
 from learn.training.lightning_module import Spectra, Training
 from learn.training.run_folder import load_run
 from learn.training.train import train_run
 from scenes.errors import InputError
+from scenes.folder_lock import LOCK, locked
 from simulate.beamformer import Beamformer
 from simulate.dataset import read_dataset
 from simulate.dataset_writer import write_index
@@ -194,6 +196,23 @@ def test_folder_of_something_else_is_refused_and_left_alone(tiny_config, tmp_pat
     assert [path.name for path in tmp_path.iterdir()] == ["thesis.tex"]
 
 
+def test_second_process_is_refused_and_a_finished_run_needs_no_lock(tiny_config, finished_run, tmp_path):
+    (tmp_path / "run").mkdir()
+    with locked(tmp_path / "run"), pytest.raises(InputError, match=f"process {os.getpid()} .* writes to"):
+        train_run(tiny_config, tmp_path / "run")
+    assert not list((tmp_path / "run").iterdir())
+    with locked(finished_run):
+        train_run(tiny_config, finished_run)
+
+
+def test_what_a_process_left_that_was_killed_in_its_first_moment_is_no_other_file(tiny_config, finished_run, tmp_path):
+    for name in (LOCK, "config.json.tmp"):
+        (tmp_path / name).write_text("")
+    train_run(tiny_config, tmp_path)
+    assert_same_weights(tmp_path, finished_run)
+    assert not (tmp_path / LOCK).exists() and not (tmp_path / "config.json.tmp").exists()
+
+
 def test_run_folder_says_what_was_trained(tiny, tiny_config, finished_run):
     config, beamformer = read_config(finished_run)
     assert config == tiny_config and beamformer == Beamformer()
@@ -222,11 +241,8 @@ def test_saved_weights_are_those_with_the_best_validation(tiny, tiny_config, fin
 
 
 def test_training_improves_on_the_untrained_model(tmp_path, tiny, tiny_config, finished_run):
-    first, last = (
-        torch.load(finished_run / "checkpoints" / name, weights_only=False)["global_step"]
-        for name in ("best.ckpt", "last.ckpt")
-    )
-    assert first <= last == 12
+    before, last = (read_checkpoint(finished_run / "checkpoints" / name)["global_step"] for name in (PREVIOUS, LAST))
+    assert (before, last) == (6, 12)
     (path,) = (finished_run / "logs").rglob("metrics.csv")
     losses = pd.read_csv(path)["loss"].dropna().to_list()
     assert losses[-1] < losses[0]

@@ -17,6 +17,7 @@ from scenes.materials import p2040_materials
 from scenes.scene_yaml import write_scene
 from scenes.shapes import sheet
 from simulate.dataset import read_dataset
+from simulate.fullwave.dataset_field import FIELD
 from simulate.fullwave.dipole import GAIN, free_space_response
 from simulate.fullwave.solver import SourceField
 from simulate.fullwave.stored_field import read_stored_field
@@ -179,6 +180,33 @@ def test_field_of_another_scene_is_refused(nook, solver, tmp_path):
     (tmp_path / "scene" / "scene.yaml").write_text(text)
     with pytest.raises(InputError, match="expected the field of the same scene, found that of 'nook' with"):
         simulate(tmp_path / "scene" / "scene.yaml", tmp_path / "b", n=4, engine="fullwave", field=tmp_path / "nook")
+
+
+def test_damaged_field_of_a_finished_dataset_is_solved_again(nook, solver, tmp_path, capsys):
+    folder = simulate(nook, tmp_path / "nook", n=4, engine="fullwave", cell=0.03).folder
+    field, runs = (folder / FIELD).read_bytes(), len(solver.sources)
+    (folder / FIELD).write_bytes(field[:-100])
+    simulate(nook, folder, n=4, engine="fullwave", cell=0.03)
+    assert (folder / FIELD).read_bytes() == field and len(solver.sources) == 2 * runs
+    assert f"{folder / FIELD}: expected the stored field of a full-wave run" in capsys.readouterr().err
+    (tmp_path / "more").mkdir()
+    simulate(nook, tmp_path / "more", n=5, engine="fullwave", field=folder)
+    assert len(solver.sources) == 2 * runs
+
+
+def test_damaged_file_of_an_element_is_solved_again(nook, solver, tmp_path, monkeypatch, capsys):
+    settings = {"n": 4, "engine": "fullwave", "cell": 0.03}
+    whole = simulate(nook, tmp_path / "whole", **settings)
+    runs = len(solver.sources)
+    with monkeypatch.context() as patch:
+        patch.setattr("simulate.fullwave.engine.replace", lambda *_, **__: 1 / 0)  # after all elements
+        with pytest.raises(ZeroDivisionError):
+            simulate(nook, tmp_path / "nook", **settings)
+    element = tmp_path / "nook" / "field" / "element-001.npz"
+    element.write_bytes(b"")
+    assert (simulate(nook, tmp_path / "nook", **settings).pictures == whole.pictures).all()
+    assert len(solver.sources) == 2 * runs + 1
+    assert f"bisplat: {element}: expected the stored field" in capsys.readouterr().err
 
 
 def test_dataset_is_made_once_more_by_its_own_settings(nook, solver, tmp_path):

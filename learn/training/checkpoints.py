@@ -1,0 +1,182 @@
+"""Checkpoints of a training by steps: plain data, which runs no code when it is read, written whole.
+
+There are two, ``last.ckpt`` and the one before it, ``previous.ckpt``. Each holds everything that a training resumes
+from, the best weights so far among it.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import struct
+from collections.abc import Callable
+from io import BytesIO
+from pathlib import Path
+from pickle import UnpicklingError
+from typing import Any
+from zipfile import ZIP_STORED, BadZipFile, ZipFile
+
+import lightning as L
+import torch
+from lightning.fabric.plugins import CheckpointIO
+from lightning.pytorch.callbacks import Callback
+from lightning.pytorch.utilities import rank_zero_only
+from torch import Tensor
+
+from scenes.atomic import sync_folder, write_atomically
+from scenes.errors import InputError, shown
+from scenes.input_file import require_regular
+from scenes.plain_text import say
+
+LAST, PREVIOUS = "last.ckpt", "previous.ckpt"
+
+BEST = "best"
+"""Key of the best weights and their score. Checkpoints of other programs, and of older versions, do not have it."""
+
+LARGEST = 10**11
+"""Bytes; a larger file is no checkpoint of ours."""
+
+UNREADABLE = (
+    UnpicklingError, RuntimeError, OSError, EOFError, ValueError, LookupError, TypeError, AttributeError,
+    AssertionError, ArithmeticError, MemoryError, struct.error, BadZipFile,
+)  # fmt: skip
+"""What torch raises on files that are damaged, or hold more than plain data."""
+
+
+def has_checkpoint(folder: Path) -> bool:
+    """Whether a folder has a checkpoint to resume from."""
+    return any((folder / name).exists() for name in (LAST, PREVIOUS))
+
+
+def read_checkpoint(path: Path) -> dict[str, Any]:
+    """Read a checkpoint without running any code that it may hold.
+
+    Args:
+        path: the file.
+
+    Returns:
+        Lightning's state of the training, and the best weights under ``BEST``; tensors are on the CPU.
+
+    Raises:
+        InputError: the file is damaged, holds more than plain data, or is no checkpoint of this version.
+    """
+    require_regular(path, "a checkpoint", LARGEST)
+    try:
+        with ZipFile(path) as archive:  # torch does not compare the checksums that it writes
+            if archive.testzip() is not None or any(each.compress_type != ZIP_STORED for each in archive.infolist()):
+                raise BadZipFile
+        content = torch.load(path, map_location="cpu", weights_only=True)
+    except UNREADABLE:  # its own message would advise to run the code in the file
+        raise InputError(
+            f"{path}: expected a checkpoint of plain data, found one that is damaged, or that could run code when read"
+        ) from None
+    if not isinstance(content, dict) or BEST not in content:
+        raise InputError(f"{path}: expected a checkpoint of this version of bisplat, found one of another")
+    return content
+
+
+class WholeFiles(CheckpointIO):
+    """Lightning's way to the disk: writes ``LAST`` whole and keeps the one before as ``PREVIOUS``, reads either."""
+
+    def __init__(self) -> None:
+        self._last_is_damaged = False
+
+    def save_checkpoint(self, checkpoint: dict[str, Any], path: Any, storage_options: Any = None) -> None:
+        """Write a checkpoint.
+
+        Args:
+            checkpoint: plain data and tensors.
+            path: of ``LAST``.
+            storage_options: none.
+
+        Raises:
+            OSError: the file cannot be written; the checkpoint before it is then ``PREVIOUS``.
+        """
+        last = Path(path)
+        last.parent.mkdir(parents=True, exist_ok=True)
+        content = BytesIO()
+        torch.save(checkpoint, content)
+        if last.exists() and not self._last_is_damaged:  # a damaged one must not take the place of the one before
+            os.replace(last, last.with_name(PREVIOUS))
+        write_atomically(last, content.getbuffer())
+        self._last_is_damaged = False
+        sync_folder(last.parent)
+
+    def load_checkpoint(
+        self, path: Any, map_location: Callable | None = None, weights_only: bool | None = None
+    ) -> dict[str, Any]:
+        """Read the newest checkpoint that can be read, and say so on stderr if it is not the last one.
+
+        Args:
+            path: of ``LAST``.
+            map_location: not used, since tensors are on the CPU.
+            weights_only: not used, since code is never run.
+
+        Raises:
+            InputError: none can be read.
+        """
+        last = Path(path)
+        faults: list[str] = []
+        for file in (last, last.with_name(PREVIOUS)):
+            if not file.exists():
+                continue
+            try:
+                content = read_checkpoint(file)
+            except InputError as error:
+                faults.append(str(error))
+                continue
+            if faults:
+                self._last_is_damaged = True
+                if getattr(rank_zero_only, "rank", 0) == 0:
+                    say(f"{faults[0]}; training goes on from the one before, {file.name}")
+            return content
+        raise InputError(
+            f"{'; '.join(faults)}; there is none to go on from: move {last.parent} away to train from the start"
+        )
+
+    def remove_checkpoint(self, path: Any) -> None:
+        """Remove nothing: a path in a checkpoint could be that of any file."""
+
+
+class Checkpoints(Callback):
+    """Keeps the weights of the best validation, and writes a checkpoint at the end of each epoch that was validated.
+
+    It stands behind the callback that averages the weights, and so gets the averaged ones.
+
+    Args:
+        path: of ``LAST``.
+
+    Attributes:
+        score: the best validation SSIM.
+        weights: tensors by the names of Lightning's module; empty before the first validation.
+        restored: whether the training has begun, after the state of a checkpoint, if there is one, was restored.
+    """
+
+    def __init__(self, path: Path):
+        self._path, self._validated = path, False
+        self.score, self.weights, self.restored = float("-inf"), dict[str, Tensor](), False
+
+    def on_train_start(self, trainer: L.Trainer, module: L.LightningModule) -> None:
+        self.restored = True
+
+    def on_validation_end(self, trainer: L.Trainer, module: L.LightningModule) -> None:
+        self._validated = True
+
+    def on_train_epoch_end(self, trainer: L.Trainer, module: L.LightningModule) -> None:
+        if self._validated:
+            self._validated = False
+            trainer.save_checkpoint(self._path)
+
+    def on_save_checkpoint(self, trainer: L.Trainer, module: L.LightningModule, checkpoint: dict[str, Any]) -> None:
+        score = float(trainer.callback_metrics["validation_ssim"])
+        if score > self.score or not self.weights:
+            self.score = score if math.isfinite(score) else -1.0  # the lowest SSIM
+            self.weights = {name: value.cpu().clone() for name, value in checkpoint["state_dict"].items()}
+        checkpoint[BEST] = {"validation_ssim": self.score, "weights": self.weights}
+
+    def on_load_checkpoint(self, trainer: L.Trainer, module: L.LightningModule, checkpoint: dict[str, Any]) -> None:
+        self.score, self.weights = float(checkpoint[BEST]["validation_ssim"]), checkpoint[BEST]["weights"]
+        expected = {name: value.shape for name, value in module.state_dict().items()}
+        found = {name: value.shape for name, value in self.weights.items()}
+        if found != expected:
+            raise ValueError(f"best weights named {shown(list(found))}")

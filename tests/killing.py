@@ -1,0 +1,88 @@
+"""Run a program, kill it with SIGKILL at given moments, and at last let it finish."""
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+READY = "ready"
+"""A line that the program prints on stdout when it has imported what it needs; the moments count from there."""
+
+
+def kills() -> int:
+    """How often a test kills; the variable BISPLAT_KILLS sets another number than the suite's."""
+    return int(os.environ.get("BISPLAT_KILLS", "2"))
+
+
+def moments(seed: int, longest: float) -> list[float]:
+    """Random seconds for as many kills as ``kills`` says.
+
+    Args:
+        seed: of the moments.
+        longest: seconds that the whole program takes.
+    """
+    return (longest * np.random.default_rng(seed).uniform(0.05, 0.9, kills())).tolist()
+
+
+def finish(code: str, *arguments: str | Path) -> float:
+    """Run a Python program to its end, which has to be a success.
+
+    Args:
+        code: the program, which prints ``READY``.
+        arguments: of the program.
+
+    Returns:
+        Seconds from ``READY`` to the end.
+    """
+    process = _start(code, arguments)
+    began = time.perf_counter()
+    _, errors = process.communicate()
+    assert process.returncode == 0, errors
+    return time.perf_counter() - began
+
+
+def kill_and_finish(code: str, *arguments: str | Path, after: Sequence[float]) -> int:
+    """Run a Python program once for each moment, kill it then, and at last run it to its end.
+
+    Args:
+        code: the program, which prints ``READY``.
+        arguments: of the program.
+        after: seconds from ``READY`` to each kill.
+
+    Returns:
+        Number of runs that were killed before they had finished.
+    """
+    killed = 0
+    for seconds in after:
+        process = _start(code, arguments)
+        time.sleep(seconds)
+        killed += process.poll() is None
+        process.kill()
+        process.communicate()
+    finish(code, *arguments)
+    return killed
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    """Every file's bytes, by its path in the folder; a folder counts too."""
+    return {str(path.relative_to(folder)): b"" if path.is_dir() else path.read_bytes() for path in folder.rglob("*")}
+
+
+def _start(code: str, arguments: Sequence[str | Path]) -> subprocess.Popen:
+    """A process that has printed ``READY``."""
+    environment = os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}
+    process = subprocess.Popen(
+        [sys.executable, "-c", code, *map(str, arguments)],
+        env=environment,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert process.stdout is not None
+    line = process.stdout.readline()
+    assert line.strip() == READY, process.communicate()[1]
+    return process
