@@ -84,7 +84,8 @@ def test_damaged_partial_result_is_begun_anew(folder, capsys, content):
     partial.write_bytes(content)
     again = retrieve(read_dataset(folder))
     np.testing.assert_array_equal(again.responses, whole.responses)
-    assert f"bisplat: {partial}: expected the responses found so far, found a damaged file" in capsys.readouterr().err
+    said = f"{partial}: expected what an interrupted bisplat responses left, found a damaged file"
+    assert said in capsys.readouterr().err
     assert not partial.exists()
 
 
