@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -42,7 +43,7 @@ def require_own(
     Raises:
         InputError: the folder holds other files, or something with other settings.
     """
-    if not (folder / record).exists():
+    if not os.path.lexists(folder / record):
         left = {LOCK, f"{record}.tmp"}  # by a process that was killed in its first moment
         if folder.exists() and (not folder.is_dir() or {path.name for path in folder.iterdir()} - left):
             raise InputError(f"{folder}: expected a new folder or an earlier {kind}, found other files")

@@ -39,10 +39,13 @@ def sync_folder(folder: Path) -> None:
         folder: the folder.
 
     Raises:
-        OSError: the folder cannot be opened.
+        OSError: the folder cannot be opened or written; the error has its name.
     """
     number = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(number)
+    except OSError as error:
+        error.filename = str(folder)
+        raise
     finally:
         os.close(number)

@@ -24,7 +24,7 @@ def file_stem(name: str) -> str:
         name: any text.
 
     >>> file_stem("../../etc/passwd"), file_stem("Büro 3"), file_stem("..")
-    ('_etc_passwd', 'Büro_3', 'object')
+    ('_.._etc_passwd', 'Büro_3', 'object')
     """
     return re.sub(r"[^\w.-]+", "_", name).strip(".")[:LONGEST_STEM].strip(".") or "object"
 

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from learn.comparison.experiment import row_name
 from learn.comparison.table import Comparison
 from learn.reports.figures import save
+from scenes.plain_text import in_figure
 
 
 def validation_curve(run: Path) -> tuple[list[int], list[float]]:
@@ -46,9 +47,8 @@ def draw_learning_curves(comparison: Comparison, path: Path) -> None:
     for row in comparison.rows:
         steps, ssim = validation_curve(comparison.folder / "runs" / row_name(row))
         if steps:
-            axis.plot(
-                steps, ssim, "o-", ms=3, color=colours[row["label"]], label=row["label"] if not row["seed"] else ""
-            )
+            label = in_figure(row["label"]) if row["seed"] == 0 else ""
+            axis.plot(steps, ssim, "o-", ms=3, color=colours[row["label"]], label=label)
     axis.set(xlabel="training steps", ylabel="median SSIM on the validation part")
     axis.grid(alpha=0.3)
     figure.legend(loc="outside right upper")

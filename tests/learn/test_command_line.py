@@ -211,10 +211,10 @@ def test_demo_takes_no_folder_of_other_files_and_no_other_demo(command, tmp_path
     assert status == 1 and out == ""
     assert_one_sentence(err, tmp_path, "expected a new folder or an earlier demo, found other files")
     assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
-    (tmp_path / "demo.json").write_text('{"spectra": 7, "steps": null}')
-    status, _, err = command("demo", "-o", tmp_path, "-n", 8)
+    (tmp_path / "demo.json").write_text('{"spectra": 11, "steps": null}')
+    status, _, err = command("demo", "-o", tmp_path, "-n", 12)
     assert status == 1
-    assert_one_sentence(err, "with spectra 8, found one with spectra 7")
+    assert_one_sentence(err, "with spectra 12, found one with spectra 11")
 
 
 def test_force_replaces_a_file_but_no_folder(command, finished_run, tiny, tmp_path, monkeypatch):

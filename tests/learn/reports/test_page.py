@@ -5,6 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from learn.baselines.array_ceiling import CEILING
+from learn.comparison.experiment import row_name
 from learn.reports.comparison_report import write_ablation
 from learn.reports.figures import draw_ssim_distribution
 from learn.reports.page import SCORE_COLUMNS, write_page
@@ -29,7 +30,10 @@ def test_markup_in_names_is_text(tmp_path):
 
 @pytest.mark.parametrize("name", ["$\\frac{$", "_mine", "a\x1b\nb"])
 def test_methods_of_any_name_are_drawn(name, tmp_path):
-    row = {"label": name, "ssim_median": 0.5, "ssim_spread": 0.1}
-    write_ablation(SimpleNamespace(averages=lambda: [row, row]), tmp_path)
+    row = {"label": name, "ssim_median": 0.5, "ssim_spread": 0.1, "seed": 0, "train_size": None}
+    (tmp_path / "runs" / row_name(row) / "logs" / "version_0").mkdir(parents=True)
+    log = tmp_path / "runs" / row_name(row) / "logs" / "version_0" / "metrics.csv"
+    log.write_text("step,validation_ssim\n99,0.5\n")
+    write_ablation(SimpleNamespace(averages=lambda: [row, row], rows=[row], folder=tmp_path), tmp_path)
     draw_ssim_distribution({name: [0.1, 0.5], CEILING: [0.5, 0.9]}, tmp_path / "ssim.png")
     assert (tmp_path / "ablation.pdf").exists() and (tmp_path / "ssim.pdf").exists()

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from learn.comparison.experiment import Experiment, Settings
+from learn.comparison.experiment import Experiment, Settings, begun
 from learn.training.config import read_config
 from scenes.errors import InputError
 from tests import hostile_files as hostile
@@ -55,12 +55,17 @@ def test_settings_are_complete(tmp_path, key):
         read_config(write(tmp_path, "config.json", {k: v for k, v in CONFIG.items() if k != key}))
 
 
+def begin_again(folder, dataset):
+    with begun(dataset, "blocked", folder, minutes=5.0):
+        pass
+
+
 @pytest.mark.parametrize("kind", hostile.SPECIAL)
 @pytest.mark.parametrize("name", ["config.json", "protocol.json"])
 def test_what_is_no_ordinary_file_is_not_opened(tmp_path, tiny, kind, name):
     hostile.SPECIAL[kind](tmp_path / name)
     with pytest.raises(InputError, match=f"{name}: expected the settings"):
-        read_config(tmp_path) if name == "config.json" else Experiment(tmp_path, tiny, SETTINGS)
+        read_config(tmp_path) if name == "config.json" else begin_again(tmp_path, tiny)
 
 
 SETTINGS = Settings("/data/room", "blocked", 0, 5.0, None, "1 CPU threads")
@@ -80,7 +85,7 @@ ROW = {"label": "nearest", "seed": 0, "train_size": None, "test": 20, "ssim_medi
 )
 def test_protocols_are_checked(tmp_path, tiny, content, sentence):
     with pytest.raises(InputError, match=f"protocol.json: {sentence}"):
-        Experiment(write(tmp_path, "protocol.json", content), tiny, SETTINGS)
+        begin_again(write(tmp_path, "protocol.json", content), tiny)
 
 
 @pytest.mark.parametrize(

@@ -150,7 +150,10 @@ SPLITS: dict[str, corpus.Case] = {
     "long number": (corpus.content("1" * 10**5), "100000 digits"),
     "list": (corpus.content("[]"), "[]"),
     "no validation": (corpus.content('{"train": [], "test": []}'), "the key validation"),
-    "one name": (corpus.content('{"train": "00001", "validation": [], "test": []}'), "train: expected a list, found '00001'"),
+    "one name": (
+        corpus.content('{"train": "00001", "validation": [], "test": []}'),
+        "train: expected a list, found '00001'",
+    ),
     "numbers": (corpus.content('{"train": [1, 2], "validation": [], "test": []}'), "train"),
     "lists": (corpus.content('{"train": [["00001"]], "validation": [], "test": []}'), "train"),
     "unknown": (corpus.content('{"train": ["\\u001b[2J"], "validation": [], "test": []}'), r"'\x1b[2J'"),
