@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import lightning as L
-from lightning.pytorch.callbacks import Callback, EMAWeightAveraging, Timer
+from lightning.pytorch.callbacks import Callback, Timer
 from lightning.pytorch.loggers import CSVLogger, TensorBoardLogger
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
@@ -26,9 +26,6 @@ STEPS_PER_VALIDATION, VALIDATIONS = 100, 15
 """Smallest number of steps between validations, and number of validations of a training with more steps than both
 together. There are at most as many steps per epoch as between validations. Each epoch draws its batches from the whole
 training part."""
-
-AVERAGED = 0.99
-"""Decay per step of the exponential average of the weights; the averaged weights are validated and saved."""
 
 GRADIENT_NORM = 1.0
 """Gradients are clipped to this norm."""
@@ -118,7 +115,7 @@ def train_by_steps(
         check_val_every_n_epoch=epochs_per_validation,
         num_sanity_val_steps=0,
         gradient_clip_val=GRADIENT_NORM,
-        callbacks=[EMAWeightAveraging(decay=AVERAGED), timer, ProgressOnStderr(steps), checkpoints],
+        callbacks=[timer, ProgressOnStderr(steps), checkpoints],
         plugins=[WholeFiles()],
         enable_checkpointing=False,  # Lightning's own; ours is one of the callbacks
         logger=[

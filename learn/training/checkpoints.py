@@ -141,8 +141,6 @@ class WholeFiles(CheckpointIO):
 class Checkpoints(Callback):
     """Keeps the weights of the best validation, and writes a checkpoint at the end of each epoch that was validated.
 
-    It stands behind the callback that averages the weights, and so gets the averaged ones.
-
     Args:
         path: of ``LAST``.
 

@@ -113,7 +113,7 @@ def test_code_in_a_checkpoint_is_not_run(stopped, tiny_config, tmp_path, save):
     assert (tmp_path / "code-was-run").exists(), "the payload must be a real one"
 
 
-@pytest.mark.parametrize("key", ["state_dict", "best", "loops", "optimizer_states", "callbacks", "current_model_state"])
+@pytest.mark.parametrize("key", ["state_dict", "best", "loops", "optimizer_states", "callbacks"])
 @pytest.mark.parametrize("value", [3, [{}]], ids=["number", "list"])
 def test_checkpoint_of_another_training_is_one_sentence(stopped, tiny_config, key, value):
     path = stopped / "checkpoints" / LAST
