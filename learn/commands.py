@@ -149,8 +149,7 @@ def evaluate(run: Positional[Path], dataset: Path | None = None, index: Path | N
     if json:
         print(json_format.dumps(evaluation.metrics(), indent=2))
     else:
-        # Headings may break after a hyphen: a narrow terminal would truncate inverse-distance.
-        columns = {shown_name(name).replace("-", "-\n"): scores.summary() for name, scores in evaluation.scores.items()}
+        columns = {shown_name(name): scores.summary() for name, scores in evaluation.scores.items()}
         print_table(f"{len(evaluation.test)} test spectra", columns)
 
 

@@ -26,7 +26,9 @@ def print_table(title: str, columns: dict[str, dict]) -> None:
     table = Table(title=printable(title))
     table.add_column("", overflow="fold", max_width=WIDEST)
     for name in columns:
-        table.add_column(printable(name.replace("_", " ")), overflow="fold", max_width=WIDEST)
+        # Headings may break after a hyphen: a narrow terminal would truncate inverse-distance.
+        heading = printable(name.replace("_", " ")).replace("-", "-\n")
+        table.add_column(heading, overflow="fold", max_width=WIDEST)
     for row in next(iter(columns.values())):
         values = (column.get(row, "") for column in columns.values())
         table.add_row(printable(row), *map(_cell, values))
