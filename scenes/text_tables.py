@@ -26,8 +26,9 @@ def print_table(title: str, columns: dict[str, dict]) -> None:
     table = Table(title=printable(title))
     table.add_column("", overflow="fold", max_width=WIDEST)
     for name in columns:
-        # Headings may break after a hyphen: a narrow terminal would truncate inverse-distance.
-        heading = printable(name.replace("_", " ")).replace("-", "-\n")
+        heading = printable(name.replace("_", " "))
+        if sys.stdout.isatty():  # a narrow terminal would cut inverse-distance in the middle of a word
+            heading = heading.replace("-", "-\n")
         table.add_column(heading, overflow="fold", max_width=WIDEST)
     for row in next(iter(columns.values())):
         values = (column.get(row, "") for column in columns.values())
