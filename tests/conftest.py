@@ -129,8 +129,11 @@ def keep_screenshot() -> Callable[..., np.ndarray]:
     from PIL import Image
 
     def keep(page, name: str) -> np.ndarray:
+        folder = os.environ.get("BISPLAT_SCREENSHOTS")
+        if folder:
+            page.wait_for_timeout(5000)  # the scene fades in
         shot = page.screenshot(timeout=PATIENCE)
-        if folder := os.environ.get("BISPLAT_SCREENSHOTS"):
+        if folder:
             (Path(folder) / f"{name}.png").write_bytes(shot)
         return np.asarray(Image.open(BytesIO(shot)).convert("RGB"))
 
