@@ -95,6 +95,8 @@ def test_absurd_numbers(command, option, refuse):
         ((*SWEEP.split(), "6", "5"), "--sizes: expected different"),
         ((*TRAIN.split(), "--bypass", "x" * 10_000), "--bypass: "),
         ((*COMPARE.split(), "--models", "x" * 10_000), "--models: "),
+        ((*SWEEP.split(), "--models"), "--models: expected at least one"),
+        ((*ABLATE.split(), "--models"), "--models: expected at least one"),
         ((*COMPARE.split(), "--models", "\x1b[2J:x" * 1000), "--models: "),
         ((*SIMULATE.split(), "--cell", "1"), "--cell: expected none"),
         ((*SIMULATE.split(), "--ray", f"127.0.0.1:{'9' * 1000}"), "--ray: "),

@@ -99,11 +99,13 @@ def makers(models: Models) -> dict[str, Callable[[], Method]]:
         models: as for ``compare``.
 
     Raises:
-        ParameterError: a method is unknown, or has no ``fit``.
+        ParameterError: there is no method, or one is unknown or has no ``fit``.
 
     >>> list(makers(["nearest", "kriging"]))
     ['nearest', 'kriging']
     """
+    if not models:
+        raise ParameterError("models", "expected at least one method, found none")
     if not isinstance(models, Mapping):
         return {f"{name} (reduced)" if is_reduced(name) else name: method_named(name) for name in models}
     return {name: _maker(name, given) for name, given in models.items()}

@@ -1,0 +1,101 @@
+"""The options of every command, and commands on valid files that take one or two of them with other values."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+from collections.abc import Callable
+from typing import Any
+
+from hypothesis import strategies as st
+
+from bisplat import __main__ as program
+from simulate.command import MeasurementOptions, PropagationOptions
+from simulate.conversion import Conversion
+from tests.attack.changes import TEXTS
+from tests.attack.victims import PLACE
+
+COMMANDS: dict[str, tuple[str, tuple[str, ...]]] = {
+    "check": ("data", ("data",)),
+    "convert": ("measured", ("measured",)),
+    "responses": ("measured", ("measured",)),
+    "train": ("data --model mlp-responses --steps 2 --batch-size 2", ("data", "network")),
+    "predict": ("network --positions places.csv", ("data", "network", "places.csv")),
+    "compare": ("data --models nearest", ("data",)),
+    "sweep": ("data --models nearest --sizes 2", ("data",)),
+    "simulate": ("closet -n 3 --engine fullwave --field field", ("field",)),
+    "scene": (f"meshes/wall.ply {PLACE}", ("meshes",)),
+    "evaluate": ("nowhere", ()),
+    "crossvalidate": ("nowhere --scene closet", ()),
+    "engines": ("nowhere", ()),
+    "export": ("nowhere", ()),
+    "ablate": ("nowhere", ()),
+    "demo": ("--spectra 0", ()),
+    "view": ("nowhere", ()),
+}
+"""Of each command: arguments, and the files that these need. Where the work takes long, it has no files to work on."""
+
+WITHOUT_OUTPUT = ("check", "responses", "evaluate", "crossvalidate", "view")
+
+OUTPUTS = (
+    "",
+    "x",
+    "x.npz",
+    "x.png",
+    "a/b",
+    "pipe",
+    "data",
+    "measured",
+    "places.csv",
+    "x" * 300,
+    "\x1b[2J",
+    "[/red]",
+    "é",
+    "*",
+)
+"""Names of outputs; none is outside of the workplace."""
+
+STARTS_PROCESSES = ("workers", "ray", "devices", "nodes", "gpu", "view")
+"""Options whose valid values start other processes, or a server."""
+
+ABSURD = ("", "0", "-1", "nan", "1e9", "9" * 20, "9" * 400, "x", "\x1b[2J", "[]")
+"""Their values here."""
+
+NESTED = {"propagation": PropagationOptions, "measurement": MeasurementOptions, "conversion": Conversion}
+"""Parameters that stand for several options."""
+
+
+def options_of(command: str) -> dict[str, Any]:
+    """Name and type of each option of a command, as its function has them."""
+    named: dict[str, Any] = {}
+    for name, parameter in inspect.signature(getattr(program, command)).parameters.items():
+        fields = dataclasses.fields(NESTED[name]) if name in NESTED else ()
+        named |= {field.name: field.type for field in fields} or {name: parameter.annotation}
+    return named
+
+
+@st.composite
+def command_lines(draw: Callable[[st.SearchStrategy], Any]) -> tuple[str, list[str], str]:
+    """Strategy: command, its arguments with other values of one to three options, and its output."""
+    command = draw(st.sampled_from(sorted(COMMANDS)))
+    arguments = COMMANDS[command][0].split()
+    output = "out.npz" if command == "predict" else "out.onnx" if command == "export" else "out"
+    positional, *_ = known = list(options_of(command))
+    for _ in range(draw(st.integers(1, 3))):
+        name = draw(st.sampled_from(known))
+        option, kind = f"--{name.replace('_', '-')}", str(options_of(command)[name])
+        if name == "output":
+            output = draw(st.sampled_from(OUTPUTS))
+        elif name in STARTS_PROCESSES:
+            arguments.append(f"{option}={draw(st.sampled_from(ABSURD))}")
+        elif name == positional:
+            arguments[0] = draw(st.sampled_from(TEXTS))
+        elif kind.startswith("bool") or name in ("json", "force"):
+            arguments.append(draw(st.sampled_from((option, option.replace("--", "--no-", 1)))))
+        elif "tuple" in kind.lower() or "Triple" in kind:
+            arguments += [option, *draw(st.lists(st.sampled_from(TEXTS), min_size=command == "compare", max_size=3))]
+        else:
+            arguments.append(f"{option}={draw(st.sampled_from(TEXTS))}")
+    if command not in WITHOUT_OUTPUT:
+        arguments.append(f"--output={output}")
+    return command, [each.replace("\0", "") for each in arguments], output

@@ -1,0 +1,32 @@
+"""Files changed at random: a command refuses them in one sentence or takes them, and keeps every promise."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from tests.attack.victims import GROUPS
+
+
+@pytest.mark.parametrize("group", GROUPS)
+def test_valid_files_are_taken(group, workplace):
+    for victim in GROUPS[group]:
+        assert workplace.attack(victim.command.split(), victim.needs, victim.output, lambda folder: None) == "accepted"
+
+
+@pytest.mark.parametrize("group", GROUPS)
+def test_changed_files(group, workplace, tally):
+    def attacks(victim):
+        return st.tuples(st.just(victim), victim.contents(workplace.whole))
+
+    @given(st.sampled_from(GROUPS[group]).flatmap(attacks))
+    def attack(drawn) -> None:
+        victim, make = drawn
+
+        def change(folder) -> None:
+            (folder / victim.file).unlink()
+            make(folder / victim.file)
+
+        tally.attack(victim.command.split(), victim.needs, victim.output, change)
+
+    attack()
+    tally.finish()

@@ -1,0 +1,219 @@
+"""What is attacked: valid files, the command that reads each, and the ways to change each."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from hypothesis import strategies as st
+
+from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.materials import p2040_material
+from scenes.scene_yaml import write_scene
+from scenes.shapes import sheet
+from simulate.dataset_writer import write_positions
+from tests import corpus
+from tests import hostile_files as hostile
+from tests.attack import changes
+
+Ways = tuple[Callable[[bytes], st.SearchStrategy[bytes]], ...]
+
+BYTES: Ways = (changes.damaged,)
+TEXT: Ways = (changes.damaged, changes.reworded, changes.reworded)
+JSON: Ways = (*TEXT, changes.json_of, changes.json_of)
+YAML: Ways = (*TEXT, changes.yaml_of, changes.yaml_of)
+NPZ: Ways = (changes.damaged, changes.npz_of, changes.npz_of)
+TENSORS: Ways = (changes.damaged, changes.safetensors_of, changes.safetensors_of)
+
+PLACE = "--gateway 0.5 0.5 1 --boresight 1 0 0 --region-min 1 0.2 0.5 --region-max 2 0.8 0.9 --default-material wood"
+
+
+@dataclass(frozen=True)
+class Victim:
+    """A file, and a command that reads it.
+
+    Attributes:
+        file: its path in the workplace.
+        command: arguments of ``bisplat``; the workplace is the current folder.
+        ways: strategies that make another content from the valid one.
+        needs: files and folders of the workplace that the command takes.
+        output: files and folders that the command may write.
+    """
+
+    file: str
+    command: str
+    ways: Ways
+    needs: tuple[str, ...]
+    output: tuple[str, ...] = ("out",)
+
+    def contents(self, whole: Path) -> st.SearchStrategy[Callable[[Path], object]]:
+        """Strategy: a function that makes the changed file at a path.
+
+        Args:
+            whole: folder with all valid files.
+        """
+        valid = (whole / self.file).read_bytes()
+        changed = st.one_of([way(valid) for way in self.ways]).map(corpus.content)
+        special = st.sampled_from([make for make, _ in corpus.ANY_FILE.values()])
+        return st.integers(0, 9).flatmap(lambda number: changed if number else special)
+
+
+def _of(folder: str, files: Iterable[tuple[str, Ways]], command: str, **others) -> tuple[Victim, ...]:
+    needs = others.pop("needs", (folder,))
+    return tuple(Victim(f"{folder}/{file}", command, ways, needs, **others) for file, ways in files)
+
+
+DATASETS = (
+    *_of(
+        "data",
+        [
+            ("metadata.json", JSON),
+            ("gateway_info.yml", YAML),
+            ("tx_pos.csv", TEXT),
+            ("train_index.txt", TEXT),
+            ("channels.npz", NPZ),
+            ("spectrum/00003.png", BYTES),
+        ],
+        "check data",
+        output=(),
+    ),
+    *_of("measured", [("gateway_info.yml", YAML), ("spectrum/00003.png", BYTES)], "check measured", output=()),
+)
+
+FOREIGN = _of(
+    "measured",
+    [("gateway_info.yml", YAML), ("tx_pos.csv", TEXT), ("test_index.txt", TEXT), ("spectrum/00002.png", BYTES)],
+    "convert measured -o out",
+)
+
+RUNS = (
+    *_of(
+        "network",
+        [("config.json", JSON), ("split.json", JSON), ("training.json", JSON), ("weights.safetensors", TENSORS)],
+        "predict network --positions places.csv -o out.npz",
+        needs=("data", "network", "places.csv"),
+        output=("out.npz",),
+    ),
+    *_of(
+        "kriged",
+        [("config.json", JSON), ("weights.safetensors", TENSORS)],
+        "predict kriged --positions places.csv -o out.npz",
+        needs=("data", "kriged", "places.csv"),
+        output=("out.npz",),
+    ),
+    Victim(
+        "places.csv",
+        "predict kriged --positions places.csv -o out.npz",
+        TEXT,
+        ("data", "kriged", "places.csv"),
+        ("out.npz",),
+    ),
+)
+
+RESUMED = (
+    *_of(
+        "begun",
+        [("config.json", JSON), ("split.json", JSON), ("checkpoints/last.ckpt", BYTES)],
+        "train data -o begun --model mlp-responses --steps 4 --batch-size 2",
+        needs=("data", "begun"),
+        output=("begun",),
+    ),
+    *_of(
+        "compared",
+        [("protocol.json", JSON), ("results.jsonl", TEXT), ("per_sample/nearest-0.csv", TEXT)],
+        "compare data -o compared --models nearest inverse-distance",
+        needs=("data", "compared"),
+        output=("compared",),
+    ),
+)
+
+SCENES = (
+    *_of(
+        "room",
+        [("scene.yaml", YAML), ("meshes/wall.ply", BYTES)],
+        "scene room/scene.yaml -o out.png",
+        output=("out.png",),
+    ),
+    *_of("xml", [("room.xml", TEXT), ("wall.obj", TEXT)], f"scene xml/room.xml -o out {PLACE}"),
+)
+
+MESHES = tuple(
+    victim
+    for name, ways in {
+        "wall.ply": BYTES,
+        "text.ply": TEXT,
+        "wall.stl": BYTES,
+        "wall.obj": TEXT,
+        "wall.off": TEXT,
+        "wall.gltf": JSON,
+        "wall.glb": BYTES,
+    }.items()
+    for victim in _of("meshes", [(name, ways)], f"scene meshes/{name} -o out {PLACE}")
+)
+
+FIELDS = _of(
+    "field",
+    [("metadata.json", JSON), ("field.npz", NPZ)],
+    "simulate closet -n 3 -o out --engine fullwave --field field",
+)
+
+GROUPS = {
+    "datasets": DATASETS,
+    "foreign folders": FOREIGN,
+    "runs": RUNS,
+    "runs and comparisons begun": RESUMED,
+    "scenes": SCENES,
+    "meshes": MESHES,
+    "full-wave fields": FIELDS,
+}
+"""Each group gets as many attacks as any other."""
+
+
+def nook() -> Scene:
+    """Floor and a wall: drawn at once."""
+    concrete = p2040_material("concrete", 915e6)
+    return Scene(
+        name="nook",
+        frequency=915e6,
+        gateway=Gateway((0.3, 1.5, 1.4), facing((1, 0, 0))),
+        transmitter=Transmitter((1.2, 0.8, 0.9), (2.6, 2.2, 1.6)),
+        objects=(
+            SceneObject("floor", sheet((0, 0, 0), (3, 0, 0), (0, 3, 0)), "concrete"),
+            SceneObject("wall", sheet((0, 3, 0), (3, 0, 0), (0, 0, 2.4)), "concrete"),
+        ),
+        materials={"concrete": concrete},
+    )
+
+
+def make_files(folder: Path, field: Path) -> None:
+    """Write the valid files that need no command of ours.
+
+    Args:
+        folder: the workplace.
+        field: folder of a field of the closet.
+    """
+    corners = np.array(hostile.CORNERS)
+    write_positions(folder / "places.csv", np.array([[1.5, 1.0, 1.2], [1.7, 1.1, 1.0]]))
+    write_scene(nook(), folder / "room")
+    (folder / "xml").mkdir()
+    mesh = '<string name="filename" value="wall.obj"/><bsdf type="diffuse" id="mat-itu_wood"/>'
+    turned = hostile.to_world('<rotate x="1" angle="90"/><translate value="0, 2, 0"/>')
+    (folder / "xml" / "room.xml").write_text(
+        hostile.xml(hostile.rectangle(turned), f'<shape type="obj" id="board">{mesh}</shape>')
+    )
+    (folder / "xml" / "wall.obj").write_bytes(hostile.obj())
+    (folder / "meshes").mkdir()
+    for name, content in {
+        "wall.ply": hostile.ply(corners),
+        "text.ply": hostile.ply(corners.tolist(), binary=False),
+        "wall.stl": hostile.stl(),
+        "wall.obj": hostile.obj(),
+        "wall.off": hostile.off(),
+        "wall.gltf": hostile.gltf_bytes(),
+        "wall.glb": hostile.glb(hostile.gltf_bytes()),
+    }.items():
+        (folder / "meshes" / name).write_bytes(content)
+    shutil.copytree(field, folder / "field")

@@ -1,0 +1,122 @@
+"""The folder in which the commands run: valid files, made once, put back before each attack, and looked at after it."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from scenes.folder_lock import LOCK
+from tests.attack.fork_server import LONGEST, MOST_MEMORY, Ended, ForkServer
+from tests.attack.victims import make_files
+
+VALID = (
+    "simulate closet -n 8 -o data --engine fullwave --field field",
+    "train data -o kriged",
+    "train data -o network --model mlp-responses --steps 2 --batch-size 2",
+    "train data -o begun --model mlp-responses --steps 4 --batch-size 2",
+    "compare data -o compared --models nearest",
+)
+"""Commands that make the other valid files."""
+
+SIMULATED = ("metadata.json", "channels.npz", "field.npz", "scene")
+"""Files of a dataset that a measured one does not have."""
+
+
+class Workplace:
+    """Valid files, and a folder in which they are changed and read.
+
+    Args:
+        folder: a folder, in which the commands have "temporary" as TMPDIR.
+        server: runs the commands.
+        field: folder of a field of the closet.
+    """
+
+    def __init__(self, folder: Path, server: ForkServer, field: Path) -> None:
+        self.whole, self.here, self.temporary = (
+            folder / "whole",
+            folder / "here",
+            folder / "temporary",
+        )  # TMPDIR of the commands
+        self._server = server
+        self.here.mkdir()  # run folders hold the path of their dataset
+        make_files(self.here, field)
+        for command in VALID:
+            ended = server.run(command.split(), self.here)
+            assert ended.status == 0, ended.said
+        shutil.copytree(self.here / "data", self.here / "measured", ignore=shutil.ignore_patterns(*SIMULATED))
+        for name in ("weights.safetensors", "training.json"):
+            (self.here / "begun" / name).unlink()
+        shutil.copytree(self.here, self.whole)
+
+    def attack(
+        self, command: list[str], needs: tuple[str, ...], output: tuple[str, ...], change: Callable[[Path], object]
+    ) -> str:
+        """Run a command on changed files.
+
+        Args:
+            command: arguments of ``bisplat``.
+            needs: files and folders that are put into the folder first.
+            output: files and folders that the command may write.
+            change: changes files in the folder.
+
+        Returns:
+            "refused" or "accepted".
+
+        Raises:
+            AssertionError: a promise was broken; the message says which.
+        """
+        shutil.rmtree(self.here)
+        self.here.mkdir()
+        for name in needs:
+            source = self.whole / name
+            (shutil.copytree if source.is_dir() else shutil.copy)(source, self.here / name)
+        change(self.here)
+        before, temporary = self._seen(output), set(self.temporary.iterdir())
+        ended = self._server.run(command, self.here)
+        story = f"{' '.join(command)[:300]}: {ended}"
+        assert not ended.hung, f"hung for {LONGEST:g} s: {story}"
+        assert ended.megabytes < MOST_MEMORY, f"took too much memory: {story}"
+        assert ended.status in (0, 1, 2), f"ended with another status: {story}"
+        assert "Traceback" not in ended.said and "Warning" not in ended.said, f"said more than a sentence: {story}"
+        assert all(line.isprintable() for line in ended.said.splitlines()), f"control characters: {story}"
+        assert self._seen(output) == before, f"wrote outside of its output: {story}"
+        new = {path.name for path in self.temporary.iterdir() if path not in temporary}
+        assert not new, f"left temporary files {new}: {story}"
+        left = [path.name for path in self.here.rglob("*") if path.name == LOCK or path.suffix == ".tmp"]
+        assert not left, f"left {left}: {story}"
+        if ended.status == 0:
+            if command[0] == "predict":
+                self._check_predictions(*output, story)
+            return "accepted"
+        self._check_sentence(command, ended, story)
+        return "refused"
+
+    def _seen(self, output: tuple[str, ...]) -> dict[str, object]:
+        """What is in the folder apart from the output; and, where files are huge or no files, what they are."""
+        seen: dict[str, object] = {}
+        for path in sorted(self.here.rglob("*")):
+            name = str(path.relative_to(self.here))
+            if name.split("/")[0] in output:
+                continue
+            state = path.lstat()
+            small = path.is_file() and not path.is_symlink() and state.st_size < 10**8
+            seen[name] = path.read_bytes() if small else (state.st_mode, state.st_size, state.st_ino)
+        return seen
+
+    def _check_predictions(self, output: str, story: str) -> None:
+        arrays = np.load(self.here / output)
+        assert all(np.isfinite(arrays[each]).all() for each in arrays), f"predicted no numbers: {story}"
+
+    def _check_sentence(self, command: list[str], ended: Ended, story: str) -> None:
+        if ended.status == 2:  # of the parser of the command line
+            assert "For full helptext" in ended.said, f"no sentence: {story}"
+            return
+        if command[0] == "check":  # its sentences are on stdout
+            return
+        said = [line for line in ended.said.splitlines() if line.startswith("bisplat: ")]
+        refusals = [line for line in said if not line.startswith("bisplat: warning: ")]
+        assert refusals and ended.said.splitlines()[-1] == refusals[-1], f"no sentence: {story}"
+        assert len(refusals[-1]) < 1000, f"a long sentence: {story}"
