@@ -1,9 +1,9 @@
-# `make demo` and `make test` each do all the set-up they need, in .venv, on a fresh machine with Python 3.11.
+# `make demo`, `make test` and `make attack` (an hour) each do all the set-up they need, in .venv, on a fresh machine with Python 3.11.
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV   := .venv
 BIN    := $(VENV)/bin
 
-.PHONY: demo test setup clean
+.PHONY: demo test attack setup clean
 
 demo: setup
 	$(BIN)/bisplat demo
@@ -13,6 +13,10 @@ test: setup
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadscope
+
+attack: setup
+	mkdir -p runs
+	$(BIN)/python benchmarks/attack.py --json > runs/attack.json
 
 setup: $(VENV)/.ready
 

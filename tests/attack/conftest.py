@@ -22,7 +22,7 @@ FIELD = Path(__file__).parents[1] / "data" / "closet"
 
 OUTCOMES = ("refused", "accepted", "failed")
 
-EXAMPLES = int(os.environ.get("BISPLAT_ATTACKS", "200"))
+EXAMPLES = int(os.environ.get("BISPLAT_ATTACKS", "25"))
 """Number of attacks of each group."""
 
 settings.register_profile(

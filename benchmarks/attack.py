@@ -1,0 +1,60 @@
+"""Do the commands keep their promises whatever their files and options are?
+
+python benchmarks/attack.py --json
+
+Runs tests/attack with many more changed inputs than ``make test`` has, and the tests that kill commands or read hostile
+files. Measured: the number of inputs that were tried, refused and accepted, and that broke a promise, by kind of input.
+The output of pytest goes to stderr, and its exit status is that of the benchmark.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+from report.printing import print_figures
+
+ATTACK = "tests/attack"
+
+OTHERS = (
+    *("tests/learn/test_killed.py", "tests/simulate/test_generate.py", "tests/simulate/test_hostile_files.py"),
+    *("tests/scenes/test_hostile_meshes.py", "tests/scenes/test_json_and_yaml.py", "tests/test_options.py"),
+    *("tests/learn/training/test_damaged_runs.py", "tests/scenes/test_page.py", "tests/learn/view/test_tabs.py"),
+)
+
+
+def main(
+    examples: int = 2000,
+    kills: int = 10,
+    smallest: bool = False,
+    json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
+) -> None:
+    """Attack the commands.
+
+    Args:
+        examples: number of changed inputs of each kind.
+        kills: number of times that each long command is killed.
+        smallest: a run that shows that the benchmark works; its figures mean nothing.
+        json_output: print one JSON object.
+    """
+    tests = [f"{ATTACK}/test_option_values.py"] if smallest else [ATTACK, *OTHERS]
+    with tempfile.TemporaryDirectory() as folder:
+        table = Path(folder) / "attack.json"
+        numbers = {"BISPLAT_ATTACKS": str(2 if smallest else examples), "BISPLAT_KILLS": str(kills)}
+        environment = os.environ | numbers | {"BISPLAT_ATTACK_TABLE": str(table)}
+        environment |= {"OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1"}
+        command = [sys.executable, "-m", "pytest", "-n", "2", "--dist", "worksteal", *tests]
+        status = subprocess.run(command, env=environment, stdout=sys.stderr).returncode
+        if table.exists():
+            print_figures(json.loads(table.read_text()), json_output, smallest)
+    raise SystemExit(status)
+
+
+if __name__ == "__main__":
+    tyro.cli(main)

@@ -1,0 +1,96 @@
+"""How long and how much memory do commands take on what is large?
+
+python benchmarks/large.py --json
+
+Measured: seconds and peak memory (GB) of ``bisplat check`` and ``bisplat train`` (the default model) on 50,000 spectra
+of the closet in full wave, and of ``bisplat scene`` on STL files of a wavy ground: one of as many triangles as a scene
+may have, and one of 5 million, which is refused. The dataset is kept in a folder, in which the next run finds it.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import tyro
+from report.printing import print_figures
+
+from scenes.description import MOST_TRIANGLES
+
+PLACE = "--gateway 15 15 9 --boresight 1 0 0 --region-min 20 10 4 --region-max 25 20 5 --default-material concrete"
+
+
+def measured(*arguments: str, status: int = 0) -> dict[str, float]:
+    """Seconds and peak memory of a command, from its start to its end.
+
+    Args:
+        arguments: of ``bisplat``.
+        status: the exit status that it must have.
+    """
+    began = time.perf_counter()
+    with tempfile.TemporaryFile() as said:
+        process = subprocess.Popen([sys.executable, "-m", "bisplat", *arguments], stdout=said, stderr=said)
+        _, code, usage = os.wait4(process.pid, 0)
+        seconds = time.perf_counter() - began
+        process.returncode = os.waitstatus_to_exitcode(code)
+        said.seek(0)
+        if process.returncode != status:
+            raise RuntimeError(f"{' '.join(arguments)}: {said.read().decode()}")
+    return {"seconds": round(seconds, 1), "peak_gb": round(usage.ru_maxrss * 1024 / 1e9, 2)}
+
+
+def write_ground(path: Path, triangles: int) -> None:
+    """Write a binary STL file of a wavy ground of 30 × 30 m."""
+    side = int(np.ceil(np.sqrt(triangles / 2)))
+    along = np.linspace(0, 30, side + 1, dtype=np.float32)
+    x, y = np.meshgrid(along, along, indexing="ij")
+    points = np.stack([x, y, np.sin(x) * np.sin(y)], axis=-1)
+    a, b, c, d = points[:-1, :-1], points[1:, :-1], points[1:, 1:], points[:-1, 1:]
+    corners = np.stack([np.stack([a, b, c], axis=2), np.stack([a, c, d], axis=2)], axis=2).reshape(-1, 9)[:triangles]
+    records = np.zeros(len(corners), [("normal", "<f4", 3), ("corners", "<f4", 9), ("none", "<u2")])
+    records["corners"] = corners
+    path.write_bytes(bytes(80) + np.uint32(len(records)).tobytes() + records.tobytes())
+
+
+def main(
+    folder: Path = Path("runs/large"),
+    spectra: int = 50_000,
+    smallest: bool = False,
+    json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
+) -> None:
+    """Measure what large datasets and meshes take.
+
+    Args:
+        folder: for the dataset; what else is written is removed.
+        spectra: size of the dataset.
+        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        json_output: print one JSON object.
+    """
+    least, most = MOST_TRIANGLES, 5_000_000
+    with tempfile.TemporaryDirectory() as temporary:
+        work = Path(temporary)
+        if smallest:
+            folder, spectra, least = work / "large", 10, 200
+        dataset = str(folder / "dataset")
+        simulate = ["simulate", "closet", "-n", str(spectra), "-o", dataset, "--engine", "fullwave"]
+        measured(*simulate, "--field", "tests/data/closet")
+        figures = {f"bisplat check, {spectra} spectra": measured("check", dataset)}
+        figures[f"bisplat train, {spectra} spectra"] = measured("train", dataset, "-o", str(work / "run"))
+        shutil.rmtree(work / "run")
+        for triangles, status in ((least, 0), (most, 1)):
+            write_ground(work / "ground.stl", triangles)
+            command = ["scene", str(work / "ground.stl"), "-o", str(work / "scene"), *PLACE.split()]
+            found = "imported and drawn" if status == 0 else "refused"
+            figures[f"bisplat scene, {triangles} triangles, {found}"] = measured(*command, status=status)
+    print_figures(figures, json_output, smallest)
+
+
+if __name__ == "__main__":
+    tyro.cli(main)
