@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import datetime
 import json
 import os
@@ -11,7 +10,6 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
-from io import StringIO
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -20,6 +18,7 @@ from jaxtyping import Float, Int
 from msgspec import Meta, Struct
 
 from learn.baselines.array_ceiling import CEILING, SAMPLES, array_ceiling
+from learn.comparison.scores_file import write_scores
 from learn.comparison.task import Method, Task
 from learn.metrics import Scores, score
 from learn.output_folder import claimed
@@ -192,13 +191,8 @@ class Experiment:
 
     def _keep(self, key: dict[str, Any], test: Int[np.ndarray, " K"], scores: Scores, cost: dict[str, Any]) -> None:
         """Write the scores of each test spectrum to per_sample/, then the row to results.jsonl."""
-        text = StringIO()
-        writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(["name", "ssim", "psnr_db", "mae", "aoa_error_deg"])
-        columns = (scores.ssim, scores.psnr, scores.mae, scores.aoa_error)
-        for index, *values in zip(test, *columns, strict=True):
-            writer.writerow([self.dataset.names[index], *(f"{value:.6f}" for value in values)])
-        write_atomically(self.folder / "per_sample" / f"{row_name(key)}.csv", text.getvalue().encode())
+        names = [self.dataset.names[index] for index in test]
+        write_scores(self.folder / "per_sample" / f"{row_name(key)}.csv", names, scores)
         row = {**key, "test": len(test), **scores.summary(), **cost, "date": datetime.date.today().isoformat()}
         path = self.folder / "results.jsonl"
         lines = [json.dumps(each) for each in (*self.rows, row)]

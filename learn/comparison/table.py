@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
@@ -14,6 +13,7 @@ from jaxtyping import Float
 
 from learn.baselines.array_ceiling import CEILING, shown_name
 from learn.comparison.experiment import Experiment, Settings, row_name, summary
+from learn.comparison.scores_file import read_scores
 
 HEADINGS = {
     "ssim_median": "SSIM",
@@ -89,11 +89,9 @@ class Comparison:
             row: one of ``rows``.
 
         Raises:
-            OSError: the row's file in ``folder`` does not exist any more.
+            InputError: the row's file in ``folder`` is gone or damaged.
         """
-        with (self.folder / "per_sample" / f"{row_name(row)}.csv").open(newline="") as file:
-            table = list(csv.DictReader(file))
-        return {column: np.array([float(line[column]) for line in table]) for column in table[0] if column != "name"}
+        return read_scores(self.folder / "per_sample" / f"{row_name(row)}.csv")
 
     def remark(self) -> str | None:
         """A sentence about models whose budget was too short for more than a few steps; None: there are none.

@@ -1,0 +1,64 @@
+"""Scores of each test spectrum of one row of a comparison, as a CSV in per_sample/."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from learn.metrics import Scores
+from scenes.atomic import write_atomically
+from scenes.errors import InputError, shown
+from scenes.input_file import MEGABYTE, read_text
+
+COLUMNS = ("ssim", "psnr_db", "mae", "aoa_error_deg")
+"""After the column ``name``, of the spectrum."""
+
+LARGEST = 100 * MEGABYTE
+"""Bytes of the file: a hundred for each of a million spectra."""
+
+
+def write_scores(path: Path, names: Sequence[str], scores: Scores) -> None:
+    """Write the scores of K spectra.
+
+    Args:
+        path: the CSV.
+        names: names of the K spectra.
+        scores: their scores.
+    """
+    columns = zip(scores.ssim, scores.psnr, scores.mae, scores.aoa_error, strict=True)
+    lines = [f"{name}," + ",".join(f"{value:.6f}" for value in row) for name, row in zip(names, columns, strict=True)]
+    write_atomically(path, "\n".join([",".join(["name", *COLUMNS]), *lines, ""]).encode())
+
+
+def read_scores(path: Path) -> dict[str, Float[np.ndarray, " K"]]:
+    """Read what ``write_scores`` wrote: the scores of K spectra, by ``COLUMNS``.
+
+    Raises:
+        InputError: no regular file, no such CSV, or a score that is no number; the message names file and line.
+    """
+    expected = "the scores of each test spectrum"
+    lines = read_text(path, expected, LARGEST).splitlines()
+    header = ",".join(["name", *COLUMNS])
+    if lines[:1] != [header]:
+        raise InputError(f"{path}, line 1: expected the header {header}, found {shown(''.join(lines[:1]))}")
+    values = [_numbers(line) for line in lines[1:]]
+    if None in values:
+        number = values.index(None) + 1
+        found = shown(lines[number])
+        raise InputError(f"{path}, line {number + 1}: expected a name and {len(COLUMNS)} finite numbers, found {found}")
+    if not values:
+        raise InputError(f"{path}: expected {expected}, found none")
+    return dict(zip(COLUMNS, np.array(values).T, strict=True))
+
+
+def _numbers(line: str) -> list[float] | None:
+    """The numbers of a line; None: it has others, or another number of them."""
+    _, *texts = line.split(",")
+    try:
+        values = [float(text) for text in texts]
+    except ValueError:
+        return None
+    return values if len(values) == len(COLUMNS) and np.isfinite(values).all() else None
