@@ -20,7 +20,7 @@ from scenes.input_file import MEGABYTE, read_bytes, read_text
 from scenes.new_folder import new_folder
 from simulate.angular_grid import COLUMNS, ROWS, AngularGrid
 from simulate.conversion import Conversion
-from simulate.dataset_reader import LARGEST_INDEX
+from simulate.dataset_reader import LARGEST_INDEX, read_gateway
 from simulate.dataset_writer import encode_picture, write_index, write_metadata, write_positions
 from simulate.evenly import evenly
 from simulate.generate import progress_bar
@@ -60,11 +60,21 @@ def convert(source: Path, output: Path, conversion: Conversion = Conversion()) -
         return _convert(source, unfinished, conversion)
 
 
+def _gateway(path: Path) -> bytes:
+    """The content of a gateway_info.yml, which is copied as it is, with the keys that only its program knows."""
+    content = read_bytes(path, "the gateway's position and orientation", MEGABYTE)
+    problems: list[str] = []
+    read_gateway(path, problems)
+    if problems:
+        raise InputError(problems[0])
+    return content
+
+
 def _convert(source: Path, output: Path, conversion: Conversion) -> list[str]:
     """Convert into an empty folder."""
     if (source / "metadata.json").exists():
         raise InputError(f"{source}: expected the folder of another program, found one with our metadata.json")
-    gateway = read_bytes(source / "gateway_info.yml", "the gateway's position and orientation", MEGABYTE)
+    gateway = _gateway(source / "gateway_info.yml")
     positions = read_points(source / "tx_pos.csv")
     files = picture_files(source / "spectrum")
     said = ["numbered the pictures from 1 instead of 0"] if int(files[0].stem) == 0 else []

@@ -90,6 +90,9 @@ class Workplace:
         if ended.status == 0:
             if command[0] == "predict":
                 self._check_predictions(*output, story)
+            if command[0] == "convert":
+                checked = self._server.run(["check", *output], self.here)
+                assert checked.status == 0, f"converted to no dataset: {story}: {checked}"
             return "accepted"
         self._check_sentence(command, ended, story)
         return "refused"
