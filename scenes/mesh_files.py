@@ -140,15 +140,20 @@ def _reason(error: Exception) -> str:
 
 
 def require_corners(mesh: Trimesh, label: str) -> None:
-    """Refuse triangles of vertices that are not there.
+    """Refuse triangles of vertices that are not there, and vertices of fewer than three coordinates.
 
     Args:
         mesh: any mesh.
         label: the start of the message.
 
     Raises:
-        InputError: the index of a corner is negative or larger than the last vertex's.
+        InputError: the index of a corner is negative or larger than the last vertex's, or a vertex is none.
     """
+    if mesh.vertices.shape[1:] != (3,):
+        raise InputError(
+            f"{label}: expected vertices of three coordinates, found {mesh.vertices.shape[1]}: "
+            f"{mesh.vertices[0].tolist()}"
+        )
     outside = (mesh.faces < 0) | (mesh.faces >= len(mesh.vertices))
     if outside.any():
         row, column = np.argwhere(outside)[0]

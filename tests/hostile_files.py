@@ -179,6 +179,7 @@ MESHES = {
     "nan.obj": (obj([*CORNERS[:2], ("nan", 0, 0)]), r"found \[nan, 0.0, 0.0\]"),
     "outside.obj": (obj(face="1 2 9"), "not a readable OBJ file"),
     "negative.obj": (obj(face="1 2 -9"), "not a readable OBJ file"),
+    "flat.obj": (b"v 0 0\nv 1 0\nv 0 1\nf 1 2 3\n", r"expected vertices of three coordinates, found 2: \[0.0, 0.0\]"),
     "words.obj": (obj(face="a b c"), "not a readable OBJ file|holds no triangles"),
     "empty.obj": (b"", "not a readable OBJ file|holds no triangles"),
     "nan.off": (off([*CORNERS[:2], ("nan", 0, 0)]), r"found \[nan, 0.0, 0.0\]"),

@@ -34,9 +34,9 @@ MODULES = (
     *("torch", "trimesh", "lightning.pytorch", "matplotlib.pyplot", "bisplat.__main__", "learn.training.train"),
     *("learn.comparison.compare", "learn.evaluation.check", "learn.evaluation.evaluate", "scenes.drawing"),
     *("learn.reports.comparison_report", "learn.reports.evaluation_report", "scenes.mesh_import", "simulate.generate"),
-    *("simulate.convert", "simulate.retrieval"),
+    *("simulate.convert", "simulate.retrieval", "simulate.trace"),
 )
-"""What the commands import when they need it; but not the ray tracer, whose threads no fork survives."""
+"""What the commands import when they need it."""
 
 
 @dataclass(frozen=True)
@@ -150,7 +150,6 @@ def _import_everything() -> None:
     for module in MODULES:
         importlib.import_module(module)
     torch.set_num_threads(1)
-    assert not any(name.startswith("drjit") for name in sys.modules)
 
 
 def serve() -> None:

@@ -10,7 +10,7 @@ from tests.attack.victims import GROUPS
 @pytest.mark.parametrize("group", GROUPS)
 def test_valid_files_are_taken(group, workplace):
     for victim in GROUPS[group]:
-        assert workplace.attack(victim.command.split(), victim.needs, victim.output, lambda folder: None) == "accepted"
+        assert workplace.attack(victim, lambda folder: None) == "accepted"
 
 
 @pytest.mark.parametrize("group", GROUPS)
@@ -26,7 +26,7 @@ def test_changed_files(group, workplace, tally):
             (folder / victim.file).unlink()
             make(folder / victim.file)
 
-        tally.attack(victim.command.split(), victim.needs, victim.output, change)
+        tally.attack(victim, change)
 
     attack()
     tally.finish()

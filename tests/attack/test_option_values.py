@@ -1,12 +1,14 @@
 """Options with values drawn at random: a command refuses them or takes them, and keeps every promise."""
 
 import os
+import shlex
 
 import pytest
 from hypothesis import given
 
 from bisplat import __main__ as program
 from tests.attack.options import COMMANDS, command_lines, options_of
+from tests.attack.victims import Victim
 
 
 def test_every_command_is_attacked():
@@ -23,7 +25,8 @@ def test_other_values(group, workplace, tally):
         command, arguments, output = drawn
         needs = COMMANDS[command][1]
         place = "measured" if command == "responses" else output.split("/")[0]
-        tally.attack([command, *arguments], needs, (place,), lambda folder: os.mkfifo(folder / "pipe"))
+        victim = Victim("", shlex.join([command, *arguments]), (), needs, (place,))
+        tally.attack(victim, lambda folder: os.mkfifo(folder / "pipe"))
 
     attack()
     tally.finish()

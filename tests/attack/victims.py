@@ -41,6 +41,7 @@ class Victim:
         ways: strategies that make another content from the valid one.
         needs: files and folders of the workplace that the command takes.
         output: files and folders that the command may write.
+        then: another command that reads the file, where the first one took it; None: there is none.
     """
 
     file: str
@@ -48,6 +49,7 @@ class Victim:
     ways: Ways
     needs: tuple[str, ...]
     output: tuple[str, ...] = ("out",)
+    then: str | None = None
 
     def contents(self, whole: Path) -> st.SearchStrategy[Callable[[Path], object]]:
         """Strategy: a function that makes the changed file at a path.
@@ -87,6 +89,7 @@ FOREIGN = _of(
     "measured",
     [("gateway_info.yml", YAML), ("tx_pos.csv", TEXT), ("test_index.txt", TEXT), ("spectrum/00002.png", BYTES)],
     "convert measured -o out",
+    then="check out",
 )
 
 RUNS = (
@@ -135,7 +138,8 @@ SCENES = (
         "room",
         [("scene.yaml", YAML), ("meshes/wall.ply", BYTES)],
         "scene room/scene.yaml -o out.png",
-        output=("out.png",),
+        output=("out.png", "traced"),
+        then="simulate room/scene.yaml -n 2 -o traced --max-depth 2 --rays 1000",
     ),
     *_of("xml", [("room.xml", TEXT), ("wall.obj", TEXT)], f"scene xml/room.xml -o out {PLACE}"),
 )

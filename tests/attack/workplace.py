@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import shutil
 from collections.abc import Callable
 from pathlib import Path
@@ -10,7 +11,7 @@ import numpy as np
 
 from scenes.folder_lock import LOCK
 from tests.attack.fork_server import LONGEST, MOST_MEMORY, Ended, ForkServer
-from tests.attack.victims import make_files
+from tests.attack.victims import Victim, make_files
 
 VALID = (
     "simulate closet -n 8 -o data --engine fullwave --field field",
@@ -51,51 +52,52 @@ class Workplace:
             (self.here / "begun" / name).unlink()
         shutil.copytree(self.here, self.whole)
 
-    def attack(
-        self, command: list[str], needs: tuple[str, ...], output: tuple[str, ...], change: Callable[[Path], object]
-    ) -> str:
-        """Run a command on changed files.
+    def attack(self, victim: Victim, change: Callable[[Path], object]) -> str:
+        """Run a command on changed files, and another one where the first took them.
 
         Args:
-            command: arguments of ``bisplat``.
-            needs: files and folders that are put into the folder first.
-            output: files and folders that the command may write.
+            victim: the commands, and the files that they need.
             change: changes files in the folder.
 
         Returns:
-            "refused" or "accepted".
+            "refused" or "accepted" by the first command.
 
         Raises:
             AssertionError: a promise was broken; the message says which.
         """
         shutil.rmtree(self.here)
         self.here.mkdir()
-        for name in needs:
+        for name in victim.needs:
             source = self.whole / name
             (shutil.copytree if source.is_dir() else shutil.copy)(source, self.here / name)
         change(self.here)
+        outcome = self._run(shlex.split(victim.command), victim.output)
+        if victim.then is not None and outcome == "accepted":
+            second = self._run(shlex.split(victim.then), victim.output)
+            assert second == "accepted" or victim.then != "check out", "converted to what is no dataset"
+        return outcome
+
+    def _run(self, command: list[str], output: tuple[str, ...]) -> str:
         before, temporary = self._seen(output), set(self.temporary.iterdir())
         ended = self._server.run(command, self.here)
-        story = f"{' '.join(command)[:300]}: {ended}"
+        story = f"{shlex.join(command)[:300]}: {ended}"
         assert not ended.hung, f"hung for {LONGEST:g} s: {story}"
         assert ended.megabytes < MOST_MEMORY, f"took too much memory: {story}"
         assert ended.status in (0, 1, 2), f"ended with another status: {story}"
         assert "Traceback" not in ended.said and "Warning" not in ended.said, f"said more than a sentence: {story}"
-        assert all(line.isprintable() for line in ended.said.splitlines()), f"control characters: {story}"
+        said = ended.said if ended.status != 2 else ended.said.replace("\t", "")  # the parser repeats what was typed
+        assert all(line.isprintable() for line in said.splitlines()), f"control characters: {story}"
         assert self._seen(output) == before, f"wrote outside of its output: {story}"
         new = {path.name for path in self.temporary.iterdir() if path not in temporary}
         assert not new, f"left temporary files {new}: {story}"
         left = [path.name for path in self.here.rglob("*") if path.name == LOCK or path.suffix == ".tmp"]
         assert not left, f"left {left}: {story}"
-        if ended.status == 0:
-            if command[0] == "predict":
-                self._check_predictions(*output, story)
-            if command[0] == "convert":
-                checked = self._server.run(["check", *output], self.here)
-                assert checked.status == 0, f"converted to no dataset: {story}: {checked}"
-            return "accepted"
-        self._check_sentence(command, ended, story)
-        return "refused"
+        if ended.status != 0:
+            self._check_sentence(command, ended, story)
+            return "refused"
+        if command[0] == "predict":
+            self._check_predictions(*output, story)
+        return "accepted"
 
     def _seen(self, output: tuple[str, ...]) -> dict[str, object]:
         """What is in the folder apart from the output; and, where files are huge or no files, what they are."""

@@ -163,6 +163,6 @@ def test_picture_of_colours_is_refused(foreign, tmp_path):
 
 def test_gateway_that_check_would_refuse_is_refused(foreign, tmp_path):
     (foreign / "gateway_info.yml").write_text("gateway1:\n  position: [0, 0]\n  orientation: [0, 0, 0, 1]\n")
-    with pytest.raises(InputError, match="gateway_info.yml: gateway1.position"):
+    with pytest.raises(InputError, match=r"gateway_info\.yml: gateway1\.position"):
         convert(foreign, tmp_path / "ours")
     assert not (tmp_path / "ours").exists()
