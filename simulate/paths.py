@@ -18,6 +18,7 @@ from simulate.ray_scene import RayScene
 from simulate.ray_tracer import FieldCalculator, ImageMethod, PathsBuffer, SBDeterministicCandidateGenerator, dr, mi, rt
 from simulate.sionna_scene import Antennas
 from simulate.slab_phase import shortened
+from simulate.terms import STRAIGHT, Terms
 from simulate.threads import ONE_KERNEL
 
 SPECULAR = int(rt.InteractionType.SPECULAR)
@@ -180,16 +181,27 @@ class Paths:
         np.add.at(total, (self.targets, self.sources), self.responses)
 
 
-def courses(buffer: PathsBuffer, sources: Antennas, targets: Antennas) -> list[Float[np.ndarray, "vertices 3"]]:
-    """The vertices of each path of the buffer: source, interactions, target; metres, world frame."""
-    happened = buffer.interaction_types.numpy() != NONE
-    vertices = np.stack([axis.numpy() for axis in (buffer.vertices_x, buffer.vertices_y, buffer.vertices_z)], axis=-1)
-    starts = sources.positions[buffer.source_indices.numpy()]
-    ends = targets.positions[buffer.target_indices.numpy()]
-    return [
-        np.concatenate([start[None], between[interacts], end[None]])
-        for start, between, interacts, end in zip(starts, vertices, happened, ends, strict=True)
-    ]
+def terms(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets: Antennas) -> Terms:
+    """Each valid path of the buffer, with its course.
+
+    Args:
+        ray_scene: the scene, with the propagation to follow.
+        buffer: exact paths, of ``refine``.
+        sources: where the paths begin.
+        targets: where they end.
+
+    Returns:
+        The paths, in the buffer's order.
+    """
+    paths = fields(ray_scene, buffer, sources, targets)
+    hit = interactions_of(buffer)
+    between = np.stack([axis.numpy() for axis in (buffer.vertices_x, buffer.vertices_y, buffer.vertices_z)], axis=-1)
+    starts, ends = sources.positions[paths.sources][:, None], targets.positions[paths.targets][:, None]
+    happened, turned = hit.types != NONE, (hit.types != NONE) & (hit.types != REFRACTION)
+    vertices = np.concatenate([starts, np.where(happened[..., None], between, ends), ends], axis=1)
+    objects = np.full(hit.types.shape, STRAIGHT)
+    objects[turned] = ray_scene.object_of_identifier[hit.shapes[turned]]
+    return Terms(paths.targets, paths.sources, paths.responses, vertices, objects)
 
 
 def fields(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets: Antennas) -> Paths:

@@ -49,6 +49,13 @@ class RayScene:
         return np.array([int(self.sionna.objects[name].object_id) for name in sionna_names(self.description)])
 
     @cached_property
+    def object_of_identifier(self) -> Int[np.ndarray, " identifiers"]:
+        """Index of the object of each of Sionna RT's identifiers."""
+        index = np.zeros(self.identifiers.max() + 1, dtype=np.int64)
+        index[self.identifiers] = np.arange(len(self.identifiers))
+        return index
+
+    @cached_property
     def object_of_face(self) -> Int[np.ndarray, " faces"]:
         """Index of each triangle's object; the triangles are counted through the objects of the description."""
         return np.repeat(

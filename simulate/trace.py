@@ -18,13 +18,14 @@ from scenes.errors import ParameterError
 from simulate.chains import Chains, find_chains, paths_of_chains, solve_chains
 from simulate.diffraction.chains import DiffractedChains
 from simulate.diffraction.search import find_diffracted_chains
-from simulate.diffraction.solve import EdgeScene, diffracted_courses, diffracted_paths
-from simulate.paths import Paths, courses, fields, refine, shoot
+from simulate.diffraction.solve import EdgeScene, diffracted_paths, diffracted_terms
+from simulate.paths import Paths, fields, refine, shoot, terms
 from simulate.propagation import Propagation
 from simulate.ray_scene import RayScene
 from simulate.ray_tracer import PathsBuffer
 from simulate.scattering.scattered import Scattering
 from simulate.sionna_scene import Antennas, gateway_antennas, transmitter_antennas
+from simulate.terms import Terms
 
 MEMORY = 2_000_000_000
 """Bytes that candidate paths may take where rays are shot for each batch of transmitters."""
@@ -135,10 +136,7 @@ class Tracer:
         """The chains found, for ``Tracer(found=...)``."""
         if self.method != "chains":
             return Found(None, self._diffracted)
-        identifiers = self.ray_scene.identifiers
-        index = np.zeros(identifiers.max() + 1, dtype=np.int64)
-        index[identifiers] = np.arange(len(identifiers))
-        return Found(self._chains.renamed(index), self._diffracted)
+        return Found(self._chains.renamed(self.ray_scene.object_of_identifier), self._diffracted)
 
     def responses(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements"]:
         """Element responses y_m = Σ_paths a e^{-j2πfτ} to a transmitter at each position, complex64.
@@ -202,23 +200,36 @@ class Tracer:
         Returns:
             The paths, strongest first.
         """
-        element = self._middle
-        target = self._targets(np.asarray(position)[None])
-        if self.method == "chains":
-            buffers = [buffer for _, buffer in solve_chains(self.ray_scene, self._chains, element, target)]
-        else:
-            buffers = [self._shot(element, target)]
+        place = np.asarray(position)[None]
         found = []
-        for buffer in buffers:
-            responses = fields(self.ray_scene, buffer, element, target).responses
-            vertices = courses(buffer, element, target)
-            found += [TracedPath(*path) for path in zip(vertices, responses, strict=True)]
-        if self._diffracted is not None:
-            diffracted = diffracted_courses(self._edge_scene, self._diffracted, element, target)
-            found += [TracedPath(*path) for path in diffracted]
+        for batch in self._terms(self._middle, place):
+            for vertices, response in zip(batch.vertices, batch.responses, strict=True):
+                moved = np.append(True, (np.diff(vertices, axis=0) != 0).any(axis=1))
+                found.append(TracedPath(vertices[moved], response))
         if self._scattering is not None:
-            found += [TracedPath(*path) for path in self._scattering.paths(element, target)]
+            found += [TracedPath(*path) for path in self._scattering.paths(self._middle, self._targets(place))]
         return sorted(found, key=lambda path: -abs(path.response))
+
+    def terms(self, positions: Float[np.ndarray, "K 3"]) -> Iterator[Terms]:
+        """Batches of the paths whose sum ``responses`` returns, but for those of diffuse reflection.
+
+        Args:
+            positions: metres, world frame.
+        """
+        return self._terms(self.elements, positions)
+
+    def _terms(self, elements: Antennas, positions: Float[np.ndarray, "K 3"]) -> Iterator[Terms]:
+        targets = self._targets(positions)
+        if self.method == "chains":
+            for _, buffer in solve_chains(self.ray_scene, self._chains, elements, targets):
+                yield terms(self.ray_scene, buffer, elements, targets)
+        else:
+            for number in range(len(targets)):
+                one = targets.subset(np.array([number]))
+                found = terms(self.ray_scene, self._shot(elements, one), elements, one)
+                yield found._replace(targets=found.targets + number)
+        if self._diffracted is not None:
+            yield from diffracted_terms(self._edge_scene, self._diffracted, elements, targets)
 
     def _shot(self, sources: Antennas, targets: Antennas) -> PathsBuffer:
         """Valid paths by shooting rays from every source."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Int
 
 from simulate.diffraction.chains import DiffractedChains
 from simulate.diffraction.edges import Edges, diffracting_edges, foremost
@@ -16,6 +16,7 @@ from simulate.paths import Paths
 from simulate.ray_scene import RayScene
 from simulate.sionna_scene import Antennas
 from simulate.surfaces import Surfaces
+from simulate.terms import Terms
 
 LANES = 400_000
 """Paths solved at once: bounds the memory."""
@@ -67,24 +68,20 @@ def diffracted_paths(
         yield chain[kept], Paths(paths.targets[kept], paths.sources[kept], paths.responses[kept])
 
 
-def diffracted_courses(
-    edge_scene: EdgeScene, chains: DiffractedChains, source: Antennas, target: Antennas
-) -> Iterator[tuple[Float[np.ndarray, "vertices 3"], complex]]:
-    """The paths of all chains between one source and one target.
-
-    Args:
-        edge_scene: the scene and its edges.
-        chains: the chains to solve.
-        source: where the paths begin.
-        target: where they end.
-
-    Yields:
-        The vertices of each path from source to target, metres, and its response.
-    """
-    for _, paths, courses in _solved(edge_scene, chains, source, target):
-        for number in np.nonzero(paths.responses)[0]:
-            vertices = [source.positions[0], *courses.vertices[:, :, number], target.positions[0]]
-            yield np.array(vertices), paths.responses[number]
+def diffracted_terms(
+    edge_scene: EdgeScene, chains: DiffractedChains, sources: Antennas, targets: Antennas
+) -> Iterator[Terms]:
+    """The same paths, with their courses: arguments and order as those of ``diffracted_paths``."""
+    objects_of = edge_scene.ray_scene.object_of_face
+    for number, paths, courses in _solved(edge_scene, chains, sources, targets):
+        kept = paths.responses != 0
+        before, diffractions, _ = chains.shapes[number[0]]
+        objects = objects_of[courses.faces].T
+        objects[:, before : before + diffractions] = objects_of[edge_scene.edges.faces[courses.edges]].T
+        between = courses.vertices.transpose(2, 0, 1)
+        starts, ends = sources.positions[paths.sources][:, None], targets.positions[paths.targets][:, None]
+        vertices = np.concatenate([starts, between, ends], axis=1)
+        yield Terms(paths.targets[kept], paths.sources[kept], paths.responses[kept], vertices[kept], objects[kept])
 
 
 def _solved(
