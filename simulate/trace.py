@@ -17,6 +17,7 @@ from scenes.description import Scene
 from scenes.errors import ParameterError
 from simulate.chains import Chains, find_chains, paths_of_chains, solve_chains
 from simulate.diffraction.chains import DiffractedChains
+from simulate.diffraction.edges import Edges
 from simulate.diffraction.search import find_diffracted_chains
 from simulate.diffraction.solve import EdgeScene, diffracted_paths, diffracted_terms
 from simulate.paths import Paths, fields, refine, shoot, terms
@@ -137,6 +138,11 @@ class Tracer:
         if self.method != "chains":
             return Found(None, self._diffracted)
         return Found(self._chains.renamed(self.ray_scene.object_of_identifier), self._diffracted)
+
+    @property
+    def edges(self) -> Edges | None:
+        """The edges that diffract; None where diffraction is not followed."""
+        return None if self._diffracted is None else self._edge_scene.edges
 
     def responses(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements"]:
         """Element responses y_m = Σ_paths a e^{-j2πfτ} to a transmitter at each position, complex64.

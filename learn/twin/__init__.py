@@ -1,0 +1,1 @@
+"""The twin: ray tracing of an approximate scene, corrected by measured spectra."""

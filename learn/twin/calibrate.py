@@ -1,0 +1,180 @@
+"""Find what a scene's description has wrong from measured responses, by Gauss–Newton steps with priors."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Complex, Float
+from scipy.linalg import cho_factor, cho_solve
+
+from learn.twin.linearised import by_materials, linearised
+from scenes.description import Scene
+from scenes.unknowns import Unknown, varied
+from simulate.propagation import Propagation
+from simulate.trace import Found, Tracer
+
+ROUNDS = 8
+"""Largest number of Gauss–Newton steps."""
+
+SMALL = 0.05
+"""Standard deviations: the search ends when no unknown moves by more in a step."""
+
+UNCORRELATED = 0.1
+"""Share of what the twin gets wrong that differs from place to place, with the noise."""
+
+LENGTH = 1.0
+"""Metres over which the waves that the twin lacks stay alike."""
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """A corrected scene, and how sure its corrections are.
+
+    Attributes:
+        scene: the corrected scene.
+        which: its unknowns.
+        values: by how much each was changed.
+        deviations: posterior standard deviation of each, in the same units.
+        gain: common complex gain of measured over traced responses.
+        misfit: share of the measured power that the corrected twin leaves unexplained, and that the first one did.
+    """
+
+    scene: Scene
+    which: list[Unknown]
+    values: Float[np.ndarray, " n"]
+    deviations: Float[np.ndarray, " n"]
+    gain: complex
+    misfit: tuple[float, float]
+
+
+def calibrate(
+    scene: Scene,
+    which: Sequence[Unknown],
+    propagation: Propagation,
+    positions: Float[np.ndarray, "K 3"],
+    measured: Complex[np.ndarray, "K M"],
+    phases_known: bool,
+    report: Callable[[str], None] = lambda sentence: None,
+) -> Calibration:
+    """Correct a scene so that its responses fit measured ones.
+
+    What the corrected twin leaves is taken for a Gaussian field that solves the wave equation, alike within half a
+    wavelength, plus noise: so that a hundred positions within a wavelength do not count as a hundred measurements.
+
+    Args:
+        scene: the scene as described.
+        which: what may be wrong with it.
+        propagation: the mechanisms that rays follow.
+        positions: of the transmitters, metres, world frame.
+        measured: element responses.
+        phases_known: whether responses of different positions share phase and scale. Otherwise, as behind pictures,
+            each has its own, and may be flipped (y_m → conj y_{M−1−m}).
+        report: called with sentences on the progress.
+    """
+    region = np.stack([positions.min(axis=0), positions.max(axis=0)])
+    prior = np.array([each.tolerance for each in which])
+    alike = cho_factor(_alike(positions, scene.wavelength), lower=True)
+    values = step = deviations = np.zeros(len(which))
+    best: tuple[float, np.ndarray, complex] | None = None
+    tracer = Tracer(scene, propagation, region, report=report)
+    materials = first = None
+    for number in range(ROUNDS):
+        if number:
+            tracer = moved(tracer, varied(scene, which, values), region)
+        traced, jacobian = linearised(tracer, which, positions)
+        aligned, gain = _aligned(measured, traced, phases_known)
+        rest = _without_own_phase(aligned - traced, traced, phases_known)
+        misfit = float((np.abs(rest) ** 2).sum() / (np.abs(traced) ** 2).sum())
+        first = misfit if first is None else first
+        report(f"round {number + 1}: {misfit:.2%} of the power unexplained")
+        if best is not None and misfit > best[0]:
+            step = step / 2
+            if np.abs(step / prior).max() < SMALL:
+                break
+            values = best[1] + step
+            continue
+        best = misfit, values, gain
+        if materials is None:  # they change little with the places
+            materials = by_materials(tracer, which, positions, traced)
+        jacobian = _without_own_phase(jacobian + materials, traced, phases_known)
+        step, deviations = _step(alike, rest, jacobian, traced, values, prior)
+        if np.abs(step / prior).max() < SMALL:
+            break
+        values = values + step
+    assert best is not None and first is not None
+    return Calibration(varied(scene, which, best[1]), list(which), best[1], deviations, best[2], (best[0], first))
+
+
+def moved(tracer: Tracer, scene: Scene, region: Float[np.ndarray, "2 3"]) -> Tracer:
+    """A tracer of a scene that differs a little from another one's, with that one's chains as far as they serve."""
+    edges = tracer.edges
+    new = Tracer(scene, tracer.ray_scene.propagation, region, found=tracer.found)
+    if new.edges is None or edges is None or np.array_equal(new.edges.faces, edges.faces):
+        return new
+    return Tracer(scene, tracer.ray_scene.propagation, region, found=Found(tracer.found.reflected, None))
+
+
+def _step(
+    alike: tuple[np.ndarray, bool],
+    rest: Complex[np.ndarray, "K M"],
+    jacobian: Complex[np.ndarray, "K M n"],
+    traced: Complex[np.ndarray, "K M"],
+    values: Float[np.ndarray, " n"],
+    prior: Float[np.ndarray, " n"],
+) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+    """The Gauss–Newton step of the unknowns, and their posterior standard deviations.
+
+    Args:
+        alike: factors of the correlation of what the twin leaves.
+        rest: what it leaves.
+        jacobian: derivatives of the responses by the unknowns.
+        traced: the responses; their common gain is one more unknown, of which nothing is known.
+        values: by how much these have been changed.
+        prior: their standard deviations beforehand.
+    """
+    columns = np.concatenate([jacobian, traced[..., None], 1j * traced[..., None]], axis=-1)
+    together = np.concatenate([rest[..., None], columns], axis=-1).reshape(len(rest), -1)
+    solved = cho_solve(alike, together).reshape(*rest.shape, -1)
+    variance = (rest.conj() * solved[..., 0]).real.mean()
+    normal = np.einsum("kmi,kmj->ij", columns.conj(), solved[..., 1:]).real / variance
+    towards = np.einsum("kmi,km->i", columns.conj(), solved[..., 0]).real / variance
+    number = len(prior)
+    known = np.zeros(number + 2)
+    known[:number] = prior**-2
+    towards[:number] -= values * known[:number]
+    covariance = np.linalg.inv(normal + np.diag(known))
+    return (covariance @ towards)[:number], np.sqrt(np.diag(covariance)[:number])
+
+
+def _alike(positions: Float[np.ndarray, "K 3"], wavelength: float) -> Float[np.ndarray, "K K"]:
+    """Correlation of what the twin leaves at two positions: sin(kΔ)/kΔ, fading over ``LENGTH``, plus noise."""
+    apart = np.linalg.norm(positions[:, None] - positions, axis=-1)
+    waves = np.sinc(2 * apart / wavelength) * np.exp(-apart / LENGTH)
+    return (1 - UNCORRELATED) * waves + UNCORRELATED * np.eye(len(positions))
+
+
+def _aligned(
+    measured: Complex[np.ndarray, "K M"], traced: Complex[np.ndarray, "K M"], phases_known: bool
+) -> tuple[Complex[np.ndarray, "K M"], complex]:
+    """Measured responses in the phase and scale of traced ones, and the common gain that they had."""
+    if phases_known:
+        gain = complex((traced.conj() * measured).sum() / (np.abs(traced) ** 2).sum())
+        return measured / gain, gain
+    flipped = measured[:, ::-1].conj()
+    products = [(each.conj() * traced).sum(axis=1) for each in (measured, flipped)]
+    turned = np.abs(products[1]) > np.abs(products[0])
+    chosen, product = np.where(turned[:, None], flipped, measured), np.where(turned, products[1], products[0])
+    return chosen * (product / (np.abs(chosen) ** 2).sum(axis=1))[:, None], 1.0
+
+
+def _without_own_phase(
+    values: Complex[np.ndarray, "K M *n"], traced: Complex[np.ndarray, "K M"], phases_known: bool
+) -> Complex[np.ndarray, "K M *n"]:
+    """Values without what a phase and a scale of each position's own would change."""
+    if phases_known:
+        return values
+    unit = traced / np.linalg.norm(traced, axis=1, keepdims=True)
+    along = np.einsum("km,km...->k...", unit.conj(), values)
+    return values - np.einsum("km,k...->km...", unit, along)

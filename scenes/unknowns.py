@@ -1,0 +1,176 @@
+"""What the description of a scene may have wrong, within tolerances: poses, places, materials; and scenes that differ
+by such values.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float
+from scipy.spatial.transform import Rotation
+
+from scenes.description import Scene, SceneObject
+from scenes.errors import require_within
+from scenes.materials import RadioMaterial
+
+Kind = Literal["position", "turn", "frequency", "object", "relative_permittivity", "conductivity", "thickness"]
+
+OF_MATERIALS = ("relative_permittivity", "conductivity", "thickness")
+"""Properties of a material, whose unknowns are logarithms of ratios."""
+
+CONDUCTOR = 1e5
+"""S/m; above it, a wave does not tell one conductor from another."""
+
+BESIDE = 0.01
+"""Metres: an object that comes nearer to the scene's bounds is a part of the room and does not move."""
+
+
+@dataclass(frozen=True)
+class Tolerances:
+    """Standard deviations of what a description may have wrong.
+
+    Attributes:
+        position: of each coordinate of the gateway, metres.
+        turn: of the gateway's orientation about each axis, degrees.
+        objects: of each horizontal coordinate of an object inside the room, metres.
+        materials: of permittivity, conductivity and thickness, relative.
+        frequency: of the carrier, relative; 0 where it is known.
+
+    Raises:
+        ParameterError: a number that is negative or absurdly large.
+    """
+
+    position: float = 0.02
+    turn: float = 2.0
+    objects: float = 0.03
+    materials: float = 0.2
+    frequency: float = 0.0
+
+    def __post_init__(self) -> None:
+        require_within(0, 10, "metres", position=self.position, objects=self.objects)
+        require_within(0, 90, "degrees", turn=self.turn)
+        require_within(0, 2, "a relative deviation", materials=self.materials, frequency=self.frequency)
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """One number that may be wrong.
+
+    Attributes:
+        kind: what it belongs to.
+        name: of the object or the material; empty for the gateway and the frequency.
+        axis: coordinate, 0…2, of a position, a turn or an object.
+        tolerance: standard deviation of the change: metres, radians, or the logarithm of a ratio.
+    """
+
+    kind: Kind
+    name: str
+    axis: int
+    tolerance: float
+
+    @property
+    def label(self) -> str:
+        """For a reader, e.g. "gateway x", "wood thickness"."""
+        axis = "xyz"[self.axis]
+        if self.kind in OF_MATERIALS:
+            return f"{self.name} {self.kind.replace('_', ' ')}"
+        return {"position": f"gateway {axis}", "turn": f"gateway turn about {axis}", "frequency": "frequency"}.get(
+            self.kind, f"{self.name} {axis}"
+        )
+
+
+def unknowns(scene: Scene, tolerances: Tolerances) -> list[Unknown]:
+    """Everything that may be wrong with a scene: what has a tolerance of 0 is left out.
+
+    Objects inside the room may stand elsewhere on the floor; walls, floor and ceiling, and what is in them, stay.
+
+    Args:
+        scene: the scene.
+        tolerances: how wrong it may be.
+
+    >>> from scenes.closet import closet
+    >>> [each.label for each in unknowns(closet(), Tolerances(turn=0, materials=0))][:5]
+    ['gateway x', 'gateway y', 'gateway z', 'cabinet x', 'cabinet y']
+    """
+    found = [Unknown("position", "", axis, tolerances.position) for axis in range(3)]
+    found += [Unknown("turn", "", axis, float(np.radians(tolerances.turn))) for axis in range(3)]
+    found.append(Unknown("frequency", "", 0, tolerances.frequency))
+    low, high = scene.bounds[:, :2]
+    for item in scene.objects:
+        start, end = item.mesh.bounds[:, :2]
+        if (start - low).min() > BESIDE and (high - end).min() > BESIDE:
+            found += [Unknown("object", item.name, axis, tolerances.objects) for axis in range(2)]
+    for name, material in scene.materials.items():
+        if material.conductivity < CONDUCTOR:
+            lossy = material.conductivity > 0
+            kinds: list[Kind] = ["relative_permittivity", *(["conductivity"] if lossy else []), "thickness"]  # type: ignore[list-item]
+            found += [Unknown(kind, name, 0, tolerances.materials) for kind in kinds]
+    return [each for each in found if each.tolerance > 0]
+
+
+def varied(scene: Scene, which: Sequence[Unknown], values: Float[np.ndarray, " n"]) -> Scene:
+    """The scene with some of its unknowns changed.
+
+    Args:
+        scene: the scene.
+        which: the unknowns that change.
+        values: by how much: metres, radians (one rotation vector about the gateway's position, world frame), or
+            logarithms of ratios.
+
+    >>> from scenes.closet import closet
+    >>> scene = varied(closet(), [Unknown("object", "table", 1, 0.03)], np.array([0.02]))
+    >>> table = next(item for item in scene.objects if item.name == "table")
+    >>> table.mesh.bounds[0].round(3).tolist()
+    [0.3, 0.22, 0.7]
+    """
+    moved, turned = np.zeros(3), np.zeros(3)
+    shifts: dict[str, Float[np.ndarray, " 3"]] = {}
+    ratios: dict[str, dict[str, float]] = {}
+    frequency = 1.0
+    for unknown, value in zip(which, values, strict=True):
+        if unknown.kind == "position":
+            moved[unknown.axis] += value
+        elif unknown.kind == "turn":
+            turned[unknown.axis] += value
+        elif unknown.kind == "frequency":
+            frequency *= float(np.exp(value))
+        elif unknown.kind == "object":
+            shifts.setdefault(unknown.name, np.zeros(3))[unknown.axis] += value
+        else:
+            ratios.setdefault(unknown.name, {})[unknown.kind] = float(np.exp(value))
+    gateway = scene.gateway
+    orientation = Rotation.from_rotvec(turned) * Rotation.from_quat(gateway.orientation)
+    gateway = replace(
+        gateway,
+        position=tuple(np.asarray(gateway.position) + moved),
+        orientation=tuple(orientation.as_quat()),
+        spacing=gateway.spacing * frequency,  # the array's size in metres is known
+    )
+    return replace(
+        scene,
+        frequency=scene.frequency * frequency,
+        gateway=gateway,
+        objects=tuple(_varied_object(item, shifts, ratios) for item in scene.objects),
+        materials={name: _varied_material(each, ratios.get(name, {})) for name, each in scene.materials.items()},
+    )
+
+
+def _varied_object(
+    item: SceneObject, shifts: dict[str, Float[np.ndarray, " 3"]], ratios: dict[str, dict[str, float]]
+) -> SceneObject:
+    if item.name in shifts:
+        mesh = item.mesh.copy()
+        mesh.apply_translation(shifts[item.name])
+        item = replace(item, mesh=mesh)
+    thicker = ratios.get(item.material, {}).get("thickness", 1.0)
+    return item if item.thickness is None else replace(item, thickness=item.thickness * thicker)
+
+
+def _varied_material(material: RadioMaterial, ratios: dict[str, float]) -> RadioMaterial:
+    values = {kind: getattr(material, kind) * ratio for kind, ratio in ratios.items()}
+    if "relative_permittivity" in values:
+        values["relative_permittivity"] = max(1.0, values["relative_permittivity"])
+    return replace(material, **values)

@@ -1,0 +1,85 @@
+"""A wrongly described yard is corrected by responses to a dozen transmitters."""
+
+import numpy as np
+import pytest
+
+from learn.twin.calibrate import calibrate
+from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.materials import p2040_materials
+from scenes.shapes import box, sheet
+from scenes.unknowns import Tolerances, unknowns, varied
+from simulate.propagation import Propagation
+from simulate.trace import Tracer
+
+PROPAGATION = Propagation(max_depth=2, rays=20_000)
+TOLERANCES = Tolerances(position=0.02, turn=2.0, objects=0.03, materials=0.2)
+
+
+@pytest.fixture(scope="module")
+def yard() -> Scene:
+    return Scene(
+        name="yard",
+        frequency=915e6,
+        gateway=Gateway((0, 0, 1.5), facing((1, 0.2, 0))),
+        transmitter=Transmitter((2.0, -0.5, 1.0), (3.0, 0.5, 1.6)),
+        objects=(
+            SceneObject("floor", sheet((-9, -9, 0), (18, 0, 0), (0, 18, 0)), "concrete"),
+            SceneObject("cabinet", box((1.0, 1.5, 0.001), (3.0, 2.0, 3.0)), "metal"),
+        ),
+        materials=p2040_materials(["concrete", "metal"], 915e6),
+    )
+
+
+@pytest.fixture(scope="module")
+def wrong(yard):
+    """The yard as described, what may be wrong with it, and by how much it is."""
+    which = unknowns(yard, TOLERANCES)
+    draw = np.random.default_rng(1).normal(size=len(which)) * [each.tolerance for each in which]
+    return varied(yard, which, draw), which, draw
+
+
+@pytest.fixture(scope="module")
+def measured(yard):
+    """Positions of transmitters, and the true responses, 30 dB above noise, in a gain of the receiver's own."""
+    generator = np.random.default_rng(2)
+    positions = generator.uniform(*yard.transmitter.region, (12, 3))
+    responses = Tracer(yard, PROPAGATION).responses(positions).astype(complex)
+    noise = generator.normal(size=(*responses.shape, 2)) @ [1, 1j] * 0.03 * np.abs(responses).mean()
+    return positions, 5j * (responses + noise)
+
+
+@pytest.fixture(scope="module")
+def with_phases(wrong, measured):
+    return calibrate(wrong[0], wrong[1], PROPAGATION, *measured, phases_known=True)
+
+
+def behind_pictures(responses):
+    """Responses of which each has a phase and a scale of its own, and every third is flipped."""
+    generator = np.random.default_rng(3)
+    turned = responses * np.exp(2j * np.pi * generator.random((len(responses), 1)))
+    turned /= np.linalg.norm(turned, axis=1, keepdims=True)
+    turned[::3] = turned[::3, ::-1].conj()
+    return turned
+
+
+@pytest.mark.parametrize("phases_known", [True, False])
+def test_pose_and_cabinet_are_found(phases_known, wrong, measured, with_phases):
+    positions, responses = measured
+    found = with_phases
+    if not phases_known:
+        found = calibrate(wrong[0], wrong[1], PROPAGATION, positions, behind_pictures(responses), phases_known=False)
+    left = dict(zip([each.label for each in wrong[1]], wrong[2] + found.values, strict=True))
+    assert max(abs(left[f"gateway {axis}"]) for axis in "xyz") < 0.006
+    assert max(abs(left[f"gateway turn about {axis}"]) for axis in "xyz") < np.radians(0.4)
+    assert abs(left["cabinet y"]) < 0.006
+    assert found.misfit[0] < 0.1 * found.misfit[1]
+
+
+def test_what_is_left_is_within_what_is_said(wrong, with_phases):
+    ratios = (wrong[2] + with_phases.values) / with_phases.deviations
+    assert np.abs(ratios).max() < 4 and np.sqrt((ratios**2).mean()) < 2
+    assert (with_phases.deviations <= [each.tolerance * 1.001 for each in wrong[1]]).all()
+
+
+def test_gain_of_the_receiver_is_found(with_phases):
+    assert with_phases.gain == pytest.approx(5j, abs=0.25)
