@@ -12,6 +12,7 @@ SIMULATE = "simulate lab -o out"
 TRAIN = "train nowhere -o out --model mlp"
 COMPARE, SWEEP = "compare nowhere -o out", "sweep nowhere -o out --sizes 5"
 ABLATE, CROSSVALIDATE = "ablate nowhere -o out", "crossvalidate nowhere --scene lab"
+CALIBRATE = "calibrate closet nowhere -o out"
 ENGINES, CONVERT = "engines nowhere -o out", "convert nowhere -o out"
 
 WHOLE = ("0", "-1", str(10**15), "9" * 4000)
@@ -52,6 +53,9 @@ REFUSED: dict[tuple[str, str], tuple[str, ...]] = {
     (CROSSVALIDATE, "--seed"): SEEDS,
     (ENGINES, "-n"): WHOLE,
     (ENGINES, "--rays"): WHOLE,
+    (CALIBRATE, "--position"): NUMBERS,
+    (CALIBRATE, "--turn"): NUMBERS,
+    (CALIBRATE, "--materials"): NUMBERS,
 }
 """A command, an option of it, and values that the option cannot have."""
 

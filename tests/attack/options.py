@@ -10,6 +10,7 @@ from typing import Any
 from hypothesis import strategies as st
 
 from bisplat import __main__ as program
+from scenes.unknowns import Tolerances
 from simulate.command import MeasurementOptions, PropagationOptions
 from simulate.conversion import Conversion
 from tests.attack.changes import TEXTS
@@ -32,6 +33,7 @@ COMMANDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "ablate": ("nowhere", ()),
     "demo": ("--spectra 0", ()),
     "view": ("nowhere", ()),
+    "calibrate": ("closet nowhere", ()),
 }
 """Of each command: arguments, and the files that these need. Where the work takes long, it has no files to work on."""
 
@@ -61,7 +63,10 @@ STARTS_PROCESSES = ("workers", "ray", "devices", "nodes", "gpu", "view")
 ABSURD = ("", "0", "-1", "nan", "1e9", "9" * 20, "9" * 400, "x", "\x1b[2J", "[]")
 """Their values here."""
 
-NESTED = {"propagation": PropagationOptions, "measurement": MeasurementOptions, "conversion": Conversion}
+NESTED = {
+    **{"propagation": PropagationOptions, "measurement": MeasurementOptions},
+    **{"conversion": Conversion, "tolerances": Tolerances},
+}
 """Parameters that stand for several options."""
 
 

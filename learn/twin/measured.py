@@ -1,0 +1,123 @@
+"""Correct a scene by the spectra of a dataset, and say what was corrected by how much."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Complex, Int
+
+from learn.models.retrieved_field import retrieved_responses
+from learn.splits import SplitKind, split
+from learn.twin.calibrate import Calibration, calibrate
+from scenes.atomic import write_atomically
+from scenes.description import Scene
+from scenes.errors import InputError, require_whole
+from scenes.scene_yaml import write_scene
+from scenes.unknowns import OF_MATERIALS, Tolerances, Unknown, unknowns
+from simulate.array import PlanarArray
+from simulate.dataset import Dataset
+from simulate.evenly import evenly
+from simulate.positions import MOST_POSITIONS
+from simulate.propagation import Propagation
+
+RECORD = "calibration.json"
+
+
+def calibrate_by(
+    scene: Scene,
+    dataset: Dataset,
+    spectra: int = 160,
+    split_kind: SplitKind = "files",
+    seed: int = 0,
+    tolerances: Tolerances = Tolerances(),
+    propagation: Propagation = Propagation(),
+    report: Callable[[str], None] = lambda sentence: None,
+) -> Calibration:
+    """Correct a scene by a dataset's spectra that are not held out.
+
+    Args:
+        scene: the scene as described.
+        dataset: measured spectra, from their responses where the folder has any, otherwise from the pictures.
+        spectra: largest number of spectra to use, evenly spread.
+        split_kind: which spectra are held out, as for ``split``.
+        seed: seed of that split.
+        tolerances: how wrong the scene may be.
+        propagation: the mechanisms that rays follow.
+        report: called with sentences on the progress.
+
+    Raises:
+        InputError: the scene has several gateways or another array than the dataset, or nothing in it is unknown.
+        ParameterError: ``spectra`` is no number of spectra.
+    """
+    require_whole(1, MOST_POSITIONS, spectra=spectra)
+    if scene.further_gateways:
+        raise InputError(f"{scene.name}: expected a scene with one gateway, found {1 + len(scene.further_gateways)}")
+    array = PlanarArray.of(scene.gateway)
+    if (array.rows, array.columns) != (dataset.array.rows, dataset.array.columns):
+        raise InputError(
+            f"{dataset.folder}: expected spectra of the scene's array of {array.rows} × {array.columns} elements, "
+            f"found {dataset.array.rows} × {dataset.array.columns}"
+        )
+    which = unknowns(scene, tolerances)
+    if not which:
+        raise InputError(f"{scene.name}: expected something that may be wrong, found tolerances that are all 0")
+    known = evenly(split(dataset, split_kind, seed).known, spectra)
+    measured = _responses(dataset, known)
+    phases_known = dataset.responses is not None
+    return calibrate(scene, which, propagation, dataset.positions[known], measured, phases_known, report)
+
+
+def _responses(dataset: Dataset, known: Int[np.ndarray, " n"]) -> Complex[np.ndarray, "n M"]:
+    if dataset.responses is not None:
+        return dataset.responses[known].astype(complex)
+    return retrieved_responses(dataset, known)
+
+
+def in_units(unknown: Unknown, value: float, deviation: float) -> tuple[str, str]:
+    """A change and its standard deviation for a reader: millimetres, degrees, or percent."""
+    if unknown.kind in ("position", "object"):
+        return f"{1e3 * value:+.1f} mm", f"{1e3 * deviation:.1f} mm"
+    if unknown.kind == "turn":
+        return f"{np.degrees(value):+.2f}°", f"{np.degrees(deviation):.2f}°"
+    digits = 1 if unknown.kind in OF_MATERIALS else 4
+    return f"{100 * np.expm1(value):+.{digits}f} %", f"{100 * deviation:.{digits}f} %"
+
+
+def rows_of(calibration: Calibration) -> list[dict[str, str]]:
+    """A table of what was changed, by how much, and how sure that is beside how sure it was."""
+    rows = []
+    for unknown, value, deviation in zip(calibration.which, calibration.values, calibration.deviations, strict=True):
+        changed, sure = in_units(unknown, float(value), float(deviation))
+        before = in_units(unknown, 0.0, unknown.tolerance)[1]
+        rows.append({"what": unknown.label, "changed by": changed, "±": sure, "± before": before})
+    return rows
+
+
+def write_calibration(calibration: Calibration, folder: Path) -> None:
+    """Write the corrected scene, and calibration.json, to a folder.
+
+    Args:
+        calibration: what was found.
+        folder: an empty folder.
+    """
+    write_scene(calibration.scene, folder)
+    columns = zip(calibration.which, calibration.values, calibration.deviations, strict=True)
+    content: dict[str, Any] = {
+        "changes": {
+            unknown.label: {
+                "kind": unknown.kind,
+                "change": value,
+                "deviation": deviation,
+                "tolerance": unknown.tolerance,
+            }
+            for unknown, value, deviation in columns
+        },
+        "unit": "metres, radians, or the logarithm of a ratio",
+        "unexplained_power": {"described": calibration.misfit[1], "corrected": calibration.misfit[0]},
+        "gain": [calibration.gain.real, calibration.gain.imag],
+    }
+    write_atomically(folder / RECORD, (json.dumps(content, indent=2) + "\n").encode())
