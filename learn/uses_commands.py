@@ -13,7 +13,7 @@ from scenes.new_folder import new_folder
 from scenes.output_file import Force
 from scenes.plain_text import say
 from scenes.text_tables import print_rows
-from scenes.unknowns import Tolerances
+from scenes.tolerances import Tolerances
 from simulate.command import Output, PropagationOptions
 from simulate.propagation import Propagation
 

@@ -13,8 +13,8 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 from scenes.description import Scene, SceneObject
-from scenes.errors import require_within
 from scenes.materials import RadioMaterial
+from scenes.tolerances import Tolerances
 
 Kind = Literal["position", "turn", "frequency", "object", "relative_permittivity", "conductivity", "thickness"]
 
@@ -26,33 +26,6 @@ CONDUCTOR = 1e5
 
 BESIDE = 0.01
 """Metres: an object that comes nearer to the scene's bounds is a part of the room and does not move."""
-
-
-@dataclass(frozen=True)
-class Tolerances:
-    """Standard deviations of what a description may have wrong.
-
-    Attributes:
-        position: of each coordinate of the gateway, metres.
-        turn: of the gateway's orientation about each axis, degrees.
-        objects: of each horizontal coordinate of an object inside the room, metres.
-        materials: of permittivity, conductivity and thickness, relative.
-        frequency: of the carrier, relative; 0 where it is known.
-
-    Raises:
-        ParameterError: a number that is negative or absurdly large.
-    """
-
-    position: float = 0.02
-    turn: float = 2.0
-    objects: float = 0.03
-    materials: float = 0.2
-    frequency: float = 0.0
-
-    def __post_init__(self) -> None:
-        require_within(0, 10, "metres", position=self.position, objects=self.objects)
-        require_within(0, 90, "degrees", turn=self.turn)
-        require_within(0, 2, "a relative deviation", materials=self.materials, frequency=self.frequency)
 
 
 @dataclass(frozen=True)

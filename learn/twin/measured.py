@@ -17,7 +17,8 @@ from scenes.atomic import write_atomically
 from scenes.description import Scene
 from scenes.errors import InputError, require_whole
 from scenes.scene_yaml import write_scene
-from scenes.unknowns import OF_MATERIALS, Tolerances, Unknown, unknowns
+from scenes.tolerances import Tolerances
+from scenes.unknowns import OF_MATERIALS, Unknown, unknowns
 from simulate.array import PlanarArray
 from simulate.dataset import Dataset
 from simulate.evenly import evenly

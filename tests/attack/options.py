@@ -10,7 +10,7 @@ from typing import Any
 from hypothesis import strategies as st
 
 from bisplat import __main__ as program
-from scenes.unknowns import Tolerances
+from scenes.tolerances import Tolerances
 from simulate.command import MeasurementOptions, PropagationOptions
 from simulate.conversion import Conversion
 from tests.attack.changes import TEXTS

@@ -6,7 +6,8 @@ from scipy.spatial.transform import Rotation
 
 from scenes.closet import closet
 from scenes.errors import ParameterError
-from scenes.unknowns import Tolerances, Unknown, unknowns, varied
+from scenes.tolerances import Tolerances
+from scenes.unknowns import Unknown, unknowns, varied
 
 
 def test_walls_stay_and_conductors_have_no_properties():

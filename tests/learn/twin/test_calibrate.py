@@ -7,7 +7,8 @@ from learn.twin.calibrate import calibrate
 from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
 from scenes.materials import p2040_materials
 from scenes.shapes import box, sheet
-from scenes.unknowns import Tolerances, unknowns, varied
+from scenes.tolerances import Tolerances
+from scenes.unknowns import unknowns, varied
 from simulate.propagation import Propagation
 from simulate.trace import Tracer
 
