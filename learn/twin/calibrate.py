@@ -77,9 +77,9 @@ def calibrate(
     prior = np.array([each.tolerance for each in which])
     alike = cho_factor(_alike(positions, scene.wavelength), lower=True)
     values = step = deviations = np.zeros(len(which))
-    best: tuple[float, np.ndarray, complex] | None = None
+    least, best = np.inf, (np.inf, values, 1 + 0j)
     tracer = Tracer(scene, propagation, region, report=report)
-    materials = first = None
+    materials, first = None, np.inf
     for number in range(ROUNDS):
         if number:
             tracer = moved(tracer, varied(scene, which, values), region)
@@ -87,15 +87,17 @@ def calibrate(
         aligned, gain = _aligned(measured, traced, phases_known)
         rest = _without_own_phase(aligned - traced, traced, phases_known)
         misfit = float((np.abs(rest) ** 2).sum() / (np.abs(traced) ** 2).sum())
-        first = misfit if first is None else first
+        first = misfit if number == 0 else first
         report(f"round {number + 1}: {misfit:.2%} of the power unexplained")
-        if best is not None and misfit > best[0]:
+        left = (rest.conj() * cho_solve(alike, rest)).real.sum()
+        unlikely = 2 * rest.size * np.log(left) + ((values / prior) ** 2).sum()  # −2 log of the posterior density
+        if unlikely > least:
             step = step / 2
             if np.abs(step / prior).max() < SMALL:
                 break
             values = best[1] + step
             continue
-        best = misfit, values, gain
+        least, best = unlikely, (misfit, values, gain)
         if materials is None:  # they change little with the places
             materials = by_materials(tracer, which, positions, traced)
         jacobian = _without_own_phase(jacobian + materials, traced, phases_known)
@@ -103,7 +105,6 @@ def calibrate(
         if np.abs(step / prior).max() < SMALL:
             break
         values = values + step
-    assert best is not None and first is not None
     return Calibration(varied(scene, which, best[1]), list(which), best[1], deviations, best[2], (best[0], first))
 
 
