@@ -82,6 +82,7 @@ def train(
     full_resolution: float | None = None,
     encoding: Literal["octaves", "waves"] | None = None,
     bypass: tuple[str, ...] = (),
+    scene: str | None = None,
     init: Path | None = None,
     devices: int = 1,
     nodes: int = 1,
@@ -106,19 +107,22 @@ def train(
             dataset's wavelength.
         bypass: branches of bisplat or bisplat-plus to switch off, as the paper's ablation does: dynamic, delta, bst; or
             order, to blend the primitives in stored order instead of by depth.
+        scene: of twin: the scene as described, a built-in name or a scene YAML.
         init: finished run of the same model whose weights training starts from, instead of random ones.
         devices: number of GPUs per machine; without a GPU, number of processes.
         nodes: number of machines; start this command on each, as Lightning's launchers do.
     """
     from learn.training.train import train as train_model
 
+    place = str(Path(scene).resolve()) if scene is not None and Path(scene).is_file() else scene
+    given = {"bypass": bypass, "encoding": encoding, "scene": place}
     train_model(
         dataset,
         output,
         model=model,
         split=split,
         seed=seed,
-        options={name: value for name, value in (("bypass", bypass), ("encoding", encoding)) if value},
+        options={name: value for name, value in given.items() if value},
         steps=steps,
         batch_size=batch_size,
         learning_rate=learning_rate,

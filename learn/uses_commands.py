@@ -8,7 +8,7 @@ from typing import Annotated
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
 from learn.splits import SplitKind
-from scenes.errors import printable
+from scenes.errors import printable, require_seed, require_whole
 from scenes.new_folder import new_folder
 from scenes.output_file import Force
 from scenes.plain_text import say
@@ -46,14 +46,20 @@ def calibrate(
         tolerances: how wrong the scene may be: standard deviations.
         propagation: mechanisms that the ray tracer follows.
     """
+    from learn.splits import split as split_dataset
     from learn.twin.measured import calibrate_by, rows_of, write_calibration
     from scenes.scene_yaml import load_scene
     from simulate.dataset import read_dataset
+    from simulate.evenly import evenly
+    from simulate.positions import MOST_POSITIONS
 
+    require_whole(1, MOST_POSITIONS, spectra=spectra)
+    require_seed(seed=seed)
     followed, allowed = Propagation(**vars(propagation)), Tolerances(**vars(tolerances))
     with new_folder(output, force) as unfinished:
         place, measured = load_scene(scene), read_dataset(dataset)
-        found = calibrate_by(place, measured, spectra, split, seed, allowed, followed, report=say)
+        known = evenly(split_dataset(measured, split, seed).known, spectra)
+        found = calibrate_by(place, measured, known, allowed, followed, report=say)
         write_calibration(found, unfinished)
     print_rows(f"changes of {place.name}", rows_of(found))
     now, before = found.misfit

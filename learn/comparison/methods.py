@@ -17,12 +17,12 @@ from scenes.errors import ParameterError, cut, reason, shown
 
 
 def method_names() -> list[str]:
-    """Names of all baselines and models.
+    """Names of all baselines and of the models that need no options.
 
     >>> "nearest" in method_names() and "helmholtz" in method_names()
     True
     """
-    return [*BASELINES, *MODELS]
+    return [*BASELINES, *(name for name, entry in MODELS.items() if not entry.needs)]
 
 
 def is_reduced(name: str) -> bool:

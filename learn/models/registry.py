@@ -30,6 +30,7 @@ class ModelEntry:
         options: arguments of the class that differ from the class's own defaults.
         options_without_gpu: further arguments for ``compare`` if there is no GPU, for a model that is too slow on a
             CPU otherwise; its rows are marked "(reduced)".
+        needs: options without which it cannot be built; ``compare`` does not take it for one of all models.
     """
 
     builds: str
@@ -37,6 +38,7 @@ class ModelEntry:
     by_steps: Steps | None = field(default_factory=Steps)
     options: Mapping[str, Any] = field(default_factory=dict)
     options_without_gpu: Mapping[str, Any] = field(default_factory=dict)
+    needs: tuple[str, ...] = ()
 
 
 BY_RESPONSES = Steps(steps=3000, batch_size=128, weight_decay=0.3, full_resolution=0.0)
@@ -50,6 +52,12 @@ MODELS: dict[str, ModelEntry] = {
         builds="learn.models.helmholtz:HelmholtzField",
         summary="kriging of element responses and spectra under the Helmholtz equation, mixed with inverse distance",
         by_steps=None,
+    ),
+    "twin": ModelEntry(
+        builds="learn.models.twin:Twin",
+        summary="ray tracing of a scene that the known spectra correct, and kriging of responses for the rest",
+        by_steps=None,
+        needs=("scene",),
     ),
     "bisplat": ModelEntry(
         builds="learn.models.bisplat:BiSplatWRF",

@@ -169,6 +169,9 @@ def _check(config: Config, devices: int, nodes: int) -> None:
         ParameterError: a number is out of range, or the model does not have one of the options.
     """
     check_options(config.model, config.options)
+    for name in model_entry(config.model).needs:
+        if not config.options.get(name):
+            raise ParameterError(name, f"expected one for the model {config.model}, found none")
     require_seed(seed=config.seed, split_seed=config.split_seed)
     if config.train_size is not None:
         require_whole(1, MOST_POSITIONS, train_size=config.train_size)

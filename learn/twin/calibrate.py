@@ -84,7 +84,7 @@ def calibrate(
         if number:
             tracer = moved(tracer, varied(scene, which, values), region)
         traced, jacobian = linearised(tracer, which, positions)
-        aligned, gain = _aligned(measured, traced, phases_known)
+        aligned, gain = aligned_to(measured, traced, phases_known)
         rest = _without_own_phase(aligned - traced, traced, phases_known)
         misfit = float((np.abs(rest) ** 2).sum() / (np.abs(traced) ** 2).sum())
         first = misfit if number == 0 else first
@@ -156,7 +156,7 @@ def _alike(positions: Float[np.ndarray, "K 3"], wavelength: float) -> Float[np.n
     return (1 - UNCORRELATED) * waves + UNCORRELATED * np.eye(len(positions))
 
 
-def _aligned(
+def aligned_to(
     measured: Complex[np.ndarray, "K M"], traced: Complex[np.ndarray, "K M"], phases_known: bool
 ) -> tuple[Complex[np.ndarray, "K M"], complex]:
     """Measured responses in the phase and scale of traced ones, and the common gain that they had."""

@@ -11,18 +11,15 @@ import numpy as np
 from jaxtyping import Complex, Int
 
 from learn.models.retrieved_field import retrieved_responses
-from learn.splits import SplitKind, split
 from learn.twin.calibrate import Calibration, calibrate
 from scenes.atomic import write_atomically
 from scenes.description import Scene
-from scenes.errors import InputError, require_whole
+from scenes.errors import InputError
 from scenes.scene_yaml import write_scene
 from scenes.tolerances import Tolerances
 from scenes.unknowns import OF_MATERIALS, Unknown, unknowns
 from simulate.array import PlanarArray
 from simulate.dataset import Dataset
-from simulate.evenly import evenly
-from simulate.positions import MOST_POSITIONS
 from simulate.propagation import Propagation
 
 RECORD = "calibration.json"
@@ -31,30 +28,24 @@ RECORD = "calibration.json"
 def calibrate_by(
     scene: Scene,
     dataset: Dataset,
-    spectra: int = 160,
-    split_kind: SplitKind = "files",
-    seed: int = 0,
+    known: Int[np.ndarray, " n"],
     tolerances: Tolerances = Tolerances(),
     propagation: Propagation = Propagation(),
     report: Callable[[str], None] = lambda sentence: None,
 ) -> Calibration:
-    """Correct a scene by a dataset's spectra that are not held out.
+    """Correct a scene by some of a dataset's spectra.
 
     Args:
         scene: the scene as described.
-        dataset: measured spectra, from their responses where the folder has any, otherwise from the pictures.
-        spectra: largest number of spectra to use, evenly spread.
-        split_kind: which spectra are held out, as for ``split``.
-        seed: seed of that split.
+        dataset: measured spectra.
+        known: indices of those to use.
         tolerances: how wrong the scene may be.
         propagation: the mechanisms that rays follow.
         report: called with sentences on the progress.
 
     Raises:
         InputError: the scene has several gateways or another array than the dataset, or nothing in it is unknown.
-        ParameterError: ``spectra`` is no number of spectra.
     """
-    require_whole(1, MOST_POSITIONS, spectra=spectra)
     if scene.further_gateways:
         raise InputError(f"{scene.name}: expected a scene with one gateway, found {1 + len(scene.further_gateways)}")
     array = PlanarArray.of(scene.gateway)
@@ -66,16 +57,18 @@ def calibrate_by(
     which = unknowns(scene, tolerances)
     if not which:
         raise InputError(f"{scene.name}: expected something that may be wrong, found tolerances that are all 0")
-    known = evenly(split(dataset, split_kind, seed).known, spectra)
-    measured = _responses(dataset, known)
-    phases_known = dataset.responses is not None
+    measured, phases_known = measured_responses(dataset, known)
     return calibrate(scene, which, propagation, dataset.positions[known], measured, phases_known, report)
 
 
-def _responses(dataset: Dataset, known: Int[np.ndarray, " n"]) -> Complex[np.ndarray, "n M"]:
+def measured_responses(dataset: Dataset, known: Int[np.ndarray, " n"]) -> tuple[Complex[np.ndarray, "n M"], bool]:
+    """Responses of some of a dataset's spectra, and whether they share phase and scale.
+
+    They are the dataset's own, or are found behind its pictures.
+    """
     if dataset.responses is not None:
-        return dataset.responses[known].astype(complex)
-    return retrieved_responses(dataset, known)
+        return dataset.responses[known].astype(complex), True
+    return retrieved_responses(dataset, known), False
 
 
 def in_units(unknown: Unknown, value: float, deviation: float) -> tuple[str, str]:

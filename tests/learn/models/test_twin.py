@@ -1,0 +1,111 @@
+"""The twin: of a wrongly described yard and a few known spectra it predicts others, and is kept in a run folder."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from learn.models.registry import MODELS
+from learn.models.twin import Twin
+from learn.splits import split
+from learn.training.config import Config
+from learn.training.run_folder import load_run
+from learn.training.train import train_run
+from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.errors import InputError, ParameterError
+from scenes.materials import p2040_materials
+from scenes.scene_yaml import write_scene
+from scenes.shapes import box, sheet
+from scenes.tolerances import Tolerances
+from scenes.unknowns import unknowns, varied
+from simulate.beamformer import Beamformer
+from simulate.dataset import Dataset, read_dataset
+from simulate.generate import generate
+from simulate.propagation import Propagation
+from simulate.request import Request
+
+
+@pytest.fixture(scope="module")
+def yard() -> Scene:
+    return Scene(
+        name="yard",
+        frequency=915e6,
+        gateway=Gateway((0, 0, 1.5), facing((1, 0.2, 0))),
+        transmitter=Transmitter((2.0, -0.5, 1.0), (3.0, 0.5, 1.6)),
+        objects=(
+            SceneObject("floor", sheet((-9, -9, 0), (18, 0, 0), (0, 18, 0)), "concrete"),
+            SceneObject("cabinet", box((1.0, 1.5, 0.001), (3.0, 2.0, 3.0)), "metal"),
+        ),
+        materials=p2040_materials(["concrete", "metal"], 915e6),
+    )
+
+
+@pytest.fixture(scope="module")
+def data(yard, tmp_path_factory) -> Dataset:
+    """Forty spectra of the yard."""
+    folder = tmp_path_factory.mktemp("twin") / "data"
+    positions = np.random.default_rng(0).uniform(*yard.transmitter.region, (40, 3))
+    generate(Request(yard, positions, "given", Propagation(rays=20_000), 0), folder)
+    return read_dataset(folder)
+
+
+@pytest.fixture(scope="module")
+def wrong(yard, tmp_path_factory) -> str:
+    """The yard as described."""
+    which = unknowns(yard, Tolerances())
+    draw = np.random.default_rng(1).normal(size=len(which)) * [each.tolerance for each in which]
+    return str(write_scene(varied(yard, which, draw), tmp_path_factory.mktemp("twin") / "wrong"))
+
+
+@pytest.fixture(scope="module")
+def run(data, wrong, tmp_path_factory):
+    folder: Path = tmp_path_factory.mktemp("twin") / "run"
+    config = Config(dataset=str(data.folder), model="twin", split="random", train_size=10, options={"scene": wrong})
+    train_run(config, folder)
+    return load_run(folder)
+
+
+def correlation(a, b) -> float:
+    """Median over positions, of element responses."""
+    product = np.abs((a.conj() * b).sum(axis=1))
+    return float(np.median(product / np.linalg.norm(a, axis=1) / np.linalg.norm(b, axis=1)))
+
+
+def test_a_dozen_spectra_correct_the_scene(data, run, wrong):
+    test = split(data, "random", 0).test
+    positions, truth = data.positions[test], data.responses[test]
+    described = Twin(run.model.region.numpy(), data.beamformer, data.wavelength, scene=wrong)
+    assert correlation(described._traced(positions), truth) < 0.99
+    assert correlation(run.predict(positions).responses, truth) > 0.998
+
+
+def test_known_responses_are_predicted_as_they_are(data, run):
+    known = split(data, "random", 0, train_size=10).known
+    found = run.predict(data.positions[known]).responses
+    assert correlation(found, data.responses[known]) > 0.999
+    uncertain = run.model.uncertainty(run.model.rest.places)
+    assert float(uncertain.max()) < 0.2
+
+
+def test_a_scene_is_needed_and_has_the_frequency(data, wrong, yard, tmp_path):
+    region = yard.transmitter.region
+    with pytest.raises(ParameterError, match="scene: expected the scene"):
+        Twin(region, Beamformer(), data.wavelength)
+    elsewhere = write_scene(
+        varied(yard, [u for u in unknowns(yard, Tolerances(frequency=1)) if u.kind == "frequency"], np.array([1.0])),
+        tmp_path / "other",
+    )
+    with pytest.raises(InputError, match="wavelength"):
+        Twin(region, data.beamformer, data.wavelength, scene=str(elsewhere)).fit(data, np.arange(9))
+
+
+def test_it_is_no_model_of_comparisons_without_a_scene():
+    from learn.comparison.methods import method_names
+
+    assert MODELS["twin"].needs == ("scene",) and "twin" not in method_names()
+
+
+def test_training_without_a_scene_is_refused_before_any_folder_is_made(data, tmp_path):
+    with pytest.raises(ParameterError, match="scene: expected one for the model twin"):
+        train_run(Config(dataset=str(data.folder), model="twin"), tmp_path / "run")
+    assert not (tmp_path / "run").exists()
