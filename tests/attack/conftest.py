@@ -69,13 +69,11 @@ class Tally:
 def workplace(tmp_path_factory) -> Iterator[Workplace]:
     """Valid files, and a process that runs commands on changed ones."""
     folder = tmp_path_factory.mktemp("attack")
-    (folder / "figures").mkdir()
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setenv("TMPDIR", str(folder / "temporary"))
-        patch.setenv("MPLCONFIGDIR", str(folder / "figures"))
-        (folder / "temporary").mkdir()
-        with ForkServer() as server:
-            yield Workplace(folder, server, FIELD)
+    temporary, settings = folder / "temporary", folder / "settings"
+    temporary.mkdir()
+    settings.mkdir()
+    with ForkServer(temporary, settings) as server:
+        yield Workplace(folder, server, FIELD)
 
 
 @pytest.fixture

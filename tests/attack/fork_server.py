@@ -59,10 +59,19 @@ class Ended:
 
 
 class ForkServer:
-    """A process that runs commands for us, as a context."""
+    """A process that runs commands for us, as a context.
+
+    Args:
+        temporary: folder in which the commands make temporary files.
+        settings: folder in which libraries keep what they need from one command to the next.
+    """
+
+    def __init__(self, temporary: Path, settings: Path) -> None:
+        self._folders = {"TMPDIR": str(temporary), "MPLCONFIGDIR": str(settings)}
 
     def __enter__(self) -> ForkServer:
-        environment = os.environ | {"OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1", "COLUMNS": "200"}
+        environment = os.environ | self._folders
+        environment |= {"OMP_NUM_THREADS": "1", "NUMBA_NUM_THREADS": "1", "COLUMNS": "200"}
         environment["PYTHONPATH"] = os.pathsep.join(path for path in sys.path if path)
         environment.pop("BISPLAT_TRACEBACK", None)
         self._process = subprocess.Popen(

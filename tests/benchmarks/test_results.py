@@ -58,7 +58,7 @@ def test_only_the_section_of_a_run_changes(make_page, docs, tmp_path):
 
 
 def test_folder_of_an_experiment_is_read(make_page, docs, tmp_path):
-    folder = tmp_path / "runs" / "sweep-lab"
+    folder = tmp_path / "runs" / "sweep-closet"
     folder.mkdir()
     protocol = {"dataset": "lab", "split": "blocked", "split_seed": 0, "steps": 7, "device": "1 CPU thread"}
     (folder / "protocol.json").write_text(json.dumps(protocol))
@@ -70,13 +70,13 @@ def test_folder_of_an_experiment_is_read(make_page, docs, tmp_path):
     (folder / "results.jsonl").write_text("\n".join(json.dumps({**row, "date": "2031-02-03"}) for row in rows))
     assert make_page() == []  # its picture is not there
     (folder / "sweep.png").write_bytes(b"a picture")
-    assert make_page() == ["sweep-lab"]
-    section = sections((docs / "measurements.md").read_text())["Accuracy against the number of training spectra"]
+    assert make_page() == ["sweep-closet"]
+    section = sections((docs / "measurements.md").read_text())["How many spectra are needed: the closet in full wave"]
     assert (
         "Measured on 2031-02-03, " in section and "; 1 CPU thread; 7 steps of training each; 9 test spectra." in section
     )
     assert "\n| nearest | – | 0.750 | 0.000 (2) | 0.700 | 0.500 | 20.0 | 0.100 | 2.8 | – | – | – |\n" in section
-    assert (docs / "sweep-lab.png").read_bytes() == b"a picture"
+    assert (docs / "sweep-closet.png").read_bytes() == b"a picture"
 
 
 def test_figures_of_the_smallest_run_are_refused(run_python, docs, tmp_path):
