@@ -14,15 +14,13 @@ from scipy.spatial.transform import Rotation
 
 from scenes.description import Scene, SceneObject
 from scenes.materials import RadioMaterial
+from scenes.permittivity import is_conductor
 from scenes.tolerances import Tolerances
 
 Kind = Literal["position", "turn", "frequency", "object", "relative_permittivity", "conductivity", "thickness"]
 
 OF_MATERIALS = ("relative_permittivity", "conductivity", "thickness")
 """Properties of a material, whose unknowns are logarithms of ratios."""
-
-CONDUCTOR = 1e5
-"""S/m; above it, a wave does not tell one conductor from another."""
 
 BESIDE = 0.01
 """Metres: an object that comes nearer to the scene's bounds is a part of the room and does not move."""
@@ -77,10 +75,12 @@ def unknowns(scene: Scene, tolerances: Tolerances) -> list[Unknown]:
         if (start - low).min() > BESIDE and (high - end).min() > BESIDE:
             found += [Unknown("object", item.name, axis, tolerances.objects) for axis in range(2)]
     for name, material in scene.materials.items():
-        if material.conductivity < CONDUCTOR:
-            lossy = material.conductivity > 0
-            kinds: list[Kind] = ["relative_permittivity", *(["conductivity"] if lossy else []), "thickness"]  # type: ignore[list-item]
-            found += [Unknown(kind, name, 0, tolerances.materials) for kind in kinds]
+        if is_conductor(material, scene.frequency):
+            continue  # a wave does not tell one conductor from another
+        found.append(Unknown("relative_permittivity", name, 0, tolerances.materials))
+        if material.conductivity > 0:
+            found.append(Unknown("conductivity", name, 0, tolerances.materials))
+        found.append(Unknown("thickness", name, 0, tolerances.materials))
     return [each for each in found if each.tolerance > 0]
 
 
