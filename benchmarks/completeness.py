@@ -20,7 +20,7 @@ import tyro
 from report.printing import print_figures
 
 from scenes.lab import lab
-from simulate.chains import paths_of_chains, reflecting_planes
+from simulate.chains import reflecting_planes, solve_chains
 from simulate.paths import NONE, Interactions, fields, interactions_of, refine, shoot
 from simulate.placement import place
 from simulate.propagation import Propagation
@@ -66,8 +66,8 @@ def main(
     for index in range(positions):
         target = targets.subset(np.array([index]))
         ours: Contributions = {}
-        for chain, paths in paths_of_chains(ray_scene, chains, sources, target):
-            solved = chains.subset(chain)
+        for chain, solution in solve_chains(ray_scene, chains, sources, target):
+            solved, paths = chains.subset(chain), fields(ray_scene, solution, sources, target)
             ours |= named(solved.interactions, solved.planes, paths.sources, paths.responses)
         buffer = refine(search, shoot(search, target, sources, SEED, candidates), target, sources)
         buffer.discard_invalid()

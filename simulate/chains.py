@@ -22,7 +22,6 @@ from simulate.paths import (
     NONE,
     SPECULAR,
     Interactions,
-    Paths,
     candidates,
     fields,
     interactions_of,
@@ -143,7 +142,8 @@ def find_chains(
     def tried(chains: Chains) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Every path of the chains to a trial: its chain, its (trial, element) as one number, its power."""
         found = [(np.zeros(0, int), np.zeros(0, int), np.zeros(0))]
-        for chain, paths in paths_of_chains(ray_scene, chains, elements, trials):
+        for chain, buffer in solve_chains(ray_scene, chains, elements, trials):
+            paths = fields(ray_scene, buffer, elements, trials)
             found.append((chain, paths.targets * len(elements) + paths.sources, np.abs(paths.responses) ** 2))
         chain, pair, power = (np.concatenate(column) for column in zip(*found, strict=True))
         return chain, pair, power
@@ -194,9 +194,9 @@ LANES = 400_000
 """Candidate paths solved at once: bounds the memory at some 200 MB."""
 
 
-def paths_of_chains(
+def solve_chains(
     ray_scene: RayScene, chains: Chains, sources: Antennas, targets: Antennas
-) -> Iterator[tuple[Int[np.ndarray, " paths"], Paths]]:
+) -> Iterator[tuple[Int[np.ndarray, " paths"], PathsBuffer]]:
     """Solve every chain between every source and target exactly.
 
     The paths are ordered by target, chain and source, and those of one target do not depend on the other targets.
@@ -206,18 +206,6 @@ def paths_of_chains(
         chains: the chains to solve.
         sources: where the paths begin.
         targets: where they end.
-
-    Yields:
-        Batches of paths, and the index of each path's chain.
-    """
-    for chain, buffer in solve_chains(ray_scene, chains, sources, targets):
-        yield chain, fields(ray_scene, buffer, sources, targets)
-
-
-def solve_chains(
-    ray_scene: RayScene, chains: Chains, sources: Antennas, targets: Antennas
-) -> Iterator[tuple[Int[np.ndarray, " paths"], PathsBuffer]]:
-    """The geometry of ``paths_of_chains`` without the fields: arguments and order as there.
 
     Yields:
         Batches of valid paths, and the index of each path's chain.

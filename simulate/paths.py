@@ -182,23 +182,12 @@ class Paths:
 
 
 def terms(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets: Antennas) -> Terms:
-    """Each valid path of the buffer, with its course.
-
-    Args:
-        ray_scene: the scene, with the propagation to follow.
-        buffer: exact paths, of ``refine``.
-        sources: where the paths begin.
-        targets: where they end.
-
-    Returns:
-        The paths, in the buffer's order.
-    """
+    """What each valid path of the buffer contributes (arguments and order as of ``fields``), with its course."""
     paths = fields(ray_scene, buffer, sources, targets)
     hit = interactions_of(buffer)
-    between = np.stack([axis.numpy() for axis in (buffer.vertices_x, buffer.vertices_y, buffer.vertices_z)], axis=-1)
     starts, ends = sources.positions[paths.sources][:, None], targets.positions[paths.targets][:, None]
     happened, turned = hit.types != NONE, (hit.types != NONE) & (hit.types != REFRACTION)
-    vertices = np.concatenate([starts, np.where(happened[..., None], between, ends), ends], axis=1)
+    vertices = np.concatenate([starts, np.where(happened[..., None], _vertices(buffer), ends), ends], axis=1)
     objects = np.full(hit.types.shape, STRAIGHT)
     objects[turned] = ray_scene.object_of_identifier[hit.shapes[turned]]
     return Terms(paths.targets, paths.sources, paths.responses, vertices, objects)
@@ -248,9 +237,12 @@ def _shortened(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas) -> F
     faces = np.zeros(hit.types.shape, np.int64)
     happened = reflected | passed
     faces[happened] = ray_scene.planes.first_face[hit.shapes[happened]] + hit.triangles[happened]
-    vertices = np.stack([axis.numpy() for axis in (buffer.vertices_x, buffer.vertices_y, buffer.vertices_z)], axis=-1)
     starts = sources.positions[buffer.source_indices.numpy()]
     with ONE_KERNEL:
-        return shortened(
-            reflected, passed, faces, vertices.astype(float), starts, ray_scene.normals, ray_scene.slabs.fronts
-        )
+        return shortened(reflected, passed, faces, _vertices(buffer), starts, ray_scene.normals, ray_scene.slabs.fronts)
+
+
+def _vertices(buffer: PathsBuffer) -> Float[np.ndarray, "paths depth 3"]:
+    """Where the interactions of each path of the buffer are, metres, world frame."""
+    axes = buffer.vertices_x, buffer.vertices_y, buffer.vertices_z
+    return np.stack([axis.numpy() for axis in axes], axis=-1).astype(float)

@@ -15,7 +15,7 @@ from jaxtyping import Complex, Float, Int
 
 from scenes.description import Scene
 from scenes.errors import ParameterError
-from simulate.chains import Chains, find_chains, paths_of_chains, solve_chains
+from simulate.chains import Chains, find_chains, solve_chains
 from simulate.diffraction.chains import DiffractedChains
 from simulate.diffraction.edges import Edges
 from simulate.diffraction.search import find_diffracted_chains
@@ -183,17 +183,25 @@ class Tracer:
     def _targets(self, positions: Float[np.ndarray, "K 3"]) -> Antennas:
         return transmitter_antennas(self.ray_scene.description, positions)
 
-    def _found(self, elements: Antennas, positions: Float[np.ndarray, "K 3"]) -> Iterator[tuple[int, Paths]]:
-        """Batches of paths, and the index of the position that is target 0 of the batch."""
+    def _solved(
+        self, elements: Antennas, positions: Float[np.ndarray, "K 3"]
+    ) -> Iterator[tuple[int, Antennas, PathsBuffer]]:
+        """Batches of paths that are not diffracted, their transmitters, and the index of the first of these."""
         targets = self._targets(positions)
         if self.method == "chains":
-            for _, paths in paths_of_chains(self.ray_scene, self._chains, elements, targets):
-                yield 0, paths
+            for _, buffer in solve_chains(self.ray_scene, self._chains, elements, targets):
+                yield 0, targets, buffer
         else:
             for start in range(0, len(targets), self._batch_size):
                 batch = targets.subset(np.arange(start, min(start + self._batch_size, len(targets))))
-                yield start, fields(self.ray_scene, self._shot(elements, batch), elements, batch)
+                yield start, batch, self._shot(elements, batch)
+
+    def _found(self, elements: Antennas, positions: Float[np.ndarray, "K 3"]) -> Iterator[tuple[int, Paths]]:
+        """Batches of paths, and the index of the position that is target 0 of the batch."""
+        for start, targets, buffer in self._solved(elements, positions):
+            yield start, fields(self.ray_scene, buffer, elements, targets)
         if self._diffracted is not None:
+            targets = self._targets(positions)
             for _, paths in diffracted_paths(self._edge_scene, self._diffracted, elements, targets):
                 yield 0, paths
 
@@ -225,17 +233,11 @@ class Tracer:
         return self._terms(self.elements, positions)
 
     def _terms(self, elements: Antennas, positions: Float[np.ndarray, "K 3"]) -> Iterator[Terms]:
-        targets = self._targets(positions)
-        if self.method == "chains":
-            for _, buffer in solve_chains(self.ray_scene, self._chains, elements, targets):
-                yield terms(self.ray_scene, buffer, elements, targets)
-        else:
-            for number in range(len(targets)):
-                one = targets.subset(np.array([number]))
-                found = terms(self.ray_scene, self._shot(elements, one), elements, one)
-                yield found._replace(targets=found.targets + number)
+        for start, targets, buffer in self._solved(elements, positions):
+            found = terms(self.ray_scene, buffer, elements, targets)
+            yield found._replace(targets=found.targets + start)
         if self._diffracted is not None:
-            yield from diffracted_terms(self._edge_scene, self._diffracted, elements, targets)
+            yield from diffracted_terms(self._edge_scene, self._diffracted, elements, self._targets(positions))
 
     def _shot(self, sources: Antennas, targets: Antennas) -> PathsBuffer:
         """Valid paths by shooting rays from every source."""
