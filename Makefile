@@ -1,4 +1,4 @@
-# `make demo`, `make test` and `make attack` (an hour) each do all the set-up they need, in .venv, on a fresh machine with Python 3.11.
+# `make demo`, `make test` and `make attack` each do the set-up they need, in .venv, with Python 3.11 or newer.
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV   := .venv
 BIN    := $(VENV)/bin

@@ -9,41 +9,19 @@ may have, and one of 5 million, which is refused. The dataset is kept in a folde
 
 from __future__ import annotations
 
-import os
 import shutil
-import subprocess
-import sys
 import tempfile
-import time
 from pathlib import Path
 from typing import Annotated
 
 import numpy as np
 import tyro
+from report.commands import measured
 from report.printing import print_figures
 
 from scenes.description import MOST_TRIANGLES
 
 PLACE = "--gateway 15 15 9 --boresight 1 0 0 --region-min 20 10 4 --region-max 25 20 5 --default-material concrete"
-
-
-def measured(*arguments: str, status: int = 0) -> dict[str, float]:
-    """Seconds and peak memory of a command, from its start to its end.
-
-    Args:
-        arguments: of ``bisplat``.
-        status: the exit status that it must have.
-    """
-    began = time.perf_counter()
-    with tempfile.TemporaryFile() as said:
-        process = subprocess.Popen([sys.executable, "-m", "bisplat", *arguments], stdout=said, stderr=said)
-        _, code, usage = os.wait4(process.pid, 0)
-        seconds = time.perf_counter() - began
-        process.returncode = os.waitstatus_to_exitcode(code)
-        said.seek(0)
-        if process.returncode != status:
-            raise RuntimeError(f"{' '.join(arguments)}: {said.read().decode()}")
-    return {"seconds": round(seconds, 1), "peak_gb": round(usage.ru_maxrss * 1024 / 1e9, 2)}
 
 
 def write_ground(path: Path, triangles: int) -> None:

@@ -14,9 +14,6 @@ other program should run meanwhile.
 from __future__ import annotations
 
 import os
-import resource
-import subprocess
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -24,6 +21,7 @@ from typing import Annotated, Any
 
 import numpy as np
 import tyro
+from report.commands import Measured, measured
 from report.printing import print_figures
 
 from learn.metrics import ssim
@@ -93,16 +91,12 @@ class Loop:
         return np.array(responses), (time.perf_counter() - began) / max(1, len(positions) - 1)
 
 
-def dataset_seconds(spectra: int, propagation: Propagation) -> tuple[float, float]:
-    """Seconds and peak memory (GB) of ``bisplat simulate``, from its start to the last file on disk."""
+def dataset(spectra: int, propagation: Propagation) -> Measured:
+    """What ``bisplat simulate`` takes, from its start to the last file on disk."""
     with tempfile.TemporaryDirectory() as folder:
-        command = [sys.executable, "-m", "bisplat", "simulate", "lab", "-o", f"{folder}/lab", "-n", str(spectra)]
-        command += ["--max-depth", str(propagation.max_depth), "--rays", str(propagation.rays)]
-        command += [] if propagation.diffraction else ["--no-diffraction", "--no-slab-phase"]
-        began = time.perf_counter()
-        subprocess.run(command, check=True, capture_output=True)
-        seconds = time.perf_counter() - began
-    return seconds, resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss * 1024 / 1e9
+        traced = ["--max-depth", str(propagation.max_depth), "--rays", str(propagation.rays)]
+        traced += [] if propagation.diffraction else ["--no-diffraction", "--no-slab-phase"]
+        return measured("simulate", "lab", "-o", f"{folder}/lab", "-n", str(spectra), *traced)
 
 
 def draw(sizes: list[int], ours: list[float], loop: float, path: Path) -> None:
@@ -144,11 +138,10 @@ def main(
     if smallest:
         propagation, loop_rays, dense_rays = SMALLEST, SMALLEST.rays, SMALLEST.rays
         default, positions, dense, sizes = Propagation(max_depth=1, rays=10_000), 2, 1, (2, 3)
-    with_diffraction = [dataset_seconds(size, default)[0] for size in sizes[:2]]
-    timed = [dataset_seconds(size, propagation) for size in sizes]
-    marginal = [
-        (timed[i + 1][0] - timed[i][0]) / (sizes[i + 1] - sizes[i]) for i in range(len(sizes) - 1)
-    ]  # the search for chains cancels
+    with_diffraction = [dataset(size, default)["seconds"] for size in sizes[:2]]
+    timed = [dataset(size, propagation) for size in sizes]
+    seconds = [each["seconds"] for each in timed]
+    marginal = np.diff(seconds) / np.diff(sizes)  # the search for chains cancels
 
     places = place(lab(), "uniform", positions, 7)
     began = time.perf_counter()
@@ -160,7 +153,7 @@ def main(
     theirs, looping = loop.responses(places, loop_rays)
     densest, _ = loop.responses(places[:dense], dense_rays)
     if figure is not None:
-        draw(list(sizes), [seconds for seconds, _ in timed], looping, figure)
+        draw(list(sizes), seconds, looping, figure)
 
     def agreement(name: str, first: np.ndarray, second: np.ndarray) -> dict[str, float]:
         values = ssim(pictures(first), pictures(second))
@@ -170,7 +163,7 @@ def main(
         }
 
     result: dict[str, Any] = {
-        "ratio": round(looping / (timed[1][0] / sizes[1]), 1),
+        "ratio": round(looping / (seconds[1] / sizes[1]), 1),
         **agreement("", ours, theirs),
         **agreement("_between_our_seeds", ours, other),
         **agreement("_ours_with_dense", ours[:dense], densest),
@@ -180,19 +173,16 @@ def main(
         "loop_seconds_per_spectrum": round(looping, 3),
         "finding_chains_seconds": round(finding, 1),
         "chains": len(tracer.found.reflected or ()),
-        **{f"seconds_{size}": round(seconds, 1) for size, (seconds, _) in zip(sizes, timed, strict=True)},
+        **{f"seconds_{size}": round(each, 1) for size, each in zip(sizes, seconds, strict=True)},
         **{
-            f"milliseconds_per_further_spectrum_to_{n}": round(1e3 * m, 2)
+            f"milliseconds_per_further_spectrum_to_{n}": round(1e3 * float(m), 2)
             for n, m in zip(sizes[1:], marginal, strict=True)
         },
-        **{
-            f"seconds_{n}_with_diffraction": round(seconds, 1)
-            for n, seconds in zip(sizes, with_diffraction, strict=False)
-        },
+        **{f"seconds_{n}_with_diffraction": round(each, 1) for n, each in zip(sizes, with_diffraction, strict=False)},
         "milliseconds_per_further_spectrum_with_diffraction": round(
             1e3 * (with_diffraction[1] - with_diffraction[0]) / (sizes[1] - sizes[0]), 2
         ),
-        "peak_memory_gb": round(max(memory for _, memory in timed), 2),
+        "peak_memory_gb": round(max(each["peak_gb"] for each in timed), 2),
         "cores": os.cpu_count(),
     }
     print_figures(result, json_output, smallest)
