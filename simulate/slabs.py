@@ -22,7 +22,7 @@ from scenes.description import Scene, SceneObject
 from scenes.enclosure import WALL_REACH
 from scenes.materials import RadioMaterial
 from scenes.occupancy import closed_parts, holds_antennas, merged
-from simulate.permittivity import is_conductor
+from scenes.permittivity import is_conductor
 
 
 @dataclass(frozen=True)

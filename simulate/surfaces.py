@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from sionna.rt.utils import itu_coefficients_single_layer_slab
 
-from simulate.permittivity import conducting_objects, relative_permittivity
+from scenes.permittivity import conducting_objects, relative_permittivity
 from simulate.ray_scene import RayScene
 from simulate.ray_tracer import dr, mi
 

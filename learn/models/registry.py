@@ -54,7 +54,7 @@ MODELS: dict[str, ModelEntry] = {
         by_steps=None,
     ),
     "twin": ModelEntry(
-        builds="learn.models.twin:Twin",
+        builds="learn.twin.model:Twin",
         summary="ray tracing of a scene that the known spectra correct, and kriging of responses for the rest",
         by_steps=None,
         needs=("scene",),

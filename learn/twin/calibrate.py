@@ -11,6 +11,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from learn.twin.linearised import by_materials, linearised
 from scenes.description import Scene
+from scenes.errors import InputError
 from scenes.unknowns import Unknown, varied
 from simulate.propagation import Propagation
 from simulate.trace import Found, Tracer
@@ -72,6 +73,9 @@ def calibrate(
         phases_known: whether responses of different positions share phase and scale. Otherwise, as behind pictures,
             each has its own, and may be flipped (y_m → conj y_{M−1−m}).
         report: called with sentences on the progress.
+
+    Raises:
+        InputError: no path reaches any of the positions.
     """
     region = np.stack([positions.min(axis=0), positions.max(axis=0)])
     prior = np.array([each.tolerance for each in which])
@@ -84,6 +88,8 @@ def calibrate(
         if number:
             tracer = moved(tracer, varied(scene, which, values), region)
         traced, jacobian = linearised(tracer, which, positions)
+        if not traced.any():
+            raise InputError(f"{scene.name}: expected paths from the gateway to the spectra, found none")
         aligned, gain = aligned_to(measured, traced, phases_known)
         rest = _without_own_phase(aligned - traced, traced, phases_known)
         misfit = float((np.abs(rest) ** 2).sum() / (np.abs(traced) ** 2).sum())
@@ -167,7 +173,8 @@ def aligned_to(
     products = [(each.conj() * traced).sum(axis=1) for each in (measured, flipped)]
     turned = np.abs(products[1]) > np.abs(products[0])
     chosen, product = np.where(turned[:, None], flipped, measured), np.where(turned, products[1], products[0])
-    return chosen * (product / (np.abs(chosen) ** 2).sum(axis=1))[:, None], 1.0
+    power = np.maximum((np.abs(chosen) ** 2).sum(axis=1), np.finfo(float).tiny)  # a black picture has none
+    return chosen * (product / power)[:, None], 1.0
 
 
 def _without_own_phase(

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from simulate.permittivity import conducting_objects
+from scenes.permittivity import conducting_objects
 from simulate.ray_scene import RayScene, first_hits
 
 

@@ -17,8 +17,8 @@ import trimesh
 from jaxtyping import Bool, Float, Int
 
 from scenes.description import Scene
+from scenes.permittivity import conducting_objects
 from scenes.shapes import union
-from simulate.permittivity import conducting_objects
 from simulate.ray_scene import RayScene, first_hits
 
 SMOOTH = np.radians(30)

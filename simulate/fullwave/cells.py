@@ -20,8 +20,8 @@ from numba import njit
 
 from scenes.description import Scene
 from scenes.materials import RadioMaterial
+from scenes.permittivity import VACUUM_PERMITTIVITY, relative_permittivity
 from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency, numerical_permittivity
-from simulate.permittivity import VACUUM_PERMITTIVITY, relative_permittivity
 from simulate.slabs import Slabs, conducting_triangles, dielectric_slabs
 
 CONDUCTOR, AIR = 0, 1

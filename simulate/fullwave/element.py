@@ -9,6 +9,7 @@ import numpy as np
 
 from scenes.array_clearance import element_positions
 from scenes.description import Scene
+from scenes.permittivity import VACUUM_PERMEABILITY
 from simulate.fullwave.cells import EdgeMaterials
 from simulate.fullwave.dipole import GAIN, element_direction, transmitter_direction
 from simulate.fullwave.gprmax import run
@@ -18,7 +19,6 @@ from simulate.fullwave.settling import looks, still_to_come
 from simulate.fullwave.solver import SourceField, solve
 from simulate.fullwave.source import Source
 from simulate.fullwave.stored_field import LOST, StoredField, undo_mean_of_edges
-from simulate.permittivity import VACUUM_PERMEABILITY
 
 
 def element_fields(

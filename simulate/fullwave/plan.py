@@ -12,13 +12,13 @@ from jaxtyping import Float, Int
 from scenes.array_clearance import element_positions
 from scenes.description import SPEED_OF_LIGHT, Scene
 from scenes.errors import ParameterError
+from scenes.permittivity import refractive_index
 from scenes.shapes import bounding_box
 from simulate.fullwave.absorber import ABSORBER
 from simulate.fullwave.lattice import SOURCE_REACH
 from simulate.fullwave.source import RISE
 from simulate.fullwave.stored_field import MARGIN
 from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency
-from simulate.permittivity import refractive_index
 from simulate.slabs import Slabs, conducting_triangles, dielectric_slabs, in_outer_wall
 
 CELLS_PER_WAVELENGTH, CELLS_PER_WAVELENGTH_IN_AIR = 7, 16

@@ -9,11 +9,11 @@ import numpy as np
 from jaxtyping import Complex, Float32, Int
 
 from scenes.description import SPEED_OF_LIGHT
+from scenes.permittivity import VACUUM_PERMEABILITY
 from simulate.fullwave.leapfrog import Cells, advance
 from simulate.fullwave.settling import SETTLED, looks, still_to_come
 from simulate.fullwave.source import Source, moments, phasor
 from simulate.fullwave.yee_grid import YeeGrid
-from simulate.permittivity import VACUUM_PERMEABILITY
 
 FREE_SPACE_IMPEDANCE = VACUUM_PERMEABILITY * SPEED_OF_LIGHT
 """η₀, ohms."""

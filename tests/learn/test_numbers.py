@@ -19,11 +19,13 @@ from learn.training.config import Config
 from learn.training.lightning_module import Spectra, Training
 from learn.training.run_folder import build_model, predict
 from learn.training.train import box_of
+from scenes.scene_yaml import write_scene
 from simulate.beamformer import Beamformer
 from simulate.dataset import Dataset
 from simulate.dataset_writer import encode_picture, write_gateway, write_index, write_positions
 from simulate.positions import FARTHEST
 from simulate.spectrum import picture
+from tests.yard import yard
 
 COUNT = 6
 OPTIONS = {
@@ -34,6 +36,11 @@ OPTIONS = {
     "swiftwrf": {"primitives": 20},
 }
 """Of models that would take long otherwise."""
+
+
+@pytest.fixture(scope="module")
+def scene(tmp_path_factory) -> str:
+    return str(write_scene(yard(), tmp_path_factory.mktemp("numbers") / "yard"))
 
 
 def usual() -> Dataset:
@@ -116,6 +123,8 @@ ODD = [
     far_away, far_apart, very_near, at_one_place, on_a_line, on_a_plane, at_shared_places, black, white,
     without_responses, hardly_any_signal, much_signal, of_one_known_spectrum, of_two_known_spectra,
 ]  # fmt: skip
+FEWER = [far_apart, at_one_place, black, white, hardly_any_signal]
+"""For models that take longer."""
 
 
 @pytest.fixture(autouse=True)
@@ -134,17 +143,14 @@ def finite(spectra: np.ndarray, clipped: bool = False) -> None:
 
 @pytest.mark.parametrize(
     ("name", "odd"),
-    [
-        (name, odd)
-        for name, entry in MODELS.items()
-        for odd in (ODD if entry.by_steps is None else (far_apart, at_one_place, white, hardly_any_signal))
-    ],
+    [(name, odd) for name, entry in MODELS.items() for odd in (FEWER if entry.by_steps or entry.needs else ODD)],
 )
-def test_models(name, odd):
+def test_models(name, odd, scene):
     data = odd(usual())
     parts = Split(data.train, data.train[:1], data.test)
     entry = model_entry(name)
-    config = Config(dataset="odd", model=name, options=OPTIONS.get(name, {}), by_steps=entry.by_steps)
+    options = {**OPTIONS.get(name, {}), **({"scene": scene} if entry.needs else {})}
+    config = Config(dataset="odd", model=name, options=options, by_steps=entry.by_steps)
     torch.manual_seed(0)
     model = build_model(config, box_of(data.positions[parts.train]), data.beamformer, data.wavelength)
     if entry.by_steps is None:

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
-from scenes.materials import p2040_materials
+from scenes.description import Scene, SceneObject
 from scenes.shapes import sheet
 from simulate.derivatives import derivatives
 from simulate.propagation import Propagation
 from simulate.trace import Tracer
+from tests.yard import yard
 
 PROPAGATION = Propagation(max_depth=2, rays=20_000)
 STEP = 1e-3
@@ -22,29 +22,21 @@ AMPLITUDES = 0.06
 
 
 @pytest.fixture(scope="module")
-def yard() -> Scene:
-    return Scene(
-        name="yard",
-        frequency=915e6,
-        gateway=Gateway((0, 0, 1.5), facing((1, 0.2, 0))),
-        transmitter=Transmitter((2.0, -0.5, 1.0), (3.0, 0.5, 1.6)),
-        objects=(
-            SceneObject("floor", sheet((-9, -9, 0), (18, 0, 0), (0, 18, 0)), "concrete"),
-            SceneObject("wall", sheet((-9, 2, -5), (18, 0, 0), (0, 0, 15)), "concrete"),
-            SceneObject("screen", sheet((1.4, -3, 0.5), (0, 1.5, 0), (0, 0, 1.5)), "metal"),
-        ),
-        materials=p2040_materials(["concrete", "metal"], 915e6),
+def scene() -> Scene:
+    return yard(
+        SceneObject("wall", sheet((-9, 2, -5), (18, 0, 0), (0, 0, 15)), "concrete"),
+        SceneObject("screen", sheet((1.4, -3, 0.5), (0, 1.5, 0), (0, 0, 1.5)), "metal"),
     )
 
 
 @pytest.fixture(scope="module")
-def tracer(yard) -> Tracer:
-    return Tracer(yard, PROPAGATION)
+def tracer(scene) -> Tracer:
+    return Tracer(scene, PROPAGATION)
 
 
 @pytest.fixture(scope="module")
-def positions(yard) -> np.ndarray:
-    return np.random.default_rng(0).uniform(*yard.transmitter.region, (6, 3))
+def positions(scene) -> np.ndarray:
+    return np.random.default_rng(0).uniform(*scene.transmitter.region, (6, 3))
 
 
 @pytest.fixture(scope="module")
@@ -53,7 +45,7 @@ def exact(tracer, positions):
 
 
 @pytest.fixture(scope="module")
-def differences(yard, tracer, positions):
+def differences(scene, tracer, positions):
     """Function: a scene for each step -> the central difference of the responses."""
 
     def of(scene_after):
@@ -77,39 +69,39 @@ def test_responses_are_those_of_the_tracer(tracer, positions, exact):
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
-def test_position_of_the_gateway(axis, yard, exact, differences):
+def test_position_of_the_gateway(axis, scene, exact, differences):
     def moved(step):
-        position = np.asarray(yard.gateway.position) + step * np.eye(3)[axis]
-        return replace(yard, gateway=replace(yard.gateway, position=tuple(position)))
+        position = np.asarray(scene.gateway.position) + step * np.eye(3)[axis]
+        return replace(scene, gateway=replace(scene.gateway, position=tuple(position)))
 
     near(exact.position[..., axis], differences(moved), np.linalg.norm(exact.responses))
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])
-def test_turn_of_the_gateway(axis, yard, exact, differences):
+def test_turn_of_the_gateway(axis, scene, exact, differences):
     def turned(step):
-        rotation = Rotation.from_rotvec(step * np.eye(3)[axis]) * Rotation.from_quat(yard.gateway.orientation)
-        return replace(yard, gateway=replace(yard.gateway, orientation=tuple(rotation.as_quat())))
+        rotation = Rotation.from_rotvec(step * np.eye(3)[axis]) * Rotation.from_quat(scene.gateway.orientation)
+        return replace(scene, gateway=replace(scene.gateway, orientation=tuple(rotation.as_quat())))
 
     near(exact.turn[..., axis], differences(turned), 0.3 * np.linalg.norm(exact.responses))
 
 
-def test_frequency(yard, exact, differences):
+def test_frequency(scene, exact, differences):
     def scaled(step):
-        gateway = replace(yard.gateway, spacing=yard.gateway.spacing * (1 + step))
-        return replace(yard, frequency=yard.frequency * (1 + step), gateway=gateway)
+        gateway = replace(scene.gateway, spacing=scene.gateway.spacing * (1 + step))
+        return replace(scene, frequency=scene.frequency * (1 + step), gateway=gateway)
 
     near(exact.frequency, differences(scaled), 3 * np.linalg.norm(exact.responses))
 
 
 @pytest.mark.parametrize(("number", "axis"), [(1, 1), (2, 0), (2, 1)])
-def test_position_of_an_object(number, axis, yard, exact, differences):
+def test_position_of_an_object(number, axis, scene, exact, differences):
     def moved(step):
-        mesh = yard.objects[number].mesh.copy()
+        mesh = scene.objects[number].mesh.copy()
         mesh.apply_translation(step * np.eye(3)[axis])
-        objects = list(yard.objects)
+        objects = list(scene.objects)
         objects[number] = replace(objects[number], mesh=mesh)
-        return replace(yard, objects=tuple(objects))
+        return replace(scene, objects=tuple(objects))
 
     found = exact.objects[:, :, number - 1, axis]
     near(found, differences(moved), np.linalg.norm(exact.responses))

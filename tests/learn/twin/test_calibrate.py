@@ -4,47 +4,35 @@ import numpy as np
 import pytest
 
 from learn.twin.calibrate import calibrate
-from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
-from scenes.materials import p2040_materials
-from scenes.shapes import box, sheet
 from scenes.tolerances import Tolerances
 from scenes.unknowns import unknowns, varied
 from simulate.propagation import Propagation
 from simulate.trace import Tracer
+from tests.yard import CABINET, yard
 
 PROPAGATION = Propagation(max_depth=2, rays=20_000)
 TOLERANCES = Tolerances(position=0.02, turn=2.0, objects=0.03, materials=0.2)
 
 
 @pytest.fixture(scope="module")
-def yard() -> Scene:
-    return Scene(
-        name="yard",
-        frequency=915e6,
-        gateway=Gateway((0, 0, 1.5), facing((1, 0.2, 0))),
-        transmitter=Transmitter((2.0, -0.5, 1.0), (3.0, 0.5, 1.6)),
-        objects=(
-            SceneObject("floor", sheet((-9, -9, 0), (18, 0, 0), (0, 18, 0)), "concrete"),
-            SceneObject("cabinet", box((1.0, 1.5, 0.001), (3.0, 2.0, 3.0)), "metal"),
-        ),
-        materials=p2040_materials(["concrete", "metal"], 915e6),
-    )
+def true():
+    return yard(CABINET)
 
 
 @pytest.fixture(scope="module")
-def wrong(yard):
+def wrong(true):
     """The yard as described, what may be wrong with it, and by how much it is."""
-    which = unknowns(yard, TOLERANCES)
+    which = unknowns(true, TOLERANCES)
     draw = np.random.default_rng(1).normal(size=len(which)) * [each.tolerance for each in which]
-    return varied(yard, which, draw), which, draw
+    return varied(true, which, draw), which, draw
 
 
 @pytest.fixture(scope="module")
-def measured(yard):
+def measured(true):
     """Positions of transmitters, and the true responses, 30 dB above noise, in a gain of the receiver's own."""
     generator = np.random.default_rng(2)
-    positions = generator.uniform(*yard.transmitter.region, (12, 3))
-    responses = Tracer(yard, PROPAGATION).responses(positions).astype(complex)
+    positions = generator.uniform(*true.transmitter.region, (12, 3))
+    responses = Tracer(true, PROPAGATION).responses(positions).astype(complex)
     noise = generator.normal(size=(*responses.shape, 2)) @ [1, 1j] * 0.03 * np.abs(responses).mean()
     return positions, 5j * (responses + noise)
 

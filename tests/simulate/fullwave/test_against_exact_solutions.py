@@ -11,6 +11,7 @@ from scipy.special import j0
 from scenes.array_clearance import element_positions
 from scenes.description import SPEED_OF_LIGHT, Gateway, Scene, SceneObject, Transmitter, facing
 from scenes.materials import RadioMaterial
+from scenes.permittivity import relative_permittivity
 from scenes.shapes import sheet
 from simulate.fullwave.dipole import element_direction, free_space_response, transmitter_direction
 from simulate.fullwave.engine import stored_field
@@ -18,7 +19,6 @@ from simulate.fullwave.half_plane import half_plane_response
 from simulate.fullwave.plan import Plan
 from simulate.fullwave.stored_field import MARGIN
 from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency
-from simulate.permittivity import relative_permittivity
 from simulate.propagation import Propagation
 from simulate.trace import Tracer
 

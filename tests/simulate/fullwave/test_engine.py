@@ -14,6 +14,7 @@ import pytest
 from scenes.description import SPEED_OF_LIGHT, Gateway, Scene, SceneObject, Transmitter, facing
 from scenes.errors import InputError, ParameterError
 from scenes.materials import p2040_materials
+from scenes.permittivity import VACUUM_PERMEABILITY
 from scenes.scene_yaml import write_scene
 from scenes.shapes import sheet
 from simulate.dataset import read_dataset
@@ -21,7 +22,6 @@ from simulate.fullwave.dataset_field import FIELD
 from simulate.fullwave.dipole import GAIN, free_space_response
 from simulate.fullwave.solver import SourceField
 from simulate.fullwave.stored_field import read_stored_field
-from simulate.permittivity import VACUUM_PERMEABILITY
 from simulate.simulation import simulate
 
 

@@ -16,6 +16,7 @@ from learn.models.base import SpectrumModel
 from learn.models.kriged_field import KrigedField
 from scenes.errors import InputError, ParameterError
 from scenes.scene_yaml import load_scene
+from scenes.shapes import bounding_box
 from scenes.tolerances import Tolerances
 from scenes.unknowns import unknowns, varied
 from simulate.beamformer import Beamformer
@@ -24,9 +25,6 @@ from simulate.evenly import evenly
 
 if TYPE_CHECKING:
     from simulate.trace import Tracer
-
-REST = "rest."
-"""Of the names of the kriged field's tensors."""
 
 CALIBRATED_BY = 160
 """Largest number of known spectra that the scene is corrected by; all of them are kriged."""
@@ -169,12 +167,8 @@ class Twin(SpectrumModel):
         from simulate.trace import Tracer
 
         scene = varied(self._described, self._which, self.values.cpu().numpy())
-        return Tracer(scene, Propagation(), self._region())
-
-    def _region(self) -> Float[np.ndarray, "2 3"]:
-        """Box of the training positions and of the scene's transmitter region."""
-        boxes = np.stack([self.region.cpu().numpy(), self._described.transmitter.region])
-        return np.stack([boxes[:, 0].min(axis=0), boxes[:, 1].max(axis=0)])
+        everywhere = bounding_box(np.concatenate([self.region.cpu().numpy(), self._described.transmitter.region]))
+        return Tracer(scene, Propagation(), everywhere)
 
     def _traced(self, positions: Float[np.ndarray, "B 3"]) -> Complex[np.ndarray, "B elements"]:
         return self._tracer.responses(np.asarray(positions, float))
@@ -182,9 +176,6 @@ class Twin(SpectrumModel):
     def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
         """As ``torch.nn.Module.load_state_dict``; the kriged field takes the number of spectra in the file."""
         self.__dict__.pop("_tracer", None)
-        own = {name: value for name, value in state_dict.items() if not name.startswith(REST)}
-        self.rest.load_state_dict(
-            {name.removeprefix(REST): value for name, value in state_dict.items() if name.startswith(REST)}, strict
-        )
-        kept = {f"{REST}{name}": value for name, value in self.rest.state_dict().items()}
-        return super().load_state_dict({**own, **kept}, strict, assign)
+        of_rest = {name.removeprefix("rest."): each for name, each in state_dict.items() if name.startswith("rest.")}
+        self.rest.load_state_dict(of_rest, strict)
+        return super().load_state_dict(state_dict, strict, assign)

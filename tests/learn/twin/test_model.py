@@ -6,16 +6,14 @@ import numpy as np
 import pytest
 
 from learn.models.registry import MODELS
-from learn.models.twin import Twin
 from learn.splits import split
 from learn.training.config import Config
 from learn.training.run_folder import load_run
 from learn.training.train import train_run
-from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
+from learn.twin.model import Twin
+from scenes.description import Scene
 from scenes.errors import InputError, ParameterError
-from scenes.materials import p2040_materials
 from scenes.scene_yaml import write_scene
-from scenes.shapes import box, sheet
 from scenes.tolerances import Tolerances
 from scenes.unknowns import unknowns, varied
 from simulate.beamformer import Beamformer
@@ -23,38 +21,29 @@ from simulate.dataset import Dataset, read_dataset
 from simulate.generate import generate
 from simulate.propagation import Propagation
 from simulate.request import Request
+from tests.yard import CABINET, yard
 
 
 @pytest.fixture(scope="module")
-def yard() -> Scene:
-    return Scene(
-        name="yard",
-        frequency=915e6,
-        gateway=Gateway((0, 0, 1.5), facing((1, 0.2, 0))),
-        transmitter=Transmitter((2.0, -0.5, 1.0), (3.0, 0.5, 1.6)),
-        objects=(
-            SceneObject("floor", sheet((-9, -9, 0), (18, 0, 0), (0, 18, 0)), "concrete"),
-            SceneObject("cabinet", box((1.0, 1.5, 0.001), (3.0, 2.0, 3.0)), "metal"),
-        ),
-        materials=p2040_materials(["concrete", "metal"], 915e6),
-    )
+def true() -> Scene:
+    return yard(CABINET)
 
 
 @pytest.fixture(scope="module")
-def data(yard, tmp_path_factory) -> Dataset:
+def data(true, tmp_path_factory) -> Dataset:
     """Forty spectra of the yard."""
     folder = tmp_path_factory.mktemp("twin") / "data"
-    positions = np.random.default_rng(0).uniform(*yard.transmitter.region, (40, 3))
-    generate(Request(yard, positions, "given", Propagation(rays=20_000), 0), folder)
+    positions = np.random.default_rng(0).uniform(*true.transmitter.region, (40, 3))
+    generate(Request(true, positions, "given", Propagation(rays=20_000), 0), folder)
     return read_dataset(folder)
 
 
 @pytest.fixture(scope="module")
-def wrong(yard, tmp_path_factory) -> str:
+def wrong(true, tmp_path_factory) -> str:
     """The yard as described."""
-    which = unknowns(yard, Tolerances())
+    which = unknowns(true, Tolerances())
     draw = np.random.default_rng(1).normal(size=len(which)) * [each.tolerance for each in which]
-    return str(write_scene(varied(yard, which, draw), tmp_path_factory.mktemp("twin") / "wrong"))
+    return str(write_scene(varied(true, which, draw), tmp_path_factory.mktemp("twin") / "wrong"))
 
 
 @pytest.fixture(scope="module")
@@ -87,12 +76,12 @@ def test_known_responses_are_predicted_as_they_are(data, run):
     assert float(uncertain.max()) < 0.2
 
 
-def test_a_scene_is_needed_and_has_the_frequency(data, wrong, yard, tmp_path):
-    region = yard.transmitter.region
+def test_a_scene_is_needed_and_has_the_frequency(data, wrong, true, tmp_path):
+    region = true.transmitter.region
     with pytest.raises(ParameterError, match="scene: expected the scene"):
         Twin(region, Beamformer(), data.wavelength)
     elsewhere = write_scene(
-        varied(yard, [u for u in unknowns(yard, Tolerances(frequency=1)) if u.kind == "frequency"], np.array([1.0])),
+        varied(true, [u for u in unknowns(true, Tolerances(frequency=1)) if u.kind == "frequency"], np.array([1.0])),
         tmp_path / "other",
     )
     with pytest.raises(InputError, match="wavelength"):

@@ -1,0 +1,19 @@
+"""A small scene for tests: a gateway above a floor, transmitters two to three metres away, and what a test adds."""
+
+from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.materials import p2040_materials
+from scenes.shapes import box, sheet
+
+CABINET = SceneObject("cabinet", box((1.0, 1.5, 0.001), (3.0, 2.0, 3.0)), "metal")
+
+
+def yard(*objects: SceneObject) -> Scene:
+    """The floor and these objects, of concrete or metal, at 915 MHz."""
+    return Scene(
+        name="yard",
+        frequency=915e6,
+        gateway=Gateway((0, 0, 1.5), facing((1, 0.2, 0))),
+        transmitter=Transmitter((2.0, -0.5, 1.0), (3.0, 0.5, 1.6)),
+        objects=(SceneObject("floor", sheet((-9, -9, 0), (18, 0, 0), (0, 18, 0)), "concrete"), *objects),
+        materials=p2040_materials(["concrete", "metal"], 915e6),
+    )
