@@ -227,7 +227,8 @@ def predict(run: Positional[Path], positions: Path, output: Output, force: Force
     Args:
         run: the run folder.
         positions: CSV file with the header x,y,z; metres, in the dataset's world frame.
-        output: the .npz file to write: spectra [K, 90, 360] float32, channels (the responses) [K, elements] complex64.
+        output: the .npz file to write: spectra [K, 90, 360] float32, channels (the responses) [K, elements] complex64,
+            deviation [K] float32, the standard deviation of a spectrum's value in its dominant direction.
     """
     if output.suffix.lower() != ".npz":
         raise InputError(f"{output}: expected a name that ends in .npz, since the file holds several arrays")
@@ -247,6 +248,9 @@ def predict(run: Positional[Path], positions: Path, output: Output, force: Force
     arrays = {"spectra": prediction.spectra}
     if prediction.responses is not None:
         arrays["channels"] = prediction.responses
+    deviation = loaded.deviation(points)
+    if deviation is not None:
+        arrays["deviation"] = deviation.astype("float32")
     write_arrays(output, arrays)
     print(printable(f"{len(points)} spectra: {output}"))
 

@@ -23,7 +23,7 @@ from learn.comparison.task import Method, Task
 from learn.metrics import Scores, score
 from learn.output_folder import claimed
 from learn.splits import SplitKind, split
-from learn.training.run_folder import device_name
+from learn.training.training_file import device_name
 from scenes.atomic import write_atomically
 from scenes.errors import require_whole
 from scenes.input_file import MEGABYTE, read_text

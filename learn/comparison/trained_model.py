@@ -12,8 +12,9 @@ from learn.comparison.budget import steps_within
 from learn.comparison.task import Task
 from learn.models.registry import model_entry
 from learn.training.config import Config, read_config
-from learn.training.run_folder import Run, load_run, read_training
+from learn.training.run_folder import Run, load_run
 from learn.training.train import train_run
+from learn.training.training_file import TrainingFile, read_training
 
 
 @dataclass
@@ -65,13 +66,13 @@ class TrainedModel:
     @property
     def steps(self) -> int | None:
         """Number of training steps; None: the model is not trained by steps."""
-        return None if self._run.config.by_steps is None else self._training["steps"]
+        return None if self._run.config.by_steps is None else self._training.steps
 
     @property
     def seconds(self) -> float:
         """Training time, seconds, including the time before an interruption."""
-        return self._training["seconds"]
+        return self._training.seconds
 
     @property
-    def _training(self) -> dict[str, Any]:
+    def _training(self) -> TrainingFile:
         return read_training(self._run.folder)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from jaxtyping import Float, Int
 from learn.baselines.array_ceiling import CEILING, SAMPLES, array_ceiling
 from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.metrics import Scores, score
+from learn.training.deviation import NORMAL, dominant_error
 from learn.training.run_folder import Run, load_run
 from scenes.errors import InputError
 from simulate.dataset import Dataset, read_dataset, read_index
@@ -38,6 +40,8 @@ class Evaluation:
         known_positions: transmitter positions of the n spectra that the run and the baselines learned from, metres,
             world frame.
         prediction: predicted spectra, 0…1, float32.
+        deviation: standard deviation that the run states of their values in the dominant direction; None: it states
+            none.
         scores: scores by name: "model", "mean-picture", "nearest" and "inverse-distance" of all K test spectra,
             "array's ceiling" of at most 50 of them, evenly spread.
     """
@@ -47,6 +51,7 @@ class Evaluation:
     test: Int[np.ndarray, " K"]
     known_positions: Float[np.ndarray, "n 3"]
     prediction: Float[np.ndarray, "K 90 360"]
+    deviation: Float[np.ndarray, " K"] | None
     scores: dict[str, Scores]
 
     @property
@@ -59,10 +64,21 @@ class Evaluation:
         """The dataset's test spectra, 0…1, float32."""
         return spectrum_of(self.dataset.pictures[self.test])
 
+    @cached_property
+    def errors_in_deviations(self) -> Float[np.ndarray, " K"] | None:
+        """Errors in the dominant directions, in the standard deviations that the run states; None: it states none."""
+        if self.deviation is None:
+            return None
+        return np.abs(dominant_error(self.prediction, self.truth)) / self.deviation
+
     def metrics(self) -> dict[str, Any]:
         """Medians and means over the test spectra, as in metrics.json and the JSON output of ``bisplat evaluate``."""
         baselines = {json_name: self.scores[name].summary() for name, json_name in JSON_NAMES.items()}
-        return {**self.scores["model"].summary(), "test_spectra": len(self.test), "baselines": baselines}
+        metrics = {**self.scores["model"].summary(), "test_spectra": len(self.test), "baselines": baselines}
+        if self.deviation is not None and self.errors_in_deviations is not None:
+            metrics["within_90_percent_interval"] = float(np.mean(self.errors_in_deviations <= NORMAL))
+            metrics["deviation_median"] = float(np.median(self.deviation))
+        return metrics
 
 
 def evaluate(
@@ -123,4 +139,4 @@ def evaluate(
         "inverse-distance": score(inverse_distance(known_positions, known_spectra, positions), truth, grid),
         CEILING: score(array_ceiling(truth[ceiling_rows], tested_on.beamformer), truth[ceiling_rows], grid),
     }
-    return Evaluation(run.folder.name, tested_on, test, known_positions, prediction, scores)
+    return Evaluation(run.name, tested_on, test, known_positions, prediction, run.deviation(positions), scores)

@@ -12,6 +12,7 @@ from jaxtyping import Float
 from matplotlib import colormaps
 from matplotlib.figure import Figure
 from matplotlib.ticker import StrMethodFormatter
+from scipy.stats import norm
 
 from learn.baselines.array_ceiling import CEILING, shown_name
 from learn.colours import DIFFERENCE, MAGNITUDE
@@ -169,6 +170,25 @@ def draw_ssim_distribution(ssim: dict[str, Float[np.ndarray, " K"]], path: Path)
     )
     axis.grid(alpha=0.3)
     figure.legend(loc="outside right upper")
+    save(figure, path)
+
+
+def draw_reliability(errors: Float[np.ndarray, " K"], path: Path) -> None:
+    """Draw which share of the errors lies within intervals that should hold a given share.
+
+    Args:
+        errors: absolute errors, in the standard deviations that were stated for them.
+        path: path of the PNG; the PDF has the same name with the suffix .pdf.
+    """
+    stated = np.linspace(0.01, 0.99, 99)
+    within = np.sort(errors).searchsorted(norm.ppf((1 + stated) / 2), side="right") / len(errors)
+    figure = Figure(figsize=(4.2, 4.2), layout="constrained")
+    axis = figure.subplots()
+    axis.plot([0, 1], [0, 1], color="0.6", lw=1, ls="--", label="as stated")
+    axis.plot(stated, within, lw=2, label=f"found, {len(errors)} test spectra")
+    axis.set(xlabel="share that the interval should hold", ylabel="share of the true values in it", aspect="equal")
+    axis.grid(alpha=0.3)
+    axis.legend(loc="upper left")
     save(figure, path)
 
 

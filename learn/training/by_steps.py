@@ -19,7 +19,9 @@ from learn.models.quadrature import Quadrature
 from learn.models.steps import Steps
 from learn.training.checkpoints import LAST, UNREADABLE, Checkpoints, WholeFiles, has_checkpoint
 from learn.training.lightning_module import Spectra, Training
-from learn.training.run_folder import save_weights, write_training
+from learn.training.run_folder import save_weights
+from learn.training.training_file import write_training
+from learn.training.validation import validate
 from scenes.errors import InputError, printable
 
 STEPS_PER_VALIDATION, VALIDATIONS = 100, 15
@@ -150,6 +152,7 @@ def train_by_steps(
         raise
     if trainer.is_global_zero:
         model.load_state_dict({name.removeprefix("model."): value for name, value in checkpoints.weights.items()})
-        write_training(folder, steps, timer.time_elapsed("train"), checkpoints.score)
+        deviation = validate(model.eval(), spectra.dataset, spectra.parts).deviation
+        write_training(folder, steps, timer.time_elapsed("train"), checkpoints.score, deviation)
         save_weights(folder, model)
     trainer.strategy.barrier()  # the other processes wait until the weights are written

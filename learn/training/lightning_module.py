@@ -117,7 +117,7 @@ class Spectra(L.LightningDataModule):
 
     def __init__(self, dataset: Dataset, parts: Split, batch_size: int, seed: int):
         super().__init__()
-        self._dataset, self._parts, self._batch_size, self._seed = dataset, parts, batch_size, seed
+        self.dataset, self.parts, self._batch_size, self._seed = dataset, parts, batch_size, seed
         self._responses = torch.zeros(len(dataset.positions), 0, 2)
         if dataset.responses is not None:
             scale = np.sqrt(np.square(np.abs(dataset.responses[parts.train])).mean())
@@ -126,10 +126,10 @@ class Spectra(L.LightningDataModule):
     @property
     def batches(self) -> int:
         """Number of steps per epoch; spectra that do not fill the last batch are left out of that epoch."""
-        return max(1, len(self._parts.train) // self._batch_size)
+        return max(1, len(self.parts.train) // self._batch_size)
 
     def train_dataloader(self) -> DataLoader:
-        data, processes, rank = self._data(self._parts.train), 1, 0
+        data, processes, rank = self._data(self.parts.train), 1, 0
         if self.trainer is not None:
             processes, rank = self.trainer.world_size, self.trainer.global_rank
         sampler: DistributedSampler = DistributedSampler(data, processes, rank, seed=self._seed, drop_last=True)
@@ -138,14 +138,12 @@ class Spectra(L.LightningDataModule):
         return DataLoader(data, batch_size=None, sampler=batches)
 
     def val_dataloader(self) -> DataLoader:
-        data = self._data(evenly(self._parts.validation, self.VALIDATED))
+        data = self._data(evenly(self.parts.validation, self.VALIDATED))
         # Every process validates the same spectra, so that all get the same validation SSIM.
         batches = BatchSampler(SequentialSampler(data), self.VALIDATED_AT_ONCE, drop_last=False)
         return DataLoader(data, batch_size=None, sampler=batches)
 
     def _data(self, part: Int[np.ndarray, " n"]) -> Subset:
         """A part of the dataset's arrays, which are not copied: they may be mapped from a file larger than memory."""
-        positions = torch.from_numpy(self._dataset.positions.astype(np.float32))
-        return Subset(
-            TensorDataset(positions, torch.from_numpy(self._dataset.pictures), self._responses), part.tolist()
-        )
+        positions = torch.from_numpy(self.dataset.positions.astype(np.float32))
+        return Subset(TensorDataset(positions, torch.from_numpy(self.dataset.pictures), self._responses), part.tolist())

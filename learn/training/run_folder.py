@@ -3,36 +3,31 @@
 config.json          settings, the model's ``options``, the settings ``by_steps`` of training, array, grid, versions
 split.json           names of the training, validation and test spectra
 weights.safetensors  weights of the best checkpoint; the training is finished if this file exists
-training.json        steps, seconds, device, date, validation SSIM
+training.json        steps, seconds, device, date, validation SSIM, how far predictions are off
 checkpoints/         last.ckpt and previous.ckpt, from which a training resumes (``learn.training.checkpoints``)
 logs/                CSV and TensorBoard
 """
 
 from __future__ import annotations
 
-import datetime
-import json
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any
 
 import numpy as np
 import torch
 from jaxtyping import Complex, Float
-from msgspec import Meta, Struct
 from safetensors import SafetensorError
 from safetensors.torch import load_file, save
 
 from learn.models.base import SpectrumModel
 from learn.models.registry import check_options, model_class, model_entry
-from learn.models.steps import STEPS_MOST
 from learn.splits import Split, read_split
 from learn.training.config import Config, read_config
+from learn.training.training_file import read_training
 from scenes.atomic import write_atomically
 from scenes.errors import InputError, cut, reason, shown
 from scenes.input_file import MEGABYTE, require_regular
-from scenes.json_file import read_json
-from scenes.schema import conform
 from simulate.beamformer import Beamformer
 from simulate.dataset import Dataset, read_dataset
 from simulate.positions import check_points
@@ -105,6 +100,23 @@ def predict(model: SpectrumModel, positions: Float[np.ndarray, "K 3"]) -> Predic
     return Prediction(np.concatenate(spectra), np.concatenate(responses) if responses else None)
 
 
+def uncertainty(model: SpectrumModel, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, " K"] | None:
+    """Variances of predictions relative to the field's variance, 0…1; None: the model computes none.
+
+    Args:
+        model: any model.
+        positions: as for ``predict``.
+    """
+    device, found = model.region.device, []
+    with torch.inference_mode():
+        for batch in torch.from_numpy(np.asarray(positions)).float().split(PREDICT_AT_ONCE[device.type]):
+            variance = model.uncertainty(batch.to(device))
+            if variance is None:
+                return None
+            found.append(variance.double().cpu().numpy())
+    return np.concatenate(found)
+
+
 @dataclass(frozen=True)
 class Run:
     """A trained model with its settings.
@@ -150,6 +162,25 @@ class Run:
             )
         return prediction
 
+    def deviation(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, " K"] | None:
+        """How far predicted spectra may be off: standard deviation of their value in the dominant direction, 0…1.
+
+        The run's validation spectra tell it (``learn.training.deviation``).
+
+        Args:
+            positions: transmitter positions, metres, in the world frame of the dataset of this run.
+
+        Returns:
+            None if the run had too few validation spectra, or was trained by a version that did not keep it.
+
+        Raises:
+            InputError: training.json is damaged.
+        """
+        found = read_training(self.folder).deviation
+        if found is None:
+            return None
+        return found.at(uncertainty(self.model, check_points(positions)), len(positions))
+
     def dataset(self) -> Dataset:
         """The dataset of this run, read from its folder.
 
@@ -168,52 +199,6 @@ class Run:
             InputError: the dataset lacks some of these spectra, or split.json is damaged.
         """
         return read_split(self.folder / "split.json", dataset.names, dataset.folder)
-
-
-def device_name() -> str:
-    """Name of the GPU, or number of CPU threads, that this process trains on."""
-    return torch.cuda.get_device_name() if torch.cuda.is_available() else f"{torch.get_num_threads()} CPU threads"
-
-
-def write_training(folder: Path, steps: int, seconds: float, validation_ssim: float) -> None:
-    """Write training.json.
-
-    Args:
-        folder: the run folder.
-        steps: number of optimiser steps.
-        seconds: training time, seconds.
-        validation_ssim: median SSIM on the validation part of the weights that are kept.
-    """
-    content = {
-        "steps": steps,
-        "seconds": round(seconds, 1),
-        "device": device_name(),
-        "date": datetime.date.today().isoformat(),
-        "validation_ssim": validation_ssim,
-    }
-    write_atomically(folder / "training.json", (json.dumps(content, indent=2) + "\n").encode())
-
-
-class TrainingFile(Struct, frozen=True):
-    """What is read of training.json."""
-
-    steps: Annotated[int, Meta(ge=0, le=STEPS_MOST)]
-    seconds: Annotated[float, Meta(ge=0)]
-
-
-def read_training(folder: Path) -> dict[str, Any]:
-    """Read training.json.
-
-    Args:
-        folder: the run folder.
-
-    Raises:
-        InputError: no regular file, or none with the steps and the seconds of a training.
-    """
-    path = folder / "training.json"
-    content = read_json(path, "the steps and seconds of a training", nan=True)
-    conform(content, TrainingFile, str(path))
-    return content
 
 
 def save_weights(folder: Path, model: SpectrumModel) -> None:

@@ -16,7 +16,6 @@ from jaxtyping import Float
 from lightning.pytorch.utilities import rank_zero_only
 from rich.console import Console
 
-from learn.metrics import ssim
 from learn.models.base import SpectrumModel
 from learn.models.quadrature import quadrature
 from learn.models.registry import DEFAULT_MODEL, check_options, model_entry
@@ -26,13 +25,13 @@ from learn.training.by_steps import train_by_steps
 from learn.training.config import Config, read_config, write_config
 from learn.training.fit_progress import FitProgress
 from learn.training.lightning_module import Spectra
-from learn.training.run_folder import Run, build_model, load_run, load_weights, predict, save_weights, write_training
+from learn.training.run_folder import Run, build_model, load_run, load_weights, save_weights
+from learn.training.training_file import write_training
+from learn.training.validation import validate
 from scenes.errors import ParameterError, require_seed, require_whole
 from scenes.shapes import bounding_box
 from simulate.dataset import Dataset, read_dataset
-from simulate.evenly import evenly
 from simulate.positions import MOST_POSITIONS
-from simulate.spectrum import spectrum_of
 
 PROCESSES_LEAST, NODES_MOST = 8, 1000
 """Number of processes that a machine without a GPU may have, or as many as it has cores; and of machines."""
@@ -192,15 +191,11 @@ def _fit_in_closed_form(model: SpectrumModel, dataset: Dataset, parts: Split, fo
     began = time.perf_counter()
     with FitProgress(f"fit to the {len(parts.train)} training spectra") as model.report:
         found = model.fit(dataset, parts.train)
-    validated = evenly(parts.validation, Spectra.VALIDATED)
-    validation_ssim = 0.0
-    if len(validated):
-        prediction = predict(model, dataset.positions[validated]).spectra
-        validation_ssim = float(np.median(ssim(prediction, spectrum_of(dataset.pictures[validated]))))
+    validation = validate(model, dataset, parts)
     with FitProgress(f"fit to all {len(parts.known)} known spectra") as model.report:
         model.refit(dataset, parts.known)
     Console(stderr=True).print(f"bisplat: {found}", highlight=False, soft_wrap=True)
-    write_training(folder, 0, time.perf_counter() - began, validation_ssim)
+    write_training(folder, 0, time.perf_counter() - began, *validation)
     save_weights(folder, model)
 
 

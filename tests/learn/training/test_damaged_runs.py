@@ -17,8 +17,9 @@ from learn.models.helmholtz import HelmholtzField
 from learn.models.kriged_field import KrigedField
 from learn.splits import read_split, split
 from learn.training.config import Config, write_config
-from learn.training.run_folder import load_run, read_training, save_weights
+from learn.training.run_folder import load_run, save_weights
 from learn.training.train import box_of
+from learn.training.training_file import read_training
 from scenes.errors import InputError, ParameterError
 from simulate.dataset import Dataset, read_dataset
 from tests import corpus
@@ -182,10 +183,12 @@ def test_splits(case, data, tmp_path):
         '{"steps": "many", "seconds": 1}',
         '{"steps": 1, "seconds": NaN}',
         '{"steps": -1, "seconds": 1}',
+        '{"steps": 1, "seconds": 1, "deviation": 3}',
+        '{"steps": 1, "seconds": 1, "deviation": {"constant": -1, "growth": 0}}',
     ],
 )
 def test_training_json(text, run):
-    assert read_training(run)["steps"] == 12
+    assert read_training(run).steps == 12
     (run / "training.json").write_text(text)
     refused(lambda: read_training(run), "training.json: ")
 

@@ -1,0 +1,69 @@
+"""training.json of a run folder: how long a training took, how good it is, and how far its predictions are off."""
+
+from __future__ import annotations
+
+import datetime
+import json
+from pathlib import Path
+from typing import Annotated, Any
+
+import torch
+from msgspec import Meta, Struct
+
+from learn.models.steps import STEPS_MOST
+from learn.training.deviation import Deviation
+from scenes.atomic import write_atomically
+from scenes.json_file import read_json
+from scenes.schema import conform
+
+FILE = "training.json"
+
+
+def device_name() -> str:
+    """Name of the GPU, or number of CPU threads, that this process trains on."""
+    return torch.cuda.get_device_name() if torch.cuda.is_available() else f"{torch.get_num_threads()} CPU threads"
+
+
+def write_training(
+    folder: Path, steps: int, seconds: float, validation_ssim: float, deviation: Deviation | None
+) -> None:
+    """Write training.json.
+
+    Args:
+        folder: the run folder.
+        steps: number of optimiser steps.
+        seconds: training time, seconds.
+        validation_ssim: median SSIM on the validation part of the weights that are kept.
+        deviation: how far predictions are off; None: there are too few validation spectra.
+    """
+    content: dict[str, Any] = {
+        "steps": steps,
+        "seconds": round(seconds, 1),
+        "device": device_name(),
+        "date": datetime.date.today().isoformat(),
+        "validation_ssim": validation_ssim,
+    }
+    if deviation is not None:
+        content["deviation"] = {"constant": deviation.constant, "growth": deviation.growth}
+    write_atomically(folder / FILE, (json.dumps(content, indent=2) + "\n").encode())
+
+
+class TrainingFile(Struct, frozen=True):
+    """What is read of training.json."""
+
+    steps: Annotated[int, Meta(ge=0, le=STEPS_MOST)]
+    seconds: Annotated[float, Meta(ge=0)]
+    deviation: Deviation | None = None
+
+
+def read_training(folder: Path) -> TrainingFile:
+    """Read training.json.
+
+    Args:
+        folder: the run folder.
+
+    Raises:
+        InputError: no regular file, or none with the steps and the seconds of a training.
+    """
+    path = folder / FILE
+    return conform(read_json(path, "the steps and seconds of a training", nan=True), TrainingFile, str(path))
