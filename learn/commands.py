@@ -10,7 +10,7 @@ from tyro.conf import OmitArgPrefixes, Positional, arg
 
 from learn.models.registry import DEFAULT_MODEL, MODELS
 from learn.splits import SplitKind
-from scenes.errors import InputError, printable
+from scenes.errors import InputError, ParameterError, printable
 from scenes.output_file import Force, require_new
 from scenes.plain_text import say
 from scenes.text_tables import print_table
@@ -135,15 +135,27 @@ def train(
     print(printable(f"run: {output}"))
 
 
-def evaluate(run: Positional[Path], dataset: Path | None = None, index: Path | None = None, json: bool = False) -> None:
+def evaluate(
+    run: Positional[Path],
+    dataset: Path | None = None,
+    index: Path | None = None,
+    locate: bool = False,
+    further_gateways: tuple[Path, ...] = (),
+    json: bool = False,
+) -> None:
     """Score a run, the baselines and the array's ceiling on the same held-out spectra. Writes RUN/evaluation.
 
     Args:
         run: the run folder.
         dataset: another dataset folder to test on (default: the one the run was trained on).
         index: file with the names of the spectra to test on, one per line (default: the test part of the split).
+        locate: instead locate the transmitters of the test part from their spectra, and say how far off they are found.
+        further_gateways: with --locate: runs of other gateways that received the same transmitters.
         json: print the scores as JSON.
     """
+    if locate or further_gateways:
+        _evaluate_locations(run, dataset or index, locate, further_gateways, json)
+        return
     from learn.baselines.array_ceiling import shown_name
     from learn.evaluation.evaluate import evaluate as score_run
     from learn.reports.evaluation_report import write_evaluation
@@ -155,6 +167,26 @@ def evaluate(run: Positional[Path], dataset: Path | None = None, index: Path | N
     else:
         columns = {shown_name(name): scores.summary() for name, scores in evaluation.scores.items()}
         print_table(f"{len(evaluation.test)} test spectra", columns)
+
+
+def _evaluate_locations(
+    run: Path, other: Path | None, locate: bool, further_gateways: tuple[Path, ...], json: bool
+) -> None:
+    from learn.evaluation.locations import evaluate_locations
+    from learn.reports.locations_report import write_locations
+    from learn.training.fit_progress import FitProgress
+
+    if not locate:
+        raise ParameterError("further_gateways", "expected --locate with runs of further gateways, found none")
+    if other is not None:
+        raise ParameterError("locate", f"expected the test part of the run's own split, found {other}")
+    with FitProgress("location") as report:
+        found = evaluate_locations([run, *further_gateways], report)
+    write_locations(found, run / "evaluation")
+    if json:
+        print(json_format.dumps(found.metrics(), indent=2))
+    else:
+        print_table(f"{len(found.truth)} located transmitters", {"": found.metrics()})
 
 
 def crossvalidate(

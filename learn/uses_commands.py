@@ -1,4 +1,4 @@
-"""Commands that use a field or a scene: ``calibrate``."""
+"""Commands that use a field or a scene: ``calibrate``, ``locate``."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ from typing import Annotated
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
 from learn.splits import SplitKind
-from scenes.errors import printable, require_seed, require_whole
+from scenes.errors import InputError, ParameterError, printable, require_seed, require_whole
 from scenes.new_folder import new_folder
-from scenes.output_file import Force
+from scenes.output_file import Force, require_new
 from scenes.plain_text import say
 from scenes.text_tables import print_rows
 from scenes.tolerances import Tolerances
@@ -65,3 +65,38 @@ def calibrate(
     now, before = found.misfit
     print(f"{before:.1%} of the measured power was unexplained, {now:.1%} is now")
     print(printable(f"scene: {output / 'scene.yaml'}"))
+
+
+def locate(
+    runs: Positional[tuple[Path, ...]], pictures: tuple[Path, ...], output: Output, force: Force = False
+) -> None:
+    """Find where transmitters are, from their spectra: the positions at which trained fields predict such spectra.
+
+    Args:
+        runs: the run folder; of several gateways one for each, trained on positions in the same frame.
+        pictures: for each run a dataset folder, or a folder of PNG spectra 00001.png and on, as its gateway saw them.
+        output: the .csv file to write: a row for each place where a transmitter may be, with its probability, position
+            (m) and covariance (m²).
+    """
+    from learn.localisation.locate import locate as locate_pictures
+    from learn.localisation.places_file import write_places
+    from learn.training.fit_progress import FitProgress
+    from learn.training.run_folder import load_run
+    from simulate.picture_files import read_all
+
+    if len(runs) != len(pictures) or not runs:
+        raise ParameterError("pictures", f"expected a folder for each of the {len(runs)} runs, found {len(pictures)}")
+    if output.suffix.lower() != ".csv":
+        raise InputError(f"{output}: expected a name that ends in .csv")
+    require_new(output, force=force)
+    seen = [read_all(folder / "spectrum" if (folder / "spectrum").is_dir() else folder) for folder in pictures]
+    names = seen[0][0]
+    for folder, (other, _) in zip(pictures, seen, strict=True):
+        if other != names:
+            raise InputError(f"{folder}: expected pictures of the same names as in {pictures[0]}, found other ones")
+    loaded = [load_run(run) for run in runs]
+    with FitProgress("location") as report:
+        places = locate_pictures(loaded, [each for _, each in seen], report)
+    write_places(output, names, places)
+    several = sum(len(each) > 1 for each in places)
+    print(printable(f"{len(names)} transmitters, {several} of which may be at several places: {output}"))

@@ -96,6 +96,22 @@ def read_pictures(folder: Path, problems: list[str]) -> tuple[list[str], UInt8[n
     return [path.stem for path in files], pictures
 
 
+def read_all(folder: Path) -> tuple[list[str], UInt8[np.ndarray, "K 90 360"]]:
+    """Read all pictures of a folder: their names and grey levels.
+
+    Args:
+        folder: pictures 00001.png and on.
+
+    Raises:
+        InputError: there are none, or some cannot be read.
+    """
+    problems: list[str] = []
+    found = read_pictures(folder, problems)
+    if problems:
+        raise InputError(problems[0])
+    return found
+
+
 def _zeros(shape: tuple[int, ...]) -> UInt8[np.ndarray, "*shape"]:
     """Zeros, in memory or in a mapped temporary file that is removed when the process ends."""
     size = int(np.prod(shape))

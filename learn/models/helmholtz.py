@@ -15,6 +15,7 @@ from learn.metrics import ssim
 from learn.models.base import Report, SpectrumModel
 from learn.models.geometry import distances
 from learn.models.kriged_field import KrigedField, SmoothField
+from learn.models.quadrature import Quadrature
 from learn.models.retrieved_field import fit_to_pictures, retrieved_responses
 from simulate.angular_grid import COLUMNS, ROWS
 from simulate.beamformer import Beamformer
@@ -114,6 +115,10 @@ class HelmholtzField(SpectrumModel):
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
         """Predicted spectrum: the weighted mean."""
         return torch.stack([weight * self._by(way, positions) for way, weight in self._used.items()]).sum(dim=0)
+
+    def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
+        """As for ``SpectrumModel``."""
+        return torch.stack([weight * self._by(way, positions, pixels) for way, weight in self._used.items()]).sum(dim=0)
 
     def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"] | None:
         """Kriging variance, of responses if these are interpolated; None for inverse-distance weighting alone."""
@@ -287,11 +292,16 @@ class HelmholtzField(SpectrumModel):
         needed = [way for way in fields if way in weights] or list(fields)[:1]
         self.fields = nn.ModuleDict({way: fields[way] for way in needed})
 
-    def _by(self, way: str, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
+    def _by(
+        self, way: str, positions: Float[Tensor, "B 3"], pixels: Quadrature | None = None
+    ) -> Float[Tensor, "B H W"]:
+        """Spectra that one way predicts, whole or at a few pixels."""
         if way in self.fields:
-            return self.fields[way](positions)
+            model: Any = self.fields[way]
+            return model(positions) if pixels is None else model.coarse(positions, pixels)
         field: Any = next(iter(self.fields.values()))
-        return by_distance(field, distances(positions, field.places))
+        spectra = by_distance(field, distances(positions, field.places))
+        return spectra if pixels is None else spectra[:, pixels.rows][:, :, pixels.columns]
 
     def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
         """As ``torch.nn.Module.load_state_dict``; the fields are made that the file has.

@@ -13,6 +13,7 @@ from torch import Tensor
 
 from learn.models.base import BeamformingLayer, SpectrumModel
 from learn.models.geometry import distances, evenly_spread_directions
+from learn.models.quadrature import Quadrature
 from learn.models.vecchia import fit_covariance
 from simulate.angular_grid import COLUMNS, ROWS
 from simulate.beamformer import Beamformer
@@ -25,6 +26,9 @@ DIRECTIONS = 100
 STRAY, STRAY_LEAST = 0.2, 1e-3
 """Standard deviation of the transmitter's path from the straight line between consecutive known positions: a fraction
 of the line's length, plus a minimum in metres."""
+
+Columns = Int[Tensor, " c"] | slice
+EVERY = slice(None)
 
 LEGS = 64
 """A leg is the path between two consecutive known positions; a prediction averages over this number of most probable
@@ -136,7 +140,7 @@ class KrigedField(SpectrumModel):
 
     def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"]:
         """Kriging variance relative to the field's variance: about 0 at a known position, 1 far from all of them."""
-        return self.interpolated(positions)[1]
+        return self.interpolated(positions, columns=slice(0, 2))[1]  # the variance does not depend on the values
 
     def keep(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
         """Interpolate between these spectra from now on; the covariance remains.
@@ -156,13 +160,13 @@ class KrigedField(SpectrumModel):
             self.values = torch.from_numpy(dataset.pictures[known]).flatten(1)
             self.mean = torch.from_numpy(dataset.pictures[known].mean(axis=0, dtype=np.float64).ravel()).float()
 
-    def _rows(self, members: Int[Tensor, "*b n"]) -> Float[Tensor, "*b N C"]:
+    def _rows(self, members: Int[Tensor, "*b n"], columns: Columns = EVERY) -> Float[Tensor, "*b N C"]:
         """The rows that kriging sums with real weights: the members' values minus the mean; for responses also −jy.
 
         The product of y with a conjugated complex weight w is then a sum with the real weights Re w for y and Im w for
         −jy.
         """
-        values = self.values[members].float() - self.mean
+        values = self.values[:, columns][members].float() - self.mean[columns]
         if not self.has_responses:
             return values
         real, imaginary = values.unflatten(-1, (-1, 2)).unbind(-1)
@@ -225,13 +229,14 @@ class KrigedField(SpectrumModel):
         return (self.fading(time_between, self.drift) * log_probability.softmax(dim=1)[:, None]).sum(dim=-1)
 
     def interpolated(
-        self, positions: Float[Tensor, "B 3"], left_out: Int[Tensor, " B"] | None = None
+        self, positions: Float[Tensor, "B 3"], left_out: Int[Tensor, " B"] | None = None, columns: Columns = EVERY
     ) -> tuple[Float[Tensor, "B C"], Float[Tensor, " B"]]:
         """Interpolated values (flattened, in the units of ``values``), and their ``uncertainty``.
 
         Args:
             positions: transmitter positions, metres, world frame.
             left_out: for each position the index of a known spectrum that must not be used.
+            columns: indices of the values, of all C.
         """
         distance = distances(positions, self.places)
         if left_out is not None:
@@ -247,7 +252,7 @@ class KrigedField(SpectrumModel):
         fading = self.expected_fading(positions, near)[..., None]
         cross_covariance = self.covariance(relative_positions, origin, fading, self.shares, self.length)[..., 0]
         weights = self.solve(covariance, cross_covariance)
-        values = (weights[:, None] @ self._rows(near)).squeeze(1) + self.mean
+        values = (weights[:, None] @ self._rows(near, columns)).squeeze(1) + self.mean[columns]
         return values, (1 - (weights * cross_covariance).sum(dim=-1)).clamp(0, 1)
 
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
@@ -264,6 +269,14 @@ class KrigedField(SpectrumModel):
             left_out: as for ``interpolated``.
         """
         return self._as_spectra(self.interpolated(positions, left_out)[0])
+
+    def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
+        """As for ``SpectrumModel``; of spectra only these pixels are interpolated."""
+        if self.has_responses:
+            return super().coarse(positions, pixels)
+        columns = torch.from_numpy((pixels.rows[:, None] * COLUMNS + pixels.columns).ravel()).to(positions.device)
+        values = self.interpolated(positions, columns=columns)[0]
+        return (values / LARGEST_GREY).clamp(0, 1).unflatten(-1, (len(pixels.rows), len(pixels.columns)))
 
     def known_spectra(self, members: Int[Tensor, "*b n"]) -> Float[Tensor, "*b n 90 360"]:
         """Spectra at known positions.

@@ -1,0 +1,110 @@
+"""How far located test transmitters are from where they were, beside copying the positions of alike known spectra."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from scipy.stats import chi2
+
+from learn.localisation.fingerprints import Field
+from learn.localisation.locate import Place, locate
+from learn.models.base import Report
+from learn.training.run_folder import Run, load_run
+from scenes.errors import InputError
+from simulate.dataset import Dataset
+from simulate.evenly import evenly
+
+LOCATED = 200
+"""Largest number of test transmitters that are located; they are evenly spread."""
+
+NEAREST = (1, 4)
+"""Numbers of known spectra, those most alike, whose positions the fingerprint method averages."""
+
+
+@dataclass(frozen=True)
+class Locations:
+    """K located test transmitters.
+
+    Attributes:
+        names: of their spectra.
+        truth: where they were, metres, world frame.
+        places: where they may be.
+        by_fingerprint: mean position of the k known spectra that are most alike, for each k of ``NEAREST``.
+    """
+
+    names: list[str]
+    truth: Float[np.ndarray, "K 3"]
+    places: list[list[Place]]
+    by_fingerprint: dict[int, Float[np.ndarray, "K 3"]]
+
+    @property
+    def errors(self) -> dict[str, Float[np.ndarray, " K"]]:
+        """Distances to the truth, metres, by method: "model", "fingerprint", "fingerprint, mean of 4"."""
+        found = {"model": np.stack([each[0].position for each in self.places])}
+        for count, positions in self.by_fingerprint.items():
+            found["fingerprint" if count == 1 else f"fingerprint, mean of {count}"] = positions
+        return {name: np.linalg.norm(positions - self.truth, axis=1) for name, positions in found.items()}
+
+    def metrics(self) -> dict[str, float | int]:
+        """Medians and 90th percentiles of the errors, centimetres; how often the stated regions hold the truth."""
+        metrics: dict[str, float | int] = {"located": len(self.truth)}
+        for name, errors in self.errors.items():
+            key = {"model": "", "fingerprint": "_fingerprint"}.get(name, "_fingerprint_4")
+            metrics[f"location_error_median_cm{key}"] = 100 * float(np.median(errors))
+            metrics[f"location_error_p90_cm{key}"] = 100 * float(np.percentile(errors, 90))
+        first = [each[0] for each in self.places]
+        away = np.stack([place.position for place in first]) - self.truth
+        distance = [each @ np.linalg.solve(place.covariance, each) for each, place in zip(away, first, strict=True)]
+        metrics["within_90_percent_region"] = float(np.mean(np.array(distance) <= chi2.ppf(0.9, 3)))
+        metrics["of_several_places"] = float(np.mean([len(each) > 1 for each in self.places]))
+        return metrics
+
+
+def evaluate_locations(runs: Sequence[Run | Path], report: Report = lambda phase, done, total: None) -> Locations:
+    """Locate the test transmitters of a run's dataset from their pictures.
+
+    Args:
+        runs: a trained run, or its folder; further ones of other gateways that received the same transmitters.
+        report: as of ``locate``.
+
+    Raises:
+        InputError: a run or its dataset cannot be read, the datasets of several gateways are not of the same
+            transmitters, or one's training spectra are another's test spectra.
+    """
+    loaded = [run if isinstance(run, Run) else load_run(run) for run in runs]
+    datasets = [run.dataset() for run in loaded]
+    known, test = loaded[0].split(datasets[0]).known, loaded[0].split(datasets[0]).test
+    for run, dataset in zip(loaded[1:], datasets[1:], strict=True):
+        _require_same(datasets[0], dataset)
+        trained = np.intersect1d(run.split(dataset).known, test)
+        if len(trained):
+            raise InputError(
+                f"{run.folder}: expected a run that was not trained on the test spectra of {loaded[0].folder}, found "
+                f"{dataset.names[trained[0]]} and {len(trained) - 1} more; train both with the same split and seed"
+            )
+    test = evenly(test, LOCATED)
+    field = Field(loaded)
+    alike = field.of_pictures([each.pictures[test] for each in datasets]) @ (
+        field.of_pictures([each.pictures[known] for each in datasets]).T
+    )
+    nearest = known[np.argsort(-alike, axis=1)]
+    positions = datasets[0].positions
+    return Locations(
+        names=[datasets[0].names[each] for each in test],
+        truth=positions[test],
+        places=locate(loaded, [each.pictures[test] for each in datasets], report),
+        by_fingerprint={count: positions[nearest[:, :count]].mean(axis=1) for count in NEAREST},
+    )
+
+
+def _require_same(one: Dataset, other: Dataset) -> None:
+    same = one.names == other.names and np.allclose(one.positions, other.positions, atol=1e-6)
+    if not same:
+        raise InputError(
+            f"{other.folder}: expected spectra of the same transmitters as in {one.folder}, found other names or "
+            "positions"
+        )

@@ -1,0 +1,98 @@
+"""Fingerprints: spectra as vectors of length 1 that do not depend on the spectrum's scale and offset.
+
+The product of two fingerprints is the correlation of two spectra over the hemisphere, and half the square of their
+distance is one minus it. They hold the band of the array in a few hundred numbers (``learn.models.quadrature``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+import torch
+from jaxtyping import Float, UInt8
+
+from learn.models.quadrature import quadrature
+from learn.training.run_folder import Run
+from simulate.beamformer import Beamformer
+from simulate.spectrum import spectrum_of
+
+AT_ONCE = 256
+"""Positions that a model predicts at once."""
+
+
+class Fingerprints:
+    """Fingerprints of an array's spectra.
+
+    Args:
+        beamformer: the array and the grid of its spectra.
+    """
+
+    def __init__(self, beamformer: Beamformer):
+        self.pixels = quadrature(beamformer)
+        # A pixel stands for a solid angle, which is small near boresight.
+        height = np.cos(np.radians(beamformer.grid.elevations_deg[self.pixels.rows]))
+        weights = np.repeat(self.pixels.weights * height, len(self.pixels.columns))
+        self._weights = weights / weights.sum()
+
+    def of_pictures(self, pictures: UInt8[np.ndarray, "K 90 360"]) -> Float[np.ndarray, "K F"]:
+        """Fingerprints of pictures.
+
+        Args:
+            pictures: as in a dataset.
+        """
+        return self._of(spectrum_of(pictures[:, self.pixels.rows][:, :, self.pixels.columns]))
+
+    def predicted(self, run: Run, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K F"]:
+        """Fingerprints that a run predicts.
+
+        Args:
+            run: a trained run.
+            positions: of transmitters, metres, world frame.
+        """
+        found, device = [], run.model.region.device
+        with torch.inference_mode():
+            for batch in torch.from_numpy(np.asarray(positions)).float().split(AT_ONCE):
+                found.append(self._of(run.model.coarse(batch.to(device), self.pixels).float().cpu().numpy()))
+        return np.concatenate(found)
+
+    def _of(self, spectra: Float[np.ndarray, "K H W"]) -> Float[np.ndarray, "K F"]:
+        values = spectra.reshape(len(spectra), -1).astype(np.float64)
+        values = (values - (values @ self._weights)[:, None]) * np.sqrt(self._weights)
+        length = np.linalg.norm(values, axis=1, keepdims=True)  # that of a spectrum without any contrast is 0
+        return (values / np.maximum(length, 1e-12)).astype(np.float32)
+
+
+class Field:
+    """The fingerprints that several gateways' runs together predict: those of each, one after another, divided by √G.
+
+    Args:
+        runs: G trained runs, one for each gateway, in one world frame.
+    """
+
+    def __init__(self, runs: Sequence[Run]):
+        self._runs = list(runs)
+        self._fingerprints = [Fingerprints(run.beamformer) for run in self._runs]
+        elements = sum(run.beamformer.array.elements for run in self._runs)
+        self.numbers = 2 * elements - 2 * len(self._runs)
+        """Real numbers that the spectra tell: those of the responses but for a phase and a scale of each gateway."""
+
+    def of_pictures(self, pictures: Sequence[UInt8[np.ndarray, "K 90 360"]]) -> Float[np.ndarray, "K F"]:
+        """Fingerprints of pictures, those of each gateway, of the same K transmitters."""
+        both = zip(self._fingerprints, pictures, strict=True)
+        return self._together([one.of_pictures(seen) for one, seen in both])
+
+    def predicted(
+        self, positions: Float[np.ndarray, "K 3"], report: Callable[[int, int], None] = lambda done, total: None
+    ) -> Float[np.ndarray, "K F"]:
+        """Fingerprints of transmitters at positions (metres, world frame); ``report`` is told how many are done."""
+        found = []
+        for start in range(0, len(positions), 4 * AT_ONCE):
+            report(start, len(positions))
+            some = positions[start : start + 4 * AT_ONCE]
+            both = zip(self._fingerprints, self._runs, strict=True)
+            found.append(self._together([one.predicted(run, some) for one, run in both]))
+        return np.concatenate(found)
+
+    def _together(self, each: list[Float[np.ndarray, "K f"]]) -> Float[np.ndarray, "K F"]:
+        return np.concatenate(each, axis=1) / np.float32(np.sqrt(len(each)))

@@ -1,0 +1,172 @@
+"""Find transmitters from their spectra: compare with a field over a grid, then move to the best positions nearby."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float, UInt8
+
+from learn.localisation.fingerprints import Field
+from learn.localisation.prior import Prior
+from learn.localisation.refine import Refined, refine
+from learn.models.base import Report
+from learn.training.run_folder import Run
+from scenes.errors import InputError
+from simulate.evenly import evenly
+
+SPACING = 0.125
+"""Wavelengths between the grid's points: the fingerprints turn around within a quarter."""
+
+MOST_POINTS = 60_000
+"""Of the grid; in a larger region its points are farther apart."""
+
+MODES = 4
+"""Largest number of positions that are considered for a transmitter."""
+
+APART = 0.5
+"""Wavelengths between two starts of a transmitter; refined positions closer than half of it are one."""
+
+TOLD = 1 / 4
+"""Share of the spectra's numbers whose errors are independent: those of neighbouring elements are alike."""
+
+LEAST_MISFIT = 1e-4
+"""That of rounded pictures."""
+
+LEAST_PROBABILITY = 0.01
+
+
+class Place(NamedTuple):
+    """Where a transmitter may be.
+
+    Attributes:
+        position: metres, world frame.
+        covariance: of the position, m²; of the field's error it takes what the spectrum leaves unexplained there.
+        probability: relative to the transmitter's other places.
+        misfit: squared distance of the fingerprints, about the share of the spectrum that the field does not explain.
+    """
+
+    position: Float[np.ndarray, " 3"]
+    covariance: Float[np.ndarray, "3 3"]
+    probability: float
+    misfit: float
+
+
+def locate(
+    runs: Sequence[Run],
+    pictures: Sequence[UInt8[np.ndarray, "K 90 360"]],
+    report: Report = lambda phase, done, total: None,
+) -> list[list[Place]]:
+    """Where transmitters are.
+
+    With n numbers that the spectra tell, the probability of a place is proportional to misfit^(−n/2), as that of
+    errors of unknown size, times the density of the training positions. The candidates are a grid and the training
+    positions. (The volume that a place's covariance spans would be a further factor; measured data are located worse
+    with it, since the field is flat where it is wrong.)
+
+    Args:
+        runs: a trained run for each gateway, in one world frame.
+        pictures: the pictures of the same K transmitters that each gateway took.
+        report: called with the phase, and how many of how many positions are done.
+
+    Returns:
+        The places of each transmitter, the most probable one first.
+
+    Raises:
+        InputError: the training positions of the runs have no region in common, or the first run's dataset cannot be
+            read, which has them.
+
+    >>> import bisplat
+    >>> run, data = bisplat.load_run("runs/lab"), bisplat.read_dataset("data/lab")
+    >>> places = locate([run], [data.pictures[data.test[:2]]])
+    >>> len(places), places[0][0].position.shape
+    (2, (3,))
+    """
+    region, wavelength = common_region(runs), float(runs[0].model.wavelength)
+    field = Field(runs)
+    numbers = TOLD * field.numbers
+    data = runs[0].dataset()
+    known = data.positions[runs[0].split(data).known]
+    prior = Prior(known, wavelength)
+    seen = field.of_pictures(pictures)
+    inside = ((known >= region[0]) & (known <= region[1])).all(axis=1)
+    points = np.concatenate([_grid(region, SPACING * wavelength), evenly(known[inside], MOST_POINTS)])
+    there = field.predicted(points, partial(report, "field on a grid"))
+    density = prior(points)
+
+    def likely(fingerprint: Float[np.ndarray, " F"]) -> Float[np.ndarray, " n"]:
+        misfit = np.maximum(0, 2 - 2 * there @ fingerprint)
+        return density - numbers / 2 * np.log(LEAST_MISFIT + misfit)
+
+    found = []
+    for number, fingerprint in enumerate(seen):
+        report("positions", number, len(seen))
+        starts = _starts(points, likely(fingerprint), APART * wavelength)
+        refined = refine(field.predicted, np.tile(fingerprint, (MODES, 1)), starts, region, wavelength)
+        found.append(_places(refined, prior, numbers, wavelength))
+    return found
+
+
+def common_region(runs: Sequence[Run]) -> Float[np.ndarray, "2 3"]:
+    """Corners (min, max) of the box that the training positions of all runs share, metres, world frame.
+
+    Raises:
+        InputError: there is none.
+    """
+    boxes = np.stack([run.model.region.double().cpu().numpy() for run in runs])
+    region = np.stack([boxes[:, 0].max(axis=0), boxes[:, 1].min(axis=0)])
+    if (region[0] > region[1]).any():
+        raise InputError(
+            f"{runs[-1].folder}: expected runs that were trained in one region, found no position that all of them "
+            "share"
+        )
+    return region
+
+
+def _grid(region: Float[np.ndarray, "2 3"], spacing: float) -> Float[np.ndarray, "n 3"]:
+    """Points at most ``spacing`` metres apart, unless these are more than ``MOST_POINTS``."""
+    size = region[1] - region[0]
+    spacing = max(spacing, float(np.prod(size) / MOST_POINTS) ** (1 / 3))
+    counts = np.maximum(2, np.ceil(size / spacing).astype(int) + 1)
+    while np.prod(counts, dtype=float) > 2 * MOST_POINTS:  # a flat region
+        counts = np.maximum(2, counts * 9 // 10)
+    axes = [np.linspace(low, high, count) for low, high, count in zip(*region, counts, strict=True)]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+
+
+def _starts(
+    points: Float[np.ndarray, "n 3"], likely: Float[np.ndarray, " n"], apart: float
+) -> Float[np.ndarray, "MODES 3"]:
+    """The most likely point, then the next ones that are far enough from all before; the last may repeat."""
+    left, starts = likely.copy(), list[np.ndarray]()
+    for _ in range(MODES):
+        best = int(left.argmax())
+        starts.append(points[best] if left[best] > -np.inf else starts[-1])
+        left[np.linalg.norm(points - points[best], axis=1) < apart] = -np.inf
+    return np.stack(starts)
+
+
+def _places(refined: Refined, prior: Prior, numbers: float, wavelength: float) -> list[Place]:
+    """The different places among refined positions of a transmitter, the most probable one first."""
+    positions, misfit, normal = refined
+    order = [int(each) for each in misfit.argsort()]
+    kept: list[int] = []
+    for each in order:
+        if all(np.linalg.norm(positions[each] - positions[other]) > APART * wavelength / 2 for other in kept):
+            kept.append(each)
+    # The field says nothing about what happens beyond a wavelength, so no deviation is larger.
+    variance = (LEAST_MISFIT + misfit[kept]) / max(numbers - 3, 1)
+    precision = normal[kept] / variance[:, None, None] + np.eye(3) / wavelength**2
+    covariance = np.linalg.inv(precision)
+    likelihood = -numbers / 2 * np.log(LEAST_MISFIT + misfit[kept])
+    likelihood += prior(positions[kept])
+    probability = np.exp(likelihood - likelihood.max())
+    probability /= probability.sum()
+    places = [
+        Place(positions[each], covariance[row], float(probability[row]), float(misfit[each]))
+        for row, each in enumerate(kept)
+        if probability[row] >= LEAST_PROBABILITY
+    ]
+    return sorted(places, key=lambda place: -place.probability)

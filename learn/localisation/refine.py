@@ -1,0 +1,83 @@
+"""Move positions to where a field predicts the seen fingerprints best, by Levenberg and Marquardt's method."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+STEPS = 12
+STEP = 0.01
+"""Wavelengths, of the finite differences: they serve every model, also ray tracing."""
+
+LONGEST, FARTHEST = 0.125, 0.25
+"""Wavelengths that a position moves by in a step, and in all: the fingerprints turn around within a quarter."""
+
+
+class Refined(NamedTuple):
+    """K positions, and how well the field there predicts what was seen.
+
+    Attributes:
+        positions: metres, world frame.
+        misfit: squared distance of the fingerprints.
+        normal: JᵀJ of the predicted fingerprints' derivatives J, 1/m².
+    """
+
+    positions: Float[np.ndarray, "K 3"]
+    misfit: Float[np.ndarray, " K"]
+    normal: Float[np.ndarray, "K 3 3"]
+
+
+def refine(
+    predicted: Callable[[Float[np.ndarray, "n 3"]], Float[np.ndarray, "n F"]],
+    seen: Float[np.ndarray, "K F"],
+    start: Float[np.ndarray, "K 3"],
+    region: Float[np.ndarray, "2 3"],
+    wavelength: float,
+) -> Refined:
+    """Positions in the region, near their starts, at which the squared distance of the fingerprints is least.
+
+    Args:
+        predicted: the field.
+        seen: fingerprint of each transmitter.
+        start: where the search for each begins, metres, world frame.
+        region: corners (min, max) of the box that they stay in, metres.
+        wavelength: metres.
+    """
+    positions, found = start.astype(float), predicted(start)
+    misfit = ((found - seen) ** 2).sum(axis=1)
+    damping = np.full(len(start), 1e-2)
+    for _ in range(STEPS):
+        derivative = _derivative(predicted, positions, STEP * wavelength)
+        normal = derivative.transpose(0, 2, 1) @ derivative
+        towards = np.einsum("kfi,kf->ki", derivative, found - seen)
+        diagonal = np.einsum("kii->ki", normal)
+        damped = normal + np.eye(3) * (damping[:, None] * diagonal + 1e-9)[:, None]
+        step = -np.linalg.solve(damped, towards[..., None])[..., 0]
+        away = positions + _at_most(step, LONGEST * wavelength) - start
+        moved = np.clip(start + _at_most(away, FARTHEST * wavelength), *region)
+        there = predicted(moved)
+        after = ((there - seen) ** 2).sum(axis=1)
+        better = after < misfit
+        positions[better], found[better], misfit[better] = moved[better], there[better], after[better]
+        damping = np.where(better, damping / 4, damping * 6)
+    derivative = _derivative(predicted, positions, STEP * wavelength)
+    return Refined(positions, misfit, derivative.transpose(0, 2, 1) @ derivative)
+
+
+def _at_most(step: Float[np.ndarray, "K 3"], longest: float) -> Float[np.ndarray, "K 3"]:
+    length = np.linalg.norm(step, axis=1, keepdims=True)
+    return step * np.minimum(1, longest / np.maximum(length, 1e-12))
+
+
+def _derivative(
+    predicted: Callable[[Float[np.ndarray, "n 3"]], Float[np.ndarray, "n F"]],
+    positions: Float[np.ndarray, "K 3"],
+    step: float,
+) -> Float[np.ndarray, "K F 3"]:
+    """Central differences of the predicted fingerprints by the position, 1/m."""
+    beside = positions[:, None, None] + step * np.stack([np.eye(3), -np.eye(3)])
+    found = predicted(beside.reshape(-1, 3)).reshape(len(positions), 2, 3, -1).astype(float)
+    return ((found[:, 0] - found[:, 1]) / (2 * step)).transpose(0, 2, 1)

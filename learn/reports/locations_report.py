@@ -1,0 +1,38 @@
+"""The report of ``bisplat evaluate --locate``: metrics as JSON, a CSV of the places, the distribution of the errors."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from learn.evaluation.locations import Locations
+from learn.localisation.places_file import write_places
+from learn.reports.figures import save
+from learn.reports.log_axis import label_log_axis
+from scenes.atomic import write_atomically
+
+
+def write_locations(locations: Locations, folder: Path) -> None:
+    """Write locations.json, locations.csv and location_errors.png (and .pdf).
+
+    Args:
+        locations: the result of ``evaluate_locations``.
+        folder: folder of the report, which is made if it does not exist.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    write_atomically(folder / "locations.json", (json.dumps(locations.metrics(), indent=2) + "\n").encode())
+    write_places(folder / "locations.csv", locations.names, locations.places)
+    figure = Figure(figsize=(5, 3.6), layout="constrained")
+    axis = figure.subplots()
+    for name, errors in locations.errors.items():
+        share = np.arange(1, len(errors) + 1) / len(errors)
+        label = f"{name}: median {100 * np.median(errors):.1f} cm"
+        axis.step(np.sort(100 * errors), share, where="post", label=label, lw=2 if name == "model" else 1.2)
+    axis.set(xlabel="error of the position (cm)", ylabel="share of test transmitters", xscale="log", ylim=(0, 1))
+    label_log_axis(axis.xaxis)
+    axis.grid(alpha=0.3)
+    axis.legend(loc="lower right")
+    save(figure, folder / "location_errors.png")

@@ -1,0 +1,131 @@
+"""Transmitters are found from their spectra, nearer than by copying known positions."""
+
+import csv
+import json
+import shutil
+
+import numpy as np
+import pytest
+
+import bisplat
+from learn.evaluation.locations import evaluate_locations
+from learn.localisation.fingerprints import Field, Fingerprints
+from learn.localisation.locate import MODES, _grid, _starts
+from learn.localisation.places_file import HEADER
+from learn.localisation.refine import FARTHEST, refine
+from learn.reports.locations_report import write_locations
+from learn.uses_commands import locate as locate_command
+from scenes.errors import InputError
+from simulate.beamformer import Beamformer
+
+
+@pytest.fixture(scope="module")
+def found(runs):
+    return [evaluate_locations([runs[0]]), evaluate_locations(runs)]
+
+
+def test_errors_are_a_fraction_of_those_of_fingerprints(found):
+    metrics = found[0].metrics()
+    assert metrics["located"] == 30
+    assert metrics["location_error_median_cm"] < 2
+    assert metrics["location_error_median_cm"] < metrics["location_error_median_cm_fingerprint"] / 3
+    assert metrics["within_90_percent_region"] > 0.75
+
+
+def test_two_gateways_locate_better_than_one(found):
+    one, two = (each.metrics()["location_error_median_cm"] for each in found)
+    assert two < 0.9 * one
+
+
+def test_places_are_sorted_and_their_probabilities_add_up(found):
+    for places in found[0].places:
+        shares = [place.probability for place in places]
+        assert shares == sorted(shares, reverse=True) and 1 <= len(shares) <= MODES
+        assert sum(shares) == pytest.approx(1, abs=0.04)  # improbable places are left out
+        for place in places:
+            assert (np.linalg.eigvalsh(place.covariance) > 0).all()
+
+
+def test_report(found, tmp_path):
+    write_locations(found[0], tmp_path)
+    assert json.loads((tmp_path / "locations.json").read_text()) == found[0].metrics()
+    rows = list(csv.DictReader((tmp_path / "locations.csv").open()))
+    assert tuple(rows[0]) == HEADER and len({row["name"] for row in rows}) == 30
+    assert (tmp_path / "location_errors.png").stat().st_size > 1000
+
+
+def test_command_writes_what_the_function_finds(folder, runs, tmp_path, monkeypatch):
+    monkeypatch.setattr("learn.localisation.refine.STEPS", 2)
+    (tmp_path / "seen").mkdir()
+    for number in (1, 2, 3):
+        shutil.copy(folder / "one" / "spectrum" / f"{number:05d}.png", tmp_path / "seen")
+    output = tmp_path / "places.csv"
+    locate_command((runs[0].folder,), (tmp_path / "seen",), output)
+    rows = [row for row in csv.DictReader(output.open()) if row["place"] == "1"]
+    expected = bisplat.locate([runs[0]], [bisplat.read_dataset(folder / "one").pictures[:3]])
+    assert [row["name"] for row in rows] == ["00001", "00002", "00003"]
+    for row, places in zip(rows, expected, strict=True):
+        np.testing.assert_allclose([float(row[axis]) for axis in "xyz"], places[0].position, atol=1e-4)
+    with pytest.raises(InputError, match="--force"):
+        locate_command((runs[0].folder,), (tmp_path / "seen",), output)
+
+
+def test_bad_input_is_refused(folder, runs, tmp_path):
+    for pictures, output, message in (
+        ((folder / "one",) * 2, "a.csv", "expected a folder for each of the 1 runs"),
+        ((folder / "one",), "a.txt", "ends in .csv"),
+        ((tmp_path,), "a.csv", "expected pictures 00001.png"),
+    ):
+        with pytest.raises(InputError, match=message):
+            locate_command((runs[0].folder,), pictures, tmp_path / output)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_run_trained_on_anothers_test_spectra_is_refused(folder, runs, tmp_path):
+    dataset = bisplat.read_dataset(folder / "two")
+    other = bisplat.train(dataset, tmp_path / "run", split="random", model="mlp", steps=1)
+    with pytest.raises(InputError, match="not trained on the test spectra"):
+        evaluate_locations([runs[0], other])
+
+
+def test_fingerprints_do_not_depend_on_scale_and_offset():
+    pictures = np.random.default_rng(0).integers(0, 100, (3, 90, 360), np.uint8)
+    fingerprints = Fingerprints(Beamformer())
+    np.testing.assert_allclose(
+        fingerprints.of_pictures(pictures), fingerprints.of_pictures(2 * pictures + 40), atol=1e-5
+    )
+    np.testing.assert_allclose(np.linalg.norm(fingerprints.of_pictures(pictures), axis=1), 1, rtol=1e-5)
+
+
+def test_refined_positions_are_those_of_a_known_minimum_nearby():
+    goal = np.array([[0.02, -0.03, 0.01], [5.0, 5.0, 5.0]])
+    seen = np.concatenate([goal, goal**2], axis=1)
+    region = np.array([[-9.0, -9, -9], [9, 9, 9]])
+    refined = refine(lambda at: np.concatenate([at, at**2], axis=1), seen, np.zeros((2, 3)), region, 0.32)
+    np.testing.assert_allclose(refined.positions[0], goal[0], atol=1e-6)
+    assert np.linalg.norm(refined.positions[1]) <= FARTHEST * 0.32 + 1e-9  # the other is too far away
+    np.testing.assert_allclose(refined.normal[0], np.eye(3) + 4 * np.diag(goal[0] ** 2), atol=1e-6)
+
+
+def test_grid_holds_the_corners_of_its_region_and_is_bounded():
+    region = np.array([[0.0, 0, 0], [1, 2, 0.001]])
+    grid = _grid(region, 0.04)
+    assert {tuple(point) for point in region} <= {tuple(point) for point in grid}
+    steps = [np.diff(np.unique(grid[:, axis])).max() for axis in range(3)]
+    assert max(steps) < 0.0401
+    assert len(_grid(np.array([[0.0, 0, 0], [1e4, 1e4, 1e-3]]), 0.04)) < 150_000
+
+
+def test_starts_are_apart():
+    points = _grid(np.array([[0.0, 0, 0], [1, 1, 1]]), 0.1)
+    starts = _starts(points, -np.linalg.norm(points - 0.5, axis=1), 0.3)
+    np.testing.assert_allclose(starts[0], [0.5, 0.5, 0.5])
+    apart = np.linalg.norm(starts[:, None] - starts, axis=-1) + 9 * np.eye(MODES)
+    assert apart.min() >= 0.3
+
+
+def test_field_of_two_runs_has_fingerprints_of_length_1(runs, folder):
+    pictures = [bisplat.read_dataset(folder / name).pictures[:2] for name in ("one", "two")]
+    field = Field(runs)
+    assert field.numbers == 2 * (32 - 2)
+    np.testing.assert_allclose(np.linalg.norm(field.of_pictures(pictures), axis=1), 1, rtol=1e-5)
