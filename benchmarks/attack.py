@@ -30,7 +30,7 @@ OTHERS = (
 
 
 def main(
-    examples: int = 2000,
+    examples: int = 1000,
     kills: int = 10,
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,

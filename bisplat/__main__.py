@@ -6,8 +6,12 @@ status 1.
 
 from __future__ import annotations
 
+import functools
 import os
+import sys
 import traceback
+from collections.abc import Callable, Mapping
+from typing import Any
 
 import tyro
 
@@ -16,7 +20,7 @@ from learn.comparison_commands import ablate, compare, sweep
 from learn.uses_commands import calibrate, locate
 from learn.view.command import view
 from scenes.command import scene
-from scenes.errors import InputError, ParameterError
+from scenes.errors import InputError, ParameterError, printable
 from scenes.plain_text import say
 from simulate.command import simulate
 from simulate.dataset_commands import convert, responses
@@ -33,6 +37,7 @@ def main() -> None:
     )  # fmt: skip
     named = {command.__name__: command for command in commands}
     try:
+        check_spelling(named)
         tyro.extras.subcommand_cli_from_dict(named, prog=PROGRAM, description=DESCRIPTION)
     except ParameterError as error:
         refuse(error.as_option())
@@ -47,6 +52,19 @@ def main() -> None:
     except KeyboardInterrupt:
         say("interrupted; run the same command again to continue")
         raise SystemExit(130) from None
+
+
+def check_spelling(named: Mapping[str, Callable[..., None]]) -> None:
+    """Parse arguments that have control characters first with these escaped, since the parser's errors repeat them.
+
+    Args:
+        named: the commands by their names; none is run.
+    """
+    escaped = [printable(argument) for argument in sys.argv[1:]]
+    if escaped == sys.argv[1:]:
+        return
+    idle: dict[str, Any] = {name: functools.wraps(command)(lambda *_, **__: None) for name, command in named.items()}
+    tyro.extras.subcommand_cli_from_dict(idle, prog=PROGRAM, description=DESCRIPTION, args=escaped)
 
 
 def refuse(sentence: str) -> None:

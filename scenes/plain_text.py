@@ -35,13 +35,18 @@ def in_markdown(text: str) -> str:
     return re.sub(r"([!-/:-@\[-`{-~])", r"\\\1", printable(text))
 
 
+LONGEST_WORD = 300
+"""Characters; a longer word, such as a path that no file system has, is cut."""
+
+
 def say(sentence: str) -> None:
     """Print a sentence to the user on stderr, after the name of the program.
 
     Args:
-        sentence: any text; its control characters are escaped.
+        sentence: any text; its control characters are escaped, and words that no reader wants are cut.
     """
-    print(f"bisplat: {printable(sentence)}", file=sys.stderr)
+    short = re.sub(rf"\S{{{LONGEST_WORD},}}", lambda word: f"{word[0][:SHOWN]}…{word[0][-SHOWN:]}", sentence)
+    print(f"bisplat: {printable(short)}", file=sys.stderr)
 
 
 def plain_console(**options) -> Console:

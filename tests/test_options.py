@@ -107,9 +107,18 @@ def test_absurd_numbers(command, option, refuse):
         ((*SIMULATE.split(), "--ray", f"127.0.0.1:{'9' * 1000}"), "--ray: "),
         (("simulate", "x" * 200, "-o", "out"), "unknown scene"),
         (("scene", "x.obj", "--material", "y" * 10_000), "needs --output"),
+        (("locate", "x" * 5000, "--pictures", "y" * 5000, "-o", "out.csv"), "yyy…yyy"),
         (("evaluate", "no\nwhere\x1b[2J"), r"no\nwhere\x1b[2J"),
     ],
 )
 def test_other_texts(arguments, word, refuse):
     sentence = refuse(*arguments)
     assert word in sentence and len(sentence) < 600
+
+
+def test_the_parsers_errors_escape_control_characters(monkeypatch, capsys):
+    monkeypatch.setattr(sys, "argv", ["bisplat", *TRAIN.split(), "--split=\x1b[2J"])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    said = capsys.readouterr().err
+    assert ended.value.code == 2 and "\x1b" not in said and r"\x1b[2J" in said

@@ -191,11 +191,15 @@ def npz_of(data: bytes) -> st.SearchStrategy[bytes]:
         return _rearranged(dict(np.load(io.BytesIO(data)))).map(written)
 
 
+OF_SAFETENSORS = ("bool", "int8", "uint8", "int32", "int64", "float16", "float32", "float64", "complex64")
+"""Types of tensors that a file of the format can have, and NumPy too."""
+
+
 def safetensors_of(data: bytes) -> st.SearchStrategy[bytes]:
     """A file of other tensors."""
 
     def written(arrays: dict[str, np.ndarray]) -> bytes:
-        tensors = {name: np.ascontiguousarray(array) for name, array in arrays.items() if array.dtype.kind not in "US"}
-        return save(tensors)
+        kept = {name: array for name, array in arrays.items() if array.dtype.name in OF_SAFETENSORS}
+        return save({name: np.ascontiguousarray(array) for name, array in kept.items()})
 
     return _rearranged(load(data)).map(written)

@@ -74,7 +74,7 @@ class Workplace:
         outcome = self._run(shlex.split(victim.command), victim.output)
         if victim.then is not None and outcome == "accepted":
             second = self._run(shlex.split(victim.then), victim.output)
-            assert second == "accepted" or victim.then != "check out", "converted to what is no dataset"
+            assert second == "accepted" or victim.then != "check out", f"converted to no dataset: {self._said[-500:]}"
         return outcome
 
     def _run(self, command: list[str], output: tuple[str, ...]) -> str:
@@ -92,6 +92,7 @@ class Workplace:
         assert not new, f"left temporary files {new}: {story}"
         left = [path.name for path in self.here.rglob("*") if path.name == LOCK or path.suffix == ".tmp"]
         assert not left, f"left {left}: {story}"
+        self._said = ended.said
         if ended.status != 0:
             self._check_sentence(command, ended, story)
             return "refused"
