@@ -170,12 +170,12 @@ class Tracer:
             positions: metres, world frame.
         """
         result = np.zeros(len(positions), np.int64)
-        for start, paths in self._found(self._middle, positions):
+        for start, paths in self._found(self.middle, positions):
             np.add.at(result[start:], paths.targets, 1)
         return result
 
     @property
-    def _middle(self) -> Antennas:
+    def middle(self) -> Antennas:
         """One element, the first of those nearest the array's centre."""
         offsets = self.elements.positions - np.asarray(self.ray_scene.description.gateway.position)
         return self.elements.subset(np.argmin(np.linalg.norm(offsets, axis=1).round(6), keepdims=True))
@@ -214,14 +214,11 @@ class Tracer:
         Returns:
             The paths, strongest first.
         """
-        place = np.asarray(position)[None]
         found = []
-        for batch in self._terms(self._middle, place):
+        for batch in self.middle_terms(np.asarray(position)[None]):
             for vertices, response in zip(batch.vertices, batch.responses, strict=True):
                 moved = np.append(True, (np.diff(vertices, axis=0) != 0).any(axis=1))
                 found.append(TracedPath(vertices[moved], response))
-        if self._scattering is not None:
-            found += [TracedPath(*path) for path in self._scattering.paths(self._middle, self._targets(place))]
         return sorted(found, key=lambda path: -abs(path.response))
 
     def terms(self, positions: Float[np.ndarray, "K 3"]) -> Iterator[Terms]:
@@ -231,6 +228,16 @@ class Tracer:
             positions: metres, world frame.
         """
         return self._terms(self.elements, positions)
+
+    def middle_terms(self, positions: Float[np.ndarray, "K 3"]) -> Iterator[Terms]:
+        """Batches of the paths between positions and the element of ``paths``, with those of diffuse reflection.
+
+        Args:
+            positions: metres, world frame.
+        """
+        yield from self._terms(self.middle, positions)
+        if self._scattering is not None:
+            yield from self._scattering.terms(self.middle, self._targets(positions))
 
     def _terms(self, elements: Antennas, positions: Float[np.ndarray, "K 3"]) -> Iterator[Terms]:
         for start, targets, buffer in self._solved(elements, positions):
