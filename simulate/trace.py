@@ -177,8 +177,12 @@ class Tracer:
     @property
     def middle(self) -> Antennas:
         """One element, the first of those nearest the array's centre."""
+        return self.elements.subset(np.array([self._middle_index]))
+
+    @property
+    def _middle_index(self) -> int:
         offsets = self.elements.positions - np.asarray(self.ray_scene.description.gateway.position)
-        return self.elements.subset(np.argmin(np.linalg.norm(offsets, axis=1).round(6), keepdims=True))
+        return int(np.argmin(np.linalg.norm(offsets, axis=1).round(6)))
 
     def _targets(self, positions: Float[np.ndarray, "K 3"]) -> Antennas:
         return transmitter_antennas(self.ray_scene.description, positions)
@@ -230,11 +234,17 @@ class Tracer:
         return self._terms(self.elements, positions)
 
     def middle_terms(self, positions: Float[np.ndarray, "K 3"]) -> Iterator[Terms]:
-        """Batches of the paths between positions and the element of ``paths``, with those of diffuse reflection.
+        """Batches of the paths whose sum ``responses`` returns for the element of ``paths``, the only source here.
 
         Args:
             positions: metres, world frame.
         """
+        if self.method == "shooting":  # which chains an element's rays find depends on the other elements'
+            for batch in self.terms(positions):
+                chosen = batch.sources == self._middle_index
+                batch = Terms(*(each[chosen] for each in batch))
+                yield batch._replace(sources=np.zeros_like(batch.sources))
+            return
         yield from self._terms(self.middle, positions)
         if self._scattering is not None:
             yield from self._scattering.terms(self.middle, self._targets(positions))

@@ -14,10 +14,12 @@ from scenes.shapes import sheet
 from simulate.dataset import read_dataset
 from simulate.deepmimo import export as module
 from simulate.deepmimo.export import export_deepmimo
+from simulate.deepmimo.path_list import PathList, sorted_by_receiver
 from simulate.generate import generate
 from simulate.propagation import Propagation
 from simulate.ray_tracer import rt
 from simulate.request import Request
+from simulate.scattering import scattered
 from simulate.terms import Interaction
 from simulate.trace import Tracer
 from tests.killing import contents
@@ -64,6 +66,7 @@ def exported(rich, tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("deepmimo") / "rich_scenario"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(module, "AT_ONCE", 2)
+        patch.setattr(scattered, "LANES", 1)
         export_deepmimo(rich, folder)
     return folder
 
@@ -137,6 +140,14 @@ def test_line_of_sight_comes_first_and_then_the_strongest(exported):
     for power, codes in zip(found["power"], found["inter"], strict=True):
         rest = power[codes > 0]
         assert (np.diff(rest) <= 0).all() and np.isfinite(power[: len(rest)]).all()
+
+
+def test_line_of_sight_comes_first_even_if_it_is_weak():
+    """DeepMIMO takes a position for one without line of sight otherwise."""
+    responses, codes = np.array([0.1, 0.3j, -0.2, 0.5]), np.array([0.0, 1.0, 4.0, 11.0])
+    ways, points = np.ones((4, 3)), np.zeros((4, 2, 3))
+    paths = PathList(np.array([1, 1, 1, 0]), responses, np.ones(4), ways, ways, codes, points)
+    assert sorted_by_receiver(paths).codes.tolist() == [11, 0, 1, 4]
 
 
 def test_files_do_not_depend_on_how_many_positions_are_traced_at_once(plain, tmp_path, monkeypatch):
