@@ -38,6 +38,8 @@ if TYPE_CHECKING:  # for type checkers and editors; at run time __getattr__ impo
     from simulate.array import PlanarArray as PlanarArray
     from simulate.beamformer import Beamformer as Beamformer
     from simulate.dataset import read_dataset as read_dataset
+    from simulate.deepmimo.export import export_deepmimo as export_deepmimo
+    from simulate.export_hdf5 import export_hdf5 as export_hdf5
     from simulate.lags import fit_lags as fit_lags
     from simulate.measurement import Measurement as Measurement
     from simulate.phase_retrieval import retrieve_responses as retrieve_responses
@@ -54,6 +56,8 @@ _HOMES = {
     "simulate.array": ("PlanarArray",),
     "simulate.beamformer": ("Beamformer",),
     "simulate.dataset": ("read_dataset",),
+    "simulate.deepmimo.export": ("export_deepmimo",),
+    "simulate.export_hdf5": ("export_hdf5",),
     "simulate.lags": ("fit_lags",),
     "simulate.measurement": ("Measurement",),
     "simulate.phase_retrieval": ("retrieve_responses",),

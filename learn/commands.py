@@ -287,16 +287,41 @@ def predict(run: Positional[Path], positions: Path, output: Output, force: Force
     print(printable(f"{len(points)} spectra: {output}"))
 
 
-def export(run: Positional[Path], output: Output, force: Force = False) -> None:
-    """Write a trained model as one file for other programs. It maps positions [batch, 3] to spectra [batch, 90, 360].
+def export(
+    what: Positional[Path],
+    output: Annotated[Path | None, arg(aliases=["-o"])] = None,
+    hdf5: Path | None = None,
+    deepmimo: Path | None = None,
+    force: Force = False,
+) -> None:
+    """Write a trained model or a dataset for other programs. Give one of --output, --hdf5 and --deepmimo.
 
     Args:
-        run: the run folder.
-        output: NAME.onnx (needs bisplat-wrf[onnx]) or NAME.pt2, a torch.export program.
+        what: a run folder (for --output) or a dataset folder (for the others).
+        output: of a run, the model as one file: NAME.onnx (needs bisplat-wrf[onnx]) or NAME.pt2, a torch.export
+            program. It maps positions [batch, 3] to spectra [batch, 90, 360].
+        hdf5: of a dataset, simulated or measured, one HDF5 file, which MATLAB and others read.
+        deepmimo: of a dataset simulated by rays, a scenario folder of DeepMIMO 4: the paths, traced again.
     """
-    from learn.export import export as export_model
-    from learn.training.run_folder import load_run
+    outputs = {"--output": output, "--hdf5": hdf5, "--deepmimo": deepmimo}
+    given = [name for name, path in outputs.items() if path is not None]
+    if len(given) != 1:
+        raise InputError(f"expected one of {', '.join(outputs)}, found {' and '.join(given) or 'none'}")
+    if deepmimo is not None:
+        from simulate.deepmimo.export import export_deepmimo
 
-    require_new(output, force=force)
-    export_model(load_run(run), output)
-    print(printable(f"model: {output}"))
+        export_deepmimo(what, deepmimo, force)
+        print(printable(f"scenario: {deepmimo}"))
+    elif hdf5 is not None:
+        from simulate.export_hdf5 import export_hdf5
+
+        require_new(hdf5, force=force)
+        export_hdf5(what, hdf5)
+        print(printable(f"dataset: {hdf5}"))
+    elif output is not None:
+        from learn.export import export as export_model
+        from learn.training.run_folder import load_run
+
+        require_new(output, force=force)
+        export_model(load_run(what), output)
+        print(printable(f"model: {output}"))

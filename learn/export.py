@@ -41,7 +41,8 @@ def export(run: Run, path: Path | str) -> None:
         path: the file to write; its suffix determines the format.
 
     Raises:
-        InputError: the suffix is neither .onnx nor .pt2, or the packages for ONNX are not installed.
+        InputError: the suffix is neither .onnx nor .pt2, the model traces rays, or the packages for ONNX are not
+            installed.
 
     >>> import bisplat
     >>> bisplat.export(bisplat.load_run("runs/lab"), "lab.pt2")
@@ -50,6 +51,10 @@ def export(run: Run, path: Path | str) -> None:
     writers: dict[str, Callable[[ExportedProgram, Path], None]] = {".onnx": _write_onnx, ".pt2": save}
     if path.suffix not in writers:
         raise InputError(f"{path}: expected a name that ends in .onnx or .pt2, found {path.name}")
+    if run.model.traces_rays:
+        raise InputError(
+            f"{run.folder}: expected a model that needs no ray tracer, found {run.config.model}, which does"
+        )
     batch = {0: torch.export.Dim("batch")}
     model: Any = copy.deepcopy(run.model).cpu()
     for part in model.modules():

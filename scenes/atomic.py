@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 
@@ -17,17 +19,33 @@ def write_atomically(path: Path, content: bytes | memoryview) -> None:
         OSError: the file cannot be written; it is then as it was before, the temporary one is removed, and the error
             has a file name also where the operating system gives none (a full disk).
     """
+    with written_atomically(path) as temporary:
+        temporary.write_bytes(content)
+
+
+@contextmanager
+def written_atomically(path: Path) -> Iterator[Path]:
+    """The same for a file that is written piece by piece, or by another library.
+
+    Args:
+        path: as of ``write_atomically``.
+
+    Yields:
+        The temporary name, which the block writes the whole file to. If the block raises any error, the file is as it
+        was before.
+
+    Raises:
+        OSError: as of ``write_atomically``.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(path.name + ".tmp")
     try:
-        with temporary.open("wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
+        yield temporary
+        _sync(temporary)
         os.replace(temporary, path)
-    except OSError as error:
+    except BaseException as error:
         temporary.unlink(missing_ok=True)
-        if error.filename is None:
+        if isinstance(error, OSError) and error.filename is None:
             error.filename = str(path)
         raise
 
@@ -41,11 +59,16 @@ def sync_folder(folder: Path) -> None:
     Raises:
         OSError: the folder cannot be opened or written; the error has its name.
     """
-    number = os.open(folder, os.O_RDONLY)
     try:
-        os.fsync(number)
+        _sync(folder)
     except OSError as error:
         error.filename = str(folder)
         raise
+
+
+def _sync(path: Path) -> None:
+    number = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(number)
     finally:
         os.close(number)

@@ -195,6 +195,16 @@ def _source(
     """What tells the responses to any position: a tracer of rays, or the stored field of a full-wave simulation."""
     if request.fullwave is not None:
         return field_of(request, folder, workers, ray, gpu, progress)
+    return tracer_of(request, progress)
+
+
+def tracer_of(request: Request, progress: Progress) -> Tracer:
+    """The tracer that the spectra of a request are made by.
+
+    Args:
+        request: a dataset to simulate by rays.
+        progress: shows what the search for paths does.
+    """
     from simulate.trace import Tracer  # needs the ray tracer
 
     search = progress.add_task("finding paths", total=None)

@@ -190,7 +190,7 @@ def terms(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets: 
     vertices = np.concatenate([starts, np.where(happened[..., None], _vertices(buffer), ends), ends], axis=1)
     objects = np.full(hit.types.shape, STRAIGHT)
     objects[turned] = ray_scene.object_of_identifier[hit.shapes[turned]]
-    return Terms(paths.targets, paths.sources, paths.responses, vertices, objects)
+    return Terms(paths.targets, paths.sources, paths.responses, vertices, objects, hit.types.astype(np.int64))
 
 
 def fields(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets: Antennas) -> Paths:

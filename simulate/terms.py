@@ -8,6 +8,7 @@ path is stationary there (Fermat). The amplitude a changes little within a fract
 
 from __future__ import annotations
 
+from enum import IntEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -15,6 +16,16 @@ from jaxtyping import Complex, Float, Int
 
 STRAIGHT = -1
 """In place of an object: nothing turns the wave here."""
+
+
+class Interaction(IntEnum):
+    """What happens to a wave on its way; the numbers are those of Sionna RT's ``InteractionType``."""
+
+    NONE = 0
+    REFLECTION = 1
+    SCATTERING = 2
+    TRANSMISSION = 4
+    DIFFRACTION = 8
 
 
 class Terms(NamedTuple):
@@ -27,6 +38,8 @@ class Terms(NamedTuple):
         vertices: element, interactions, transmitter; metres, world frame. A path with fewer interactions than others
             has its last vertex several times.
         objects: index of the object of each interaction, ``STRAIGHT`` where the wave passes through or there is none.
+        kinds: the ``Interaction`` at each vertex between the ends, ``NONE`` after the path's last one. What a path with
+            diffraction or diffuse reflection passes through is not among them.
     """
 
     targets: Int[np.ndarray, " paths"]
@@ -34,6 +47,7 @@ class Terms(NamedTuple):
     responses: Complex[np.ndarray, " paths"]
     vertices: Float[np.ndarray, "paths n+2 3"]
     objects: Int[np.ndarray, "paths n"]
+    kinds: Int[np.ndarray, "paths n"]
 
     def lengths(self) -> Float[np.ndarray, " paths"]:
         """Length of each path, metres."""

@@ -170,15 +170,19 @@ class Tracer:
             positions: metres, world frame.
         """
         result = np.zeros(len(positions), np.int64)
-        for start, paths in self._found(self._middle, positions):
+        for start, paths in self._found(self.middle, positions):
             np.add.at(result[start:], paths.targets, 1)
         return result
 
     @property
-    def _middle(self) -> Antennas:
+    def middle(self) -> Antennas:
         """One element, the first of those nearest the array's centre."""
+        return self.elements.subset(np.array([self._middle_index]))
+
+    @property
+    def _middle_index(self) -> int:
         offsets = self.elements.positions - np.asarray(self.ray_scene.description.gateway.position)
-        return self.elements.subset(np.argmin(np.linalg.norm(offsets, axis=1).round(6), keepdims=True))
+        return int(np.argmin(np.linalg.norm(offsets, axis=1).round(6)))
 
     def _targets(self, positions: Float[np.ndarray, "K 3"]) -> Antennas:
         return transmitter_antennas(self.ray_scene.description, positions)
@@ -214,14 +218,11 @@ class Tracer:
         Returns:
             The paths, strongest first.
         """
-        place = np.asarray(position)[None]
         found = []
-        for batch in self._terms(self._middle, place):
+        for batch in self.middle_terms(np.asarray(position)[None]):
             for vertices, response in zip(batch.vertices, batch.responses, strict=True):
                 moved = np.append(True, (np.diff(vertices, axis=0) != 0).any(axis=1))
                 found.append(TracedPath(vertices[moved], response))
-        if self._scattering is not None:
-            found += [TracedPath(*path) for path in self._scattering.paths(self._middle, self._targets(place))]
         return sorted(found, key=lambda path: -abs(path.response))
 
     def terms(self, positions: Float[np.ndarray, "K 3"]) -> Iterator[Terms]:
@@ -231,6 +232,22 @@ class Tracer:
             positions: metres, world frame.
         """
         return self._terms(self.elements, positions)
+
+    def middle_terms(self, positions: Float[np.ndarray, "K 3"]) -> Iterator[Terms]:
+        """Batches of the paths whose sum ``responses`` returns for the element of ``paths``, the only source here.
+
+        Args:
+            positions: metres, world frame.
+        """
+        if self.method == "shooting":  # which chains an element's rays find depends on the other elements'
+            for batch in self.terms(positions):
+                chosen = batch.sources == self._middle_index
+                batch = Terms(*(each[chosen] for each in batch))
+                yield batch._replace(sources=np.zeros_like(batch.sources))
+            return
+        yield from self._terms(self.middle, positions)
+        if self._scattering is not None:
+            yield from self._scattering.terms(self.middle, self._targets(positions))
 
     def _terms(self, elements: Antennas, positions: Float[np.ndarray, "K 3"]) -> Iterator[Terms]:
         for start, targets, buffer in self._solved(elements, positions):

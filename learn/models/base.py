@@ -87,6 +87,11 @@ class SpectrumModel(nn.Module):
         raise NotImplementedError(f"{type(self).__name__} predicts no responses")
 
     @property
+    def traces_rays(self) -> bool:
+        """Whether predictions need the ray tracer, so that the model is no function of tensors alone."""
+        return False
+
+    @property
     def has_primitives(self) -> bool:
         """Whether the model consists of Gaussian primitives, which ``splats`` returns."""
         return False

@@ -90,6 +90,11 @@ class Twin(SpectrumModel):
         return True
 
     @property
+    def traces_rays(self) -> bool:
+        """Always, in the corrected scene."""
+        return True
+
+    @property
     def beamforming(self) -> Any:  # type: ignore[override]
         """That of the kriged field."""
         return self.rest.beamforming

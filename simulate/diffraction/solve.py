@@ -16,7 +16,7 @@ from simulate.paths import Paths
 from simulate.ray_scene import RayScene
 from simulate.sionna_scene import Antennas
 from simulate.surfaces import Surfaces
-from simulate.terms import Terms
+from simulate.terms import Interaction, Terms
 
 LANES = 400_000
 """Paths solved at once: bounds the memory."""
@@ -78,10 +78,13 @@ def diffracted_terms(
         before, diffractions, _ = chains.shapes[number[0]]
         objects = objects_of[courses.faces].T
         objects[:, before : before + diffractions] = objects_of[edge_scene.edges.faces[courses.edges]].T
+        kinds = np.full(objects.shape, int(Interaction.REFLECTION))
+        kinds[:, before : before + diffractions] = Interaction.DIFFRACTION
         between = courses.vertices.transpose(2, 0, 1)
         starts, ends = sources.positions[paths.sources][:, None], targets.positions[paths.targets][:, None]
         vertices = np.concatenate([starts, between, ends], axis=1)
-        yield Terms(paths.targets[kept], paths.sources[kept], paths.responses[kept], vertices[kept], objects[kept])
+        found = Terms(paths.targets, paths.sources, paths.responses, vertices, objects, kinds)
+        yield Terms(*(each[kept] for each in found))
 
 
 def _solved(

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 import numpy as np
-from jaxtyping import Complex, Float, Int
+from jaxtyping import Complex, Int
 
 from simulate.ray_scene import RayScene
 from simulate.scattering.patch_fields import PatchFields, PatchScene
 from simulate.scattering.patches import patches_of
 from simulate.sionna_scene import Antennas
+from simulate.terms import Interaction, Terms
 
 LANES = 400_000
 """Ways between a target and a patch followed at once: bounds the memory."""
@@ -27,8 +28,9 @@ class Scattering:
     """
 
     def __init__(self, ray_scene: RayScene, seed: int):
-        propagation = ray_scene.propagation
-        self._scene = PatchScene(ray_scene, patches_of(ray_scene, propagation.patches, seed))
+        patches = patches_of(ray_scene, ray_scene.propagation.patches, seed)
+        self._scene = PatchScene(ray_scene, patches)
+        self._objects = ray_scene.object_of_face[patches.faces]
         self._most_passes = self._scene.most_passes
 
     def responses(self, sources: Antennas, targets: Antennas) -> Complex[np.ndarray, "targets sources"]:
@@ -39,31 +41,46 @@ class Scattering:
             targets: where they end.
         """
         result = np.zeros((len(targets), len(sources)), np.complex128)
+        for start, _, sent, taken in self._batches(sources, targets):
+            for number, each in enumerate(taken, start):
+                result[number] += (sent * each).sum(axis=(1, 2))
+        return result * self._scene.wavelength / (4 * np.pi)
+
+    def terms(self, sources: Antennas, targets: Antennas) -> Iterator[Terms]:
+        """Batches of the paths whose sum ``responses`` returns.
+
+        Args:
+            sources: where the paths begin.
+            targets: where they end.
+        """
+        for start, patches, sent, taken in self._batches(sources, targets):
+            for number, each in enumerate(taken, start):
+                responses = (sent * each).sum(axis=2) * self._scene.wavelength / (4 * np.pi)
+                source, which = np.nonzero(responses)
+                ends = sources.positions[source], targets.positions[np.full(len(source), number)]
+                yield Terms(
+                    targets=np.full(len(source), number),
+                    sources=source,
+                    responses=responses[source, which],
+                    vertices=np.stack([ends[0], self._scene.patches.points[patches[which]], ends[1]], axis=1),
+                    objects=self._objects[patches[which], None],
+                    kinds=np.full((len(source), 1), int(Interaction.SCATTERING)),
+                )
+
+    def _batches(
+        self, sources: Antennas, targets: Antennas
+    ) -> Iterator[
+        tuple[int, Int[np.ndarray, " k"], Complex[np.ndarray, "sources k 2"], Complex[np.ndarray, "batch k 2"]]
+    ]:
+        """What ``_pairs`` yields for batches of targets, and the index of the first of these."""
         if not len(self._scene.patches):
-            return result
+            return
         scattered = self._scene.scattered(sources)
         batch = max(1, LANES // len(self._scene.patches))
         for start in range(0, len(targets), batch):
             received = self._scene.received(targets.subset(np.arange(start, min(start + batch, len(targets)))))
-            for _, sent, taken in self._pairs(scattered, received):
-                for number, each in enumerate(taken, start):
-                    result[number] += (sent * each).sum(axis=(1, 2))
-        return result * self._scene.wavelength / (4 * np.pi)
-
-    def paths(self, source: Antennas, target: Antennas) -> Iterator[tuple[Float[np.ndarray, "3 3"], complex]]:
-        """The paths between one source and one target: vertices (source, patch, target; metres) and response.
-
-        Args:
-            source: where the paths begin.
-            target: where they end.
-        """
-        if not len(self._scene.patches):
-            return
-        points = self._scene.patches.points
-        for patches, sent, taken in self._pairs(self._scene.scattered(source), self._scene.received(target)):
-            responses = (sent * taken).sum(axis=(0, 2)) * self._scene.wavelength / (4 * np.pi)
-            for patch, response in zip(patches[responses != 0], responses[responses != 0], strict=True):
-                yield np.stack([source.positions[0], points[patch], target.positions[0]]), response
+            for found in self._pairs(scattered, received):
+                yield start, *found
 
     def _pairs(
         self, scattered: PatchFields, received: PatchFields

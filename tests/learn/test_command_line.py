@@ -5,6 +5,7 @@ import os
 import signal
 import sys
 
+import h5py
 import numpy as np
 import pytest
 
@@ -188,6 +189,7 @@ def test_predict_that_cannot_write_leaves_the_old_file_as_it_was(
         ("out.npz", ("predict", "RUN", "--positions", "nowhere.csv", "-o", "FILE")),
         ("out.onnx", ("export", "RUN", "-o", "FILE")),
         ("out.pt2", ("export", "RUN", "-o", "FILE")),
+        ("out.h5", ("export", "RUN", "--hdf5", "FILE")),
         ("lab.png", ("scene", "lab")),
         ("drawing.png", ("scene", "lab", "-o", "FILE")),
         ("engines/engines_plane.pdf", ("engines", "RUN", "-o", "FOLDER")),
@@ -203,6 +205,33 @@ def test_file_that_is_there_is_refused_before_any_work(command, finished_run, tm
     assert status == 1 and out == ""
     assert_one_sentence(err, file.name, "expected no such file yet, found one; --force replaces it")
     assert file.read_text() == "precious" and [path for path in tmp_path.rglob("*") if path.is_file()] == [file]
+
+
+@pytest.mark.parametrize(
+    ("outputs", "found"),
+    [
+        ((), "none"),
+        (("-o", "x.onnx", "--hdf5", "x.h5"), "--output and --hdf5"),
+        (("--deepmimo", "x", "--hdf5", "x"), "and"),
+    ],
+)
+def test_export_writes_one_kind_of_file(command, finished_run, tmp_path, monkeypatch, outputs, found):
+    monkeypatch.chdir(tmp_path)
+    status, out, err = command("export", finished_run, *outputs)
+    assert status == 1 and out == "" and not list(tmp_path.iterdir())
+    assert_one_sentence(err, "expected one of --output, --hdf5, --deepmimo, found", found)
+
+
+def test_export_of_a_dataset(command, tiny, tmp_path):
+    """As HDF5; a measured one has no scene to trace the paths of."""
+    status, out, _ = command("export", tiny, "--hdf5", tmp_path / "out.h5")
+    assert status == 0 and out == f"dataset: {tmp_path / 'out.h5'}\n"
+    with h5py.File(tmp_path / "out.h5") as file:
+        assert file["spectra"].shape == (24, 90, 360) and file.attrs["array_source"] == "fitted"
+    status, out, err = command("export", tiny, "--deepmimo", tmp_path / "paths")
+    assert status == 1 and out == ""
+    assert_one_sentence(err, tiny, "expected a simulated dataset", "a measured dataset has none")
+    assert [path.name for path in tmp_path.iterdir()] == ["out.h5"]
 
 
 def test_demo_takes_no_folder_of_other_files_and_no_other_demo(command, tmp_path):

@@ -127,6 +127,14 @@ def test_paths_to_one_position_add_up_to_the_response_of_their_element(room_trac
         np.testing.assert_allclose(sum(path.response for path in paths), responses[5], rtol=1e-4)
 
 
+def test_paths_shot_in_sionnas_way_add_up_too(room, room_positions):
+    """Its rays find other edges for one element alone than for all of them."""
+    tracer = Tracer(room, Propagation(max_depth=2, sionna=True, rays=2000))
+    for position in room_positions[:2]:
+        expected = tracer.responses(position[None])[0, 5]
+        np.testing.assert_allclose(sum(path.response for path in tracer.paths(position)), expected, rtol=1e-4)
+
+
 def test_course_of_a_reflection_is_that_of_the_mirrored_source(make_scene, floor):
     scene = make_scene(floor)
     paths = Tracer(scene, Propagation(max_depth=1, diffraction=False, rays=10_000)).paths(np.array([-4.0, 0.5, 1.0]))

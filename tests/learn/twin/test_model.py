@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from learn.export import export
 from learn.models.registry import MODELS
 from learn.splits import split
 from learn.training.config import Config
@@ -92,6 +93,12 @@ def test_it_is_no_model_of_comparisons_without_a_scene():
     from learn.comparison.methods import method_names
 
     assert MODELS["twin"].needs == ("scene",) and "twin" not in method_names()
+
+
+def test_it_is_not_exported_since_it_traces_rays(run, tmp_path):
+    with pytest.raises(InputError, match="expected a model that needs no ray tracer, found twin, which does"):
+        export(run, tmp_path / "twin.onnx")
+    assert not list(tmp_path.iterdir())
 
 
 def test_training_without_a_scene_is_refused_before_any_folder_is_made(data, tmp_path):

@@ -39,7 +39,7 @@ def yard(scattering=0.6, turned=0.0, polarization="V") -> Scene:
 def power_by_objects_passed(tracer: Tracer, position: np.ndarray) -> dict[int, float]:
     """Sum of the paths' powers, by the number of objects that they pass through on the way to their patch."""
     target, scene = tracer._targets(position[None]), tracer._scattering._scene
-    sent, received = scene.scattered(tracer._middle), scene.received(target)
+    sent, received = scene.scattered(tracer.middle), scene.received(target)
     responses = (sent.components * received.components).sum(axis=-1)[0] * scene.wavelength / (4 * np.pi)
     alike = (sent.side == received.side)[0] & (received.passed[0] == 0)
     return {passed: float((np.abs(responses[alike & (sent.passed[0] == passed)]) ** 2).sum()) for passed in (0, 1)}
@@ -55,8 +55,8 @@ def test_power_is_sionnas(turned, polarization):
         for sionna in (False, True)
     )
     for position in POSITIONS[:1]:
-        buffer = theirs._shot(theirs._middle, theirs._targets(position[None]))
-        responses = fields(theirs.ray_scene, buffer, theirs._middle, theirs._targets(position[None])).responses
+        buffer = theirs._shot(theirs.middle, theirs._targets(position[None]))
+        responses = fields(theirs.ray_scene, buffer, theirs.middle, theirs._targets(position[None])).responses
         expected: dict[tuple, float] = defaultdict(float)
         for types, response in zip(buffer.interaction_types.numpy().tolist(), responses, strict=True):
             expected[tuple(types)] += abs(response) ** 2
