@@ -26,6 +26,7 @@ $(VENV)/.ready: pyproject.toml constraints.txt simulate/llvm.py
 	@$(PYTHON) -m venv $(VENV) || \
 	  { echo "Python's venv module is missing; as root: apt-get install python3-venv"; exit 1; }
 	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[test]'
+	$(BIN)/python -m pip install --quiet --no-deps deepmimo==4.0.5  # a test reads our export with it; its old NumPy is not needed
 	$(BIN)/python -m simulate.llvm --install
 	@touch $@
 

@@ -238,7 +238,7 @@ def test_other_files_are_replaced_only_if_allowed(plain, tmp_path):
 
 
 def test_deepmimo_reads_it(exported, expected, capsys):
-    """``pip install --no-deps deepmimo==4.0.5``: it asks for an older NumPy than ours, but runs with it."""
+    """The Makefile installs the package without its dependencies: it asks for an older NumPy, but runs with ours."""
     deepmimo = pytest.importorskip("deepmimo")
     deepmimo.config("scenarios_folder", str(exported.parent))
     few, found = deepmimo.load(exported.name), deepmimo.load(exported.name, max_paths=10_000)
