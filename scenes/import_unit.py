@@ -12,6 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from scenes.description import FARTHEST
+
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 """Units of length, in metres."""
 
@@ -56,10 +58,12 @@ def unit_doubt(
     >>> unit_doubt(np.array([[0, 0, 0], [5, 4, 3]]), np.array([[0.5, 2, 2], [4, 3, 1]]), "m", 0.33) is None
     True
     """
+    if not np.abs(antennas).max() <= FARTHEST:
+        return None  # other checks refuse that, and what follows
     extents = bounds[1] - bounds[0]
     size, span = float(np.linalg.norm(extents)), float(np.linalg.norm(np.ptp(antennas, axis=0)))
-    if not (size > 0 and math.isfinite(span) and span > 0):
-        return None  # other checks refuse that
+    if not (size > 0 and span > 0):
+        return None
     ratio = size / span
     too_small = size < wavelength
     if not too_small and DOUBTED[0] <= ratio <= DOUBTED[1]:

@@ -20,6 +20,7 @@ from scenes.input_file import MEGABYTE, read_bytes, read_text
 from scenes.new_folder import new_folder
 from simulate.angular_grid import COLUMNS, ROWS, AngularGrid
 from simulate.conversion import Conversion
+from simulate.dataset import inspect
 from simulate.dataset_reader import LARGEST_INDEX, read_gateway
 from simulate.dataset_writer import encode_picture, write_index, write_metadata, write_positions
 from simulate.evenly import evenly
@@ -46,8 +47,8 @@ def convert(source: Path, output: Path, conversion: Conversion = Conversion()) -
         What was changed, in sentences.
 
     Raises:
-        InputError: the folder lacks a file, a picture cannot be converted, or the output is not new, or another process
-            makes it.
+        InputError: the folder lacks a file, a picture cannot be converted, what comes out is no valid dataset, or the
+            output is not new, or another process makes it.
         ParameterError: ``one_per_position`` is larger than the number of pictures of a position; or two ends of the
             elevations or azimuths are no angles, or the same.
     """
@@ -57,7 +58,11 @@ def convert(source: Path, output: Path, conversion: Conversion = Conversion()) -
         if ends is not None and ends[0] == ends[1]:
             raise ParameterError(name, f"expected two different angles, found {ends[0]:g} twice")
     with new_folder(output) as unfinished:
-        return _convert(source, unfinished, conversion)
+        said = _convert(source, unfinished, conversion)
+        problems = inspect(unfinished).problems
+        if problems:  # the same as those of the source
+            raise InputError(problems[0].replace(str(unfinished), str(source)))
+        return said
 
 
 def _gateway(path: Path) -> bytes:

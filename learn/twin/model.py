@@ -14,6 +14,7 @@ from torch import Tensor
 
 from learn.models.base import SpectrumModel
 from learn.models.kriged_field import KrigedField
+from scenes.description import Scene
 from scenes.errors import InputError, ParameterError
 from scenes.scene_yaml import load_scene
 from scenes.shapes import bounding_box
@@ -99,13 +100,20 @@ class Twin(SpectrumModel):
         """That of the kriged field."""
         return self.rest.beamforming
 
+    @property
+    def corrected(self) -> Scene:
+        """The scene as corrected; before ``fit`` as described."""
+        return varied(self._described, self._which, self.values.cpu().numpy())
+
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
         """Predicted spectrum: that of the predicted responses."""
         return self.beamforming(self.responses(positions))
 
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
-        """Element responses y (real, imaginary): traced, and what is interpolated of the rest."""
+        """Element responses y (real, imaginary): traced, and what is interpolated of the rest after ``fit``."""
         traced = torch.view_as_real(torch.from_numpy(self._traced(positions.cpu().numpy()))).float()
+        if not len(self.rest.places):
+            return traced.to(positions.device)
         return traced.to(positions.device) + self.power.sqrt() * self.rest.responses(positions)
 
     def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"]:
@@ -171,9 +179,8 @@ class Twin(SpectrumModel):
         from simulate.propagation import Propagation
         from simulate.trace import Tracer
 
-        scene = varied(self._described, self._which, self.values.cpu().numpy())
         everywhere = bounding_box(np.concatenate([self.region.cpu().numpy(), self._described.transmitter.region]))
-        return Tracer(scene, Propagation(), everywhere)
+        return Tracer(self.corrected, Propagation(), everywhere)
 
     def _traced(self, positions: Float[np.ndarray, "B 3"]) -> Complex[np.ndarray, "B elements"]:
         return self._tracer.responses(np.asarray(positions, float))

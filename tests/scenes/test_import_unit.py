@@ -140,3 +140,8 @@ def test_command_names_a_rule_that_matches_nothing_and_the_objects(bisplat_scene
 def test_frequency_of_zero_is_one_sentence(bisplat_scene):
     status, err, _ = bisplat_scene("cm", "--frequency", "0")
     assert status == 1 and err.startswith("bisplat: --frequency: expected a positive number, found 0")
+
+
+@pytest.mark.filterwarnings("error")
+def test_antennas_out_of_reach_are_left_to_other_checks():
+    assert unit_doubt(ROOM, ANTENNAS * 1e300, "m", 0.33) is None

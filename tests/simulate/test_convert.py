@@ -166,3 +166,11 @@ def test_gateway_that_check_would_refuse_is_refused(foreign, tmp_path):
     with pytest.raises(InputError, match=r"gateway_info\.yml: gateway1\.position"):
         convert(foreign, tmp_path / "ours")
     assert not (tmp_path / "ours").exists()
+
+
+def test_what_would_be_no_dataset_is_refused(foreign, tmp_path):
+    both = foreign / "test_index.txt"
+    both.write_text(both.read_text() + (foreign / "train_index.txt").read_text().splitlines()[0] + "\n")
+    with pytest.raises(InputError, match=r"test_index\.txt: expected names that are not in train_index\.txt"):
+        convert(foreign, tmp_path / "out")
+    assert not (tmp_path / "out").exists()

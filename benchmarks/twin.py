@@ -1,0 +1,173 @@
+"""What a wrong description of a place is worth once measured spectra have corrected it.
+
+python benchmarks/twin.py --json > runs/twin.json
+
+The truth is the closet in full wave (the field in tests/data); the known spectra have an SNR of 20 dB. The description
+is drawn wrong: materials, places of objects, and the gateway's position and orientation, by normal deviations of three
+sizes. For numbers of known spectra, from responses and from pictures alone: median SSIM of 100 other positions, and
+median correlation of their responses, mean over the draws, predicted by ``twin``, by ``helmholtz`` and by
+inverse-distance weighting of the same spectra; with 0 spectra by ray tracing of the description. And how far the
+corrected gateway is from the true one. Each draw's figures are kept in a folder, in which the next run finds them.
+"""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import product
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import tyro
+from report.printing import print_figures
+from scipy.spatial.transform import Rotation
+
+from learn.baselines.neighbours import inverse_distance
+from learn.metrics import ssim
+from learn.models.base import SpectrumModel
+from learn.models.helmholtz import HelmholtzField
+from learn.training.run_folder import predict
+from learn.twin.model import Twin
+from scenes.atomic import write_atomically
+from scenes.closet import closet
+from scenes.description import Scene
+from scenes.scene_yaml import write_scene
+from scenes.tolerances import Tolerances
+from scenes.unknowns import unknowns, varied
+from simulate.dataset import Dataset
+from simulate.measurement import Measurement
+from simulate.simulation import simulate
+
+LEVELS = {
+    "middle": Tolerances(position=0.03, turn=2.0, objects=0.03, materials=0.2),
+    "small": Tolerances(position=0.01, turn=1.0, objects=0.01, materials=0.1),
+    "large": Tolerances(position=0.06, turn=4.0, objects=0.06, materials=0.4),
+}
+DRAWS, SIZES, MOST, TESTED = 3, (0, 10, 40, 160, 640), 1000, 100
+FIELD = Path("tests/data/closet")
+REGION = np.zeros((2, 3))
+Figures = dict[str, float]
+
+
+@dataclass(frozen=True)
+class Truth:
+    """Noisy spectra to learn from, and others without noise to test on."""
+
+    measured: Dataset
+    tested: Dataset
+
+    def seen(self, kind: str) -> Dataset:
+        """The measured spectra with or without their responses."""
+        return self.measured if kind == "responses" else replace(self.measured, responses=None)
+
+    def scores(self, model: SpectrumModel, name: str) -> Figures:
+        """SSIM, and correlation of the responses if the model predicts any."""
+        found = predict(model, self.tested.positions)
+        figures = {f"SSIM, {name}": float(np.median(ssim(found.spectra, self.tested.spectra)))}
+        if found.responses is not None and self.tested.responses is not None:
+            true = self.tested.responses
+            product_ = np.abs((found.responses.conj() * true).sum(axis=1))
+            size = np.linalg.norm(found.responses, axis=1) * np.linalg.norm(true, axis=1)
+            figures[f"correlation, {name}"] = float(np.median(product_ / size))
+        return figures
+
+
+def wrong(scene: Scene, tolerances: Tolerances, draw: int) -> Scene:
+    """A scene that is wrong by normal deviations."""
+    which = unknowns(scene, tolerances)
+    values = np.random.default_rng(draw).normal(size=len(which)) * [each.tolerance for each in which]
+    return varied(scene, which, values)
+
+
+def without_scene(truth: Truth, kind: str, size: int) -> Figures:
+    """Scores of what knows nothing of the place."""
+    data, known = truth.seen(kind), np.arange(size)
+    spectra = inverse_distance(data.positions[known], data.spectra[known], truth.tested.positions)
+    model = HelmholtzField(REGION, data.beamformer, data.wavelength)
+    model.fit(data, known)
+    figures = {"SSIM, inverse-distance": float(np.median(ssim(spectra, truth.tested.spectra)))}
+    return figures | truth.scores(model, "helmholtz")
+
+
+def of_twin(truth: Truth, scene: Scene, tolerances: Tolerances, draw: int, kind: str, size: int) -> Figures:
+    """Scores of the twin, and how far it puts the gateway from where it is."""
+    data = truth.seen(kind)
+    with tempfile.TemporaryDirectory() as folder:
+        described = write_scene(wrong(scene, tolerances, draw), Path(folder) / "described")
+        options: Any = {name: getattr(tolerances, name) for name in ("position", "turn", "objects", "materials")}
+        twin = Twin(REGION + scene.transmitter.region, data.beamformer, data.wavelength, str(described), **options)
+        if size == 0:
+            return truth.scores(twin, "twin")
+        twin.fit(data, np.arange(size))
+    found, true = twin.corrected.gateway, scene.gateway
+    turned = Rotation.from_quat(found.orientation) * Rotation.from_quat(true.orientation).inv()
+    return {
+        **truth.scores(twin, "twin"),
+        "position off, mm": 1e3 * float(np.linalg.norm(np.subtract(found.position, true.position))),
+        "orientation off, °": float(np.degrees(turned.magnitude())),
+    }
+
+
+def kept(path: Path, compute: Any) -> Figures:
+    """Figures of a file, or those computed, which are then in the file."""
+    if not path.exists():
+        write_atomically(path, json.dumps(compute()).encode())
+    return json.loads(path.read_text())
+
+
+def rows(truth: Truth, folder: Path, sizes: tuple[int, ...], most: int, draws: int) -> Iterator[tuple[str, Figures]]:
+    """A row for each level, kind of spectra and number of them: means over the draws."""
+    scene = closet()
+    plain: dict[tuple[str, int], Figures] = {}
+    for kind, size in product(("responses", "pictures"), (*sizes[1:], most)):
+        plain[kind, size] = kept(folder / f"{kind}-{size}.json", lambda k=kind, n=size: without_scene(truth, k, n))
+    for kind in ("responses", "pictures"):
+        yield f"no description, {kind}, {most}", plain[kind, most]
+    for (level, tolerances), kind, size in product(LEVELS.items(), ("responses", "pictures"), sizes):
+        if size == 0 and kind == "pictures":
+            continue
+        found = [
+            kept(
+                folder / f"{level}-{kind}-{size}-{draw}.json",
+                lambda t=tolerances, d=draw, k=kind, n=size: of_twin(truth, scene, t, d, k, n),
+            )
+            for draw in range(draws)
+        ]
+        mean = {name: float(np.mean([each[name] for each in found])) for name in found[0]}
+        yield f"{level}, {kind}, {size}", mean | plain.get((kind, size), {})
+
+
+def main(
+    folder: Path = Path("runs/twin"),
+    smallest: bool = False,
+    json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
+) -> None:
+    """Score the twin.
+
+    Args:
+        folder: for the figures of each fit.
+        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        json_output: print one JSON object.
+    """
+    sizes, most, draws, tested = ((0, 3), 4, 1, 2) if smallest else (SIZES, MOST, DRAWS, TESTED)
+    with tempfile.TemporaryDirectory() as temporary:
+        work = Path(temporary)
+        figures_in = work / "figures" if smallest else folder
+        figures_in.mkdir(parents=True, exist_ok=True)
+        made: Any = {"engine": "fullwave", "field": FIELD}
+        noisy = simulate("closet", work / "noisy", most, measurement=Measurement(snr_db=20), seed=1, **made)
+        clean = simulate("closet", work / "clean", tested, seed=2, **made)
+        if smallest:
+            LEVELS.pop("small"), LEVELS.pop("large")
+        found = {
+            name: {key: round(value, 4) for key, value in row.items()}
+            for name, row in rows(Truth(noisy, clean), figures_in, sizes, most, draws)
+        }
+    print_figures(found, json_output, smallest)
+
+
+if __name__ == "__main__":
+    tyro.cli(main)
