@@ -24,6 +24,7 @@ if TYPE_CHECKING:  # for type checkers and editors; at run time __getattr__ impo
     from learn.evaluation.crossvalidate import crossvalidate as crossvalidate
     from learn.evaluation.evaluate import evaluate as evaluate
     from learn.export import export as export
+    from learn.planning.plan import plan as plan
     from learn.training.run_folder import load_run as load_run
     from learn.training.train import train as train
     from scenes.description import Gateway as Gateway
@@ -68,6 +69,7 @@ _HOMES = {
     "learn.comparison.ablate": ("ablate",),
     "learn.comparison.sweep": ("sweep",),
     "learn.export": ("export",),
+    "learn.planning.plan": ("plan",),
 }
 _HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
 

@@ -34,6 +34,7 @@ COMMANDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "demo": ("--spectra 0", ()),
     "view": ("nowhere", ()),
     "calibrate": ("closet nowhere", ()),
+    "plan": ("kriged -n 3", ("data", "kriged")),
 }
 """Of each command: arguments, and the files that these need. Where the work takes long, it has no files to work on."""
 
