@@ -25,6 +25,7 @@ if TYPE_CHECKING:  # for type checkers and editors; at run time __getattr__ impo
     from learn.evaluation.evaluate import evaluate as evaluate
     from learn.export import export as export
     from learn.localisation.locate import locate as locate
+    from learn.planning.plan import plan as plan
     from learn.training.run_folder import load_run as load_run
     from learn.training.train import train as train
     from scenes.description import Gateway as Gateway
@@ -74,6 +75,7 @@ _HOMES = {
     "learn.comparison.sweep": ("sweep",),
     "learn.export": ("export",),
     "learn.localisation.locate": ("locate",),
+    "learn.planning.plan": ("plan",),
 }
 _HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
 

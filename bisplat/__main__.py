@@ -17,7 +17,7 @@ import tyro
 
 from learn.commands import check, crossvalidate, demo, engines, evaluate, export, predict, train
 from learn.comparison_commands import ablate, compare, sweep
-from learn.uses_commands import calibrate, locate
+from learn.uses_commands import calibrate, locate, plan
 from learn.view.command import view
 from scenes.command import scene
 from scenes.errors import InputError, ParameterError, printable
@@ -33,7 +33,7 @@ def main() -> None:
     """Run a command, and report a mistake of the user as one sentence."""
     commands = (
         demo, scene, simulate, check, convert, responses, train, evaluate, crossvalidate, engines, predict, export,
-        compare, ablate, sweep, calibrate, locate, view,
+        compare, ablate, sweep, calibrate, locate, plan, view,
     )  # fmt: skip
     named = {command.__name__: command for command in commands}
     try:

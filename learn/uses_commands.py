@@ -1,4 +1,4 @@
-"""Commands that use a field or a scene: ``calibrate``, ``locate``."""
+"""Commands that use a field or a scene: ``calibrate``, ``locate``, ``plan``."""
 
 from __future__ import annotations
 
@@ -100,3 +100,42 @@ def locate(
     write_places(output, names, places)
     several = sum(len(each) > 1 for each in places)
     print(printable(f"{len(names)} transmitters, {several} of which may be at several places: {output}"))
+
+
+def plan(
+    run_or_scene: Positional[str],
+    output: Output,
+    positions: Annotated[int, arg(aliases=["-n"])] = 50,
+    tour: bool = False,
+    seed: int = 0,
+    propagation: OmitArgPrefixes[PropagationOptions] = PropagationOptions(),
+    force: Force = False,
+) -> None:
+    """Plan where to measure next: positions that lower the open variance of the field most. Writes a CSV of them.
+
+    Args:
+        run_or_scene: a run folder, whose known positions are known; or a scene that nothing is measured in yet, a
+            built-in name or a scene YAML, which is traced. Positions are planned in the free places of the scene's
+            transmitter region; for a run on measured spectra, in the convex hull of its known positions.
+        output: the CSV to write: header x,y,z; metres, world frame.
+        positions: number of positions.
+        tour: order the positions as a short walk; by default the most useful comes first.
+        seed: of the places to choose from.
+        propagation: mechanisms that the ray tracer follows in a scene.
+    """
+    require_new(output, force=force)
+    from learn.planning.plan import plan as plan_positions
+    from learn.training.fit_progress import FitProgress
+    from simulate.dataset_writer import write_positions
+
+    followed = Propagation(**vars(propagation))
+    with FitProgress("plan") as progress:
+        planned = plan_positions(run_or_scene, positions, tour=tour, seed=seed, propagation=followed, report=progress)
+    write_positions(output, planned.positions)
+    before, after = planned.open_variance[[0, -1]]
+    print(printable(f"{positions} positions: {output}"))
+    print(f"open variance of the field: {before:.1%} before, {after:.1%} after")
+    if planned.tour is not None:
+        crossings = planned.tour.crossings
+        through = f"; {crossings} of its lines cross an object and need a detour" if crossings else ""
+        print(f"tour: {planned.tour.length:.1f} m{through}")

@@ -74,23 +74,28 @@ def obstruction(gateway: Gateway, wavelength: float, objects: Iterable[SceneObje
         for triangle in triangles[near]:
             nearest = closest_point(np.repeat(triangle[None], len(points), axis=0), points)
             touching = np.linalg.norm(nearest - points, axis=1) <= TOUCHING
-            behind = _crosses(centre, points, triangle)
+            behind = crosses(centre, points, triangle)
             if (touching | behind).any():
                 index = int(np.argmax(touching | behind))
                 return Obstruction(points[index], item.name, "on" if touching[index] else "behind")
     return None
 
 
-def _crosses(
-    start: Float[np.ndarray, " 3"], ends: Float[np.ndarray, "n 3"], triangle: Float[np.ndarray, "3 3"]
+def crosses(
+    starts: Float[np.ndarray, "*n 3"], ends: Float[np.ndarray, "n 3"], triangle: Float[np.ndarray, "3 3"]
 ) -> Bool[np.ndarray, " n"]:
-    """Whether the straight lines from ``start`` to ``ends`` cross a triangle (Möller and Trumbore 1997)."""
+    """Whether straight lines cross a triangle (Möller and Trumbore 1997).
+
+    Args:
+        starts: where each line begins, or all of them; metres.
+        ends: where each ends, metres.
+        triangle: its corners, metres.
+    """
     corner, u, v = triangle[0], triangle[1] - triangle[0], triangle[2] - triangle[0]
-    along = ends - start
-    p = np.cross(along, v)
+    along, from_corner = ends - starts, starts - corner
+    p, q = np.cross(along, v), np.cross(from_corner, u)
     determinant = p @ u
-    # A line in the triangle's plane crosses nothing; its ends are found to touch.
+    # A line in the triangle's plane crosses nothing; of an array's elements, its ends are found to touch.
     scale = np.where(determinant == 0, np.inf, determinant)
-    q = np.cross(start - corner, u)
-    a, b, t = p @ (start - corner) / scale, along @ q / scale, (v @ q) / scale
+    a, b, t = (p * from_corner).sum(axis=-1) / scale, (along * q).sum(axis=-1) / scale, (q @ v) / scale
     return (determinant != 0) & (a >= 0) & (b >= 0) & (a + b <= 1) & (t >= 0) & (t <= 1)

@@ -13,6 +13,7 @@ TRAIN = "train nowhere -o out --model mlp"
 COMPARE, SWEEP = "compare nowhere -o out", "sweep nowhere -o out --sizes 5"
 ABLATE, CROSSVALIDATE = "ablate nowhere -o out", "crossvalidate nowhere --scene lab"
 CALIBRATE = "calibrate closet nowhere -o out"
+PLAN = "plan nowhere -o out"
 ENGINES, CONVERT = "engines nowhere -o out", "convert nowhere -o out"
 
 WHOLE = ("0", "-1", str(10**15), "9" * 4000)
@@ -56,6 +57,9 @@ REFUSED: dict[tuple[str, str], tuple[str, ...]] = {
     (CALIBRATE, "--position"): NUMBERS,
     (CALIBRATE, "--turn"): NUMBERS,
     (CALIBRATE, "--materials"): NUMBERS,
+    (PLAN, "-n"): WHOLE,
+    (PLAN, "--seed"): SEEDS,
+    (PLAN, "--max-depth"): ("-1", str(10**9)),
 }
 """A command, an option of it, and values that the option cannot have."""
 

@@ -29,11 +29,13 @@ COMMANDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "evaluate": ("nowhere", ()),
     "crossvalidate": ("nowhere --scene closet", ()),
     "engines": ("nowhere", ()),
-    "export": ("nowhere", ()),
+    "export": ("kriged", ("data", "kriged")),
     "ablate": ("nowhere", ()),
     "demo": ("--spectra 0", ()),
     "view": ("nowhere", ()),
     "calibrate": ("closet nowhere", ()),
+    "plan": ("kriged -n 3", ("data", "kriged")),
+    "locate": ("kriged --pictures data", ("data", "kriged")),
 }
 """Of each command: arguments, and the files that these need. Where the work takes long, it has no files to work on."""
 

@@ -1,0 +1,77 @@
+"""Where a measurement is possible: free places of a scene's region, or places among positions measured before."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy.spatial import Delaunay
+
+from scenes.description import Scene
+from scenes.errors import InputError
+from scenes.shapes import bounding_box
+from simulate.placement import free_positions
+
+CANDIDATES = 2000
+"""Number of candidates, among which positions are chosen and whose open variance counts."""
+
+FLAT = 1e-6
+"""Positions whose extent along an axis is smaller than that along the longest one times this lie in a plane or on a
+line; coordinates in files have six decimals."""
+
+TRIES = 100
+"""Number of draws in the box around measured positions, each of ``CANDIDATES`` places, until enough are in the hull."""
+
+
+def free_candidates(scene: Scene, seed: int) -> Float[np.ndarray, "N 3"]:
+    """Free places of a scene's transmitter region, drawn uniformly, as ``bisplat simulate`` draws positions.
+
+    Args:
+        scene: the scene.
+        seed: seed of the draw.
+
+    Returns:
+        ``CANDIDATES`` places, metres, world frame.
+
+    Raises:
+        InputError: the region has no free place.
+    """
+    return free_positions(scene, scene.transmitter.region, CANDIDATES, np.random.default_rng(seed))
+
+
+def candidates_among(measured: Float[np.ndarray, "n 3"], seed: int, source: str) -> Float[np.ndarray, "N 3"]:
+    """Places in the convex hull of measured positions, drawn uniformly.
+
+    Without a scene nothing else says where somebody can stand. Where all positions are in a plane or on a line, so are
+    the places.
+
+    Args:
+        measured: positions measured before, metres, world frame.
+        seed: seed of the draw.
+        source: what they are of, for messages.
+
+    Returns:
+        At most ``CANDIDATES`` places, metres, world frame.
+
+    Raises:
+        InputError: fewer than two different positions.
+    """
+    centre = measured.mean(axis=0)
+    _, extents, axes = np.linalg.svd(measured - centre, full_matrices=False)
+    axes = axes[extents > FLAT * max(extents[0], FLAT)]
+    if not len(axes):
+        raise InputError(f"{source}: expected at least two different positions, found one")
+    along = (measured - centre) @ axes.T
+    low, high = bounding_box(along)
+    generator = np.random.default_rng(seed)
+    places = np.zeros((0, len(axes)))
+    hull = Delaunay(along) if len(axes) > 1 else None  # the hull of positions on a line is the box
+    for _ in range(TRIES):
+        drawn = low + (high - low) * generator.random((CANDIDATES, len(axes)))
+        places = np.concatenate([places, drawn[_inside(hull, drawn)]])[:CANDIDATES]
+        if len(places) == CANDIDATES:
+            break
+    return centre + places @ axes
+
+
+def _inside(hull: Delaunay | None, places: Float[np.ndarray, "n d"]) -> Bool[np.ndarray, " n"]:
+    return np.ones(len(places), bool) if hull is None else hull.find_simplex(places) >= 0

@@ -1,0 +1,77 @@
+"""Positions one after another, each the one that lowers the kriging variance most."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Inexact, Int
+
+
+@dataclass(frozen=True)
+class OpenField:
+    """What is not known yet of a random field at N candidates.
+
+    Attributes:
+        covariance: covariance of the field at the candidates, given what is known; real, or complex and Hermitian.
+        nugget: variance of a measurement's noise, in the units of ``covariance``; above 0.
+        weight: how much the field's variance counts beside that of other fields.
+    """
+
+    covariance: Inexact[np.ndarray, "N N"]
+    nugget: float
+    weight: float = 1.0
+
+
+def choose(
+    fields: Sequence[OpenField], count: int, report: Callable[[int, int], None] = lambda done, total: None
+) -> tuple[Int[np.ndarray, " count"], Float[np.ndarray, " count+1"]]:
+    """Choose candidates, each the one whose measurement lowers the summed kriging variance at all candidates most.
+
+    A measurement of candidate j lowers it by Σ_i |C_ij|² / (C_jj + ν), where C is the covariance given everything
+    measured before; the sum over the fields, with their weights, decides. C then loses c cᴴ / (C_jj + ν), c being its
+    column j. These columns are kept instead of changing C: a step costs one product of C with a vector.
+
+    Args:
+        fields: the fields, at the same candidates.
+        count: number of candidates to choose, at most N.
+        report: called with the number of candidates chosen, and ``count``.
+
+    Returns:
+        Indices of the candidates in the order of their choice; and the variance that is open at the candidates before
+        and after each, the weighted sum over the fields of its mean.
+
+    >>> near_each_other = np.array([[1.0, 0.9, 0.0], [0.9, 1.0, 0.0], [0.0, 0.0, 1.0]])
+    >>> choose([OpenField(near_each_other, nugget=1e-9)], 2)[0].tolist()
+    [0, 2]
+    """
+    size = len(fields[0].covariance)
+    squares = [np.square(np.abs(field.covariance)).sum(axis=0) for field in fields]
+    variances = [field.covariance.diagonal().real.copy() for field in fields]
+    # Row t is conj(c) / √(C_jj + ν) of the choice t, so that what all choices take from C is the rows' Vᴴ V.
+    rows = [np.zeros((count, size), field.covariance.dtype) for field in fields]
+    chosen = np.zeros(count, int)
+    left = np.zeros(count + 1)
+    left[0] = sum(field.weight * float(variance.mean()) for field, variance in zip(fields, variances, strict=True))
+    free = np.ones(size, bool)
+    for step in range(count):
+        report(step, count)
+        gains = np.zeros(size)
+        for field, square, variance in zip(fields, squares, variances, strict=True):
+            gains += field.weight * square / (variance + field.nugget)
+        chosen[step] = best = int(np.where(free, gains, -np.inf).argmax())
+        free[best] = False
+        left[step + 1] = left[step] - gains[best] / size
+        for field, square, variance, taken in zip(fields, squares, variances, rows, strict=True):
+            before = taken[:step]
+            column = field.covariance[:, best] - before.conj().T @ before[:, best]
+            column /= np.sqrt(variance[best] + field.nugget)
+            # |C_ij − c_i c_j*|² summed over i, from the sum before it.
+            products = column.conj() @ field.covariance - (before @ column).conj() @ before
+            square -= (2 * products * column).real - np.square(np.abs(column)) * np.vdot(column, column).real
+            variance -= np.square(np.abs(column))
+            np.maximum(square, 0, out=square)
+            np.maximum(variance, 0, out=variance)
+            taken[step] = column.conj()
+    return chosen, left
