@@ -13,6 +13,7 @@ from learn.localisation.fingerprints import Field
 from learn.localisation.prior import Prior
 from learn.localisation.refine import Refined, refine
 from learn.models.base import Report
+from learn.models.geometry import grid_in
 from learn.training.run_folder import Run
 from scenes.errors import InputError
 from simulate.evenly import evenly
@@ -92,7 +93,7 @@ def locate(
     prior = Prior(known, wavelength)
     seen = field.of_pictures(pictures)
     inside = ((known >= region[0]) & (known <= region[1])).all(axis=1)
-    points = np.concatenate([_grid(region, SPACING * wavelength), evenly(known[inside], MOST_POINTS)])
+    points = np.concatenate([grid_in(region, SPACING * wavelength, MOST_POINTS), evenly(known[inside], MOST_POINTS)])
     there = field.predicted(points, partial(report, "field on a grid"))
     density = prior(points)
 
@@ -123,17 +124,6 @@ def common_region(runs: Sequence[Run]) -> Float[np.ndarray, "2 3"]:
             "share"
         )
     return region
-
-
-def _grid(region: Float[np.ndarray, "2 3"], spacing: float) -> Float[np.ndarray, "n 3"]:
-    """Points at most ``spacing`` metres apart, unless these are more than ``MOST_POINTS``."""
-    size = region[1] - region[0]
-    spacing = max(spacing, float(np.prod(size) / MOST_POINTS) ** (1 / 3))
-    counts = np.maximum(2, np.ceil(size / spacing).astype(int) + 1)
-    while np.prod(counts, dtype=float) > 2 * MOST_POINTS:  # a flat region
-        counts = np.maximum(2, counts * 9 // 10)
-    axes = [np.linspace(low, high, count) for low, high, count in zip(*region, counts, strict=True)]
-    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
 
 
 def _starts(

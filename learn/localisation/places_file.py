@@ -11,6 +11,11 @@ import numpy as np
 
 from learn.localisation.locate import Place
 from scenes.atomic import write_atomically
+from scenes.errors import InputError, shown
+from scenes.input_file import MEGABYTE, read_text
+
+LARGEST = 100 * MEGABYTE
+"""Bytes of the CSV."""
 
 HEADER = ("name", "place", "probability", "x", "y", "z", "xx", "xy", "xz", "yy", "yz", "zz", "misfit")
 """Name of the picture, number of the place (1 is the most probable), its probability, position (metres), covariance
@@ -34,3 +39,32 @@ def write_places(path: Path, names: Sequence[str], places: Sequence[Sequence[Pla
             figures = [f"{place.probability:.4f}", *(f"{value:.4f}" for value in place.position)]
             writer.writerow([name, number, *figures, *(f"{value:.3e}" for value in covariance), f"{place.misfit:.5f}"])
     write_atomically(path, text.getvalue().encode())
+
+
+def read_places(path: Path) -> dict[str, np.ndarray]:
+    """Read the most probable place of each transmitter.
+
+    Args:
+        path: a CSV as ``write_places`` writes it.
+
+    Returns:
+        Position [3] (metres, world frame) by name of the picture.
+
+    Raises:
+        InputError: no such file, another header, or a row whose position is not three finite numbers.
+    """
+    rows = csv.DictReader(StringIO(read_text(path, "a CSV of places", LARGEST)))
+    if tuple(rows.fieldnames or ()) != HEADER:
+        raise InputError(f"{path}, line 1: expected the header {','.join(HEADER)}, found {shown(rows.fieldnames)}")
+    found: dict[str, np.ndarray] = {}
+    for number, row in enumerate(rows, start=2):
+        if row["place"] != "1":
+            continue
+        try:
+            position = np.array([float(row[axis]) for axis in "xyz"])
+        except (TypeError, ValueError):
+            position = np.full(3, np.nan)
+        if not np.isfinite(position).all():
+            raise InputError(f"{path}, line {number}: expected a position in metres, found {shown(list(row.values()))}")
+        found[str(row["name"])] = position
+    return found

@@ -1,7 +1,8 @@
-"""Distances of points, and directions spread evenly over the sphere."""
+"""Distances of points, directions spread evenly over the sphere, and grids."""
 
 from __future__ import annotations
 
+import numpy as np
 import torch
 from jaxtyping import Float
 from torch import Tensor
@@ -22,3 +23,22 @@ def evenly_spread_directions(count: int) -> Float[Tensor, "count 3"]:
     z, azimuth = 1 - 2 * index / count, torch.pi * (1 + 5**0.5) * index
     across = (1 - z.square()).sqrt()
     return torch.stack([across * azimuth.cos(), across * azimuth.sin(), z], dim=-1)
+
+
+def grid_in(region: Float[np.ndarray, "2 3"], spacing: float, most: int) -> Float[np.ndarray, "n 3"]:
+    """Points of a grid that holds the corners of a box.
+
+    Args:
+        region: corners (min, max) of the box, metres.
+        spacing: largest distance of neighbours along an axis, metres, unless there are too many.
+        most: about how many points there are then; at most half as many more.
+
+    >>> box = np.array([[0.0, 0, 0], [1, 1, 1]])
+    >>> len(grid_in(box, 0.5, most=1000)), len(grid_in(box, 0.01, most=8))
+    (27, 8)
+    """
+    counts = np.maximum(2, np.ceil((region[1] - region[0]) / spacing - 1e-9) + 1)
+    while counts.prod() > 1.5 * most and counts.max() > 2:
+        counts = np.maximum(2, np.floor(counts * 0.9))
+    axes = [np.linspace(low, high, int(count)) for low, high, count in zip(*region, counts, strict=True)]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)

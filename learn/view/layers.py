@@ -14,6 +14,7 @@ from learn.view.chart import LINEAR, Colours, colour_of
 from learn.view.comparison import PREDICTED, TRUE
 from learn.view.hemisphere import EVERY_DEG, colours_of_dots, disc, dots, ellipses
 from learn.view.subject import Position, SpectrumArray, Subject
+from learn.view.uses import add_uses
 from scenes.callbacks import shielded
 from scenes.shapes import bounding_box
 from scenes.stage import add_gateway, add_objects, add_region, set_up
@@ -91,6 +92,7 @@ class Layers:
             self._switch(client, "spectrum on the hemisphere", [self._sphere])
             self._switch(client, "dominant directions", [self._predicted, self._true])
             self._switch(client, "traced paths", [self._paths] if subject.scene else [])
+            add_uses(client, subject, self._size, self._switch)
             visible = subject.has_primitives
             self._primitives = client.gui.add_checkbox("primitives (colour: phase)", False, visible=visible)
         self._primitives.on_update(shielded(client, lambda event: changed()))

@@ -76,6 +76,7 @@ class Subject:
         parts: parts of the dataset: those of the run, or without a run the folder's own.
         run: the run.
         missing: one sentence for each part of the subject that could not be read.
+        planned: further positions to show, metres, world frame.
     """
 
     name: str
@@ -86,6 +87,7 @@ class Subject:
     parts: Split | None
     run: Run | None
     missing: list[str]
+    planned: Float[np.ndarray, "n 3"] | None = None
 
     def __post_init__(self) -> None:
         self._one_at_a_time = Lock()  # all tabs share the model

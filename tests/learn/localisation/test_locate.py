@@ -10,9 +10,10 @@ import pytest
 import bisplat
 from learn.evaluation.locations import evaluate_locations
 from learn.localisation.fingerprints import Field, Fingerprints
-from learn.localisation.locate import MODES, _grid, _starts
+from learn.localisation.locate import MODES, _starts
 from learn.localisation.places_file import HEADER
 from learn.localisation.refine import FARTHEST, refine
+from learn.models.geometry import grid_in
 from learn.reports.locations_report import write_locations
 from learn.uses_commands import locate as locate_command
 from scenes.errors import InputError
@@ -109,15 +110,15 @@ def test_refined_positions_are_those_of_a_known_minimum_nearby():
 
 def test_grid_holds_the_corners_of_its_region_and_is_bounded():
     region = np.array([[0.0, 0, 0], [1, 2, 0.001]])
-    grid = _grid(region, 0.04)
+    grid = grid_in(region, 0.04, 10**6)
     assert {tuple(point) for point in region} <= {tuple(point) for point in grid}
     steps = [np.diff(np.unique(grid[:, axis])).max() for axis in range(3)]
     assert max(steps) < 0.0401
-    assert len(_grid(np.array([[0.0, 0, 0], [1e4, 1e4, 1e-3]]), 0.04)) < 150_000
+    assert len(grid_in(np.array([[0.0, 0, 0], [1e4, 1e4, 1e-3]]), 0.04, 1000)) < 1501
 
 
 def test_starts_are_apart():
-    points = _grid(np.array([[0.0, 0, 0], [1, 1, 1]]), 0.1)
+    points = grid_in(np.array([[0.0, 0, 0], [1, 1, 1]]), 0.1, 2000)
     starts = _starts(points, -np.linalg.norm(points - 0.5, axis=1), 0.3)
     np.testing.assert_allclose(starts[0], [0.5, 0.5, 0.5])
     apart = np.linalg.norm(starts[:, None] - starts, axis=-1) + 9 * np.eye(MODES)

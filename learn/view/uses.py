@@ -1,0 +1,119 @@
+"""Layers of the viewer about uses of a field: how sure a run is, where transmitters were located, where to measure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float, UInt8
+from viser import ClientHandle, SceneNodeHandle
+
+from learn.colours import MAGNITUDE
+from learn.localisation.places_file import read_places
+from learn.models.geometry import grid_in
+from learn.view.chart import Colours, colour_of
+from learn.view.subject import Subject
+from scenes.callbacks import shielded
+from scenes.errors import InputError
+
+CLOUD = 3000
+"""Number of positions in the region at which the standard deviation is drawn."""
+
+LOCATED, PLANNED = (230, 120, 0), (200, 0, 200)
+
+LOCATIONS = "evaluation/locations.csv"
+"""In a run folder; ``bisplat evaluate --locate`` writes it."""
+
+
+class Cloud(NamedTuple):
+    """Standard deviations over the region.
+
+    Attributes:
+        positions: metres, world frame.
+        deviations: of a spectrum's value in its dominant direction, 0…1.
+    """
+
+    positions: Float[np.ndarray, "n 3"]
+    deviations: Float[np.ndarray, " n"]
+
+
+def cloud(subject: Subject) -> Cloud | None:
+    """How sure the subject's run is over the region of its known positions; None: it does not say."""
+    run, region = subject.run, subject.known_region
+    if run is None or region is None or run.deviation(region[:1]) is None:
+        return None
+    spacing = float(np.prod(np.maximum(region[1] - region[0], 1e-3)) / CLOUD) ** (1 / 3)
+    positions = grid_in(region, spacing, CLOUD)
+    deviations = run.deviation(positions)
+    assert deviations is not None
+    return Cloud(positions, deviations)
+
+
+def located(subject: Subject) -> Float[np.ndarray, "K 2 3"] | None:
+    """Lines from true to located positions of test transmitters; None: the run's have not been located."""
+    if subject.run is None or subject.dataset is None:
+        return None
+    path = subject.run.folder / LOCATIONS
+    if not path.exists():
+        return None
+    index = {name: number for number, name in enumerate(subject.dataset.names)}
+    found = [(index[name], position) for name, position in read_places(path).items() if name in index]
+    if not found:
+        return None
+    return np.array([[subject.dataset.positions[number], position] for number, position in found])
+
+
+def add_uses(client: ClientHandle, subject: Subject, size: float, switch: Callable[..., None]) -> None:
+    """Draw the layers that the subject has, each with its checkbox.
+
+    Args:
+        client: the tab.
+        subject: what is shown.
+        size: of the view, metres.
+        switch: function that adds a checkbox for nodes, ``Layers._switch``.
+    """
+    if subject.planned is not None:
+        colours = np.full(subject.planned.shape, PLANNED, np.uint8)
+        planned = _dots(client, "/planned", subject.planned, colours, 0.008 * size)
+        switch(client, f"planned positions ({len(subject.planned)})", [planned])
+    lines = shielded(client, located)(subject)
+    if lines is not None:
+        errors = client.scene.add_line_segments(
+            "/located/errors", lines.astype(np.float32), LOCATED, thickness=2, thickness_units="screen"
+        )
+        colours = np.full(lines[:, 1].shape, LOCATED, np.uint8)
+        places = _dots(client, "/located/places", lines[:, 1], colours, 0.005 * size)
+        switch(client, f"located transmitters, with errors ({len(lines)})", [errors, places])
+    if subject.run is not None:
+        _add_cloud(client, subject, size)
+
+
+def _dots(
+    client: ClientHandle, name: str, positions: Float[np.ndarray, "n 3"], colours: UInt8[np.ndarray, "n 3"], size: float
+) -> SceneNodeHandle:
+    """Round dots of a size in metres."""
+    return client.scene.add_point_cloud(
+        name, positions.astype(np.float32), colours, point_size=size, point_shape="circle", point_shading="flat"
+    )
+
+
+def _add_cloud(client: ClientHandle, subject: Subject, size: float) -> None:
+    """A checkbox for the cloud of standard deviations, which are computed when it is first drawn."""
+    box = client.gui.add_checkbox("standard deviation of the prediction (yellow: large)", False)
+    drawn: list[SceneNodeHandle] = []
+
+    @box.on_update
+    @partial(shielded, client)
+    def _(event) -> None:
+        if box.value and not drawn:
+            found = cloud(subject)
+            if found is None:
+                raise InputError("expected a run that states how far it may be off, found one of an earlier version")
+            scale = Colours(MAGNITUDE, float(found.deviations.min()), float(found.deviations.max()) + 1e-9, "")
+            colours = colour_of(found.deviations, scale)
+            drawn.append(_dots(client, "/deviation", found.positions, colours, 0.004 * size))
+            box.label = f"standard deviation ({scale.low:.3f} to {scale.high:.3f}; yellow: large)"
+        for node in drawn:
+            node.visible = box.value
