@@ -12,7 +12,6 @@ from typing import Annotated
 import numpy as np
 from jaxtyping import Float
 from msgspec import Meta, Struct
-from scipy.optimize import nnls
 
 LEAST_VALIDATED = 10
 """Number of validation spectra; fewer say too little about the errors."""
@@ -23,7 +22,11 @@ SHARE, NORMAL = 0.9, 1.6449
 LEAST = 1 / 255
 """One grey level: pictures are rounded to it."""
 
-Coefficient = Annotated[float, Meta(ge=0, le=100)]
+SHARES = (0.0, 0.25, 0.5, 0.75, 0.95)
+"""Of the mean squared error, what grows with the model's own variance: these are tried."""
+
+MOST = 1000.0
+Coefficient = Annotated[float, Meta(ge=0, le=MOST)]
 
 
 class Deviation(Struct, frozen=True):
@@ -70,8 +73,7 @@ def dominant_error(
 
 
 def fit_deviation(error: Float[np.ndarray, " K"], variance: Float[np.ndarray, " K"] | None) -> Deviation | None:
-    """The c and g by which squared errors are fitted best (least squares), scaled so that ``SHARE`` of the errors lie
-    within ``NORMAL`` standard deviations.
+    """The c and g by which the errors are most likely, scaled so that ``SHARE`` of them lie within ``NORMAL`` σ.
 
     Args:
         error: of ``dominant_error`` on spectra that the model was not fitted to.
@@ -86,10 +88,16 @@ def fit_deviation(error: Float[np.ndarray, " K"], variance: Float[np.ndarray, " 
     """
     if len(error) < LEAST_VALIDATED:
         return None
-    columns = np.stack([np.ones(len(error)), np.zeros(len(error)) if variance is None else variance], axis=1)
-    constant, growth = np.sqrt(nnls(columns, error**2)[0])
-    shape = Deviation(max(float(constant), LEAST), float(growth))
-    ratio = np.sort(np.abs(error) / shape.at(variance, len(error)))
+    mean = 0.0 if variance is None else float(variance.mean())
+    shapes = [Deviation(1.0, 0.0)]
+    if variance is not None and mean > 0:
+        shapes = [Deviation((1 - share) ** 0.5, (share / mean) ** 0.5) for share in SHARES]
     rank = min(len(error), int(np.ceil(SHARE * (len(error) + 1)))) - 1
-    scale = float(ratio[rank]) / NORMAL
-    return Deviation(max(scale * shape.constant, LEAST), scale * shape.growth)
+    likelihoods, scaled = [], []
+    for shape in shapes:
+        sigma = np.maximum(shape.at(variance, len(error)), 1e-6)
+        size = max(float(np.sqrt(np.mean((error / sigma) ** 2))), 1e-6)
+        likelihoods.append(-np.log(sigma).mean() - np.log(size))
+        scale = float(np.sort(np.abs(error) / sigma)[rank]) / NORMAL
+        scaled.append(Deviation(min(max(scale * shape.constant, LEAST), MOST), min(scale * shape.growth, MOST)))
+    return scaled[int(np.argmax(likelihoods))]

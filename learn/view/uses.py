@@ -18,7 +18,7 @@ from learn.view.subject import Subject
 from scenes.callbacks import shielded
 from scenes.errors import InputError
 
-CLOUD = 3000
+CLOUD = 1200
 """Number of positions in the region at which the standard deviation is drawn."""
 
 LOCATED, PLANNED = (230, 120, 0), (200, 0, 200)
@@ -113,7 +113,7 @@ def _add_cloud(client: ClientHandle, subject: Subject, size: float) -> None:
                 raise InputError("expected a run that states how far it may be off, found one of an earlier version")
             scale = Colours(MAGNITUDE, float(found.deviations.min()), float(found.deviations.max()) + 1e-9, "")
             colours = colour_of(found.deviations, scale)
-            drawn.append(_dots(client, "/deviation", found.positions, colours, 0.004 * size))
+            drawn.append(_dots(client, "/deviation", found.positions, colours, 0.003 * size))
             box.label = f"standard deviation ({scale.low:.3f} to {scale.high:.3f}; yellow: large)"
         for node in drawn:
             node.visible = box.value
