@@ -18,7 +18,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import tyro
@@ -46,7 +46,23 @@ LEVELS = {
     "small": Tolerances(position=0.01, turn=1.0, objects=0.01, materials=0.1),
     "large": Tolerances(position=0.06, turn=4.0, objects=0.06, materials=0.4),
 }
-DRAWS, SIZES, MOST, TESTED = 3, (0, 10, 40, 160, 640), 1000, 100
+
+
+class Study(NamedTuple):
+    """What is measured: names of levels, kinds of spectra, draws, numbers of known spectra and of tested ones.
+
+    ``most``: a larger number of known spectra, for ``helmholtz`` without a description.
+    """
+
+    levels: tuple[str, ...] = tuple(LEVELS)
+    kinds: tuple[str, ...] = ("responses", "pictures")
+    draws: int = 3
+    sizes: tuple[int, ...] = (0, 10, 40, 160, 640)
+    most: int = 1000
+    tested: int = 100
+
+
+SMALLEST = Study(("middle",), ("responses",), 1, (0, 3), 4, 2)
 FIELD = Path("tests/data/closet")
 REGION = np.zeros((2, 3))
 Figures = dict[str, float]
@@ -118,23 +134,22 @@ def kept(path: Path, compute: Any) -> Figures:
     return json.loads(path.read_text())
 
 
-def rows(truth: Truth, folder: Path, sizes: tuple[int, ...], most: int, draws: int) -> Iterator[tuple[str, Figures]]:
+def rows(truth: Truth, scene: Scene, folder: Path, study: Study) -> Iterator[tuple[str, Figures]]:
     """A row for each level, kind of spectra and number of them: means over the draws."""
-    scene = closet()
     plain: dict[tuple[str, int], Figures] = {}
-    for kind, size in product(("responses", "pictures"), (*sizes[1:], most)):
+    for kind, size in product(study.kinds, (*study.sizes[1:], study.most)):
         plain[kind, size] = kept(folder / f"{kind}-{size}.json", lambda k=kind, n=size: without_scene(truth, k, n))
-    for kind in ("responses", "pictures"):
-        yield f"no description, {kind}, {most}", plain[kind, most]
-    for (level, tolerances), kind, size in product(LEVELS.items(), ("responses", "pictures"), sizes):
+    for kind in study.kinds:
+        yield f"no description, {kind}, {study.most}", plain[kind, study.most]
+    for level, kind, size in product(study.levels, study.kinds, study.sizes):
         if size == 0 and kind == "pictures":
             continue
         found = [
             kept(
                 folder / f"{level}-{kind}-{size}-{draw}.json",
-                lambda t=tolerances, d=draw, k=kind, n=size: of_twin(truth, scene, t, d, k, n),
+                lambda t=LEVELS[level], d=draw, k=kind, n=size: of_twin(truth, scene, t, d, k, n),
             )
-            for draw in range(draws)
+            for draw in range(study.draws)
         ]
         mean = {name: float(np.mean([each[name] for each in found])) for name in found[0]}
         yield f"{level}, {kind}, {size}", mean | plain.get((kind, size), {})
@@ -152,19 +167,19 @@ def main(
         smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
         json_output: print one JSON object.
     """
-    sizes, most, draws, tested = ((0, 3), 4, 1, 2) if smallest else (SIZES, MOST, DRAWS, TESTED)
+    study, scene = Study(), closet()
+    if smallest:
+        study, scene = SMALLEST, replace(scene, objects=scene.objects[:2])
     with tempfile.TemporaryDirectory() as temporary:
         work = Path(temporary)
-        figures_in = work / "figures" if smallest else folder
-        figures_in.mkdir(parents=True, exist_ok=True)
+        folder = work / "figures" if smallest else folder
+        folder.mkdir(parents=True, exist_ok=True)
         made: Any = {"engine": "fullwave", "field": FIELD}
-        noisy = simulate("closet", work / "noisy", most, measurement=Measurement(snr_db=20), seed=1, **made)
-        clean = simulate("closet", work / "clean", tested, seed=2, **made)
-        if smallest:
-            LEVELS.pop("small"), LEVELS.pop("large")
+        noisy = simulate("closet", work / "noisy", study.most, measurement=Measurement(snr_db=20), seed=1, **made)
+        clean = simulate("closet", work / "clean", study.tested, seed=2, **made)
         found = {
             name: {key: round(value, 4) for key, value in row.items()}
-            for name, row in rows(Truth(noisy, clean), figures_in, sizes, most, draws)
+            for name, row in rows(Truth(noisy, clean), scene, folder, study)
         }
     print_figures(found, json_output, smallest)
 

@@ -15,6 +15,7 @@ ARGUMENTS = {
     "grid.py": ["{dataset}", "--smallest"],
     "ladder.py": ["{dataset}", "{dataset}", "--smallest"],
     "limits.py": ["{dataset}", "{dataset}", "--smallest"],
+    "locate.py": ["{dataset}", "{dataset}", "--smallest"],
     "mechanisms.py": ["--figures", "{folder}", "--smallest"],
     "path.py": ["{dataset}", "--smallest"],
     "robustness.py": ["{dataset}", "{dataset}", "--smallest"],
