@@ -6,7 +6,7 @@ python benchmarks/locate.py runs/lab-6000 ../shared/data/rfid-s23-160 --json > r
 gateway receives as well, and on the measured sample (its two splits). Test transmitters are located from their
 pictures: errors of the position in centimetres, beside those of copying the positions of the known spectra that are
 most alike. ``within 90 % region``: how often the stated covariance holds the true position; ``within 90 % interval``:
-how often the stated deviation holds the true spectrum's value in the dominant direction. The runs are kept in a
+how often the stated deviation holds the true spectrum's values. The runs are kept in a
 folder, in which the next call finds them.
 """
 

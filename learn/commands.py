@@ -260,7 +260,7 @@ def predict(run: Positional[Path], positions: Path, output: Output, force: Force
         run: the run folder.
         positions: CSV file with the header x,y,z; metres, in the dataset's world frame.
         output: the .npz file to write: spectra [K, 90, 360] float32, channels (the responses) [K, elements] complex64,
-            deviation [K] float32, the standard deviation of a spectrum's value in its dominant direction.
+            deviation [K] float32, the standard deviation of a spectrum's values (0 to 1).
     """
     if output.suffix.lower() != ".npz":
         raise InputError(f"{output}: expected a name that ends in .npz, since the file holds several arrays")

@@ -13,7 +13,7 @@ from jaxtyping import Float, Int
 from learn.baselines.array_ceiling import CEILING, SAMPLES, array_ceiling
 from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.metrics import Scores, score
-from learn.training.deviation import NORMAL, dominant_error
+from learn.training.deviation import NORMAL, pixel_errors
 from learn.training.run_folder import Run, load_run
 from scenes.errors import InputError
 from simulate.dataset import Dataset, read_dataset, read_index
@@ -40,8 +40,7 @@ class Evaluation:
         known_positions: transmitter positions of the n spectra that the run and the baselines learned from, metres,
             world frame.
         prediction: predicted spectra, 0…1, float32.
-        deviation: standard deviation that the run states of their values in the dominant direction; None: it states
-            none.
+        deviation: standard deviation that the run states of their values; None: it states none.
         scores: scores by name: "model", "mean-picture", "nearest" and "inverse-distance" of all K test spectra,
             "array's ceiling" of at most 50 of them, evenly spread.
     """
@@ -65,11 +64,11 @@ class Evaluation:
         return spectrum_of(self.dataset.pictures[self.test])
 
     @cached_property
-    def errors_in_deviations(self) -> Float[np.ndarray, " K"] | None:
-        """Errors in the dominant directions, in the standard deviations that the run states; None: it states none."""
+    def errors_in_deviations(self) -> Float[np.ndarray, "K P"] | None:
+        """Errors of ``pixel_errors``, in the standard deviations that the run states; None: it states none."""
         if self.deviation is None:
             return None
-        return np.abs(dominant_error(self.prediction, self.truth)) / self.deviation
+        return np.abs(pixel_errors(self.prediction, self.truth)) / self.deviation[:, None]
 
     def metrics(self) -> dict[str, Any]:
         """Medians and means over the test spectra, as in metrics.json and the JSON output of ``bisplat evaluate``."""

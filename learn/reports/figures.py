@@ -173,15 +173,15 @@ def draw_ssim_distribution(ssim: dict[str, Float[np.ndarray, " K"]], path: Path)
     save(figure, path)
 
 
-def draw_reliability(errors: Float[np.ndarray, " K"], path: Path) -> None:
+def draw_reliability(errors: Float[np.ndarray, "K P"], path: Path) -> None:
     """Draw which share of the errors lies within intervals that should hold a given share.
 
     Args:
-        errors: absolute errors, in the standard deviations that were stated for them.
+        errors: absolute errors of P values of K spectra, in the standard deviations that were stated for them.
         path: path of the PNG; the PDF has the same name with the suffix .pdf.
     """
     stated = np.linspace(0.01, 0.99, 99)
-    within = np.sort(errors).searchsorted(norm.ppf((1 + stated) / 2), side="right") / len(errors)
+    within = np.sort(errors, axis=None).searchsorted(norm.ppf((1 + stated) / 2), side="right") / errors.size
     figure = Figure(figsize=(4.2, 4.2), layout="constrained")
     axis = figure.subplots()
     axis.plot([0, 1], [0, 1], color="0.6", lw=1, ls="--", label="as stated")

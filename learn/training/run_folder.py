@@ -163,7 +163,7 @@ class Run:
         return prediction
 
     def deviation(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, " K"] | None:
-        """How far predicted spectra may be off: standard deviation of their value in the dominant direction, 0…1.
+        """How far predicted spectra may be off: standard deviation of their values, 0…1.
 
         The run's validation spectra tell it (``learn.training.deviation``).
 

@@ -9,7 +9,7 @@ import numpy as np
 from learn.metrics import ssim
 from learn.models.base import SpectrumModel
 from learn.splits import Split
-from learn.training.deviation import Deviation, dominant_error, fit_deviation
+from learn.training.deviation import Deviation, fit_deviation, pixel_errors
 from learn.training.lightning_module import Spectra
 from learn.training.run_folder import predict, uncertainty
 from simulate.dataset import Dataset
@@ -42,5 +42,5 @@ def validate(model: SpectrumModel, dataset: Dataset, parts: Split) -> Validation
         return Validation(0.0, None)
     positions, truth = dataset.positions[validated], spectrum_of(dataset.pictures[validated])
     prediction = predict(model, positions).spectra
-    error = dominant_error(prediction, truth)
+    error = pixel_errors(prediction, truth)
     return Validation(float(np.median(ssim(prediction, truth))), fit_deviation(error, uncertainty(model, positions)))

@@ -32,7 +32,7 @@ class Cloud(NamedTuple):
 
     Attributes:
         positions: metres, world frame.
-        deviations: of a spectrum's value in its dominant direction, 0…1.
+        deviations: of a spectrum's values, 0…1.
     """
 
     positions: Float[np.ndarray, "n 3"]
