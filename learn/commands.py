@@ -253,34 +253,41 @@ def engines(
         print_table("rays against full wave", {"rays": compared.metrics()})
 
 
-def predict(run: Positional[Path], positions: Path, output: Output, force: Force = False) -> None:
-    """Predict spectra, and element responses if the model predicts them, at given positions.
+def predict(runs: Positional[tuple[Path, ...]], positions: Path, output: Output, force: Force = False) -> None:
+    """Predict spectra, how far they may be off, and element responses if the model predicts them, at given positions.
 
     Args:
-        run: the run folder.
+        runs: the run folder; or several of one dataset and split, whose predictions are averaged.
         positions: CSV file with the header x,y,z; metres, in the dataset's world frame.
         output: the .npz file to write: spectra [K, 90, 360] float32, channels (the responses) [K, elements] complex64,
             deviation [K] float32, the standard deviation of a spectrum's values (0 to 1).
     """
     if output.suffix.lower() != ".npz":
         raise InputError(f"{output}: expected a name that ends in .npz, since the file holds several arrays")
+    if not runs:
+        raise ParameterError("runs", "expected at least one run folder, found none")
     require_new(output, force=force)
+    from learn.training.ensemble import Ensemble
     from learn.training.run_folder import load_run
     from simulate.dataset_writer import write_arrays
     from simulate.positions import read_points
     from simulate.reach import reach_warning
 
-    loaded = load_run(run)
+    loaded = [load_run(run) for run in runs]
     points = read_points(positions)
-    region = loaded.model.region.cpu().numpy()
+    region = loaded[0].model.region.cpu().numpy()
     warning = reach_warning(points, region, "the training positions", "predictions there are guesses")
     if warning is not None:
         say(f"warning: {positions}: {warning}")
-    prediction = loaded.predict(points)
-    arrays = {"spectra": prediction.spectra}
-    if prediction.responses is not None:
-        arrays["channels"] = prediction.responses
-    deviation = loaded.deviation(points)
+    if len(loaded) > 1:
+        together = Ensemble(loaded)
+        mean = together.predict(points)
+        arrays, deviation = {"spectra": mean.spectra}, together.deviation(mean.variance)
+    else:
+        prediction, deviation = loaded[0].predict(points), loaded[0].deviation(points)
+        arrays = {"spectra": prediction.spectra}
+        if prediction.responses is not None:
+            arrays["channels"] = prediction.responses
     if deviation is not None:
         arrays["deviation"] = deviation.astype("float32")
     write_arrays(output, arrays)

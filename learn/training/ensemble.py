@@ -1,0 +1,91 @@
+"""Several runs as one: the mean of their predictions, and how far it may be off by how far they differ."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from learn.training.deviation import EVERY, Deviation, fit_deviation, pixel_errors
+from learn.training.lightning_module import Spectra
+from learn.training.run_folder import Run
+from scenes.errors import InputError
+from simulate.evenly import evenly
+from simulate.spectrum import spectrum_of
+
+
+class Mean(NamedTuple):
+    """Of the predictions of several runs.
+
+    Attributes:
+        spectra: mean of the predicted spectra, 0…1.
+        variance: mean over a spectrum's values of their variance over the runs.
+    """
+
+    spectra: Float[np.ndarray, "K 90 360"]
+    variance: Float[np.ndarray, " K"]
+
+
+@dataclass(frozen=True)
+class Ensemble:
+    """Runs of one dataset and split, such as those that ``bisplat compare --seeds`` trains.
+
+    Attributes:
+        runs: at least two.
+
+    Raises:
+        InputError: runs of different datasets or splits.
+    """
+
+    runs: Sequence[Run]
+
+    def __post_init__(self) -> None:
+        first = self.runs[0]
+        data = first.dataset()
+        parts = first.split(data)
+        for run in self.runs[1:]:
+            other = run.split(data) if run.config.dataset == first.config.dataset else None
+            if other is None or not np.array_equal(other.validation, parts.validation):
+                raise InputError(
+                    f"{run.folder}: expected a run of the same dataset and split as {first.folder}, found another; "
+                    "bisplat compare --seeds trains such runs"
+                )
+
+    def predict(self, positions: Float[np.ndarray, "K 3"]) -> Mean:
+        """The mean of the predicted spectra, and how far the runs differ.
+
+        Args:
+            positions: transmitter positions, metres, in the world frame of the dataset of the runs.
+
+        Raises:
+            ParameterError: positions that ``check_points`` refuses.
+            InputError: a model predicts something else than numbers.
+        """
+        spectra = [run.predict(positions).spectra for run in self.runs]
+        variance = np.var([each[:, ::EVERY, ::EVERY] for each in spectra], axis=0, dtype=float)
+        return Mean(np.mean(spectra, axis=0), variance.mean(axis=(1, 2)))
+
+    def deviation(self, variance: Float[np.ndarray, " K"]) -> Float[np.ndarray, " K"] | None:
+        """How far the means may be off: standard deviations of their values, 0…1, as of ``Run.deviation``.
+
+        Args:
+            variance: as of ``predict``.
+
+        Returns:
+            None if the runs have too few validation spectra.
+        """
+        return None if self._fitted is None else self._fitted.at(variance, len(variance))
+
+    @cached_property
+    def _fitted(self) -> Deviation | None:
+        """Fitted to the validation spectra, which no run was trained on."""
+        data = self.runs[0].dataset()
+        validated = evenly(self.runs[0].split(data).validation, Spectra.VALIDATED)
+        if not len(validated):
+            return None
+        mean = self.predict(data.positions[validated])
+        return fit_deviation(pixel_errors(mean.spectra, spectrum_of(data.pictures[validated])), mean.variance)

@@ -1,0 +1,61 @@
+"""Several runs of one split as one."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from learn.commands import predict
+from learn.models.registry import MODELS
+from learn.training.config import Config
+from learn.training.ensemble import Ensemble
+from learn.training.run_folder import load_run
+from learn.training.train import train_run
+from scenes.errors import InputError, ParameterError
+
+POSITIONS = np.array([[2.0, 0.5, 1.0], [1.0, 0.0, 1.0], [3.0, 0.2, 1.0]])
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory, write_folder):
+    folder = tmp_path_factory.mktemp("ensemble")
+    steps = replace(MODELS["mlp"].by_steps, steps=4)
+    config = Config(dataset=str(write_folder(folder / "data", 150)), model="mlp", split_seed=0, by_steps=steps)
+    for seed in (0, 1, 2):
+        train_run(replace(config, seed=seed), folder / f"run-{seed}")
+    return [load_run(folder / f"run-{seed}") for seed in (0, 1, 2)]
+
+
+def test_mean_and_spread(runs):
+    each = np.stack([run.predict(POSITIONS).spectra for run in runs])
+    mean = Ensemble(runs).predict(POSITIONS)
+    np.testing.assert_allclose(mean.spectra, each.mean(axis=0), atol=1e-6)
+    np.testing.assert_allclose(mean.variance, each[:, :, ::5, ::5].var(axis=0).mean(axis=(1, 2)), rtol=1e-3)
+
+
+def test_deviations_hold_the_errors_of_validation(runs):
+    together = Ensemble(runs)
+    data = runs[0].dataset()
+    validated = runs[0].split(data).validation
+    mean = together.predict(data.positions[validated])
+    stated = together.deviation(mean.variance)[:, None, None]
+    errors = np.abs(data.spectra[validated] - mean.spectra)[:, ::5, ::5]
+    assert np.mean(errors <= 1.6449 * stated) == pytest.approx(0.9, abs=0.01)
+
+
+def test_command_writes_the_mean(runs, tmp_path):
+    (tmp_path / "places.csv").write_text("x,y,z\n" + "".join(f"{x},{y},{z}\n" for x, y, z in POSITIONS))
+    output = tmp_path / "out.npz"
+    predict(tuple(run.folder for run in runs), tmp_path / "places.csv", output)
+    with np.load(output) as found:
+        np.testing.assert_allclose(found["spectra"], Ensemble(runs).predict(POSITIONS).spectra, atol=1e-6)
+        assert found["deviation"].shape == (3,) and "channels" not in found
+    with pytest.raises(ParameterError, match="at least one run"):
+        predict((), tmp_path / "places.csv", tmp_path / "other.npz")
+
+
+def test_runs_of_another_split_are_refused(runs, tmp_path):
+    other = replace(runs[0].config, split="random", split_seed=5)
+    train_run(other, tmp_path / "run")
+    with pytest.raises(InputError, match="same dataset and split"):
+        Ensemble([runs[0], load_run(tmp_path / "run")])
