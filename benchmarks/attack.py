@@ -30,7 +30,7 @@ OTHERS = (
 
 
 def main(
-    examples: int = 1000,
+    examples: int = 500,
     kills: int = 10,
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,

@@ -255,7 +255,11 @@ def load_run(folder: Path | str) -> Run:
     model = build_model(config, np.zeros((2, 3)), beamformer, 1.0)  # the weights have the region and the wavelength
     require_regular(path, f"the weights of {config.model}", LARGEST_WEIGHTS)
     try:
-        model.load_state_dict(load_file(path))
+        weights = load_file(path)
+        unreal = next((name for name, each in weights.items() if each.is_complex()), None)
+        if unreal is not None:  # torch would drop the imaginary parts with a warning
+            raise InputError(f"{path}: expected real weights of {config.model}, found complex ones in {shown(unreal)}")
+        model.load_state_dict(weights)
     except (SafetensorError, RuntimeError, OSError) as error:
         found = cut(str(error).splitlines()[-1].strip())  # the first line of PyTorch's errors says nothing
         raise InputError(f"{path}: expected the weights of {config.model}, found {found}") from error

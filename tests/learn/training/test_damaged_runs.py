@@ -101,6 +101,12 @@ def test_weights_that_are_not_finite(run):
     refused(lambda: load_run(run), "primitives.depth_raw")
 
 
+@pytest.mark.filterwarnings("error")
+def test_weights_that_are_complex(run):
+    change_weights(run, lambda tensors: tensors.update({name: each + 0j for name, each in tensors.items()}))
+    refused(lambda: load_run(run), "expected real weights")
+
+
 def test_weights_so_large_that_predictions_are_not_finite(run):
     change_weights(run, lambda tensors: [each.fill_(3e38) for each in tensors.values() if each.ndim == 2])
     refused(lambda: load_run(run).predict([[1.0, 0.0, 1.0]]), "finite spectra")
