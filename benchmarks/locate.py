@@ -17,13 +17,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import tyro
 from report.printing import print_figures
 from tyro.conf import Positional
 
 from learn.evaluation.evaluate import evaluate
 from learn.evaluation.locations import evaluate_locations
+from learn.reports.figures import draw_reliability
 from learn.reports.locations_report import write_locations
+from learn.training.deviation import NORMAL
 from learn.training.run_folder import Run
 from scenes.description import Gateway, facing
 from scenes.scene_yaml import load_scene
@@ -51,8 +54,10 @@ def row(runs: list[Run], folder: Path) -> dict[str, Any]:
         "within 90 % region": round(metrics["within_90_percent_region"], 3),
     }
     if len(runs) == 1:
-        stated = evaluate(runs[0]).metrics().get("within_90_percent_interval")
-        figures["within 90 % interval"] = None if stated is None else round(stated, 3)
+        errors = evaluate(runs[0]).errors_in_deviations
+        if errors is not None:
+            draw_reliability(errors, folder / "reliability.png")
+        figures["within 90 % interval"] = None if errors is None else round(float(np.mean(errors <= NORMAL)), 3)
     return figures
 
 
