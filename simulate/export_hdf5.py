@@ -40,10 +40,14 @@ def export_hdf5(dataset: Dataset | Path | str, path: Path | str) -> None:
     if not isinstance(dataset, Dataset):
         dataset = read_dataset(dataset)
     with written_atomically(path) as unfinished, _Disk(unfinished, "w+") as disk:
-        with h5py.File(disk, "w") as file:
-            _write_attributes(file, dataset)
-            _write_tables(file, dataset)
-            _write_spectra(file, dataset, disk)
+        try:
+            with h5py.File(disk, "w") as file:
+                _write_attributes(file, dataset)
+                _write_tables(file, dataset)
+                _write_spectra(file, dataset, disk)
+        except (OSError, RuntimeError, ValueError, KeyError):  # of HDF5, where it reads what could not be written
+            disk.check()
+            raise
         disk.check()
 
 
