@@ -77,7 +77,8 @@ def evaluate_locations(runs: Sequence[Run | Path], report: Report = lambda phase
     """
     loaded = [run if isinstance(run, Run) else load_run(run) for run in runs]
     datasets = [run.dataset() for run in loaded]
-    known, test = loaded[0].split(datasets[0]).known, loaded[0].split(datasets[0]).test
+    parts = loaded[0].split(datasets[0])
+    known, test = parts.known, parts.test
     for run, dataset in zip(loaded[1:], datasets[1:], strict=True):
         _require_same(datasets[0], dataset)
         trained = np.intersect1d(run.split(dataset).known, test)
@@ -88,15 +89,14 @@ def evaluate_locations(runs: Sequence[Run | Path], report: Report = lambda phase
             )
     test = evenly(test, LOCATED)
     field = Field(loaded)
-    alike = field.of_pictures([each.pictures[test] for each in datasets]) @ (
-        field.of_pictures([each.pictures[known] for each in datasets]).T
-    )
+    pictures = [each.pictures[test] for each in datasets]
+    alike = field.of_pictures(pictures) @ field.of_pictures([each.pictures[known] for each in datasets]).T
     nearest = known[np.argsort(-alike, axis=1)]
     positions = datasets[0].positions
     return Locations(
         names=[datasets[0].names[each] for each in test],
         truth=positions[test],
-        places=locate(loaded, [each.pictures[test] for each in datasets], report),
+        places=locate(loaded, pictures, report, positions[known]),
         by_fingerprint={count: positions[nearest[:, :count]].mean(axis=1) for count in NEAREST},
     )
 

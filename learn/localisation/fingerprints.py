@@ -13,7 +13,7 @@ import torch
 from jaxtyping import Float, UInt8
 
 from learn.models.quadrature import quadrature
-from learn.training.run_folder import Run
+from learn.training.run_folder import Run, batches_for
 from simulate.beamformer import Beamformer
 from simulate.spectrum import spectrum_of
 
@@ -50,10 +50,10 @@ class Fingerprints:
             run: a trained run.
             positions: of transmitters, metres, world frame.
         """
-        found, device = [], run.model.region.device
+        found = []
         with torch.inference_mode():
-            for batch in torch.from_numpy(np.asarray(positions)).float().split(AT_ONCE):
-                found.append(self._of(run.model.coarse(batch.to(device), self.pixels).float().cpu().numpy()))
+            for batch in batches_for(run.model, positions, AT_ONCE):
+                found.append(self._of(run.model.coarse(batch, self.pixels).float().cpu().numpy()))
         return np.concatenate(found)
 
     def _of(self, spectra: Float[np.ndarray, "K H W"]) -> Float[np.ndarray, "K F"]:

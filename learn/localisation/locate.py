@@ -59,6 +59,7 @@ def locate(
     runs: Sequence[Run],
     pictures: Sequence[UInt8[np.ndarray, "K 90 360"]],
     report: Report = lambda phase, done, total: None,
+    known: Float[np.ndarray, "n 3"] | None = None,
 ) -> list[list[Place]]:
     """Where transmitters are.
 
@@ -71,6 +72,7 @@ def locate(
         runs: a trained run for each gateway, in one world frame.
         pictures: the pictures of the same K transmitters that each gateway took.
         report: called with the phase, and how many of how many positions are done.
+        known: training positions of the first run, metres, world frame; read from its dataset if None.
 
     Returns:
         The places of each transmitter, the most probable one first.
@@ -88,8 +90,9 @@ def locate(
     region, wavelength = common_region(runs), float(runs[0].model.wavelength)
     field = Field(runs)
     numbers = TOLD * field.numbers
-    data = runs[0].dataset()
-    known = data.positions[runs[0].split(data).known]
+    if known is None:
+        data = runs[0].dataset()
+        known = data.positions[runs[0].split(data).known]
     prior = Prior(known, wavelength)
     seen = field.of_pictures(pictures)
     inside = ((known >= region[0]) & (known <= region[1])).all(axis=1)

@@ -8,12 +8,13 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from learn.training.deviation import EVERY, Deviation, fit_deviation, pixel_errors
 from learn.training.lightning_module import Spectra
 from learn.training.run_folder import Run
 from scenes.errors import InputError
+from simulate.dataset import Dataset
 from simulate.evenly import evenly
 from simulate.spectrum import spectrum_of
 
@@ -45,11 +46,9 @@ class Ensemble:
 
     def __post_init__(self) -> None:
         first = self.runs[0]
-        data = first.dataset()
-        parts = first.split(data)
         for run in self.runs[1:]:
-            other = run.split(data) if run.config.dataset == first.config.dataset else None
-            if other is None or not np.array_equal(other.validation, parts.validation):
+            other = run.split(self._data) if run.config.dataset == first.config.dataset else None
+            if other is None or not np.array_equal(other.validation, self._validation):
                 raise InputError(
                     f"{run.folder}: expected a run of the same dataset and split as {first.folder}, found another; "
                     "bisplat compare --seeds trains such runs"
@@ -81,10 +80,17 @@ class Ensemble:
         return None if self._fitted is None else self._fitted.at(variance, len(variance))
 
     @cached_property
+    def _data(self) -> Dataset:
+        return self.runs[0].dataset()
+
+    @cached_property
+    def _validation(self) -> Int[np.ndarray, " n"]:
+        return self.runs[0].split(self._data).validation
+
+    @cached_property
     def _fitted(self) -> Deviation | None:
         """Fitted to the validation spectra, which no run was trained on."""
-        data = self.runs[0].dataset()
-        validated = evenly(self.runs[0].split(data).validation, Spectra.VALIDATED)
+        data, validated = self._data, evenly(self._validation, Spectra.VALIDATED)
         if not len(validated):
             return None
         mean = self.predict(data.positions[validated])

@@ -10,6 +10,7 @@ logs/                CSV and TensorBoard
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -82,6 +83,14 @@ class Prediction:
     responses: Complex[np.ndarray, "K elements"] | None
 
 
+def batches_for(
+    model: SpectrumModel, positions: Float[np.ndarray, "K 3"], at_once: int
+) -> Iterator[Float[torch.Tensor, "B 3"]]:
+    """Positions in batches of at most ``at_once``, on the model's device."""
+    for batch in torch.from_numpy(np.asarray(positions)).float().split(at_once):
+        yield batch.to(model.region.device)
+
+
 def predict(model: SpectrumModel, positions: Float[np.ndarray, "K 3"]) -> Prediction:
     """Predict with a model on its own device, in batches of positions.
 
@@ -89,11 +98,10 @@ def predict(model: SpectrumModel, positions: Float[np.ndarray, "K 3"]) -> Predic
         model: any model.
         positions: transmitter positions, metres, in the world frame of the dataset that the model was trained on.
     """
-    device = model.region.device
     spectra, responses = [], []
     with torch.inference_mode():
-        for batch in torch.from_numpy(np.asarray(positions)).float().split(PREDICT_AT_ONCE[device.type]):
-            spectrum, response = model.predict(batch.to(device))
+        for batch in batches_for(model, positions, PREDICT_AT_ONCE[model.region.device.type]):
+            spectrum, response = model.predict(batch)
             spectra.append(spectrum.float().cpu().numpy())
             if response is not None:
                 responses.append(torch.view_as_complex(response.contiguous()).to(torch.complex64).cpu().numpy())
@@ -107,10 +115,10 @@ def uncertainty(model: SpectrumModel, positions: Float[np.ndarray, "K 3"]) -> Fl
         model: any model.
         positions: as for ``predict``.
     """
-    device, found = model.region.device, []
+    found = []
     with torch.inference_mode():
-        for batch in torch.from_numpy(np.asarray(positions)).float().split(PREDICT_AT_ONCE[device.type]):
-            variance = model.uncertainty(batch.to(device))
+        for batch in batches_for(model, positions, PREDICT_AT_ONCE[model.region.device.type]):
+            variance = model.uncertainty(batch)
             if variance is None:
                 return None
             found.append(variance.double().cpu().numpy())
