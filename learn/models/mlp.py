@@ -3,27 +3,33 @@
 from __future__ import annotations
 
 import numpy as np
+import torch
 from jaxtyping import Float
 from torch import Tensor
 
 from learn.models.base import BeamformingLayer, SpectrumModel
 from learn.models.encoding import EncodingKind, TransmitterEncoding
 from learn.models.networks import ResidualFFN
-from simulate.angular_grid import COLUMNS, ROWS
+from learn.models.quadrature import Quadrature, interpolation, quadrature
 from simulate.beamformer import Beamformer
 
 WIDTH, LAYERS = 256, 4
 
 
 class SpectrumMLP(SpectrumModel):
-    """Predicts each pixel of the spectrum, 0…1, from the encoded position of the transmitter.
+    """Predicts a few pixels that hold the array's band, 0…1, from the encoded position of the transmitter.
+
+    The spectrum is interpolated from these.
 
     Args:
         region: as for ``SpectrumModel``.
-        beamformer: the dataset's array and grid; this model does not use them.
+        beamformer: the dataset's array and grid.
         wavelength: metres.
         encoding: encoding of the position, as for ``TransmitterEncoding``.
     """
+
+    rows: Tensor
+    columns: Tensor
 
     def __init__(
         self,
@@ -35,15 +41,23 @@ class SpectrumMLP(SpectrumModel):
     ):
         super().__init__(region, wavelength)
         self.encoding = TransmitterEncoding(encoding)
-        self.network = ResidualFFN(self.encoding.size, ROWS * COLUMNS, WIDTH, LAYERS)
+        pixels = quadrature(beamformer)
+        rows, columns = (torch.from_numpy(matrix).float() for matrix in interpolation(pixels))
+        self.register_buffer("rows", rows, persistent=False)
+        self.register_buffer("columns", columns, persistent=False)
+        self.network = ResidualFFN(self.encoding.size, len(pixels), WIDTH, LAYERS)
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        pixels = self.network(self.encoded(positions)).sigmoid()
-        return pixels.unflatten(-1, (ROWS, COLUMNS))
+        return self._interpolated(positions, self.rows, self.columns)
 
-    @property
-    def trains_on_few_pixels(self) -> bool:
-        return False  # each pixel has weights of its own, which only its own error trains
+    def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
+        return self._interpolated(positions, self.rows[pixels.rows], self.columns[pixels.columns])
+
+    def _interpolated(
+        self, positions: Float[Tensor, "B 3"], rows: Float[Tensor, "H h"], columns: Float[Tensor, "W w"]
+    ) -> Float[Tensor, "B H W"]:
+        few = self.network(self.encoded(positions)).sigmoid().unflatten(-1, (rows.shape[1], columns.shape[1]))
+        return (rows @ few @ columns.T).clamp(0, 1)
 
 
 class ResponseMLP(SpectrumModel):

@@ -81,7 +81,11 @@ MODELS: dict[str, ModelEntry] = {
         summary="planar Gaussians whose field is received by the array, with plane waves of the transmitter's position",
         by_steps=BY_RESPONSES,
     ),
-    "mlp": ModelEntry(builds="learn.models.mlp:SpectrumMLP", summary="a network from position to pixels"),
+    "mlp": ModelEntry(
+        builds="learn.models.mlp:SpectrumMLP",
+        summary="a network from position to pixels, few enough that the spectrum is interpolated from them",
+        by_steps=Steps(steps=3000, batch_size=64, full_resolution=0.0),
+    ),
     "mlp-responses": ModelEntry(
         builds="learn.models.mlp:ResponseMLP",
         summary="a network from position, as plane waves, to element responses",

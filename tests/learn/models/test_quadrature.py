@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 import torch
 
+from learn.metrics import ssim
 from learn.models.loss import coarse_loss, composite_loss
-from learn.models.quadrature import quadrature
+from learn.models.quadrature import interpolation, quadrature
 from learn.models.registry import MODELS, model_class
 from simulate.angular_grid import AngularGrid
 from simulate.array import PlanarArray
@@ -73,9 +74,27 @@ def test_models_with_a_loss_of_their_own_look_at_all_pixels():
     for name, entry in MODELS.items():
         if entry.by_steps and name != "bisplat-plus":
             model = model_class(name)(REGION, Beamformer(), 0.33, **SMALL.get(name, {}))
-            assert model.trains_on_few_pixels == (name not in ("nerf2", "mlp"))
+            assert model.trains_on_few_pixels == (name != "nerf2")
 
 
 def test_columns_that_are_no_full_turn_are_all_looked_at():
     half = AngularGrid(0.0, 1.0, 0.5)
     assert len(quadrature(Beamformer(grid=half)).columns) == 360
+
+
+@pytest.mark.parametrize("size", [4, 8])
+def test_spectra_are_interpolated_from_a_few_pixels(size):
+    beamformer = Beamformer(PlanarArray(size, size))
+    responses = np.random.default_rng(2).standard_normal((5, size * size, 2)) @ [1, 1j]
+    spectra = beamformer.spectrum(responses)
+    spectra /= spectra.max(axis=(1, 2), keepdims=True)
+    few = quadrature(beamformer)
+    rows, columns = interpolation(few)
+    found = rows @ spectra[:, few.rows][:, :, few.columns] @ columns.T
+    np.testing.assert_allclose(found[:, few.rows][:, :, few.columns], spectra[:, few.rows][:, :, few.columns])
+    assert ssim(found.clip(0, 1), spectra).min() > 0.98
+
+
+def test_a_single_pixel_is_interpolated_to_a_constant():
+    rows, columns = interpolation(quadrature(Beamformer(PlanarArray(1, 1))))
+    np.testing.assert_allclose(rows @ columns.T, np.ones((90, 360)))
