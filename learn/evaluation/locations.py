@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.stats import chi2
 
-from learn.localisation.fingerprints import Field
+from learn.localisation.fingerprints import Fingerprints
 from learn.localisation.locate import Place, locate
 from learn.models.base import Report
 from learn.training.run_folder import Run, load_run
@@ -88,9 +88,11 @@ def evaluate_locations(runs: Sequence[Run | Path], report: Report = lambda phase
                 f"{dataset.names[trained[0]]} and {len(trained) - 1} more; train both with the same split and seed"
             )
     test = evenly(test, LOCATED)
-    field = Field(loaded)
     pictures = [each.pictures[test] for each in datasets]
-    alike = field.of_pictures(pictures) @ field.of_pictures([each.pictures[known] for each in datasets]).T
+    alike = np.zeros((len(test), len(known)))
+    for dataset in datasets:
+        fingerprints = Fingerprints(dataset.beamformer)
+        alike += fingerprints.of_pictures(dataset.pictures[test]) @ fingerprints.of_pictures(dataset.pictures[known]).T
     nearest = known[np.argsort(-alike, axis=1)]
     positions = datasets[0].positions
     return Locations(

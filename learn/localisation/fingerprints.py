@@ -20,6 +20,9 @@ from simulate.spectrum import spectrum_of
 AT_ONCE = 256
 """Positions that a model predicts at once."""
 
+JUDGED = 100
+"""Number of positions at which a run's deviation is looked at."""
+
 
 class Fingerprints:
     """Fingerprints of an array's spectra.
@@ -64,15 +67,20 @@ class Fingerprints:
 
 
 class Field:
-    """The fingerprints that several gateways' runs together predict: those of each, one after another, divided by √G.
+    """The fingerprints that several gateways' runs together predict: those of each, one after another, times √w.
+
+    A gateway's weight w is proportional to 1/σ², with the deviation σ that its run states
+    (``learn.training.deviation``), and the weights add up to 1: differences in all gateways' fingerprints then count by
+    how far each may be off. If a run states none, all weigh the same.
 
     Args:
-        runs: G trained runs, one for each gateway, in one world frame.
+        runs: a trained run for each gateway, in one world frame.
     """
 
     def __init__(self, runs: Sequence[Run]):
         self._runs = list(runs)
         self._fingerprints = [Fingerprints(run.beamformer) for run in self._runs]
+        self._weights = _weights(self._runs)
         elements = sum(run.beamformer.array.elements for run in self._runs)
         self.numbers = 2 * elements - 2 * len(self._runs)
         """Real numbers that the spectra tell: those of the responses but for a phase and a scale of each gateway."""
@@ -95,4 +103,17 @@ class Field:
         return np.concatenate(found)
 
     def _together(self, each: list[Float[np.ndarray, "K f"]]) -> Float[np.ndarray, "K F"]:
-        return np.concatenate(each, axis=1) / np.float32(np.sqrt(len(each)))
+        return np.concatenate([one * np.float32(w**0.5) for one, w in zip(each, self._weights, strict=True)], axis=1)
+
+
+def _weights(runs: list[Run]) -> Float[np.ndarray, " G"]:
+    """Weight of each run's fingerprints, by the mean variance that it states over its region."""
+    variances = []
+    for run in runs:
+        everywhere = np.random.default_rng(0).uniform(*run.model.region.double().cpu().numpy(), (JUDGED, 3))
+        deviation = run.deviation(everywhere) if len(runs) > 1 else None
+        if deviation is None:
+            return np.full(len(runs), 1 / len(runs))
+        variances.append(np.mean(deviation**2))
+    weights = 1 / np.array(variances)
+    return weights / weights.sum()

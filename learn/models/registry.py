@@ -62,7 +62,7 @@ MODELS: dict[str, ModelEntry] = {
     "bisplat": ModelEntry(
         builds="learn.models.bisplat:BiSplatWRF",
         summary="BiSplat-WRF of the paper: 500 planar Gaussians and a bilinear spatial transformer",
-        by_steps=Steps(learning_rate=2e-3),
+        by_steps=Steps(learning_rate=2e-3, full_resolution=0.02),
     ),
     "bisplat-plus": ModelEntry(
         builds="learn.models.bisplat:BiSplatWRF",
