@@ -63,7 +63,9 @@ def spectra_per_minute(name: str, dataset: Any, batch_size: int, of: str, option
     model = build_model(config, box_of(dataset.positions), dataset.beamformer, dataset.wavelength)
     module = Training(model, Steps(batch_size=batch_size), quadrature(dataset.beamformer))
     optimiser = module.configure_optimizers()["optimizer"]
-    positions, pictures, responses = next(iter(Spectra(dataset, parts, batch_size, 0).train_dataloader()))
+    positions, pictures, responses = next(
+        iter(Spectra(dataset, parts, batch_size, 0, dataset.responses).train_dataloader())
+    )
     known = responses if of == "responses" else responses[:, :0]
     if of == "responses" and not (model.has_responses and known.shape[1]):
         return 0.0
@@ -85,6 +87,7 @@ def trained(name: str, dataset: Any, steps: int, full_resolution: float, options
     with tempfile.TemporaryDirectory() as folder:
         run = Path(folder) / "run"
         settings: Any = {"steps": steps, "batch_size": BATCH, "full_resolution": full_resolution, "options": options}
+        settings["find_phases"] = False
         train(pictures, run, model=name, **settings)
         training = json.loads((run / "training.json").read_text())
     share = "all" if full_resolution == 1 else "few"

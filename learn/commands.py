@@ -80,6 +80,7 @@ def train(
     learning_rate: float | None = None,
     weight_decay: float | None = None,
     full_resolution: float | None = None,
+    find_phases: bool = True,
     encoding: Literal["octaves", "waves"] | None = None,
     bypass: tuple[str, ...] = (),
     scene: str | None = None,
@@ -103,6 +104,7 @@ def train(
         weight_decay: weight decay of AdamW.
         full_resolution: share of the steps, the last ones, that look at every pixel of a spectrum; those before look at
             a few that hold the array's band, and are many times faster.
+        find_phases: where only pictures are known, find the responses behind them for models that learn from responses.
         encoding: encoding of the transmitter's position: octaves, the paper's TX-PE, or waves, plane waves of the
             dataset's wavelength.
         bypass: branches of bisplat or bisplat-plus to switch off, as the paper's ablation does: dynamic, delta, bst; or
@@ -128,6 +130,7 @@ def train(
         learning_rate=learning_rate,
         weight_decay=weight_decay,
         full_resolution=full_resolution,
+        find_phases=None if find_phases else False,  # a model fitted in closed form takes no settings of steps
         init=init,
         devices=devices,
         nodes=nodes,

@@ -10,36 +10,33 @@ import torch
 
 from learn.comparison.task import Task
 from learn.metrics import ssim
+from learn.models.base import SpectrumModel
 from learn.models.quadrature import quadrature
 from learn.models.steps import Steps
 from learn.training.by_steps import STEPS_PER_VALIDATION, VALIDATIONS
-from learn.training.config import Config
+from learn.training.found_responses import Learned
 from learn.training.lightning_module import Spectra, Training
-from learn.training.run_folder import build_model
-from learn.training.train import box_of
 from simulate.spectrum import spectrum_of
 
 
-def steps_within(minutes: float, config: Config, by_steps: Steps, task: Task) -> int:
+def steps_within(minutes: float, model: SpectrumModel, by_steps: Steps, task: Task, learned: Learned) -> int:
     """The number of training steps, with their validations and checkpoints, that fit into a time.
-
-    The measurement trains a model of its own for a few steps.
 
     Args:
         minutes: the time.
-        config: settings of the run: which model is trained, on which dataset.
+        model: is trained for a few steps.
         by_steps: its batch size and learning rate.
         task: known spectra to measure with.
+        learned: the responses that it learns from, if any.
 
     Returns:
         Number of steps, at least 1.
     """
-    model = build_model(config, box_of(task.positions), task.beamformer, task.dataset.wavelength)
     module = Training(model, by_steps, quadrature(task.beamformer))
     device = "cuda" if torch.cuda.is_available() else "cpu"
     module.to(device)
     optimiser = module.configure_optimizers()["optimizer"]
-    spectra = Spectra(task.dataset, task.parts, by_steps.batch_size, task.seed)
+    spectra = Spectra(task.dataset, task.parts, by_steps.batch_size, task.seed, learned.responses)
     positions, pictures, responses = (part.to(device) for part in next(iter(spectra.train_dataloader())))
 
     def median_seconds(coarse: bool) -> float:

@@ -12,8 +12,9 @@ from learn.comparison.budget import steps_within
 from learn.comparison.task import Task
 from learn.models.registry import model_entry
 from learn.training.config import Config, read_config
-from learn.training.run_folder import Run, load_run
-from learn.training.train import train_run
+from learn.training.found_responses import Learned, learned_responses
+from learn.training.run_folder import Run, build_model, load_run
+from learn.training.train import box_of, train_run
 from learn.training.training_file import TrainingFile, read_training
 
 
@@ -33,11 +34,12 @@ class TrainedModel:
 
     def fit(self, task: Task) -> None:
         begun = (task.folder / "config.json").exists()
-        config = read_config(task.folder)[0] if begun else self._config(task)
-        train_run(config, task.folder)
+        config, learned = (read_config(task.folder)[0], None) if begun else self._config(task)
+        train_run(config, task.folder, learned=learned)
         self._run: Run = load_run(task.folder)
 
-    def _config(self, task: Task) -> Config:
+    def _config(self, task: Task) -> tuple[Config, Learned | None]:
+        """Settings of the run, and the responses to learn if they were looked for."""
         config = Config(
             dataset=str(task.dataset.folder.resolve()),
             model=self.model,
@@ -49,11 +51,15 @@ class TrainedModel:
         )
         entry = model_entry(self.model)
         if entry.by_steps is None:
-            return config
+            return config, None
         by_steps = replace(entry.by_steps, steps=task.steps or 1, init=self.init)
+        learned = None
         if task.minutes is not None:
-            by_steps = replace(by_steps, steps=steps_within(task.minutes, config, by_steps, task))
-        return replace(config, by_steps=by_steps)
+            model = build_model(config, box_of(task.positions), task.beamformer, task.dataset.wavelength)
+            learned = learned_responses(model, task.dataset, task.parts, by_steps)
+            minutes = task.minutes - learned.seconds / 60
+            by_steps = replace(by_steps, steps=steps_within(minutes, model, by_steps, task, learned))
+        return replace(config, by_steps=by_steps), learned
 
     def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
         return self._run.predict(positions).spectra

@@ -110,7 +110,8 @@ def _weights(runs: list[Run]) -> Float[np.ndarray, " G"]:
     """Weight of each run's fingerprints, by the mean variance that it states over its region."""
     variances = []
     for run in runs:
-        everywhere = np.random.default_rng(0).uniform(*run.model.region.double().cpu().numpy(), (JUDGED, 3))
+        low, high = run.model.region.double().cpu().numpy()
+        everywhere = np.random.default_rng(0).uniform(low, high, (JUDGED, 3))
         deviation = run.deviation(everywhere) if len(runs) > 1 else None
         if deviation is None:
             return np.full(len(runs), 1 / len(runs))

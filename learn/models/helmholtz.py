@@ -16,7 +16,7 @@ from learn.models.base import Report, SpectrumModel
 from learn.models.geometry import distances
 from learn.models.kriged_field import KrigedField, SmoothField
 from learn.models.quadrature import Quadrature
-from learn.models.retrieved_field import fit_to_pictures, retrieved_responses
+from learn.models.retrieved_field import LEAST_RETRIEVED, MOST_RETRIEVED, fit_to_pictures, retrieved_responses
 from simulate.angular_grid import COLUMNS, ROWS
 from simulate.beamformer import Beamformer
 from simulate.dataset import Dataset
@@ -31,10 +31,6 @@ WAYS = {
     "inverse-distance": "inverse-distance weighting",
 }
 """The ways of interpolation, for the user."""
-
-LEAST_RETRIEVED, MOST_RETRIEVED = 20, 1500
-"""Smallest and largest number of known pictures whose responses are found: fewer do not determine the phases, and each
-takes about 20 milliseconds."""
 
 LEFT_OUT = 64
 """Number of known spectra, evenly spread, that each way of interpolation predicts from the others."""

@@ -13,6 +13,10 @@ from simulate.dataset import Dataset
 from simulate.phase_retrieval import retrieve_responses
 from simulate.spectrum import spectrum_of
 
+LEAST_RETRIEVED, MOST_RETRIEVED = 20, 1500
+"""Smallest and largest number of known pictures whose responses are found: fewer do not determine the phases, and each
+takes about 20 milliseconds."""
+
 LEAST_NUGGETS = (0.03, 1e-3)
 """Least nugget of the covariance by which phases are found, the first time and the second: with a smaller one, early
 errors spread."""
@@ -36,7 +40,7 @@ def fit_to_pictures(
     responses: Complex[np.ndarray, "n elements"],
     dataset: Dataset,
     known: Int[np.ndarray, " n"],
-) -> None:
+) -> Complex[np.ndarray, "K elements"]:
     """Fit a field of responses to known pictures.
 
     The covariance of pictures, |κ|², says from which directions waves come. With this κ the factors and flips are found
@@ -50,15 +54,19 @@ def fit_to_pictures(
         responses: of ``retrieved_responses``.
         dataset: the dataset.
         known: indices of the pictures, ascending.
+
+    Returns:
+        The responses of all K spectra of the dataset that the field is fitted to; those of unknown ones are zero.
     """
     law = of_spectra
+    all_responses = np.zeros((len(dataset.positions), responses.shape[1]), complex)
     for least in LEAST_NUGGETS:
         positions = dataset.positions[known]
         responses = synchronised(responses, positions, _covariance(law), max(float(law.nugget), least))
-        all_responses = np.zeros((len(dataset.positions), responses.shape[1]), complex)
         all_responses[known] = responses
         field.fit(replace(dataset, responses=all_responses), known)
         law = field
+    return all_responses
 
 
 def _covariance(field: KrigedField) -> Covariance:

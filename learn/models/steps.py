@@ -23,6 +23,8 @@ class Steps:
         full_resolution: share of the steps, the last ones, that look at every pixel of a spectrum; those before look at
             a few that hold the array's band (learn/models/quadrature.py). A model that learns from known responses
             looks at no pixels.
+        find_phases: where only pictures are known, find the responses behind them for models that learn from responses
+            (learn/training/found_responses.py).
         init: folder of a finished run of the same model whose weights training starts from; None: random weights.
 
     Raises:
@@ -35,6 +37,7 @@ class Steps:
     learning_rate: float = 1e-3
     weight_decay: float = 0.0
     full_resolution: float = 0.1
+    find_phases: bool = True
     init: str | None = None
 
     def __post_init__(self) -> None:

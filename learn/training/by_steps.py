@@ -73,6 +73,7 @@ def train_by_steps(
     folder: Path,
     devices: int = 1,
     nodes: int = 1,
+    seconds_before: float = 0.0,
 ) -> None:
     """Train a model by gradient steps, starting from the folder's last checkpoint if it has one, and save its weights.
 
@@ -84,6 +85,7 @@ def train_by_steps(
         folder: the run folder.
         devices: number of GPUs per machine; without a GPU, number of processes.
         nodes: number of machines.
+        seconds_before: what else belongs to the training took.
 
     Raises:
         KeyboardInterrupt: the process received SIGINT or SIGTERM; the same call resumes the training.
@@ -153,6 +155,7 @@ def train_by_steps(
     if trainer.is_global_zero:
         model.load_state_dict({name.removeprefix("model."): value for name, value in checkpoints.weights.items()})
         deviation = validate(model.eval(), spectra.dataset, spectra.parts).deviation
-        write_training(folder, steps, timer.time_elapsed("train"), checkpoints.score, deviation)
+        seconds = seconds_before + timer.time_elapsed("train")
+        write_training(folder, steps, seconds, checkpoints.score, deviation)
         save_weights(folder, model)
     trainer.strategy.barrier()  # the other processes wait until the weights are written

@@ -5,7 +5,7 @@ from __future__ import annotations
 import lightning as L
 import numpy as np
 import torch
-from jaxtyping import Float, Int, UInt8
+from jaxtyping import Complex, Float, Int, UInt8
 from torch import Tensor
 from torch.optim.lr_scheduler import CosineAnnealingLR, LinearLR, SequentialLR
 from torch.utils.data import BatchSampler, DataLoader, SequentialSampler, Subset, TensorDataset
@@ -52,15 +52,15 @@ class Training(L.LightningModule):
         responses: Float[Tensor, "B elements 2"],
         coarse: bool,
     ) -> Tensor:
-        """Loss of a batch: of responses if these are known and the model has them, otherwise of pictures.
+        """Loss of a batch: of responses if these are to be learned, otherwise of pictures.
 
         Args:
             positions: transmitter positions, metres, world frame.
             pictures: true spectra, 0…255.
-            responses: true element responses; none (of 0 elements): they are not known.
+            responses: element responses to learn; none (of 0 elements): the pictures are learned.
             coarse: look at a few pixels of the pictures only.
         """
-        if self.model.has_responses and responses.shape[1]:
+        if responses.shape[1]:
             return self.model.responses_loss(positions, responses)
         if coarse:
             few = pictures[:, self.pixels.rows][:, :, self.pixels.columns]
@@ -100,7 +100,7 @@ class Spectra(L.LightningDataModule):
     """Batches of (position, 8-bit picture, element responses).
 
     The responses (real, imaginary) are scaled to a mean square magnitude of 1 over the training part; there are none,
-    of 0 elements, if the dataset has none.
+    of 0 elements, if none are given.
 
     The order of the spectra in an epoch only depends on the seed and the epoch. A resumed run therefore gets the same
     batches as an uninterrupted one, and the processes of a distributed run together get those of a single process.
@@ -110,18 +110,26 @@ class Spectra(L.LightningDataModule):
         parts: indices into the dataset; the training and the validation part are used.
         batch_size: number of spectra per step, of all processes together.
         seed: seed of the order.
+        responses: those to learn of all K spectra; None: the model learns from pictures.
     """
 
     VALIDATED, VALIDATED_AT_ONCE = 128, 16
     """Largest number of validation spectra, evenly spread over the validation part, and number of them in a batch."""
 
-    def __init__(self, dataset: Dataset, parts: Split, batch_size: int, seed: int):
+    def __init__(
+        self,
+        dataset: Dataset,
+        parts: Split,
+        batch_size: int,
+        seed: int,
+        responses: Complex[np.ndarray, "K elements"] | None = None,
+    ):
         super().__init__()
         self.dataset, self.parts, self._batch_size, self._seed = dataset, parts, batch_size, seed
         self._responses = torch.zeros(len(dataset.positions), 0, 2)
-        if dataset.responses is not None:
-            scale = np.sqrt(np.square(np.abs(dataset.responses[parts.train])).mean())
-            self._responses = torch.view_as_real(torch.from_numpy(dataset.responses / (scale or 1.0))).float()
+        if responses is not None:
+            scale = np.sqrt(np.square(np.abs(responses[parts.train])).mean())
+            self._responses = torch.view_as_real(torch.from_numpy(responses / (scale or 1.0))).float()
 
     @property
     def batches(self) -> int:

@@ -24,6 +24,7 @@ from learn.splits import Split, SplitKind, split
 from learn.training.by_steps import train_by_steps
 from learn.training.config import Config, read_config, write_config
 from learn.training.fit_progress import FitProgress
+from learn.training.found_responses import Learned, learned_responses
 from learn.training.lightning_module import Spectra
 from learn.training.run_folder import Run, build_model, load_run, load_weights, save_weights
 from learn.training.training_file import write_training
@@ -50,6 +51,7 @@ def train(
     learning_rate: float | None = None,
     weight_decay: float | None = None,
     full_resolution: float | None = None,
+    find_phases: bool | None = None,
     init: Path | str | None = None,
     devices: int = 1,
     nodes: int = 1,
@@ -71,6 +73,7 @@ def train(
         weight_decay: weight decay of AdamW.
         full_resolution: share of the steps, the last ones, that look at every pixel of a spectrum; those before look at
             a few that hold the array's band, and are many times faster.
+        find_phases: where only pictures are known, find the responses behind them for models that learn from responses.
         init: folder of a finished run of the same model whose weights training starts from; None: random weights.
         devices: number of GPUs per machine; without a GPU, number of processes.
         nodes: number of machines; the launcher of the cluster makes this call on each.
@@ -96,6 +99,7 @@ def train(
         "learning_rate": learning_rate,
         "weight_decay": weight_decay,
         "full_resolution": full_resolution,
+        "find_phases": find_phases,
         "init": None if init is None else str(Path(init).resolve()),
     }
     by_steps: Any = {name: value for name, value in given.items() if value is not None}
@@ -115,7 +119,14 @@ def train(
     return load_run(Path(output))
 
 
-def train_run(config: Config, folder: Path, devices: int = 1, nodes: int = 1, dataset: Dataset | None = None) -> None:
+def train_run(
+    config: Config,
+    folder: Path,
+    devices: int = 1,
+    nodes: int = 1,
+    dataset: Dataset | None = None,
+    learned: Learned | None = None,
+) -> None:
     """Train with the settings of a run. An interrupted run is resumed; a finished one is left as it is.
 
     An interrupted run resumes from its last checkpoint, and ends with the weights of an uninterrupted run.
@@ -126,6 +137,7 @@ def train_run(config: Config, folder: Path, devices: int = 1, nodes: int = 1, da
         devices: number of GPUs per machine; without a GPU, number of processes. Lightning starts one process for each.
         nodes: number of machines; the launcher of the cluster starts this program on each.
         dataset: the dataset of ``config`` if it has been read already; None: it is read.
+        learned: what ``learned_responses`` found for this training; None: it is called.
 
     Raises:
         ParameterError: the model does not have one of the options, or a number is out of range.
@@ -140,15 +152,17 @@ def train_run(config: Config, folder: Path, devices: int = 1, nodes: int = 1, da
     if (folder / "weights.safetensors").exists():
         return
     if getattr(rank_zero_only, "rank", 0) != 0:  # only the first of several processes claims the folder and writes
-        _train(config, folder, devices, nodes, dataset, parts)
+        _train(config, folder, devices, nodes, dataset, parts, learned)
         return
     with claimed(*own):
         if not (folder / "weights.safetensors").exists():  # another process may have finished the run just now
             write_config(folder, config, dataset.beamformer, parts, dataset.names)
-            _train(config, folder, devices, nodes, dataset, parts)
+            _train(config, folder, devices, nodes, dataset, parts, learned)
 
 
-def _train(config: Config, folder: Path, devices: int, nodes: int, dataset: Dataset, parts: Split) -> None:
+def _train(
+    config: Config, folder: Path, devices: int, nodes: int, dataset: Dataset, parts: Split, learned: Learned | None
+) -> None:
     """Train a run that is not finished, in a folder that holds its settings."""
     L.seed_everything(config.seed, verbose=False)
     model = build_model(config, box_of(dataset.positions[parts.known]), dataset.beamformer, dataset.wavelength)
@@ -157,8 +171,10 @@ def _train(config: Config, folder: Path, devices: int, nodes: int, dataset: Data
         return
     if config.by_steps.init is not None:
         load_weights(model, Path(config.by_steps.init))
-    spectra = Spectra(dataset, parts, config.by_steps.batch_size, config.seed)
-    train_by_steps(model, spectra, config.by_steps, quadrature(dataset.beamformer), folder, devices, nodes)
+    learned = learned or learned_responses(model, dataset, parts, config.by_steps)
+    spectra = Spectra(dataset, parts, config.by_steps.batch_size, config.seed, learned.responses)
+    pixels = quadrature(dataset.beamformer)
+    train_by_steps(model, spectra, config.by_steps, pixels, folder, devices, nodes, learned.seconds)
 
 
 def _check(config: Config, devices: int, nodes: int) -> None:

@@ -29,7 +29,9 @@ from learn.models.registry import DEFAULT_MODEL
 from learn.reports.comparison_report import write_ablation, write_comparison, write_sweep
 from learn.reports.learning_curves import validation_curve
 from learn.splits import split
+from learn.training.found_responses import Learned
 from learn.training.train import train
+from learn.training.training_file import read_training
 from scenes.errors import InputError, ParameterError
 from scenes.folder_lock import locked
 from simulate.beamformer import Beamformer
@@ -240,10 +242,20 @@ def test_trained_model_is_a_run_that_is_not_trained_twice(tiny, tmp_path):
 def test_budget_becomes_steps(tiny, tmp_path, monkeypatch):
     monkeypatch.setattr("learn.comparison.trained_model.steps_within", lambda minutes, *_: round(120 * minutes))
     seen = []
-    monkeypatch.setattr("learn.comparison.trained_model.train_run", lambda config, folder: seen.append(config))
+    monkeypatch.setattr("learn.comparison.trained_model.train_run", lambda config, folder, learned: seen.append(config))
     monkeypatch.setattr("learn.comparison.trained_model.load_run", lambda folder: None)
     TrainedModel("mlp").fit(Task(read_dataset(tiny), "files", 0, None, 7, 3.0, None, tmp_path / "run"))
     assert seen[0].by_steps.steps == 360 and seen[0].seed == 7
+
+
+def test_finding_phases_is_part_of_the_budget(tiny, tmp_path, monkeypatch):
+    minutes, learned = [], Learned(None, seconds=60.0)
+    where = "learn.comparison.trained_model."
+    monkeypatch.setattr(f"{where}learned_responses", lambda *_: learned)
+    monkeypatch.setattr(f"{where}steps_within", lambda given, *_: minutes.append(given) or 1)
+    TrainedModel("mlp-responses").fit(Task(read_dataset(tiny), "files", 0, None, 7, 3.0, None, tmp_path / "run"))
+    assert minutes == [2.0]
+    assert read_training(tmp_path / "run").seconds >= 60
 
 
 @pytest.mark.parametrize("name", sorted(set(method_names()) - {"bisplat-plus", "nerf2"}))

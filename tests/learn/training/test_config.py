@@ -10,7 +10,8 @@ from scenes.errors import InputError
 from tests import hostile_files as hostile
 
 STEPS = {
-    "steps": 3, "batch_size": 2, "learning_rate": 0.1, "weight_decay": 0.0, "full_resolution": 0.5, "init": None
+    "steps": 3, "batch_size": 2, "learning_rate": 0.1, "weight_decay": 0.0, "full_resolution": 0.5,
+    "find_phases": True, "init": None,
 }  # fmt: skip
 CONFIG = {
     "dataset": "/data/room", "model": "helmholtz", "split": "blocked", "seed": 0, "split_seed": 0, "train_size": None,

@@ -1,0 +1,91 @@
+"""What a network learns from pictures, from responses that are found behind them, and from the true responses.
+
+python benchmarks/learned_phases.py ../shared/data/rfid-s23-160 --json > runs/learned-phases.json
+
+Median SSIM of test spectra, for the models that predict responses: of the closet in full wave (the field in tests/data)
+with numbers of known spectra, and of the measured sample's splits, whose true responses nobody knows. ``found`` is what
+``bisplat train`` does; it learns from the pictures where found responses do not pay. The runs are kept in a folder, in
+which the next call finds them.
+"""
+
+from __future__ import annotations
+
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import tyro
+from report.printing import print_figures
+from tyro.conf import Positional
+
+from learn.metrics import ssim
+from simulate.dataset import Dataset, read_dataset
+from simulate.simulation import simulate
+
+MODELS = ("bisplat-aperture", "mlp-responses")
+KNOWN, TESTED = (100, 200, 400, 1000), 200
+
+
+def score(dataset: Dataset, folder: Path, model: str, split: Any, steps: int, find_phases: bool) -> float:
+    """Median SSIM of the test spectra after a training, which the folder may have already."""
+    from learn.training.train import train
+
+    run = train(dataset, folder, model=model, split=split, steps=steps, find_phases=find_phases)
+    test = run.split(dataset).test
+    found = run.predict(dataset.positions[test]).spectra
+    return round(float(np.median(ssim(found, dataset.spectra[test]))), 4)
+
+
+def row(dataset: Dataset, folder: Path, model: str, split: str, steps: int) -> dict[str, Any]:
+    """Scores of one model on one dataset."""
+    pictures = replace(dataset, responses=None)
+    figures = {
+        "pictures": score(pictures, folder / "pictures", model, split, steps, False),
+        "found": score(pictures, folder / "found", model, split, steps, True),
+    }
+    if dataset.responses is not None:
+        figures["responses known"] = score(dataset, folder / "known", model, split, steps, True)
+    return figures
+
+
+def main(
+    measured: Positional[Path | None] = None,
+    field: Path = Path("tests/data/closet"),
+    folder: Path = Path("runs/learned-phases"),
+    steps: int = 1500,
+    smallest: bool = False,
+    json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
+) -> None:
+    """Train the models.
+
+    Args:
+        measured: a measured dataset folder.
+        field: folder of the closet's field.
+        folder: for the closet's dataset and the runs.
+        steps: optimiser steps of each training.
+        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        json_output: print one JSON object.
+    """
+    sizes, tested, steps = ((15,), 4, 1) if smallest else (KNOWN, TESTED, steps)
+    result: dict[str, Any] = {}
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary) if smallest else folder
+        closet = simulate("closet", folder / "closet", max(sizes) + tested, engine="fullwave", field=field)
+        order = np.random.default_rng(0).permutation(len(closet.positions))
+        for model in MODELS[1:] if smallest else MODELS:
+            for size in sizes:
+                known = np.sort(order[tested : tested + size])
+                some = replace(closet, train=known, test=np.sort(order[:tested]))
+                result[f"{model}, closet, {size}"] = row(some, folder / f"{model}-{size}", model, "files", steps)
+            if measured is not None and not smallest:
+                sample = replace(read_dataset(measured), responses=None)
+                for split in ("files", "blocked"):
+                    name = f"{model}, measured, {split}"
+                    result[name] = row(sample, folder / f"{model}-{split}", model, split, steps)
+    print_figures(result, json_output, smallest)
+
+
+if __name__ == "__main__":
+    tyro.cli(main)

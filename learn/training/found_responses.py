@@ -1,0 +1,95 @@
+"""Responses for a network to learn: the dataset's own, or those found behind its pictures.
+
+A model that predicts element responses learns more from these than from pictures, which lack the phases. Where only
+pictures are known, the responses behind the training pictures are found such that they are one field
+(``learn.models.retrieved_field``), if the field is smooth enough for that: interpolated, they must predict the
+validation spectra.
+"""
+
+from __future__ import annotations
+
+import time
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Complex
+from rich.console import Console
+
+from learn.baselines.neighbours import inverse_distance
+from learn.metrics import ssim
+from learn.models.base import Report, SpectrumModel
+from learn.models.kriged_field import KrigedField
+from learn.models.retrieved_field import LEAST_RETRIEVED, MOST_RETRIEVED, fit_to_pictures, retrieved_responses
+from learn.models.steps import Steps
+from learn.splits import Split
+from learn.training.fit_progress import FitProgress
+from learn.training.lightning_module import Spectra
+from learn.training.run_folder import predict
+from simulate.dataset import Dataset
+from simulate.evenly import evenly
+from simulate.spectrum import spectrum_of
+
+
+class Learned(NamedTuple):
+    """What a network learns from.
+
+    Attributes:
+        responses: of every spectrum of the dataset; those outside the training part may be zero. None: pictures.
+        seconds: that finding them took.
+    """
+
+    responses: Complex[np.ndarray, "K elements"] | None
+    seconds: float = 0.0
+
+
+def learned_responses(model: SpectrumModel, dataset: Dataset, parts: Split, by_steps: Steps) -> Learned:
+    """The responses that a model learns from, if it learns from any.
+
+    Responses are found behind pictures if the model predicts responses, if ``by_steps.find_phases`` is set, and if
+    there are neither too few training pictures nor too many. They are used if kriging of them predicts the validation
+    spectra better than inverse-distance weighting does: on the measured sample they are with the split ``files``, but
+    not with ``blocked``.
+
+    Args:
+        model: the model to be trained.
+        dataset: the dataset.
+        parts: its split; nothing is learned of the test part.
+        by_steps: settings of the training.
+    """
+    if not model.has_responses or dataset.responses is not None:
+        return Learned(dataset.responses if model.has_responses else None)
+    few = LEAST_RETRIEVED <= len(parts.train) <= MOST_RETRIEVED
+    if not (by_steps.find_phases and few and len(parts.validation) and dataset.array.elements > 1):
+        return Learned(None)
+    began = time.perf_counter()
+    with FitProgress(f"phases of the {len(parts.train)} training pictures") as report:
+        field, responses = _found(model, dataset, parts, report)
+    validated = evenly(parts.validation, Spectra.VALIDATED)
+    truth, places = spectrum_of(dataset.pictures[validated]), dataset.positions[validated]
+    known = dataset.positions[parts.train], spectrum_of(dataset.pictures[parts.train])
+    by_phases = float(np.median(ssim(predict(field, places).spectra, truth)))
+    by_distance = float(np.median(ssim(inverse_distance(*known, places), truth)))
+    pays = by_phases > by_distance
+    _say(
+        f"learns from {'responses found behind the pictures' if pays else 'pictures'}: kriging of found responses "
+        f"predicts validation spectra at SSIM {by_phases:.3f}, inverse-distance weighting at {by_distance:.3f}"
+    )
+    return Learned(responses if pays else None, time.perf_counter() - began)
+
+
+def _found(
+    model: SpectrumModel, dataset: Dataset, parts: Split, report: Report
+) -> tuple[KrigedField, Complex[np.ndarray, "K elements"]]:
+    """The field of responses behind the training pictures, and these responses; zero elsewhere."""
+    region, wavelength = model.region.cpu().numpy(), dataset.wavelength
+    of_spectra = KrigedField(region, dataset.beamformer, wavelength, "spectra")
+    field = KrigedField(region, dataset.beamformer, wavelength, "responses")
+    of_spectra.report = field.report = report  # type: ignore[method-assign]
+    of_spectra.fit(dataset, parts.train)
+    report("responses behind pictures", 0, 1)
+    retrieved = retrieved_responses(dataset, parts.train)
+    return field, fit_to_pictures(field, of_spectra, retrieved, dataset, parts.train)
+
+
+def _say(text: str) -> None:
+    Console(stderr=True).print(f"bisplat: {text}", highlight=False, soft_wrap=True)
