@@ -13,7 +13,6 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Complex
-from rich.console import Console
 
 from learn.baselines.neighbours import inverse_distance
 from learn.metrics import ssim
@@ -25,6 +24,7 @@ from learn.splits import Split
 from learn.training.fit_progress import FitProgress
 from learn.training.lightning_module import Spectra
 from learn.training.run_folder import predict
+from scenes.plain_text import say
 from simulate.dataset import Dataset
 from simulate.evenly import evenly
 from simulate.spectrum import spectrum_of
@@ -70,7 +70,7 @@ def learned_responses(model: SpectrumModel, dataset: Dataset, parts: Split, by_s
     by_phases = float(np.median(ssim(predict(field, places).spectra, truth)))
     by_distance = float(np.median(ssim(inverse_distance(*known, places), truth)))
     pays = by_phases > by_distance
-    _say(
+    say(
         f"learns from {'responses found behind the pictures' if pays else 'pictures'}: kriging of found responses "
         f"predicts validation spectra at SSIM {by_phases:.3f}, inverse-distance weighting at {by_distance:.3f}"
     )
@@ -89,7 +89,3 @@ def _found(
     report("responses behind pictures", 0, 1)
     retrieved = retrieved_responses(dataset, parts.train)
     return field, fit_to_pictures(field, of_spectra, retrieved, dataset, parts.train)
-
-
-def _say(text: str) -> None:
-    Console(stderr=True).print(f"bisplat: {text}", highlight=False, soft_wrap=True)
