@@ -1,4 +1,9 @@
-"""The twin: ray tracing of a scene that the known spectra have corrected, and Helmholtz kriging of what it leaves."""
+"""The twin: ray tracing of a scene that the known spectra have corrected, and Helmholtz kriging of what it leaves.
+
+Where very many spectra are known, kriging knows the field better than any description of the place. The prediction is
+therefore a weighted mean of both, with the weight by which known spectra are best predicted from the others (stacking,
+Wolpert 1992).
+"""
 
 from __future__ import annotations
 
@@ -12,6 +17,7 @@ import torch
 from jaxtyping import Complex, Float, Int
 from torch import Tensor
 
+from learn.metrics import ssim
 from learn.models.base import SpectrumModel
 from learn.models.kriged_field import KrigedField
 from scenes.description import Scene
@@ -23,6 +29,7 @@ from scenes.unknowns import unknowns, varied
 from simulate.beamformer import Beamformer
 from simulate.dataset import Dataset
 from simulate.evenly import evenly
+from simulate.spectrum import spectrum_of
 
 if TYPE_CHECKING:
     from simulate.trace import Tracer
@@ -30,16 +37,23 @@ if TYPE_CHECKING:
 CALIBRATED_BY = 160
 """Largest number of known spectra that the scene is corrected by; all of them are kriged."""
 
+TRUSTS = (1.0, 0.75, 0.5, 0.25, 0.0)
+"""Weights of the corrected scene that are tried."""
+
+LEAST_KNOWN, LEFT_OUT = 100, 64
+"""Number of known spectra below which the weight is 1, and number of them that are predicted from the others."""
+
 SAME_FREQUENCY = 0.05
 """Relative: a dataset of another frequency than the scene's was not measured in it."""
 
 
 class Twin(SpectrumModel):
-    """Responses y(r) = f(r; θ) + e(r): traced in a corrected scene, and what that leaves, kriged.
+    """Responses y(r) = w (f(r; θ) + e(r)) + (1 − w) a(r): traced in a corrected scene, and kriged.
 
     ``fit`` finds θ, what the scene's description has wrong (``learn.twin.calibrate``). e is interpolated by
-    ``KrigedField`` from what the traced responses leave of the known ones; where these are found behind pictures, f
-    tells their phases. Few spectra are enough for θ, and e takes over where many are known.
+    ``KrigedField`` from what the traced responses leave of the known ones, and a from the known ones themselves; where
+    these are found behind pictures, f tells their phases. Few spectra are enough for θ; e and a take over where many
+    are known.
 
     Args:
         region: as for ``SpectrumModel``; this model does not use it.
@@ -53,8 +67,11 @@ class Twin(SpectrumModel):
 
     Attributes:
         values: θ, of ``scenes.unknowns.unknowns``.
+        trust: w.
         power: mean of |e|² over the known spectra and elements.
+        whole_power: the same of the known responses.
         rest: interpolates e.
+        whole: interpolates a.
 
     Raises:
         ParameterError: there is no scene.
@@ -62,7 +79,9 @@ class Twin(SpectrumModel):
     """
 
     values: Tensor
+    trust: Tensor
     power: Tensor
+    whole_power: Tensor
 
     def __init__(
         self,
@@ -82,8 +101,11 @@ class Twin(SpectrumModel):
         self._tolerances = Tolerances(position, turn, objects, materials)
         self._which = unknowns(self._described, self._tolerances)
         self.register_buffer("values", torch.zeros(len(self._which), dtype=torch.float64))
+        self.register_buffer("trust", torch.ones(()))
         self.register_buffer("power", torch.zeros(()))
+        self.register_buffer("whole_power", torch.zeros(()))
         self.rest = KrigedField(region, beamformer, wavelength, "responses")
+        self.whole = KrigedField(region, beamformer, wavelength, "responses")
 
     @property
     def has_responses(self) -> bool:
@@ -110,15 +132,25 @@ class Twin(SpectrumModel):
         return self.beamforming(self.responses(positions))
 
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
-        """Element responses y (real, imaginary): traced, and what is interpolated of the rest after ``fit``."""
-        traced = torch.view_as_real(torch.from_numpy(self._traced(positions.cpu().numpy()))).float()
+        """Element responses y (real, imaginary): traced, and mixed with what is interpolated after ``fit``."""
+        traced = _pairs(self._traced(positions.cpu().numpy())).to(positions.device)
         if not len(self.rest.places):
-            return traced.to(positions.device)
-        return traced.to(positions.device) + self.power.sqrt() * self.rest.responses(positions)
+            return traced
+        return self._mixed(traced, self.rest.responses(positions), self.whole.responses(positions), float(self.trust))
+
+    def _mixed(
+        self,
+        traced: Float[Tensor, "B elements 2"],
+        rest: Float[Tensor, "B elements 2"],
+        whole: Float[Tensor, "B elements 2"],
+        trust: float,
+    ) -> Float[Tensor, "B elements 2"]:
+        """w (f + e) + (1 − w) a, with e and a scaled to a mean square magnitude of 1."""
+        return trust * (traced + self.power.sqrt() * rest) + (1 - trust) * self.whole_power.sqrt() * whole
 
     def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"]:
-        """Kriging variance of the rest, relative to the rest's variance."""
-        return self.rest.uncertainty(positions)
+        """Kriging variances of e and a, each relative to its own variance, weighted by w and 1 − w."""
+        return self.trust * self.rest.uncertainty(positions) + (1 - self.trust) * self.whole.uncertainty(positions)
 
     def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
         """Correct the scene by known spectra, and keep what it leaves of them.
@@ -150,7 +182,7 @@ class Twin(SpectrumModel):
         self.refit(dataset, known)
         return (
             f"corrected {len(self._which)} numbers of the scene: {found.misfit[1]:.1%} of the power of {len(used)} "
-            f"spectra was unexplained, {found.misfit[0]:.1%} is"
+            f"spectra was unexplained, {found.misfit[0]:.1%} is; the scene has a weight of {float(self.trust):g}"
         )
 
     def refit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
@@ -166,12 +198,37 @@ class Twin(SpectrumModel):
         known = np.unique(known)
         traced = self._traced(dataset.positions[known])
         measured, phases_known = measured_responses(dataset, known)
-        rest = aligned_to(measured, traced, phases_known)[0] - traced
-        everywhere = np.zeros((len(dataset.positions), rest.shape[1]), np.complex64)
-        everywhere[known] = rest
-        self.power = torch.tensor(float((np.abs(rest) ** 2).mean()))
-        self.rest.report = self.report  # type: ignore[method-assign]
-        self.rest.fit(replace(dataset, responses=everywhere), known)
+        aligned = aligned_to(measured, traced, phases_known)[0]
+        self.power, self.whole_power = (
+            torch.tensor(float((np.abs(values) ** 2).mean())) for values in (aligned - traced, aligned)
+        )
+        for field, values in ((self.rest, aligned - traced), (self.whole, aligned)):
+            everywhere = np.zeros((len(dataset.positions), values.shape[1]), np.complex64)
+            everywhere[known] = values
+            field.report = self.report  # type: ignore[method-assign]
+            field.fit(replace(dataset, responses=everywhere), known)
+        self.trust = torch.tensor(self._best_trust(_pairs(traced), spectrum_of(dataset.pictures[known])))
+
+    def _best_trust(self, traced: Float[Tensor, "n elements 2"], spectra: Float[np.ndarray, "n 90 360"]) -> float:
+        """The w by which known spectra are best predicted from the others; of equally good ones the largest.
+
+        Args:
+            traced: f at the known positions.
+            spectra: known spectra, 0…1.
+        """
+        if len(traced) < LEAST_KNOWN:
+            return 1.0
+        left_out = torch.from_numpy(evenly(np.arange(len(traced)), LEFT_OUT))
+        with torch.inference_mode():
+            rest, whole = (
+                field.interpolated(field.places[left_out], left_out)[0].unflatten(-1, (-1, 2))
+                for field in (self.rest, self.whole)
+            )
+            scores = {}
+            for trust in TRUSTS:
+                found = self.beamforming(self._mixed(traced[left_out], rest, whole, trust)).numpy()
+                scores[trust] = float(ssim(found, spectra[left_out.numpy()]).mean())
+        return max(scores, key=lambda trust: scores[trust])
 
     @cached_property
     def _tracer(self) -> Tracer:
@@ -186,8 +243,14 @@ class Twin(SpectrumModel):
         return self._tracer.responses(np.asarray(positions, float))
 
     def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
-        """As ``torch.nn.Module.load_state_dict``; the kriged field takes the number of spectra in the file."""
+        """As ``torch.nn.Module.load_state_dict``; the kriged fields take the number of spectra in the file."""
         self.__dict__.pop("_tracer", None)
-        of_rest = {name.removeprefix("rest."): each for name, each in state_dict.items() if name.startswith("rest.")}
-        self.rest.load_state_dict(of_rest, strict)
+        for name, field in (("rest.", self.rest), ("whole.", self.whole)):
+            of_field = {key.removeprefix(name): each for key, each in state_dict.items() if key.startswith(name)}
+            field.load_state_dict(of_field, strict)
         return super().load_state_dict(state_dict, strict, assign)
+
+
+def _pairs(responses: Complex[np.ndarray, "B elements"]) -> Float[Tensor, "B elements 2"]:
+    """Complex numbers as (real, imaginary)."""
+    return torch.view_as_real(torch.from_numpy(responses)).float()

@@ -4,6 +4,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import torch
 
 from learn.export import export
 from learn.models.registry import MODELS
@@ -75,6 +76,23 @@ def test_known_responses_are_predicted_as_they_are(data, run):
     assert correlation(found, data.responses[known]) > 0.999
     uncertain = run.model.uncertainty(run.model.rest.places)
     assert float(uncertain.max()) < 0.2
+
+
+@pytest.mark.parametrize("right", [True, False])
+def test_the_scene_counts_by_how_well_it_predicts(data, wrong, monkeypatch, right):
+    """Once it traces the true responses but for a little noise, once noise alone."""
+    monkeypatch.setattr("learn.twin.model.LEAST_KNOWN", 10)
+    noise = np.random.default_rng(2).normal(size=(*data.responses.shape, 2)) @ [1, 1j] * np.abs(data.responses).mean()
+    responses = (data.responses + 0.05 * noise if right else noise).astype(np.complex64)
+    monkeypatch.setattr(Twin, "_traced", lambda twin, positions: responses[: len(positions)])
+    twin = Twin(data.positions[[0, 1]], data.beamformer, data.wavelength, scene=wrong)
+    twin.refit(data, np.arange(len(data.positions)))
+    assert float(twin.trust) == (1.0 if right else 0.0)
+    mixed = twin.responses(torch.from_numpy(data.positions).float())
+    scale = float((twin.power if right else twin.whole_power).sqrt())
+    alone = scale * (twin.rest if right else twin.whole).responses(torch.from_numpy(data.positions).float())
+    expected = alone + torch.view_as_real(torch.from_numpy(responses)) if right else alone
+    torch.testing.assert_close(mixed, expected)
 
 
 def test_a_scene_is_needed_and_has_the_frequency(data, wrong, true, tmp_path):
