@@ -40,7 +40,7 @@ class StepsFile(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     learning_rate: Annotated[float, Meta(gt=0)]
     weight_decay: Annotated[float, Meta(ge=0)]
     full_resolution: Annotated[float, Meta(ge=0, le=1)]
-    find_phases: bool
+    find_phases: bool = True
     init: str | None
 
 
