@@ -154,7 +154,10 @@ class KrigedField(SpectrumModel):
         if self._of_responses:
             assert dataset.responses is not None
             responses = torch.from_numpy(dataset.responses[known])
-            self.values = torch.view_as_real(responses / responses.abs().square().mean().sqrt()).flatten(1)
+            root_mean_square = responses.abs().square().mean().sqrt()
+            if root_mean_square > 0:  # black pictures leave responses of zero
+                responses = responses / root_mean_square
+            self.values = torch.view_as_real(responses).flatten(1)
             self.mean = torch.zeros(self.values.shape[1])
         else:
             self.values = torch.from_numpy(dataset.pictures[known]).flatten(1)

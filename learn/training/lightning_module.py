@@ -52,7 +52,7 @@ class Training(L.LightningModule):
         responses: Float[Tensor, "B elements 2"],
         coarse: bool,
     ) -> Tensor:
-        """Loss of a batch: of responses if these are to be learned, otherwise of pictures.
+        """Loss of a batch: of responses if these are given and the model has them, otherwise of pictures.
 
         Args:
             positions: transmitter positions, metres, world frame.
@@ -60,7 +60,7 @@ class Training(L.LightningModule):
             responses: element responses to learn; none (of 0 elements): the pictures are learned.
             coarse: look at a few pixels of the pictures only.
         """
-        if responses.shape[1]:
+        if self.model.has_responses and responses.shape[1]:
             return self.model.responses_loss(positions, responses)
         if coarse:
             few = pictures[:, self.pixels.rows][:, :, self.pixels.columns]

@@ -206,7 +206,8 @@ class Twin(SpectrumModel):
             everywhere = np.zeros((len(dataset.positions), values.shape[1]), np.complex64)
             everywhere[known] = values
             field.report = self.report  # type: ignore[method-assign]
-            field.fit(replace(dataset, responses=everywhere), known)
+            has_weight = field is self.rest or len(known) >= LEAST_KNOWN
+            (field.fit if has_weight else field.keep)(replace(dataset, responses=everywhere), known)
         self.trust = torch.tensor(self._best_trust(_pairs(traced), spectrum_of(dataset.pictures[known])))
 
     def _best_trust(self, traced: Float[Tensor, "n elements 2"], spectra: Float[np.ndarray, "n 90 360"]) -> float:

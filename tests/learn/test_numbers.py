@@ -159,9 +159,7 @@ def test_models(name, odd, scene):
     else:
         module = Training(model, replace(entry.by_steps, steps=2, batch_size=4), quadrature(data.beamformer))
         optimiser = module.configure_optimizers()["optimizer"]
-        batch = next(
-            iter(Spectra(data, parts, 4, 0, data.responses if model.has_responses else None).train_dataloader())
-        )
+        batch = next(iter(Spectra(data, parts, 4, 0, data.responses).train_dataloader()))
         for coarse in (True, False):
             optimiser.zero_grad()
             loss = module.loss(*batch, coarse)

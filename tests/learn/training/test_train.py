@@ -460,12 +460,14 @@ def test_learning_rate_rises_linearly_then_falls_along_a_half_cosine(steps):
 def test_known_responses_are_learned_by_the_models_that_predict_them(region):
     positions, pictures = torch.rand(2, 3), torch.zeros(2, 90, 360, dtype=torch.uint8)
     responses, unknown = torch.rand(2, 16, 2), torch.zeros(2, 0, 2)
-    torch.manual_seed(0)
-    model = model_class("mlp-responses")(region, Beamformer(), 0.33)
-    module = Training(model, Steps(), quadrature(Beamformer()))
-    of_responses, of_pictures = model.responses_loss(positions, responses), model.loss(positions, pictures / 255)
-    torch.testing.assert_close(module.loss(positions, pictures, responses, coarse=False), of_responses)
-    torch.testing.assert_close(module.loss(positions, pictures, unknown, coarse=False), of_pictures)
+    for name, by_responses in (("mlp-responses", True), ("mlp", False)):
+        torch.manual_seed(0)
+        model = model_class(name)(region, Beamformer(), 0.33)
+        module = Training(model, Steps(), quadrature(Beamformer()))
+        expected = model.responses_loss(positions, responses) if by_responses else model.loss(positions, pictures / 255)
+        torch.testing.assert_close(module.loss(positions, pictures, responses, coarse=False), expected)
+        of_pictures = model.loss(positions, pictures / 255)
+        torch.testing.assert_close(module.loss(positions, pictures, unknown, coarse=False), of_pictures)
 
 
 def test_loss_of_responses_is_the_relative_error_of_each_spectrum(monkeypatch, region):
