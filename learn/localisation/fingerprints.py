@@ -14,6 +14,7 @@ from jaxtyping import Float, UInt8
 
 from learn.models.quadrature import quadrature
 from learn.training.run_folder import Run, batches_for
+from learn.training.training_file import read_training
 from simulate.beamformer import Beamformer
 from simulate.spectrum import spectrum_of
 
@@ -71,7 +72,8 @@ class Field:
 
     A gateway's weight w is proportional to 1/σ², with the deviation σ that its run states
     (``learn.training.deviation``), and the weights add up to 1: differences in all gateways' fingerprints then count by
-    how far each may be off. If a run states none, all weigh the same.
+    how far each may be off. Deviations that few spectra told are taken to be more alike than stated; if a run states
+    none, all weigh the same.
 
     Args:
         runs: a trained run for each gateway, in one world frame.
@@ -108,13 +110,39 @@ class Field:
 
 def _weights(runs: list[Run]) -> Float[np.ndarray, " G"]:
     """Weight of each run's fingerprints, by the mean variance that it states over its region."""
-    variances = []
+    variances, uncertain = [], []
     for run in runs:
         low, high = run.model.region.double().cpu().numpy()
         everywhere = np.random.default_rng(0).uniform(low, high, (JUDGED, 3))
         deviation = run.deviation(everywhere) if len(runs) > 1 else None
-        if deviation is None:
+        told_by = read_training(run.folder).deviation
+        if deviation is None or told_by is None or not told_by.spectra:
             return np.full(len(runs), 1 / len(runs))
         variances.append(np.mean(deviation**2))
-    weights = 1 / np.array(variances)
+        uncertain.append(2 / told_by.spectra)
+    return inverse_variance_weights(np.array(variances), np.array(uncertain))
+
+
+def inverse_variance_weights(
+    variances: Float[np.ndarray, " G"], uncertain: Float[np.ndarray, " G"]
+) -> Float[np.ndarray, " G"]:
+    """Weights proportional to 1/σ², which add up to 1, with each log σ² moved towards the mean of all.
+
+    What validation spectra tell of a variance is uncertain, so that the logarithms are spread more widely than the true
+    ones. They keep the share max(0, 1 − (mean of u) / (their variance)) of their distance to the mean, with the
+    variance u of each (empirical Bayes, Efron and Morris 1973).
+
+    Args:
+        variances: σ², as K spectra's errors told them.
+        uncertain: u, 2/K for errors of a normal distribution that are the same over a spectrum.
+
+    >>> inverse_variance_weights(np.array([1.0, 4.0]), np.array([0.0, 0.0])).tolist()
+    [0.8, 0.2]
+    >>> inverse_variance_weights(np.array([1.0, 1.5]), np.array([0.2, 0.2])).tolist()
+    [0.5, 0.5]
+    """
+    logarithms = np.log(variances)
+    spread = logarithms.var(ddof=1)
+    share = max(0.0, 1 - uncertain.mean() / spread) if spread > 0 else 0.0
+    weights = np.exp(-share * (logarithms - logarithms.mean()))
     return weights / weights.sum()

@@ -38,10 +38,12 @@ class Deviation(Struct, frozen=True):
     Attributes:
         constant: c, in units in which the spectrum is 0…1.
         growth: g, in the same units.
+        spectra: number of spectra whose errors told it; 0: not known.
     """
 
     constant: Coefficient
     growth: Coefficient
+    spectra: Annotated[int, Meta(ge=0)] = 0
 
     def at(self, variance: Float[np.ndarray, " K"] | None, count: int) -> Float[np.ndarray, " K"]:
         """Standard deviation σ at K positions.
@@ -100,5 +102,6 @@ def fit_deviation(error: Float[np.ndarray, "K P"], variance: Float[np.ndarray, "
         size = max(float(np.sqrt(np.mean(ratios**2))), 1e-6)
         likelihoods.append(-np.log(sigma).mean() - np.log(size))
         scale = float(np.quantile(ratios, SHARE)) / NORMAL
-        scaled.append(Deviation(min(max(scale * shape.constant, LEAST), MOST), min(scale * shape.growth, MOST)))
+        constant, growth = min(max(scale * shape.constant, LEAST), MOST), min(scale * shape.growth, MOST)
+        scaled.append(Deviation(constant, growth, len(error)))
     return scaled[int(np.argmax(likelihoods))]

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import torch
-from msgspec import Meta, Struct
+from msgspec import Meta, Struct, to_builtins
 
 from learn.models.steps import STEPS_MOST
 from learn.training.deviation import Deviation
@@ -44,7 +44,7 @@ def write_training(
         "validation_ssim": validation_ssim,
     }
     if deviation is not None:
-        content["deviation"] = {"constant": deviation.constant, "growth": deviation.growth}
+        content["deviation"] = to_builtins(deviation)
     write_atomically(folder / FILE, (json.dumps(content, indent=2) + "\n").encode())
 
 

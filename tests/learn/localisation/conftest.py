@@ -17,7 +17,7 @@ FIELD = Path(__file__).parents[2] / "data" / "closet" / "field.npz"
 
 @pytest.fixture(scope="session")
 def folder(tmp_path_factory) -> Path:
-    """one/ and two/: 140 spectra each; the second array hangs upside down, and has twice the noise."""
+    """one/ and two/: 140 spectra each, with noise of their own; the second array hangs upside down."""
     root = tmp_path_factory.mktemp("located")
     field = read_stored_field(FIELD)
     low, high = field.origin, field.origin + field.spacing * (np.array(field.values.shape[1:]) - 1)
@@ -27,7 +27,7 @@ def folder(tmp_path_factory) -> Path:
     for seed, name in enumerate(("one", "two")):
         responses = field.responses(positions)[:, :: -1 if name == "two" else 1]
         noise = np.random.default_rng(seed).normal(size=(*responses.shape, 2)) @ [1, 1j]
-        responses = responses + (0.1 if name == "one" else 0.2) * np.abs(responses).mean() * noise
+        responses = responses + 0.1 * np.abs(responses).mean() * noise
         (root / name / "spectrum").mkdir(parents=True)
         for each, image in zip(names, picture(Beamformer().spectrum(responses)), strict=True):
             (root / name / "spectrum" / f"{each}.png").write_bytes(encode_picture(image))
