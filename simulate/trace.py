@@ -8,6 +8,7 @@ array at 915 MHz is in the near field, where one point with plane-wave phases (`
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -144,7 +145,16 @@ class Tracer:
         """The edges that diffract; None where diffraction is not followed."""
         return None if self._diffracted is None else self._edge_scene.edges
 
-    def responses(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements"]:
+    @property
+    def chains(self) -> int:
+        """Number of chains; those without diffraction come first. Shot rays all count as one chain."""
+        if self.method != "chains":
+            return 1
+        return len(self._chains) + (0 if self._diffracted is None else len(self._diffracted))
+
+    def responses(
+        self, positions: Float[np.ndarray, "K 3"], gains: Complex[np.ndarray, " chains"] | None = None
+    ) -> Complex[np.ndarray, "K elements"]:
         """Element responses y_m = Σ_paths a e^{-j2πfτ} to a transmitter at each position, complex64.
 
         a contains the free-space factor λ/4π, so that |y_m|² is the channel gain. The responses to one position do
@@ -152,16 +162,30 @@ class Tracer:
 
         Args:
             positions: metres, world frame.
+            gains: factor of the paths of each chain; 1 if None. Diffuse reflection has none.
 
         Returns:
             The responses, un-normalised.
         """
         result = np.zeros((len(positions), len(self.elements)), np.complex128)
-        for start, paths in self._found(self.elements, positions):
+        for start, chain, paths in self._found(self.elements, positions):
+            if gains is not None:
+                paths = replace(paths, responses=paths.responses * gains[chain])
             paths.add_to(result[start:])
         if self._scattering is not None:
             result += self._scattering.responses(self.elements, self._targets(positions))
         return result.astype(np.complex64)
+
+    def responses_by_chain(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements chains"]:
+        """The part of each chain in ``responses``, complex64; diffuse reflection is in none.
+
+        Args:
+            positions: metres, world frame.
+        """
+        result = np.zeros((len(positions), len(self.elements), self.chains), np.complex64)
+        for start, chain, paths in self._found(self.elements, positions):
+            np.add.at(result[start:], (paths.targets, paths.sources, chain), paths.responses)
+        return result
 
     def path_counts(self, positions: Float[np.ndarray, "K 3"]) -> Int[np.ndarray, " K"]:
         """Number of paths between each position and the element of ``paths``, without those of diffuse reflection.
@@ -170,7 +194,7 @@ class Tracer:
             positions: metres, world frame.
         """
         result = np.zeros(len(positions), np.int64)
-        for start, paths in self._found(self.middle, positions):
+        for start, _, paths in self._found(self.middle, positions):
             np.add.at(result[start:], paths.targets, 1)
         return result
 
@@ -189,25 +213,28 @@ class Tracer:
 
     def _solved(
         self, elements: Antennas, positions: Float[np.ndarray, "K 3"]
-    ) -> Iterator[tuple[int, Antennas, PathsBuffer]]:
-        """Batches of paths that are not diffracted, their transmitters, and the index of the first of these."""
+    ) -> Iterator[tuple[int, Antennas, Int[np.ndarray, " paths"], PathsBuffer]]:
+        """Batches of paths that are not diffracted: index of the first transmitter, transmitters, chains, paths."""
         targets = self._targets(positions)
         if self.method == "chains":
-            for _, buffer in solve_chains(self.ray_scene, self._chains, elements, targets):
-                yield 0, targets, buffer
+            for chain, buffer in solve_chains(self.ray_scene, self._chains, elements, targets):
+                yield 0, targets, chain, buffer
         else:
             for start in range(0, len(targets), self._batch_size):
                 batch = targets.subset(np.arange(start, min(start + self._batch_size, len(targets))))
-                yield start, batch, self._shot(elements, batch)
+                buffer = self._shot(elements, batch)
+                yield start, batch, np.zeros(buffer.buffer_size, np.int64), buffer
 
-    def _found(self, elements: Antennas, positions: Float[np.ndarray, "K 3"]) -> Iterator[tuple[int, Paths]]:
-        """Batches of paths, and the index of the position that is target 0 of the batch."""
-        for start, targets, buffer in self._solved(elements, positions):
-            yield start, fields(self.ray_scene, buffer, elements, targets)
+    def _found(
+        self, elements: Antennas, positions: Float[np.ndarray, "K 3"]
+    ) -> Iterator[tuple[int, Int[np.ndarray, " paths"], Paths]]:
+        """Batches of paths: index of the position that is target 0 of the batch, each path's chain, the paths."""
+        for start, targets, chain, buffer in self._solved(elements, positions):
+            yield start, chain, fields(self.ray_scene, buffer, elements, targets)
         if self._diffracted is not None:
-            targets = self._targets(positions)
-            for _, paths in diffracted_paths(self._edge_scene, self._diffracted, elements, targets):
-                yield 0, paths
+            first, targets = self.chains - len(self._diffracted), self._targets(positions)
+            for chain, paths in diffracted_paths(self._edge_scene, self._diffracted, elements, targets):
+                yield 0, first + chain, paths
 
     def paths(self, position: Float[np.ndarray, " 3"]) -> list[TracedPath]:
         """The paths between one position and one element, the first of those nearest the array's centre.
@@ -250,7 +277,7 @@ class Tracer:
             yield from self._scattering.terms(self.middle, self._targets(positions))
 
     def _terms(self, elements: Antennas, positions: Float[np.ndarray, "K 3"]) -> Iterator[Terms]:
-        for start, targets, buffer in self._solved(elements, positions):
+        for start, targets, _, buffer in self._solved(elements, positions):
             found = terms(self.ray_scene, buffer, elements, targets)
             yield found._replace(targets=found.targets + start)
         if self._diffracted is not None:

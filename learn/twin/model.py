@@ -1,5 +1,7 @@
 """The twin: ray tracing of a scene that the known spectra have corrected, and Helmholtz kriging of what it leaves.
 
+The scene's unknowns are corrected first, then a complex gain of each chain of interactions.
+
 Where very many spectra are known, kriging knows the field better than any description of the place. The prediction is
 therefore a weighted mean of both, with the weight by which known spectra are best predicted from the others (stacking,
 Wolpert 1992).
@@ -37,6 +39,15 @@ if TYPE_CHECKING:
 CALIBRATED_BY = 160
 """Largest number of known spectra that the scene is corrected by; all of them are kriged."""
 
+GAINED_BY = 1000
+"""Largest number of known spectra that the gains of chains are found by."""
+
+ALIGNED = 3
+"""Number of times that known responses are given phases by those predicted with the gains found before."""
+
+SAME_RESPONSES = 1e-2
+"""Relative error of the responses at a known position by which a scene is no longer the one of the training."""
+
 TRUSTS = (1.0, 0.75, 0.5, 0.25, 0.0)
 """Weights of the corrected scene that are tried."""
 
@@ -48,12 +59,12 @@ SAME_FREQUENCY = 0.05
 
 
 class Twin(SpectrumModel):
-    """Responses y(r) = w (f(r; θ) + e(r)) + (1 − w) a(r): traced in a corrected scene, and kriged.
+    """Responses y(r) = w (f(r; θ, g) + e(r)) + (1 − w) a(r): traced in a corrected scene, and kriged.
 
-    ``fit`` finds θ, what the scene's description has wrong (``learn.twin.calibrate``). e is interpolated by
-    ``KrigedField`` from what the traced responses leave of the known ones, and a from the known ones themselves; where
-    these are found behind pictures, f tells their phases. Few spectra are enough for θ; e and a take over where many
-    are known.
+    ``fit`` finds θ, what the scene's description has wrong (``learn.twin.calibrate``), and then the complex gains g of
+    the chains of interactions (``learn.twin.gains``): f = Σ_c (1 + g_c) f_c. e is interpolated by ``KrigedField`` from
+    what f leaves of the known responses, and a from the known ones themselves; where these are found behind pictures, f
+    tells their phases. Few spectra are enough for θ and g; e and a take over where many are known.
 
     Args:
         region: as for ``SpectrumModel``; this model does not use it.
@@ -67,6 +78,8 @@ class Twin(SpectrumModel):
 
     Attributes:
         values: θ, of ``scenes.unknowns.unknowns``.
+        gains: g (real, imaginary); none before ``fit``.
+        checked: f (real, imaginary) at the first known position, by which a loaded run tells a changed scene.
         trust: w.
         power: mean of |e|² over the known spectra and elements.
         whole_power: the same of the known responses.
@@ -79,6 +92,8 @@ class Twin(SpectrumModel):
     """
 
     values: Tensor
+    gains: Tensor
+    checked: Tensor
     trust: Tensor
     power: Tensor
     whole_power: Tensor
@@ -101,6 +116,8 @@ class Twin(SpectrumModel):
         self._tolerances = Tolerances(position, turn, objects, materials)
         self._which = unknowns(self._described, self._tolerances)
         self.register_buffer("values", torch.zeros(len(self._which), dtype=torch.float64))
+        self.register_buffer("gains", torch.zeros(0, 2))
+        self.register_buffer("checked", torch.zeros(beamformer.array.elements, 2))
         self.register_buffer("trust", torch.ones(()))
         self.register_buffer("power", torch.zeros(()))
         self.register_buffer("whole_power", torch.zeros(()))
@@ -177,7 +194,7 @@ class Twin(SpectrumModel):
             )
         used = evenly(np.unique(known), CALIBRATED_BY)
         found = calibrate_by(self._described, dataset, used, self._tolerances, report=report)
-        self.values = torch.from_numpy(found.values)
+        self.values, self.gains = torch.from_numpy(found.values), torch.zeros(0, 2)
         self.__dict__.pop("_tracer", None)
         self.refit(dataset, known)
         return (
@@ -196,8 +213,10 @@ class Twin(SpectrumModel):
         from learn.twin.measured import measured_responses
 
         known = np.unique(known)
-        traced = self._traced(dataset.positions[known])
         measured, phases_known = measured_responses(dataset, known)
+        self._fit_gains(dataset.positions[known], measured, phases_known)
+        traced = self._traced(dataset.positions[known])
+        self.checked = _pairs(traced)[0]
         aligned = aligned_to(measured, traced, phases_known)[0]
         self.power, self.whole_power = (
             torch.tensor(float((np.abs(values) ** 2).mean())) for values in (aligned - traced, aligned)
@@ -209,6 +228,23 @@ class Twin(SpectrumModel):
             has_weight = field is self.rest or len(known) >= LEAST_KNOWN
             (field.fit if has_weight else field.keep)(replace(dataset, responses=everywhere), known)
         self.trust = torch.tensor(self._best_trust(_pairs(traced), spectrum_of(dataset.pictures[known])))
+
+    def _fit_gains(
+        self, positions: Float[np.ndarray, "n 3"], measured: Complex[np.ndarray, "n elements"], phases_known: bool
+    ) -> None:
+        """Find g from responses; arguments as of ``calibrate``."""
+        from learn.twin.calibrate import aligned_to
+        from learn.twin.gains import chain_gains
+
+        self.gains = torch.zeros(0, 2)
+        used = evenly(np.arange(len(positions)), GAINED_BY)
+        by_chain = self._tracer.responses_by_chain(positions[used])
+        traced, gains = self._traced(positions[used]), np.zeros(by_chain.shape[-1], complex)
+        for turn in range(ALIGNED):
+            self.report("gains of chains", turn, ALIGNED)
+            aligned = aligned_to(measured[used], traced + by_chain @ gains, phases_known)[0]
+            gains = chain_gains(by_chain, aligned - traced)
+        self.gains = _pairs(gains)
 
     def _best_trust(self, traced: Float[Tensor, "n elements 2"], spectra: Float[np.ndarray, "n 90 360"]) -> float:
         """The w by which known spectra are best predicted from the others; of equally good ones the largest.
@@ -233,19 +269,42 @@ class Twin(SpectrumModel):
 
     @cached_property
     def _tracer(self) -> Tracer:
-        """Traces the corrected scene."""
+        """Traces the corrected scene.
+
+        Raises:
+            InputError: it is not the one that this run was trained with.
+        """
         from simulate.propagation import Propagation
         from simulate.trace import Tracer
 
         everywhere = bounding_box(np.concatenate([self.region.cpu().numpy(), self._described.transmitter.region]))
-        return Tracer(self.corrected, Propagation(), everywhere)
+        tracer = Tracer(self.corrected, Propagation(), everywhere)
+        if len(self.gains):
+            place, expected = self.rest.places[:1].double().cpu().numpy(), self.checked.cpu()
+            same = tracer.chains == len(self.gains)
+            if same:
+                off = _pairs(tracer.responses(place, self._factors))[0] - expected
+                same = float(off.norm()) <= SAME_RESPONSES * float(expected.norm())
+            if not same:
+                raise InputError(
+                    f"{self._described.name}: expected the scene that the twin was trained with, found one of other "
+                    "paths; train it again"
+                )
+        return tracer
+
+    @property
+    def _factors(self) -> Complex[np.ndarray, " chains"] | None:
+        """1 + g; None before ``fit``."""
+        return 1 + torch.view_as_complex(self.gains.cpu()).numpy() if len(self.gains) else None
 
     def _traced(self, positions: Float[np.ndarray, "B 3"]) -> Complex[np.ndarray, "B elements"]:
-        return self._tracer.responses(np.asarray(positions, float))
+        return self._tracer.responses(np.asarray(positions, float), self._factors)
 
     def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
         """As ``torch.nn.Module.load_state_dict``; the kriged fields take the number of spectra in the file."""
         self.__dict__.pop("_tracer", None)
+        gains = state_dict.get("gains")
+        self.gains = torch.zeros(0, 2) if gains is None else torch.zeros_like(gains)
         for name, field in (("rest.", self.rest), ("whole.", self.whole)):
             of_field = {key.removeprefix(name): each for key, each in state_dict.items() if key.startswith(name)}
             field.load_state_dict(of_field, strict)

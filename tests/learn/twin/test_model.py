@@ -1,5 +1,6 @@
 """The twin: of a wrongly described yard and a few known spectra it predicts others, and is kept in a run folder."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -70,6 +71,35 @@ def test_a_dozen_spectra_correct_the_scene(data, run, wrong):
     assert correlation(run.predict(positions).responses, truth) > 0.998
 
 
+def test_gains_of_chains_are_found(data, true, tmp_path):
+    """The true responses are those of the described scene, with other gains of its chains."""
+    twin = Twin(true.transmitter.region, data.beamformer, data.wavelength, scene=str(write_scene(true, tmp_path / "s")))
+    tracer, known, test = twin._tracer, np.arange(30), np.arange(30, 40)
+    traced = tracer.responses(data.positions)
+    np.testing.assert_allclose(
+        tracer.responses_by_chain(data.positions).sum(-1), traced, atol=1e-6 * np.abs(traced).max()
+    )
+    factors = 1 + 0.5 * np.random.default_rng(3).normal(size=(tracer.chains, 2)) @ [1, 1j]
+    responses = tracer.responses(data.positions, factors)
+    assert correlation(traced[test], responses[test]) < 0.96
+    twin.refit(replace(data, responses=responses), known)
+    assert correlation(predict(twin, data.positions[test]).responses, responses[test]) > 0.995
+
+
+@pytest.mark.parametrize("what", ["gateway", "cabinet"])
+def test_a_run_whose_scene_has_changed_is_refused(data, run, true, what, tmp_path):
+    higher = tuple(np.add(true.gateway.position, (0, 0, 0.2)))
+    changed = {
+        "gateway": replace(true, gateway=replace(true.gateway, position=higher)),
+        "cabinet": yard(replace(CABINET, mesh=CABINET.mesh.copy().apply_translation((0, 3, 0)))),
+    }[what]
+    scene = str(write_scene(changed, tmp_path / "changed"))
+    twin = Twin(run.model.region.numpy(), data.beamformer, data.wavelength, scene=scene)
+    twin.load_state_dict(run.model.state_dict())
+    with pytest.raises(InputError, match="expected the scene that the twin was trained with"):
+        predict(twin, data.positions[:1])
+
+
 def test_known_responses_are_predicted_as_they_are(data, run):
     known = split(data, "random", 0, train_size=10).known
     found = run.predict(data.positions[known]).responses
@@ -85,6 +115,7 @@ def test_the_scene_counts_by_how_well_it_predicts(data, wrong, monkeypatch, righ
     noise = np.random.default_rng(2).normal(size=(*data.responses.shape, 2)) @ [1, 1j] * np.abs(data.responses).mean()
     responses = (data.responses + 0.05 * noise if right else noise).astype(np.complex64)
     monkeypatch.setattr(Twin, "_traced", lambda twin, positions: responses[: len(positions)])
+    monkeypatch.setattr(Twin, "_fit_gains", lambda *of_responses: None)
     twin = Twin(data.positions[[0, 1]], data.beamformer, data.wavelength, scene=wrong)
     twin.refit(data, np.arange(len(data.positions)))
     assert float(twin.trust) == (1.0 if right else 0.0)
