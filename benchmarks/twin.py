@@ -7,7 +7,9 @@ is drawn wrong: materials, places of objects, and the gateway's position and ori
 sizes. For numbers of known spectra, from responses and from pictures alone: median SSIM of 100 other positions, and
 median correlation of their responses, mean over the draws, predicted by ``twin``, by ``helmholtz`` and by
 inverse-distance weighting of the same spectra; with 0 spectra by ray tracing of the description. And how far the
-corrected gateway is from the true one. Each draw's figures are kept in a folder, in which the next run finds them.
+corrected gateway is from the true one. The rows of the true description say what rays leave that nobody described
+wrong: there the twin corrects nothing but the gains of chains. Each draw's figures are kept in a folder, in which the
+next run finds them.
 """
 
 from __future__ import annotations
@@ -127,6 +129,18 @@ def of_twin(truth: Truth, scene: Scene, tolerances: Tolerances, draw: int, kind:
     }
 
 
+def of_true_scene(truth: Truth, scene: Scene, kind: str, size: int) -> Figures:
+    """Scores of a twin whose description is right, and stays as it is."""
+    data = truth.seen(kind)
+    with tempfile.TemporaryDirectory() as folder:
+        described = write_scene(scene, Path(folder) / "described")
+        region = REGION + scene.transmitter.region
+        twin = Twin(region, data.beamformer, data.wavelength, str(described))
+        if size:
+            twin.refit(data, np.arange(size))
+        return truth.scores(twin, "twin")
+
+
 def kept(path: Path, compute: Any) -> Figures:
     """Figures of a file, or those computed, which are then in the file."""
     if not path.exists():
@@ -141,6 +155,12 @@ def rows(truth: Truth, scene: Scene, folder: Path, study: Study) -> Iterator[tup
         plain[kind, size] = kept(folder / f"{kind}-{size}.json", lambda k=kind, n=size: without_scene(truth, k, n))
     for kind in study.kinds:
         yield f"no description, {kind}, {study.most}", plain[kind, study.most]
+    for kind, size in product(study.kinds, study.sizes):
+        if size == 0 and kind == "pictures":
+            continue
+        path = folder / f"true-{kind}-{size}.json"
+        right = kept(path, lambda k=kind, n=size: of_true_scene(truth, scene, k, n))
+        yield f"true description, {kind}, {size}", right | plain.get((kind, size), {})
     for level, kind, size in product(study.levels, study.kinds, study.sizes):
         if size == 0 and kind == "pictures":
             continue
