@@ -283,7 +283,7 @@ class Twin(SpectrumModel):
             place, expected = self.rest.places[:1].double().cpu().numpy(), self.checked.cpu()
             same = tracer.chains == len(self.gains)
             if same:
-                off = _pairs(tracer.responses(place, self._factors))[0] - expected
+                off = _pairs(tracer.responses(place, self._factors)) - expected
                 same = float(off.norm()) <= SAME_RESPONSES * float(expected.norm())
             if not same:
                 raise InputError(
@@ -303,8 +303,8 @@ class Twin(SpectrumModel):
     def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
         """As ``torch.nn.Module.load_state_dict``; the kriged fields take the number of spectra in the file."""
         self.__dict__.pop("_tracer", None)
-        gains = state_dict.get("gains")
-        self.gains = torch.zeros(0, 2) if gains is None else torch.zeros_like(gains)
+        gains = state_dict.get("gains", self.gains)
+        self.gains = torch.zeros(len(gains) if gains.ndim == 2 else 0, 2)
         for name, field in (("rest.", self.rest), ("whole.", self.whole)):
             of_field = {key.removeprefix(name): each for key, each in state_dict.items() if key.startswith(name)}
             field.load_state_dict(of_field, strict)
