@@ -1,6 +1,6 @@
 """What a wrong description of a place is worth once measured spectra have corrected it.
 
-python benchmarks/twin.py --json > runs/twin.json
+python benchmarks/twin.py --figure docs/twin.png --json > runs/twin.json
 
 The truth is the closet in full wave (the field in tests/data); the known spectra have an SNR of 20 dB. The description
 is drawn wrong: materials, places of objects, and the gateway's position and orientation, by normal deviations of three
@@ -175,8 +175,33 @@ def rows(truth: Truth, scene: Scene, folder: Path, study: Study) -> Iterator[tup
         yield f"{level}, {kind}, {size}", mean | plain.get((kind, size), {})
 
 
+def draw(found: dict[str, Figures], study: Study, path: Path) -> None:
+    """The median SSIM over the number of known spectra, from responses and from pictures."""
+    import matplotlib.pyplot as plt
+
+    figure, axes = plt.subplots(1, len(study.kinds), figsize=(10, 4.5), sharey=True, layout="constrained")
+    descriptions = {"true description": "twin, nothing wrong"} | {each: f"twin, {each} errors" for each in study.levels}
+    for axis, kind in zip(axes, study.kinds, strict=True):
+        sizes = study.sizes[1:]
+        for description, label in descriptions.items():
+            scores = [found[f"{description}, {kind}, {size}"]["SSIM, twin"] for size in sizes]
+            axis.plot(sizes, scores, "k:" if description == "true description" else "o-", label=label)
+        for method in ("helmholtz", "inverse-distance"):
+            scores = [found[f"{study.levels[0]}, {kind}, {size}"][f"SSIM, {method}"] for size in sizes]
+            axis.plot(sizes, scores, "s--", label=method)
+        axis.set(xscale="log", xlabel="known spectra", title=f"from {kind}")
+        axis.set_xticks(sizes, [str(size) for size in sizes])
+        axis.set_xticks([], minor=True)
+        axis.grid(True, alpha=0.3)
+    axes[0].set_ylabel("median SSIM of 100 other spectra")
+    axes[0].legend()
+    figure.savefig(path, dpi=120)
+    plt.close(figure)
+
+
 def main(
     folder: Path = Path("runs/twin"),
+    figure: Path | None = None,
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
@@ -184,6 +209,7 @@ def main(
 
     Args:
         folder: for the figures of each fit.
+        figure: also draw the scores over the number of known spectra into this file; not with ``smallest``.
         smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
         json_output: print one JSON object.
     """
@@ -201,6 +227,8 @@ def main(
             name: {key: round(value, 4) for key, value in row.items()}
             for name, row in rows(Truth(noisy, clean), scene, folder, study)
         }
+    if figure is not None and not smallest:
+        draw(found, study, figure)
     print_figures(found, json_output, smallest)
 
 
