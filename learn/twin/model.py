@@ -197,9 +197,11 @@ class Twin(SpectrumModel):
         self.values, self.gains = torch.from_numpy(found.values), torch.zeros(0, 2)
         self.__dict__.pop("_tracer", None)
         self.refit(dataset, known)
+        left = float(self.power / self.whole_power.clamp(min=1e-30))
         return (
             f"corrected {len(self._which)} numbers of the scene: {found.misfit[1]:.1%} of the power of {len(used)} "
-            f"spectra was unexplained, {found.misfit[0]:.1%} is; the scene has a weight of {float(self.trust):g}"
+            f"spectra was unexplained, {found.misfit[0]:.1%} is; with gains of {len(self.gains)} chains, {left:.1%} of "
+            f"all {len(np.unique(known))} is; the scene has a weight of {float(self.trust):g}"
         )
 
     def refit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
