@@ -45,7 +45,7 @@ BY_RESPONSES = Steps(steps=3000, batch_size=128, weight_decay=0.3, full_resoluti
 """Of models that predict element responses, which are cheap. Weight decay holds their overfitting."""
 
 MLP_RESPONSES = replace(BY_RESPONSES, weight_decay=1.0)
-"""With 200 spectra, a decay of 0.3 overfits; with 4,000 it is no better. At 1.0 bisplat-aperture learns nothing."""
+"""With 200 spectra, a decay of 0.3 overfits; with 4,000 it is no better."""
 
 MODELS: dict[str, ModelEntry] = {
     "helmholtz": ModelEntry(

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import lightning as L
 import numpy as np
 import torch
 from jaxtyping import Complex, Float, Int, UInt8
-from torch import Tensor
+from torch import Tensor, nn
 from torch.optim.lr_scheduler import CosineAnnealingLR, LinearLR, SequentialLR
 from torch.utils.data import BatchSampler, DataLoader, SequentialSampler, Subset, TensorDataset
 from torch.utils.data.distributed import DistributedSampler
@@ -26,6 +28,8 @@ WARM_UP = 0.05
 
 class Training(L.LightningModule):
     """Trains a model by AdamW, whose learning rate rises linearly and then falls to zero along half a cosine.
+
+    Only weights of linear layers decay.
 
     Args:
         model: the model.
@@ -78,8 +82,15 @@ class Training(L.LightningModule):
         self.log("validation_ssim", ssim_median, prog_bar=True)
 
     def configure_optimizers(self):
-        steps, rate, decay = self.by_steps.steps, self.by_steps.learning_rate, self.by_steps.weight_decay
-        optimiser = torch.optim.AdamW(self.parameters(), lr=rate, weight_decay=decay, fused=True)
+        steps, rate = self.by_steps.steps, self.by_steps.learning_rate
+        # Decay would draw the primitives' directions, depths and sizes to zero, too
+        decayed = [layer.weight for layer in self.modules() if isinstance(layer, nn.Linear)]
+        others = [each for each in self.parameters() if all(each is not weight for weight in decayed)]
+        groups: list[dict[str, Any]] = [
+            {"params": decayed, "weight_decay": self.by_steps.weight_decay},
+            {"params": others, "weight_decay": 0.0},
+        ]
+        optimiser = torch.optim.AdamW(groups, lr=rate, fused=True)
         warm_up = max(1, round(WARM_UP * steps))
         rising = LinearLR(optimiser, start_factor=1 / warm_up, total_iters=warm_up - 1)
         falling = CosineAnnealingLR(optimiser, T_max=max(1, steps - warm_up))

@@ -19,6 +19,7 @@ from safetensors.torch import load_file
 import bisplat
 from learn.evaluation.evaluate import evaluate
 from learn.metrics import ssim
+from learn.models.aperture import BiSplatAperture
 from learn.models.base import WEAK
 from learn.models.loss import L1_WEIGHT, SSIM_WEIGHT, composite_loss
 from learn.models.mlp import ResponseMLP
@@ -455,6 +456,20 @@ def test_learning_rate_rises_linearly_then_falls_along_a_half_cosine(steps):
     rising = (np.arange(warm_up) + 1) / warm_up
     falling = 0.5 * (1 + np.cos(np.pi * np.arange(steps - warm_up) / max(1, steps - warm_up)))
     np.testing.assert_allclose(found, 2e-3 * np.concatenate([rising, falling]), atol=1e-12)
+
+
+def test_only_weights_of_linear_layers_decay(small_aperture, region):
+    model = BiSplatAperture(region, Beamformer(), 0.33, **small_aperture)
+    module = Training(model, Steps(steps=10, weight_decay=10.0), quadrature(Beamformer()))
+    optimiser = module.configure_optimizers()["optimizer"]
+    before = {name: parameter.detach().clone() for name, parameter in model.named_parameters()}
+    for parameter in model.parameters():
+        parameter.grad = torch.zeros_like(parameter)
+    optimiser.step()
+    left = 1 - 10.0 * optimiser.param_groups[0]["lr"]
+    for name, parameter in model.named_parameters():
+        linear = name.endswith("weight") and parameter.ndim == 2
+        assert torch.allclose(parameter, before[name] * (left if linear else 1.0)), name
 
 
 def test_known_responses_are_learned_by_the_models_that_predict_them(region):
