@@ -16,7 +16,7 @@ from scenes.unknowns import Unknown, varied
 from simulate.propagation import Propagation
 from simulate.trace import Found, Tracer
 
-ROUNDS = 8
+ROUNDS = 16
 """Largest number of Gauss–Newton steps."""
 
 SMALL = 0.05
@@ -83,7 +83,7 @@ def calibrate(
     values = step = deviations = np.zeros(len(which))
     least, best = np.inf, (np.inf, values, 1 + 0j)
     tracer = Tracer(scene, propagation, region, report=report)
-    materials, first = None, np.inf
+    first = np.inf
     for number in range(ROUNDS):
         if number:
             tracer = moved(tracer, varied(scene, which, values), region)
@@ -104,9 +104,8 @@ def calibrate(
             values = best[1] + step
             continue
         least, best = unlikely, (misfit, values, gain)
-        if materials is None:  # they change little with the places
-            materials = by_materials(tracer, which, positions, traced)
-        jacobian = _without_own_phase(jacobian + materials, traced, phases_known)
+        jacobian = jacobian + by_materials(tracer, which, positions, traced)
+        jacobian = _without_own_phase(jacobian, traced, phases_known)
         step, deviations = _step(alike, rest, jacobian, traced, values, prior)
         if np.abs(step / prior).max() < SMALL:
             break

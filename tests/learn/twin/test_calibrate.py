@@ -11,7 +11,7 @@ from simulate.trace import Tracer
 from tests.yard import CABINET, yard
 
 PROPAGATION = Propagation(max_depth=2, rays=20_000)
-TOLERANCES = Tolerances(position=0.02, turn=2.0, objects=0.03, materials=0.2)
+TOLERANCES = Tolerances(position=0.04, turn=3.0, objects=0.06, materials=0.3)
 
 
 @pytest.fixture(scope="module")
@@ -23,7 +23,7 @@ def true():
 def wrong(true):
     """The yard as described, what may be wrong with it, and by how much it is."""
     which = unknowns(true, TOLERANCES)
-    draw = np.random.default_rng(1).normal(size=len(which)) * [each.tolerance for each in which]
+    draw = np.random.default_rng(4).normal(size=len(which)) * [each.tolerance for each in which]
     return varied(true, which, draw), which, draw
 
 
@@ -58,7 +58,7 @@ def test_pose_and_cabinet_are_found(phases_known, wrong, measured, with_phases):
     if not phases_known:
         found = calibrate(wrong[0], wrong[1], PROPAGATION, positions, behind_pictures(responses), phases_known=False)
     left = dict(zip([each.label for each in wrong[1]], wrong[2] + found.values, strict=True))
-    assert max(abs(left[f"gateway {axis}"]) for axis in "xyz") < 0.006
+    assert max(abs(left[f"gateway {axis}"]) for axis in "xyz") < 0.005
     assert max(abs(left[f"gateway turn about {axis}"]) for axis in "xyz") < np.radians(0.4)
     assert abs(left["cabinet y"]) < 0.006
     assert found.misfit[0] < 0.1 * found.misfit[1]
@@ -71,4 +71,4 @@ def test_what_is_left_is_within_what_is_said(wrong, with_phases):
 
 
 def test_gain_of_the_receiver_is_found(with_phases):
-    assert with_phases.gain == pytest.approx(5j, abs=0.25)
+    assert with_phases.gain == pytest.approx(5j, abs=0.4)  # 3 mm are 0.3 of it
