@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -41,11 +41,8 @@ class ModelEntry:
     needs: tuple[str, ...] = ()
 
 
-BY_RESPONSES = Steps(steps=3000, batch_size=128, weight_decay=0.3, full_resolution=0.0)
+BY_RESPONSES = Steps(steps=3000, batch_size=128, weight_decay=1.0, full_resolution=0.0)
 """Of models that predict element responses, which are cheap. Weight decay holds their overfitting."""
-
-MLP_RESPONSES = replace(BY_RESPONSES, weight_decay=1.0)
-"""With 200 spectra, a decay of 0.3 overfits; with 4,000 it is no better."""
 
 MODELS: dict[str, ModelEntry] = {
     "helmholtz": ModelEntry(
@@ -89,7 +86,7 @@ MODELS: dict[str, ModelEntry] = {
     "mlp-responses": ModelEntry(
         builds="learn.models.mlp:ResponseMLP",
         summary="a network from position, as plane waves, to element responses",
-        by_steps=MLP_RESPONSES,
+        by_steps=BY_RESPONSES,
         options={"encoding": "waves"},
     ),
     "nerf2": ModelEntry(
