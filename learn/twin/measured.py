@@ -20,13 +20,9 @@ from scenes.tolerances import Tolerances
 from scenes.unknowns import OF_MATERIALS, Unknown, unknowns
 from simulate.array import PlanarArray
 from simulate.dataset import Dataset
-from simulate.evenly import evenly
 from simulate.propagation import Propagation
 
 RECORD = "calibration.json"
-
-MOST_POSITIONS = 200
-"""Largest number of spectra that correct a scene; more are so near each other that they tell little new."""
 
 
 def calibrate_by(
@@ -37,7 +33,7 @@ def calibrate_by(
     propagation: Propagation = Propagation(),
     report: Callable[[str], None] = lambda sentence: None,
 ) -> Calibration:
-    """Correct a scene by some of a dataset's spectra: by at most ``MOST_POSITIONS`` of them, evenly spread.
+    """Correct a scene by some of a dataset's spectra.
 
     Args:
         scene: the scene as described.
@@ -62,8 +58,7 @@ def calibrate_by(
     if not which:
         raise InputError(f"{scene.name}: expected something that may be wrong, found tolerances that are all 0")
     measured, phases_known = measured_responses(dataset, known)
-    used = evenly(np.arange(len(known)), MOST_POSITIONS)
-    return calibrate(scene, which, propagation, dataset.positions[known[used]], measured[used], phases_known, report)
+    return calibrate(scene, which, propagation, dataset.positions[known], measured, phases_known, report)
 
 
 def measured_responses(dataset: Dataset, known: Int[np.ndarray, " n"]) -> tuple[Complex[np.ndarray, "n M"], bool]:
