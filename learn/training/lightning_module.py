@@ -8,13 +8,14 @@ import lightning as L
 import numpy as np
 import torch
 from jaxtyping import Complex, Float, Int, UInt8
-from torch import Tensor, nn
+from torch import Tensor
 from torch.optim.lr_scheduler import CosineAnnealingLR, LinearLR, SequentialLR
 from torch.utils.data import BatchSampler, DataLoader, SequentialSampler, Subset, TensorDataset
 from torch.utils.data.distributed import DistributedSampler
 
 from learn.metrics import ssim
 from learn.models.base import SpectrumModel
+from learn.models.primitives import Primitives
 from learn.models.quadrature import Quadrature
 from learn.models.steps import Steps
 from learn.splits import Split
@@ -29,7 +30,7 @@ WARM_UP = 0.05
 class Training(L.LightningModule):
     """Trains a model by AdamW, whose learning rate rises linearly and then falls to zero along half a cosine.
 
-    Only weights of linear layers decay.
+    Weights decay, but for the primitives' directions, depths, sizes and opacities.
 
     Args:
         model: the model.
@@ -83,12 +84,12 @@ class Training(L.LightningModule):
 
     def configure_optimizers(self):
         steps, rate = self.by_steps.steps, self.by_steps.learning_rate
-        # Decay would draw the primitives' directions, depths and sizes to zero, too
-        decayed = [layer.weight for layer in self.modules() if isinstance(layer, nn.Linear)]
-        others = [each for each in self.parameters() if all(each is not weight for weight in decayed)]
+        # Decay would draw all primitives to one place
+        placed = [each for part in self.modules() if isinstance(part, Primitives) for each in part.parameters()]
+        others = [each for each in self.parameters() if all(each is not place for place in placed)]
         groups: list[dict[str, Any]] = [
-            {"params": decayed, "weight_decay": self.by_steps.weight_decay},
-            {"params": others, "weight_decay": 0.0},
+            {"params": others, "weight_decay": self.by_steps.weight_decay},
+            {"params": placed, "weight_decay": 0.0},
         ]
         optimiser = torch.optim.AdamW(groups, lr=rate, fused=True)
         warm_up = max(1, round(WARM_UP * steps))

@@ -458,7 +458,7 @@ def test_learning_rate_rises_linearly_then_falls_along_a_half_cosine(steps):
     np.testing.assert_allclose(found, 2e-3 * np.concatenate([rising, falling]), atol=1e-12)
 
 
-def test_only_weights_of_linear_layers_decay(small_aperture, region):
+def test_all_weights_but_those_of_primitives_decay(small_aperture, region):
     model = BiSplatAperture(region, Beamformer(), 0.33, **small_aperture)
     module = Training(model, Steps(steps=10, weight_decay=10.0), quadrature(Beamformer()))
     optimiser = module.configure_optimizers()["optimizer"]
@@ -468,8 +468,8 @@ def test_only_weights_of_linear_layers_decay(small_aperture, region):
     optimiser.step()
     left = 1 - 10.0 * optimiser.param_groups[0]["lr"]
     for name, parameter in model.named_parameters():
-        linear = name.endswith("weight") and parameter.ndim == 2
-        assert torch.allclose(parameter, before[name] * (left if linear else 1.0)), name
+        factor = 1.0 if name.startswith("primitives.") else left
+        assert torch.allclose(parameter, before[name] * factor), name
 
 
 def test_known_responses_are_learned_by_the_models_that_predict_them(region):
