@@ -9,7 +9,7 @@ median correlation of their responses, mean over the draws, predicted by ``twin`
 inverse-distance weighting of the same spectra; with 0 spectra by ray tracing of the description. And how far the
 corrected gateway is from the true one. The rows of the true description say what rays leave that nobody described
 wrong: there the twin corrects nothing but the gains of chains. Each draw's figures are kept in a folder, in which the
-next run finds them.
+next run finds them: delete it when the code has changed.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class Study(NamedTuple):
     tested: int = 100
 
 
-SMALLEST = Study(("middle",), ("responses",), 1, (0, 3), 4, 2)
+SMALLEST = Study(("middle",), ("responses", "pictures"), 1, (0, 3), 4, 2)
 FIELD = Path("tests/data/closet")
 REGION = np.zeros((2, 3))
 Figures = dict[str, float]

@@ -153,7 +153,7 @@ class Tracer:
         return len(self._chains) + (0 if self._diffracted is None else len(self._diffracted))
 
     def responses(
-        self, positions: Float[np.ndarray, "K 3"], gains: Complex[np.ndarray, " chains"] | None = None
+        self, positions: Float[np.ndarray, "K 3"], factors: Complex[np.ndarray, " chains"] | None = None
     ) -> Complex[np.ndarray, "K elements"]:
         """Element responses y_m = Σ_paths a e^{-j2πfτ} to a transmitter at each position, complex64.
 
@@ -162,15 +162,15 @@ class Tracer:
 
         Args:
             positions: metres, world frame.
-            gains: factor of the paths of each chain; 1 if None. Diffuse reflection has none.
+            factors: factor of the paths of each chain; 1 if None. Diffuse reflection has none.
 
         Returns:
             The responses, un-normalised.
         """
         result = np.zeros((len(positions), len(self.elements)), np.complex128)
         for start, chain, paths in self._found(self.elements, positions):
-            if gains is not None:
-                paths = replace(paths, responses=paths.responses * gains[chain])
+            if factors is not None:
+                paths = replace(paths, responses=paths.responses * factors[chain])
             paths.add_to(result[start:])
         if self._scattering is not None:
             result += self._scattering.responses(self.elements, self._targets(positions))

@@ -75,8 +75,10 @@ def calibrate(
         report: called with sentences on the progress.
 
     Raises:
-        InputError: no path reaches any of the positions.
+        InputError: all responses are zero, or no path reaches any of the positions.
     """
+    if not measured.any():
+        raise InputError(f"{scene.name}: expected spectra with some power to correct the scene by, found none")
     region = np.stack([positions.min(axis=0), positions.max(axis=0)])
     prior = np.array([each.tolerance for each in which])
     alike = cho_factor(_alike(positions, scene.wavelength), lower=True)
@@ -92,7 +94,7 @@ def calibrate(
             raise InputError(f"{scene.name}: expected paths from the gateway to the spectra, found none")
         aligned, gain = aligned_to(measured, traced, phases_known)
         rest = _without_own_phase(aligned - traced, traced, phases_known)
-        misfit = float((np.abs(rest) ** 2).sum() / (np.abs(traced) ** 2).sum())
+        misfit = float((np.abs(rest) ** 2).sum() / (np.abs(aligned) ** 2).sum())
         first = misfit if number == 0 else first
         report(f"round {number + 1}: {misfit:.2%} of the power unexplained")
         left = (rest.conj() * cho_solve(alike, rest)).real.sum()
@@ -115,11 +117,13 @@ def calibrate(
 
 def moved(tracer: Tracer, scene: Scene, region: Float[np.ndarray, "2 3"]) -> Tracer:
     """A tracer of a scene that differs a little from another one's, with that one's chains as far as they serve."""
-    edges = tracer.edges
-    new = Tracer(scene, tracer.ray_scene.propagation, region, found=tracer.found)
+    edges, old = tracer.edges, tracer.ray_scene
+    new = Tracer(scene, old.propagation, region, found=tracer.found)
+    if not np.array_equal(new.ray_scene.planes.of_face, old.planes.of_face):  # flush objects have come apart
+        return Tracer(scene, old.propagation, region)
     if new.edges is None or edges is None or np.array_equal(new.edges.faces, edges.faces):
         return new
-    return Tracer(scene, tracer.ray_scene.propagation, region, found=Found(tracer.found.reflected, None))
+    return Tracer(scene, old.propagation, region, found=Found(tracer.found.reflected, None))
 
 
 def _step(
@@ -164,7 +168,11 @@ def _alike(positions: Float[np.ndarray, "K 3"], wavelength: float) -> Float[np.n
 def aligned_to(
     measured: Complex[np.ndarray, "K M"], traced: Complex[np.ndarray, "K M"], phases_known: bool
 ) -> tuple[Complex[np.ndarray, "K M"], complex]:
-    """Measured responses in the phase and scale of traced ones, and the common gain that they had."""
+    """Measured responses in the phase and scale of traced ones, and the common gain that they had.
+
+    Where phases are known, all share one complex gain, that of least squares. Otherwise those of each position get the
+    phase that is nearest to the traced ones', their root mean square, and are flipped where that is nearer.
+    """
     if phases_known:
         gain = complex((traced.conj() * measured).sum() / (np.abs(traced) ** 2).sum())
         return measured / gain, gain
@@ -172,8 +180,9 @@ def aligned_to(
     products = [(each.conj() * traced).sum(axis=1) for each in (measured, flipped)]
     turned = np.abs(products[1]) > np.abs(products[0])
     chosen, product = np.where(turned[:, None], flipped, measured), np.where(turned, products[1], products[0])
-    power = np.maximum((np.abs(chosen) ** 2).sum(axis=1), np.finfo(float).tiny)  # a black picture has none
-    return chosen * (product / power)[:, None], 1.0
+    size, expected = np.linalg.norm(chosen, axis=1), np.linalg.norm(traced, axis=1)
+    scale = np.divide(expected, size, out=np.zeros_like(size), where=size > 0)  # a black picture has no power
+    return chosen * (scale * np.exp(1j * np.angle(product)))[:, None], 1.0
 
 
 def _without_own_phase(
@@ -182,6 +191,7 @@ def _without_own_phase(
     """Values without what a phase and a scale of each position's own would change."""
     if phases_known:
         return values
-    unit = traced / np.linalg.norm(traced, axis=1, keepdims=True)
+    size = np.linalg.norm(traced, axis=1, keepdims=True)
+    unit = np.divide(traced, size, out=np.zeros_like(traced), where=size > 0)  # some positions no path may reach
     along = np.einsum("km,km...->k...", unit.conj(), values)
     return values - np.einsum("km,k...->km...", unit, along)

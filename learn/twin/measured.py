@@ -14,7 +14,7 @@ from learn.models.retrieved_field import retrieved_responses
 from learn.twin.calibrate import Calibration, calibrate
 from scenes.atomic import write_atomically
 from scenes.description import Scene
-from scenes.errors import InputError
+from scenes.errors import InputError, ParameterError
 from scenes.scene_yaml import write_scene
 from scenes.tolerances import Tolerances
 from scenes.unknowns import OF_MATERIALS, Unknown, unknowns
@@ -23,6 +23,10 @@ from simulate.dataset import Dataset
 from simulate.propagation import Propagation
 
 RECORD = "calibration.json"
+
+SAME_FREQUENCY, SAME_SPACING = 0.05, 0.05
+"""Relative difference of wavelengths, and difference of element spacings in wavelengths, above which a dataset was not
+measured in the scene."""
 
 
 def calibrate_by(
@@ -44,8 +48,12 @@ def calibrate_by(
         report: called with sentences on the progress.
 
     Raises:
-        InputError: the scene has several gateways or another array than the dataset, or nothing in it is unknown.
+        InputError: the scene has several gateways, another array or frequency than the dataset, nothing in it is
+            unknown, all spectra are black, or no path reaches any of their positions.
+        ParameterError: diffuse reflection is to be followed.
     """
+    if propagation.diffuse:
+        raise ParameterError("diffuse", "expected none where a scene is corrected, since its phases are random")
     if scene.further_gateways:
         raise InputError(f"{scene.name}: expected a scene with one gateway, found {1 + len(scene.further_gateways)}")
     array = PlanarArray.of(scene.gateway)
@@ -53,6 +61,16 @@ def calibrate_by(
         raise InputError(
             f"{dataset.folder}: expected spectra of the scene's array of {array.rows} × {array.columns} elements, "
             f"found {dataset.array.rows} × {dataset.array.columns}"
+        )
+    if abs(scene.wavelength / dataset.wavelength - 1) > SAME_FREQUENCY:
+        raise InputError(
+            f"{scene.name}: expected a scene of the dataset's wavelength of {dataset.wavelength:.4g} m, "
+            f"found {scene.wavelength:.4g} m"
+        )
+    if abs(array.spacing - dataset.array.spacing) > SAME_SPACING:
+        raise InputError(
+            f"{dataset.folder}: expected spectra of the scene's array, whose elements are {array.spacing:g} λ apart, "
+            f"found {dataset.array.spacing:g} λ"
         )
     which = unknowns(scene, tolerances)
     if not which:
@@ -101,15 +119,16 @@ def write_calibration(calibration: Calibration, folder: Path) -> None:
     write_scene(calibration.scene, folder)
     columns = zip(calibration.which, calibration.values, calibration.deviations, strict=True)
     content: dict[str, Any] = {
-        "changes": {
-            unknown.label: {
+        "changes": [
+            {
+                "what": unknown.label,
                 "kind": unknown.kind,
                 "change": value,
                 "deviation": deviation,
                 "tolerance": unknown.tolerance,
             }
             for unknown, value, deviation in columns
-        },
+        ],
         "unit": "metres, radians, or the logarithm of a ratio",
         "unexplained_power": {"described": calibration.misfit[1], "corrected": calibration.misfit[0]},
         "gain": [calibration.gain.real, calibration.gain.imag],

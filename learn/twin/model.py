@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import torch
-from jaxtyping import Complex, Float, Int
+from jaxtyping import Complex, Float, Int, UInt8
 from torch import Tensor
 
 from learn.metrics import ssim
@@ -53,9 +53,6 @@ TRUSTS = (1.0, 0.75, 0.5, 0.25, 0.0)
 
 LEAST_KNOWN, LEFT_OUT = 100, 64
 """Number of known spectra below which the weight is 1, and number of them that are predicted from the others."""
-
-SAME_FREQUENCY = 0.05
-"""Relative: a dataset of another frequency than the scene's was not measured in it."""
 
 
 class Twin(SpectrumModel):
@@ -177,7 +174,8 @@ class Twin(SpectrumModel):
             known: indices of the spectra.
 
         Raises:
-            InputError: the scene has another frequency or array than the dataset.
+            InputError: the scene has several gateways, another array or frequency than the dataset, nothing in it is
+                unknown, all spectra are black, or no path reaches any of their positions.
 
         Returns:
             How much of the power was and is unexplained, as a sentence for the user.
@@ -187,11 +185,6 @@ class Twin(SpectrumModel):
         def report(sentence: str) -> None:
             self.report(f"calibration: {sentence}", 0, 1)
 
-        if abs(self._described.wavelength / dataset.wavelength - 1) > SAME_FREQUENCY:
-            raise InputError(
-                f"{self._described.name}: expected a scene of the dataset's wavelength of {dataset.wavelength:.4g} m, "
-                f"found {self._described.wavelength:.4g} m"
-            )
         used = evenly(np.unique(known), CALIBRATED_BY)
         found = calibrate_by(self._described, dataset, used, self._tolerances, report=report)
         self.values, self.gains = torch.from_numpy(found.values), torch.zeros(0, 2)
@@ -210,12 +203,20 @@ class Twin(SpectrumModel):
         Args:
             dataset: as for ``fit``.
             known: indices of the spectra.
+
+        Raises:
+            InputError: all spectra are black.
         """
         from learn.twin.calibrate import aligned_to
         from learn.twin.measured import measured_responses
 
         known = np.unique(known)
         measured, phases_known = measured_responses(dataset, known)
+        if not phases_known:  # a black picture says nothing of the field, only that its power is not known
+            seen = measured.any(axis=1)
+            if not seen.any():
+                raise InputError(f"{dataset.folder}: expected spectra with some power to learn from, found none")
+            known, measured = known[seen], measured[seen]
         self._fit_gains(dataset.positions[known], measured, phases_known)
         traced = self._traced(dataset.positions[known])
         self.checked = _pairs(traced)[0]
@@ -229,7 +230,7 @@ class Twin(SpectrumModel):
             field.report = self.report  # type: ignore[method-assign]
             has_weight = field is self.rest or len(known) >= LEAST_KNOWN
             (field.fit if has_weight else field.keep)(replace(dataset, responses=everywhere), known)
-        self.trust = torch.tensor(self._best_trust(_pairs(traced), spectrum_of(dataset.pictures[known])))
+        self.trust = torch.tensor(self._best_trust(_pairs(traced), dataset.pictures[known]))
 
     def _fit_gains(
         self, positions: Float[np.ndarray, "n 3"], measured: Complex[np.ndarray, "n elements"], phases_known: bool
@@ -248,16 +249,19 @@ class Twin(SpectrumModel):
             gains = chain_gains(by_chain, aligned - traced)
         self.gains = _pairs(gains)
 
-    def _best_trust(self, traced: Float[Tensor, "n elements 2"], spectra: Float[np.ndarray, "n 90 360"]) -> float:
+    def _best_trust(self, traced: Float[Tensor, "n elements 2"], pictures: UInt8[np.ndarray, "n 90 360"]) -> float:
         """The w by which known spectra are best predicted from the others; of equally good ones the largest.
+
+        Only kriging leaves a spectrum out: θ and g, few numbers beside many spectra, were found with it.
 
         Args:
             traced: f at the known positions.
-            spectra: known spectra, 0…1.
+            pictures: known spectra, 0…255.
         """
         if len(traced) < LEAST_KNOWN:
             return 1.0
         left_out = torch.from_numpy(evenly(np.arange(len(traced)), LEFT_OUT))
+        spectra = spectrum_of(pictures[left_out.numpy()])
         with torch.inference_mode():
             rest, whole = (
                 field.interpolated(field.places[left_out], left_out)[0].unflatten(-1, (-1, 2))
@@ -266,7 +270,7 @@ class Twin(SpectrumModel):
             scores = {}
             for trust in TRUSTS:
                 found = self.beamforming(self._mixed(traced[left_out], rest, whole, trust)).numpy()
-                scores[trust] = float(ssim(found, spectra[left_out.numpy()]).mean())
+                scores[trust] = float(ssim(found, spectra).mean())
         return max(scores, key=lambda trust: scores[trust])
 
     @cached_property

@@ -1,9 +1,10 @@
-"""A wrongly described yard is corrected by responses to a dozen transmitters."""
+"""A wrongly described yard is corrected by responses to thirty transmitters."""
 
 import numpy as np
 import pytest
 
-from learn.twin.calibrate import calibrate
+from learn.twin.calibrate import aligned_to, calibrate
+from scenes.errors import InputError
 from scenes.tolerances import Tolerances
 from scenes.unknowns import unknowns, varied
 from simulate.propagation import Propagation
@@ -31,7 +32,7 @@ def wrong(true):
 def measured(true):
     """Positions of transmitters, and the true responses, 30 dB above noise, in a gain of the receiver's own."""
     generator = np.random.default_rng(2)
-    positions = generator.uniform(*true.transmitter.region, (12, 3))
+    positions = generator.uniform(*true.transmitter.region, (30, 3))
     responses = Tracer(true, PROPAGATION).responses(positions).astype(complex)
     noise = generator.normal(size=(*responses.shape, 2)) @ [1, 1j] * 0.03 * np.abs(responses).mean()
     return positions, 5j * (responses + noise)
@@ -71,4 +72,37 @@ def test_what_is_left_is_within_what_is_said(wrong, with_phases):
 
 
 def test_gain_of_the_receiver_is_found(with_phases):
-    assert with_phases.gain == pytest.approx(5j, abs=0.4)  # 3 mm are 0.3 of it
+    assert with_phases.gain == pytest.approx(5j, abs=0.25)
+
+
+def test_aligned_responses_are_nearer_the_more_alike_they_are():
+    """The share that a phase and a scale of each position's own leave unexplained is 1 − ρ²."""
+    generator = np.random.default_rng(0)
+    traced, other = generator.normal(size=(2, 200, 16, 2)) @ [1, 1j]
+    unit = traced / np.linalg.norm(traced, axis=1, keepdims=True)
+    other -= unit * (unit.conj() * other).sum(axis=1, keepdims=True)
+    other *= np.linalg.norm(traced, axis=1, keepdims=True) / np.linalg.norm(other, axis=1, keepdims=True)
+    for alike in (0.9, 0.6, 0.2):
+        measured = 3j * (alike * traced + np.sqrt(1 - alike**2) * other)
+        aligned = aligned_to(measured, traced, phases_known=False)[0]
+        across = aligned - unit * (unit.conj() * aligned).sum(axis=1, keepdims=True)
+        share = (np.abs(across) ** 2).sum() / (np.abs(aligned) ** 2).sum()
+        assert share <= 1 - alike**2 + 1e-6 and share > 0.8 * (1 - alike**2)  # the flipped one may be nearer
+    np.testing.assert_allclose(np.linalg.norm(aligned, axis=1), np.linalg.norm(traced, axis=1))
+
+
+def test_position_that_no_path_reaches_does_no_harm(true):
+    in_the_open = np.random.default_rng(0).uniform(*true.transmitter.region, (5, 3))
+    positions = np.concatenate([in_the_open, [[2.0, 2.5, 1.2]]])  # the last one is behind the cabinet
+    propagation = Propagation(max_depth=0, rays=20_000, diffraction=False)
+    responses = Tracer(true, propagation, np.array([[2.0, -0.5, 1.0], [3.0, 2.5, 1.6]])).responses(positions)
+    assert not responses[-1].any() and responses[:-1].all()
+    responses[-1] = 1e-3
+    found = calibrate(true, unknowns(true, TOLERANCES), propagation, positions, responses, phases_known=False)
+    assert np.isfinite(found.values).all() and np.isfinite(found.deviations).all()
+
+
+@pytest.mark.parametrize("phases_known", [True, False])
+def test_spectra_without_power_are_refused(true, phases_known):
+    with pytest.raises(InputError, match="yard: expected spectra with some power to correct the scene by, found none"):
+        calibrate(true, unknowns(true, TOLERANCES), PROPAGATION, np.ones((3, 3)), np.zeros((3, 16)), phases_known)

@@ -44,7 +44,7 @@ def data(true, tmp_path_factory) -> Dataset:
 @pytest.fixture(scope="module")
 def wrong(true, tmp_path_factory) -> str:
     """The yard as described."""
-    which = unknowns(true, Tolerances())
+    which = unknowns(true, Tolerances(materials=0))  # test_calibrate.py has materials, which take long
     draw = np.random.default_rng(1).normal(size=len(which)) * [each.tolerance for each in which]
     return str(write_scene(varied(true, which, draw), tmp_path_factory.mktemp("twin") / "wrong"))
 
@@ -52,7 +52,13 @@ def wrong(true, tmp_path_factory) -> str:
 @pytest.fixture(scope="module")
 def run(data, wrong, tmp_path_factory):
     folder: Path = tmp_path_factory.mktemp("twin") / "run"
-    config = Config(dataset=str(data.folder), model="twin", split="random", train_size=10, options={"scene": wrong})
+    config = Config(
+        dataset=str(data.folder),
+        model="twin",
+        split="random",
+        train_size=10,
+        options={"scene": wrong, "materials": 0.0},
+    )
     train_run(config, folder)
     return load_run(folder)
 
@@ -69,6 +75,17 @@ def test_a_dozen_spectra_correct_the_scene(data, run, wrong):
     described = Twin(run.model.region.numpy(), data.beamformer, data.wavelength, scene=wrong)
     assert correlation(predict(described, positions).responses, truth) < 0.99
     assert correlation(run.predict(positions).responses, truth) > 0.998
+
+
+def test_pictures_correct_the_scene_too(data, wrong):
+    known, test = np.arange(12), np.arange(20, 40)
+    pictures = data.pictures.copy()
+    pictures[3] = 0  # a black one says nothing
+    twin = Twin(data.positions[[0, 1]], data.beamformer, data.wavelength, scene=wrong, materials=0.0)
+    twin.fit(replace(data, pictures=pictures, responses=None), known)
+    found = correlation(predict(twin, data.positions[test]).responses, data.responses[test])
+    assert found > 0.995  # as described: below 0.99
+    assert len(twin.rest.places) == 11
 
 
 def test_gains_of_chains_are_found(data, true, tmp_path):
@@ -94,7 +111,7 @@ def test_a_run_whose_scene_has_changed_is_refused(data, run, true, what, tmp_pat
         "cabinet": yard(replace(CABINET, mesh=CABINET.mesh.copy().apply_translation((0, 3, 0)))),
     }[what]
     scene = str(write_scene(changed, tmp_path / "changed"))
-    twin = Twin(run.model.region.numpy(), data.beamformer, data.wavelength, scene=scene)
+    twin = Twin(run.model.region.numpy(), data.beamformer, data.wavelength, scene=scene, materials=0.0)
     twin.load_state_dict(run.model.state_dict())
     with pytest.raises(InputError, match="expected the scene that the twin was trained with"):
         predict(twin, data.positions[:1])

@@ -1,0 +1,64 @@
+"""What corrects a scene is refused where it was not measured there, and what was corrected is written down."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from learn.twin.calibrate import Calibration
+from learn.twin.measured import RECORD, calibrate_by, rows_of, write_calibration
+from scenes.description import SceneObject
+from scenes.errors import InputError, ParameterError
+from scenes.scene_yaml import load_scene
+from scenes.shapes import box
+from scenes.tolerances import Tolerances
+from scenes.unknowns import unknowns
+from simulate.array import PlanarArray
+from simulate.dataset import read_dataset
+from simulate.propagation import Propagation
+from tests.yard import CABINET, yard
+
+EXACT = Tolerances(position=0, turn=0, objects=0, materials=0)
+
+
+@pytest.mark.parametrize(
+    ("of_scene", "array", "tolerances", "expected"),
+    [
+        (
+            {"frequency": 2.4e9},
+            PlanarArray(),
+            Tolerances(),
+            "scene of the dataset's wavelength of 0.3276 m, found 0.1249",
+        ),
+        ({}, PlanarArray(spacing=0.4), Tolerances(), "whose elements are 0.5 λ apart, found 0.4 λ"),
+        ({}, PlanarArray(2, 4), Tolerances(), "the scene's array of 4 × 4 elements, found 2 × 4"),
+        ({}, PlanarArray(), EXACT, "something that may be wrong, found tolerances that are all 0"),
+    ],
+)
+def test_what_was_not_measured_there_is_refused(tiny, of_scene, array, tolerances, expected):
+    data = read_dataset(tiny)
+    identification = replace(data.identification, beamformer=replace(data.beamformer, array=array))
+    data = replace(data, identification=identification)
+    with pytest.raises(InputError, match=expected):
+        calibrate_by(replace(yard(CABINET), **of_scene), data, np.arange(3), tolerances)
+
+
+def test_random_phases_are_refused(tiny):
+    with pytest.raises(ParameterError, match="diffuse: expected none where a scene is corrected"):
+        calibrate_by(yard(CABINET), read_dataset(tiny), np.arange(3), propagation=Propagation(diffuse=True))
+
+
+def test_changes_are_written_down(tmp_path):
+    scene = yard(SceneObject("gateway", box((1.0, 1.5, 0.5), (3.0, 2.0, 2.0)), "metal"))  # so is an unknown's kind
+    which = unknowns(scene, Tolerances(position=0.01, turn=1.0, objects=0.02, materials=0.1))
+    values, deviations = np.linspace(-0.01, 0.01, len(which)), np.full(len(which), 0.005)
+    found = Calibration(scene, which, values, deviations, 2j, (0.1, 0.5))
+    write_calibration(found, tmp_path)
+    assert load_scene(tmp_path / "scene.yaml").gateway == scene.gateway
+    record = json.loads((tmp_path / RECORD).read_text())
+    assert [each["change"] for each in record["changes"]] == values.tolist()
+    assert record["unexplained_power"] == {"described": 0.5, "corrected": 0.1} and record["gain"] == [0, 2]
+    rows = {row["what"]: row for row in rows_of(found)[:6]}
+    assert rows["gateway x"]["changed by"] == "-10.0 mm" and rows["gateway x"]["± before"] == "10.0 mm"
+    assert rows["gateway turn about z"]["±"] == "0.29°"
