@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 from scenes.description import Scene
 from scenes.materials import RadioMaterial
 from simulate.array import PlanarArray
-from simulate.ray_tracer import mi, rt
+from simulate.ray_tracer import dr, mi, rt
 
 GATEWAY_FROM_SIONNA = Rotation.from_matrix([[0, 1, 0], [0, 0, 1], [1, 0, 0]])
 """Rotation taking a vector's Sionna-device coordinates to gateway coordinates."""
@@ -132,15 +132,17 @@ def _pattern(pattern: str, polarization: str) -> Callable:
 
 
 def _radio_material(material: RadioMaterial, thickness: float) -> rt.RadioMaterial:
-    return rt.RadioMaterial(
+    sionna = rt.RadioMaterial(
         f"{material.name}-{thickness:g}",
-        thickness=thickness,
-        relative_permittivity=material.relative_permittivity,
-        conductivity=material.conductivity,
         scattering_coefficient=material.scattering_coefficient,
         xpd_coefficient=material.xpd_coefficient,
         color=material.color,
     )
+    # A constant would be part of Dr.Jit's kernels, which take a second to compile, for every other value anew.
+    sionna.thickness = dr.opaque(mi.Float, thickness)
+    sionna.relative_permittivity = dr.opaque(mi.Float, material.relative_permittivity)
+    sionna.conductivity = dr.opaque(mi.Float, material.conductivity)
+    return sionna
 
 
 def _mesh(name: str, mesh: trimesh.Trimesh) -> mi.Mesh:
