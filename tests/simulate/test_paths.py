@@ -1,5 +1,6 @@
 """What ``simulate.paths`` and ``simulate.chains`` build on Sionna RT's internals, against its public solver."""
 
+import gc
 import re
 from dataclasses import replace
 from importlib.metadata import version
@@ -12,6 +13,7 @@ from scenes.errors import InputError
 from scenes.shapes import sheet
 from simulate import chains
 from simulate.propagation import Propagation
+from simulate.ray_tracer import dr
 from simulate.trace import Tracer
 
 PYPROJECT = Path(__file__).parents[2] / "pyproject.toml"
@@ -69,6 +71,27 @@ def test_finding_chains_again_gives_the_same_bits(rays, room, room_positions, tw
     """Also with so few rays that a search misses chains: it must miss the same ones."""
     first, second = (Tracer(room, replace(two_bounces, rays=rays)).responses(room_positions) for _ in range(2))
     assert (first == second).all()
+
+
+def test_other_materials_need_no_kernels_compiled_anew(room, room_tracer, room_positions):
+    """Tracing the same room of other materials compiles nothing, which would take far longer than tracing."""
+
+    def kernels(share: float) -> list[dict]:
+        gc.collect()  # kernels name the objects of a scene by numbers, which are free again once it is gone
+        materials = {
+            name: replace(each, relative_permittivity=each.relative_permittivity + share, conductivity=share)
+            for name, each in room.materials.items()
+        }
+        other = Tracer(replace(room, materials=materials), room_tracer.ray_scene.propagation, found=room_tracer.found)
+        with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
+            dr.kernel_history_clear()
+            other.responses(room_positions)
+            return dr.kernel_history([dr.KernelType.JIT])
+
+    kernels(1.0)
+    second = kernels(2.0)
+    assert second
+    assert all(kernel["cache_hit"] for kernel in second)
 
 
 def test_responses_do_not_depend_on_the_batch(room_tracer, room_positions, room_responses, monkeypatch):
