@@ -28,13 +28,15 @@ INITIAL_OPACITY = 0.3
 class Primitives(nn.Module):
     """N_p planar Gaussians parallel to the (φ, θ) plane, each with a depth. All attributes are learned.
 
-    The parameters ``*_raw`` are unconstrained; the properties compute the physical values from them.
+    The parameters are unconstrained; the properties compute the physical values from them. Each is of a scale at which
+    Adam's steps of the learning rate move all of them: azimuths in degrees would hardly move.
 
     Args:
         count: number of primitives N_p.
 
     Attributes:
         coarse: whether each primitive belongs to the coarse group, which is fixed at initialisation.
+        azimuth_radians: φ, which may leave 0…2π, since the angle is periodic.
         rotation: ρ, radians.
         scale_raw: logarithm of the standard deviations in degrees.
         opacity_raw: logit of the opacity.
@@ -53,7 +55,7 @@ class Primitives(nn.Module):
         scale = base[:, None] * (1 + 0.5 * torch.rand(count, 2))
 
         self.register_buffer("coarse", coarse)
-        self.azimuth_raw = nn.Parameter(360 * torch.rand(count))
+        self.azimuth_radians = nn.Parameter(2 * torch.pi * torch.rand(count))
         self.elevation_raw = nn.Parameter(torch.logit(torch.rand(count).clamp(0.01, 0.99)))
         self.depth_raw = nn.Parameter(depth.log())
         self.scale_raw = nn.Parameter(scale.log())
@@ -62,8 +64,8 @@ class Primitives(nn.Module):
 
     @property
     def azimuth(self) -> Float[Tensor, " N_p"]:
-        """φ, degrees, in [0, 360); the parameter may leave this range, since the angle is periodic."""
-        return self.azimuth_raw.remainder(360)
+        """φ, degrees, in [0, 360)."""
+        return self.azimuth_radians.rad2deg().remainder(360)
 
     @property
     def elevation(self) -> Float[Tensor, " N_p"]:

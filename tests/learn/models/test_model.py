@@ -122,6 +122,19 @@ def test_angles_are_uniform(fresh):
     assert_uniform(fresh["rotation"], 0, np.pi)
 
 
+def test_a_step_of_the_optimiser_moves_azimuths_about_as_far_as_elevations():
+    torch.manual_seed(0)
+    primitives = Primitives(500)
+    before = primitives.azimuth.detach(), primitives.elevation.detach()
+    optimiser = torch.optim.Adam(primitives.parameters(), lr=1e-3)
+    (primitives.azimuth + primitives.elevation).sum().backward()
+    optimiser.step()
+    moved = [
+        (now - then).abs().mean() for now, then in zip((primitives.azimuth, primitives.elevation), before, strict=True)
+    ]
+    assert 1 < moved[0] / moved[1] < 5
+
+
 def test_scales_follow_the_depth(fresh):
     """s = (1 … 1.5) · (s_min + (s_max − s_min) exp(−(d − 0.1) / 99.9)), each axis by itself."""
     base = SCALE_MIN + (SCALE_MAX - SCALE_MIN) * np.exp(-(fresh["depth"] - 0.1) / 99.9)
