@@ -57,7 +57,8 @@ class SwiftWRF(SpectrumModel):
         self.encoding = TransmitterEncoding(encoding)
         self.register_buffer("azimuths", torch.tensor(beamformer.grid.azimuths_deg).float(), persistent=False)
         self.register_buffer("elevations", torch.tensor(beamformer.grid.elevations_deg).float(), persistent=False)
-        self.centre = nn.Parameter(torch.rand(primitives, 2) * torch.tensor([360.0, 90.0]))
+        # In radians, since Adam's steps would hardly move degrees.
+        self.centre_radians = nn.Parameter(torch.rand(primitives, 2) * torch.tensor([2 * torch.pi, torch.pi / 2]))
         self.scale_raw = nn.Parameter((4 + 8 * torch.rand(primitives, 2)).log())
         self.rotation = nn.Parameter(torch.pi * torch.rand(primitives))
         self.colour = nn.Parameter(0.1 * torch.rand(primitives))
@@ -74,13 +75,14 @@ class SwiftWRF(SpectrumModel):
     def _spectra(
         self, positions: Float[Tensor, "B 3"], azimuths: Float[Tensor, " W"], elevations: Float[Tensor, " H"]
     ) -> Float[Tensor, "B H W"]:
-        scaled_centre = self.centre / self.centre.new_tensor([180.0, 45.0]) - 1
+        undeformed = self.centre_radians.rad2deg()
+        scaled_centre = undeformed / undeformed.new_tensor([180.0, 45.0]) - 1
         encodings = (
             positional_encoding(scaled_centre, PRIMITIVE_ORDER)[None],
             self.encoded(positions)[:, None],
         )
         d_centre, d_scale, d_rotation, d_colour = self.deformation(*encodings).split([2, 2, 1, 1], dim=-1)
-        centre = self.centre + MOVED_DEG * d_centre.tanh()
+        centre = undeformed + MOVED_DEG * d_centre.tanh()
         scale = (self.scale_raw + d_scale.tanh()).exp().clamp(0.5, 60.0)
         rotation = self.rotation + d_rotation[..., 0]
         colour = (self.colour + d_colour[..., 0]) / FAINT

@@ -63,7 +63,7 @@ def test_swiftwrf_adds_its_deformed_gaussians_in_any_order(make):
     shuffled = make(SwiftWRF, primitives=12)
     order = torch.randperm(12)
     with torch.no_grad():
-        for name in ("centre", "scale_raw", "rotation", "colour"):
+        for name in ("centre_radians", "scale_raw", "rotation", "colour"):
             getattr(shuffled, name).copy_(getattr(model, name)[order])
         found, expected = shuffled(POSITIONS), model(POSITIONS)
         torch.testing.assert_close(found, expected, atol=1e-5, rtol=1e-4)
@@ -73,7 +73,7 @@ def test_swiftwrf_adds_its_deformed_gaussians_in_any_order(make):
     total = 0.0
     azimuth, elevation = 100, 40
     for (phi, theta), scale, rho, colour in zip(
-        model.centre.tolist(),
+        model.centre_radians.rad2deg().tolist(),
         model.scale_raw.exp().tolist(),
         model.rotation.tolist(),
         model.colour.tolist(),
