@@ -6,7 +6,10 @@ For every model that is trained by steps: thousands of spectra per minute that p
 backwards, at all pixels and as ``bisplat train`` does it from pictures (at the quadrature's pixels, with the model's
 own batch), and, for models that predict element responses, from these; how many times more the last is than the first;
 and the validation SSIM and seconds of two trainings with the same number of steps of 8 spectra, at all pixels, and at
-few but for the last tenth of the steps. bisplat-plus is not trained, since it takes seconds for a step.
+few but for the last tenth of the steps. For models that splat primitives, also what would be left if splatting took no
+time: their networks, for each primitive and spectrum. nerf2 never looked at all pixels: there, the first figure is of
+random pixels of each spectrum of its own, for which nothing is shared. bisplat-plus is not trained, since it takes
+seconds for a step.
 """
 
 from __future__ import annotations
@@ -14,9 +17,11 @@ from __future__ import annotations
 import json
 import tempfile
 import time
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
+from unittest.mock import patch
 
 import tyro
 from report.printing import print_figures
@@ -26,7 +31,17 @@ BATCH = 8
 """Number of spectra per step before the pixels became few."""
 
 ONLY_TIMED = ("bisplat-plus", "nerf2")
-"""Models that are not trained here; NeRF² draws its pixels at random anyway."""
+"""Models that are not trained here; NeRF² draws pixels at random anyway."""
+
+SPLATTED = {
+    "bisplat": "learn.models.bisplat.splat",
+    "bisplat-plus": "learn.models.bisplat.splat",
+    "swiftwrf": "learn.models.swiftwrf.splat",
+}
+"""What splats primitives, of the models that do."""
+
+PIXELS_APART = 128
+"""Of nerf2: pixels of a spectrum that were drawn for it alone, at the reduced size."""
 
 SMALL = {
     "bisplat": {"primitives": 20, "clusters": 16, "ffn_width": 16, "transformer_layers": 1},
@@ -42,7 +57,7 @@ def spectra_per_minute(name: str, dataset: Any, batch_size: int, of: str, option
         name: the model.
         dataset: its spectra are learned.
         batch_size: number of spectra per step.
-        of: "all" or "few" pixels, or "responses".
+        of: "all" or "few" pixels, "responses", or "networks": few pixels without splatting.
         options: options of the model.
     """
     # Torch and Lightning take seconds to import, which --help need not wait for.
@@ -69,14 +84,27 @@ def spectra_per_minute(name: str, dataset: Any, batch_size: int, of: str, option
     known = responses if of == "responses" else responses[:, :0]
     if of == "responses" and not (model.has_responses and known.shape[1]):
         return 0.0
+    coarse = of != "all" and model.trains_on_few_pixels
+    batches: list[Any] = [(positions, pictures, known)]
+    if of == "all" and name == "nerf2":
+        model.rays, coarse = PIXELS_APART, True
+        batches = list(zip(*(part.split(1) for part in batches[0]), strict=True))
     seconds = []
-    for _ in range(7):
-        began = time.perf_counter()
-        optimiser.zero_grad()
-        module.loss(positions, pictures, known, coarse=of == "few" and model.trains_on_few_pixels).backward()
-        optimiser.step()
-        seconds.append(time.perf_counter() - began)
+    with patch(SPLATTED[name], nothing_splatted) if of == "networks" else nullcontext():
+        for _ in range(7):
+            began = time.perf_counter()
+            optimiser.zero_grad()
+            sum(module.loss(*batch, coarse=coarse) for batch in batches).backward()
+            optimiser.step()
+            seconds.append(time.perf_counter() - began)
     return 0.06 * len(positions) / float(np.median(seconds[2:]))
+
+
+def nothing_splatted(*arguments: Any) -> Any:
+    """A field that depends on all attributes of the primitives, made in no time; arguments as of ``splat``."""
+    *attributes, azimuths, elevations = arguments
+    together = sum(each.sum() for each in attributes)
+    return together.expand(len(attributes[3]), len(elevations), len(azimuths), 2) * 1e-9
 
 
 def trained(name: str, dataset: Any, steps: int, full_resolution: float, options: dict[str, Any]) -> dict[str, float]:
@@ -124,6 +152,8 @@ def main(
         }
         row = {measured: round(value, 2) for measured, value in row.items() if value}
         row["ratio"] = round(max(row.values()) / row["all pixels"], 1)
+        if name in SPLATTED:
+            row["networks alone"] = round(spectra_per_minute(name, known, batch, "networks", options), 2)
         if name not in ONLY_TIMED:
             row |= trained(name, known, 2 if smallest else steps, 1.0, options)
             row |= trained(name, known, 2 if smallest else steps, 0.1, options)

@@ -1,6 +1,7 @@
 """NeRF² (Zhao et al., MobiCom 2023): rays are marched from the gateway through a radiance field, one for each pixel.
 
-It is written from the paper's equations; docs/peers.md says what differs from the published code.
+Only the few pixels that hold the array's band have rays; the spectrum is interpolated from these. The model is written
+from the paper's equations; docs/peers.md says what differs from the published code.
 """
 
 from __future__ import annotations
@@ -15,9 +16,9 @@ from torch import Tensor, nn
 from learn.models.base import SpectrumModel
 from learn.models.encoding import EncodingKind, TransmitterEncoding, positional_encoding
 from learn.models.networks import LinearOfParts
+from learn.models.quadrature import Quadrature, interpolation, quadrature
 from learn.models.registry import OPTION_MOST
 from scenes.errors import require_whole
-from simulate.angular_grid import COLUMNS, ROWS
 from simulate.beamformer import Beamformer
 
 ORDER = 10
@@ -41,10 +42,10 @@ class NeRF2(SpectrumModel):
 
     Args:
         region: as for ``SpectrumModel``.
-        beamformer: the dataset's array, which this model does not use, and grid.
+        beamformer: the dataset's array and grid.
         wavelength: metres.
         samples: number of voxels per ray.
-        rays: number of rays per training step, drawn from all pixels of the batch.
+        rays: number of rays per training step: as many directions as they make with each transmitter of the batch.
         width: width of both networks.
         layers: number of layers of the attenuation network.
         encoding: encoding of the transmitter's position, as for ``TransmitterEncoding``.
@@ -54,6 +55,8 @@ class NeRF2(SpectrumModel):
     """
 
     directions: Tensor
+    rows: Tensor
+    columns: Tensor
 
     def __init__(
         self,
@@ -72,8 +75,11 @@ class NeRF2(SpectrumModel):
         super().__init__(region, wavelength)
         self.samples, self.rays = samples, rays
         self.encoding = TransmitterEncoding(encoding, ORDER)
-        directions = torch.from_numpy(beamformer.grid.directions.reshape(-1, 3)).float()
-        self.register_buffer("directions", directions, persistent=False)
+        pixels = quadrature(beamformer)
+        directions = torch.from_numpy(beamformer.grid.directions[pixels.rows][:, pixels.columns]).float()
+        self.register_buffer("directions", directions.flatten(0, 1), persistent=False)
+        for name, matrix in zip(("rows", "columns"), interpolation(pixels), strict=True):
+            self.register_buffer(name, torch.from_numpy(matrix).float(), persistent=False)
         encoded = 3 * (2 * ORDER + 1)
         self.inward = nn.Linear(encoded, width)
         half = layers // 2
@@ -111,23 +117,18 @@ class NeRF2(SpectrumModel):
         directions: Float[Tensor, "R 3"],
         attenuation: Float[Tensor, "R samples 2"],
         feature: Float[Tensor, "R samples width"],
-        transmitters: Float[Tensor, "#R size"],
-    ) -> Float[Tensor, " R"]:
-        """Received magnitude |R| of each ray.
+        transmitters: Float[Tensor, "B size"],
+    ) -> Float[Tensor, "B R"]:
+        """Received magnitude |R| of each ray, for each transmitter.
 
         Args:
             directions: unit vectors of the rays, gateway frame.
             attenuation: from ``voxels``.
             feature: from ``voxels``.
-            transmitters: encoded position of each ray's transmitter.
+            transmitters: encoded positions of the transmitters.
         """
-        signal = self.signal(
-            self.radiance(
-                feature,
-                positional_encoding(directions, ORDER)[:, None],
-                transmitters[:, None],
-            )
-        )
+        encoded = positional_encoding(directions, ORDER)[:, None]
+        signal = self.signal(self.radiance(feature, encoded, transmitters[:, None, None]))
         step = FAR / (self.samples - 1)
         loss, phase_shift = attenuation[..., 0].abs() * step, attenuation[..., 1].sigmoid() * 2 * math.pi * step
         # Only voxels j < n attenuate and delay the signal of voxel n.
@@ -138,25 +139,30 @@ class NeRF2(SpectrumModel):
         real, imaginary = (amplitude * phase.cos()).sum(-1), (amplitude * phase.sin()).sum(-1)
         return (real**2 + imaginary**2).clamp_min(1e-20).sqrt()
 
-    def loss(self, positions: Float[Tensor, "B 3"], spectra: Float[Tensor, "B 90 360"]) -> Float[Tensor, ""]:
-        """Mean squared error of random pixels of the batch.
+    def marched(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B h w"]:
+        """Magnitudes at the pixels that have rays; the voxels are computed once for all transmitters."""
+        transmitters = self.encoded(positions)
+        at_once = max(1, RAYS_AT_ONCE // len(positions))
+        magnitudes = [self.received(each, *self.voxels(each), transmitters) for each in self.directions.split(at_once)]
+        return torch.cat(magnitudes, dim=1).unflatten(1, (self.rows.shape[1], self.columns.shape[1]))
+
+    def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
+        """Predicted spectra, interpolated from the pixels that have rays."""
+        return self.rows @ self.marched(positions) @ self.columns.T
+
+    def coarse_loss(
+        self, positions: Float[Tensor, "B 3"], spectra: Float[Tensor, "B H W"], pixels: Quadrature
+    ) -> Float[Tensor, ""]:
+        """Mean squared error at random pixels, the same for all spectra of the batch.
 
         Args:
             positions: transmitter positions, metres, world frame.
-            spectra: true spectra, 0…1.
+            spectra: true spectra at the pixels that have rays, 0…1.
+            pixels: these pixels.
         """
-        sample = torch.randint(len(positions), (self.rays,), device=positions.device)
-        pixel = torch.randint(len(self.directions), (self.rays,), device=positions.device)
-        directions = self.directions[pixel]
-        magnitude = self.received(directions, *self.voxels(directions), self.encoded(positions)[sample])
-        return (magnitude - spectra.flatten(1)[sample, pixel]).square().mean()
-
-    def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted spectra; the voxels are computed once for all transmitters."""
-        transmitters = self.encoded(positions)
-        pixels = []
-        for directions in self.directions.split(RAYS_AT_ONCE):
-            attenuation, feature = self.voxels(directions)
-            magnitudes = [self.received(directions, attenuation, feature, each[None]) for each in transmitters]
-            pixels.append(torch.stack(magnitudes))
-        return torch.cat(pixels, dim=1).unflatten(1, (ROWS, COLUMNS))
+        count = min(max(1, self.rays // len(positions)), len(self.directions))
+        drawn = torch.randperm(len(self.directions), device=positions.device)[:count]
+        directions = self.directions[drawn]
+        magnitude = self.received(directions, *self.voxels(directions), self.encoded(positions))
+        weights = magnitude.new_tensor(pixels.weights).repeat_interleave(len(pixels.columns))[drawn]
+        return (weights * (magnitude - spectra.flatten(1)[:, drawn]).square()).mean() / weights.mean()

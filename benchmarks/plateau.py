@@ -1,0 +1,146 @@
+"""The paper's models, trained until longer training no longer pays: what they reach, and what the BST is worth there.
+
+python benchmarks/plateau.py runs/lab-path ../shared/data/rfid-s23-160 --figure docs/plateau.png --json
+
+On a simulated path, split at random as the paper's data is, and on the measured sample's own split: median and mean
+SSIM of test spectra after trainings of several lengths, each with its own warm-up and cosine schedule, and the
+validation SSIM of the weights that were kept. Copying and weighting of the nearest known spectra, from the same split,
+stand beside them. The runs are kept in a folder, where the next call finds or resumes them.
+"""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+import tyro
+from jaxtyping import Float
+from report.printing import print_figures
+from tyro.conf import Positional
+
+from learn.baselines.neighbours import inverse_distance, nearest
+from learn.metrics import ssim
+from learn.splits import split
+from simulate.dataset import Dataset, read_dataset
+from simulate.evenly import evenly
+from simulate.spectrum import spectrum_of
+
+TESTED = 300
+"""Largest number of test spectra, evenly spread."""
+
+SIMULATED, MEASURED = (2000, 8000), (500, 2000)
+"""Numbers of steps of the trainings of ``bisplat``; its variants have the largest."""
+
+DEEP = {"primitives": 500, "ffn_width": 128, "transformer_ffn_width": 256}
+"""What is reduced of ``bisplat-plus``: it is as deep as in the paper, but as wide, and with as many primitives, as
+``bisplat``."""
+
+SMALL = {"primitives": 20, "clusters": 16, "ffn_width": 16, "ffn_layers": 1, "transformer_layers": 1}
+"""Options of the models where the benchmark is at its smallest."""
+
+
+class Trained(NamedTuple):
+    """A model as it is trained: its name, options and number of steps."""
+
+    model: str
+    options: dict[str, Any]
+    steps: int
+
+
+def trainings(lengths: tuple[int, ...]) -> dict[str, Trained]:
+    """What is trained on a dataset, by the label of its row and the name of its folder."""
+    longest = max(lengths)
+    return {
+        **{f"bisplat, {steps} steps": Trained("bisplat", {}, steps) for steps in lengths},
+        f"bisplat without BST, {longest} steps": Trained("bisplat", {"bypass": ["bst"]}, longest),
+        f"bisplat-plus (reduced), {longest // 2} steps": Trained("bisplat-plus", DEEP, longest // 2),
+    }
+
+
+def scores(prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K 90 360"]) -> dict[str, float]:
+    """Median and mean SSIM."""
+    similarity = ssim(prediction, truth)
+    return {"SSIM median": round(float(np.median(similarity)), 4), "SSIM mean": round(float(similarity.mean()), 4)}
+
+
+def trained(dataset: Dataset, folder: Path, training: Trained) -> dict[str, float]:
+    """Scores of a training, which the folder may have already."""
+    from learn.training.train import train
+
+    model, options, steps = training
+    run = train(dataset, folder, model=model, options=options, steps=steps)
+    test = evenly(run.split(dataset).test, TESTED)
+    kept = json.loads((folder / "training.json").read_text())
+    return scores(run.predict(dataset.positions[test]).spectra, spectrum_of(dataset.pictures[test])) | {
+        "validation": round(kept["validation_ssim"], 4),
+        "minutes": round(kept["seconds"] / 60, 1),
+    }
+
+
+def copied(dataset: Dataset) -> dict[str, dict[str, float]]:
+    """Scores of the nearest known spectrum, and of the mean of the four nearest, weighted by 1 / distance."""
+    parts = split(dataset, "files", 0)
+    test = evenly(parts.test, TESTED)
+    known, spectra = dataset.positions[parts.known], spectrum_of(dataset.pictures[parts.known])
+    truth = spectrum_of(dataset.pictures[test])
+    return {
+        name: scores(method(known, spectra, dataset.positions[test]), truth)
+        for name, method in (("nearest", nearest), ("inverse-distance", inverse_distance))
+    }
+
+
+def draw(folder: Path, names: tuple[str, ...], path: Path) -> None:
+    """The validation SSIM over the steps of every training, an axis for each dataset."""
+    from matplotlib.figure import Figure
+
+    from learn.reports.learning_curves import validation_curve
+
+    figure = Figure(figsize=(10, 4.2), layout="constrained")
+    for axis, name in zip(figure.subplots(1, len(names), squeeze=False)[0], names, strict=True):
+        for run in sorted((folder / name).iterdir()):
+            steps, validation = validation_curve(run)
+            axis.plot(steps, validation, "o-", ms=3, label=run.name)
+        axis.set(title=name, xlabel="training steps", ylabel="median SSIM on the validation part")
+        axis.grid(alpha=0.3)
+        axis.legend(fontsize="small")
+    figure.savefig(path, dpi=120)
+
+
+def main(
+    simulated: Positional[Path],
+    measured: Positional[Path],
+    folder: Path = Path("runs/plateau"),
+    figure: Path | None = None,
+    smallest: bool = False,
+    json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
+) -> None:
+    """Train the paper's models to their plateau.
+
+    Args:
+        simulated: dataset folder of a simulated path (`bisplat simulate lab --placement path`).
+        measured: dataset folder of measured spectra.
+        folder: for the runs.
+        figure: also draw the learning curves into this file.
+        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        json_output: print one JSON object.
+    """
+    result: dict[str, Any] = {}
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = Path(temporary) if smallest else folder
+        for name, path, lengths in (("simulated", simulated, SIMULATED), ("measured", measured, MEASURED)):
+            dataset = read_dataset(path)
+            for label, training in trainings((2,) if smallest else lengths).items():
+                if smallest:
+                    training = training._replace(options=SMALL | training.options | SMALL)
+                result[f"{name}, {label}"] = trained(dataset, folder / name / label, training)
+            result |= {f"{name}, {label}": figures for label, figures in copied(dataset).items()}
+        if figure is not None:
+            draw(folder, ("simulated", "measured"), figure)
+    print_figures(result, json_output, smallest)
+
+
+if __name__ == "__main__":
+    tyro.cli(main)
