@@ -10,13 +10,14 @@ import torch
 from jaxtyping import Complex, Float, Int
 from torch import Tensor, nn
 
-from learn.baselines.neighbours import NEIGHBOURS
 from learn.metrics import ssim
 from learn.models.base import Report, SpectrumModel
 from learn.models.geometry import distances
-from learn.models.kriged_field import KrigedField, SmoothField
+from learn.models.kriged_field import KrigedField
 from learn.models.quadrature import Quadrature
 from learn.models.retrieved_field import LEAST_RETRIEVED, MOST_RETRIEVED, fit_to_pictures, retrieved_responses
+from learn.models.smooth_field import SmoothField
+from learn.models.stacking import best_weights, by_distance, left_out_by_distance, left_out_by_kriging
 from simulate.angular_grid import COLUMNS, ROWS
 from simulate.beamformer import Beamformer
 from simulate.dataset import Dataset
@@ -39,12 +40,6 @@ FOLDS, FOLDED = 8, 300
 """Where few spectra are known, a covariance fitted to all of them predicts them too well. A way that even so is worse
 than inverse-distance weighting is dropped. The covariance of the others is fitted once more without each of some parts,
 and then predicts that part: as many parts as make FOLDED spectra in all, at least 2 and at most FOLDS."""
-
-QUARTERS = 4
-"""Number of rounds of the choice of weights, which are multiples of one over this number."""
-
-LEAST_GAIN = 0.003
-"""Mean SSIM; a smaller gain can be chance."""
 
 CLEAR_LEAD = 0.04
 """Mean SSIM; if kriging of responses leads inverse-distance weighting by more, kriging of spectra is not tried."""
@@ -151,14 +146,14 @@ class HelmholtzField(SpectrumModel):
                 break
             field = fields[way] = self._fitted(way, dataset, known, self.report, fields.get("spectra"))
             if not predicted:
-                predicted["inverse-distance"] = _left_out_by_distance(field, left_out)
+                predicted["inverse-distance"] = left_out_by_distance(field, left_out)
                 scores["inverse-distance"] = float(ssim(predicted["inverse-distance"], truth).mean())
             folds = min(FOLDS, FOLDED // len(known))
             if way == "phases":  # those of the others have been found with the help of what is left out
                 predicted[way] = self._left_out_with_others_phases(dataset, known, left_out, max(1, folds))
                 scores[way] = float(ssim(predicted[way], truth).mean())
                 continue
-            spectra = _left_out_by_kriging(field, left_out)
+            spectra = left_out_by_kriging(field, left_out)
             scores[way] = float(ssim(spectra, truth).mean())
             if folds > 1:
                 if scores[way] < scores["inverse-distance"]:
@@ -166,7 +161,8 @@ class HelmholtzField(SpectrumModel):
                 spectra = self._left_out_of_folds(way, dataset, known, left_out, folds)
                 scores[way] = float(ssim(spectra, truth).mean())
             predicted[way] = spectra
-        weights, score = self._best_weights(predicted, truth)
+        self.report("weights", 0, 1)
+        weights, score = best_weights({way: predicted[way] for way in WAYS if way in predicted}, truth)
         self._set(weights, fields)
         parts = [f"{weight:.0%} {WAYS[way]}" for way, weight in sorted(weights.items(), key=lambda item: -item[1])]
         found = ", ".join(f"{way} {value:.3f}" for way, value in scores.items())
@@ -239,40 +235,15 @@ class HelmholtzField(SpectrumModel):
     def _left_out_of_folds(
         self, way: str, dataset: Dataset, known: Int[np.ndarray, " n"], left_out: Int[np.ndarray, " L"], folds: int
     ) -> Float[np.ndarray, "L 90 360"]:
-        """As ``_left_out_by_kriging``, with covariances fitted without the part that they predict."""
+        """As ``left_out_by_kriging``, with covariances fitted without the part that they predict."""
         predicted = np.zeros((len(left_out), ROWS, COLUMNS), np.float32)
         for fold in range(folds):
             self.report(f"score by {way}", fold, folds)
             field = self._fitted(way, dataset, known[np.arange(len(known)) % folds != fold], SpectrumModel.report)
             field.keep(dataset, known)
             part = left_out % folds == fold
-            predicted[part] = _left_out_by_kriging(field, left_out[part])
+            predicted[part] = left_out_by_kriging(field, left_out[part])
         return predicted
-
-    def _best_weights(
-        self, predicted: Mapping[str, Float[np.ndarray, "L 90 360"]], truth: Float[np.ndarray, "L 90 360"]
-    ) -> tuple[dict[str, float], float]:
-        """Weights of the ways and their mean SSIM, by greedy selection (Caruana et al. 2004).
-
-        In each round, the way that raises the mean SSIM of the mean most is added to it, once more if need be. Gains of
-        less than ``LEAST_GAIN`` count for nothing: of a mean over a single way, and of a way over an earlier one of
-        ``WAYS``.
-        """
-        total, counts, score = np.zeros_like(truth), dict.fromkeys(predicted, 0), 0.0
-        single, single_score = "", 0.0
-        for taken in range(QUARTERS):
-            self.report("weights", taken, QUARTERS)
-            mixed = {way: (total + spectra) / (taken + 1) for way, spectra in predicted.items()}
-            scores = {way: float(ssim(spectra, truth).mean()) for way, spectra in mixed.items()}
-            best = max(scores, key=lambda way: scores[way])
-            total, score = total + predicted[best], scores[best]
-            counts[best] += 1
-            if taken == 0:
-                single = next(way for way in WAYS if scores.get(way, 0) > score - LEAST_GAIN)
-                single_score = scores[single]
-        if score < single_score + LEAST_GAIN:
-            return {single: 1.0}, single_score
-        return {way: count / QUARTERS for way, count in counts.items() if count}, score
 
     def _empty(self, way: str) -> KrigedField:
         """A field of a way, without known spectra."""
@@ -329,34 +300,3 @@ def _ways(dataset: Dataset, known: Int[np.ndarray, " n"]) -> list[str]:
         return ["responses", "spectra", "smooth-spectra"]
     few = len(known) <= MOST_RETRIEVED and dataset.array.elements > 1
     return ["spectra", *(["phases"] if few and len(known) >= LEAST_RETRIEVED else []), "smooth-spectra"]
-
-
-def by_distance(field: KrigedField, distance: Float[Tensor, "B n"]) -> Float[Tensor, "B 90 360"]:
-    """Mean of the nearest known spectra, weighted by 1 / distance.
-
-    Args:
-        field: keeps the known spectra.
-        distance: from each position to each known one, metres.
-    """
-    distance, near = distance.topk(min(NEIGHBOURS, distance.shape[1]), largest=False)
-    weights = 1 / distance.clamp_min(1e-9)
-    weights = weights / weights.sum(dim=1, keepdim=True)
-    return (weights[..., None, None] * field.known_spectra(near)).sum(dim=1)
-
-
-def _left_out_by_distance(field: KrigedField, left_out: Int[np.ndarray, " L"]) -> Float[np.ndarray, "L 90 360"]:
-    """Some known spectra, each predicted by inverse-distance weighting of the others."""
-    index = torch.from_numpy(left_out)
-    distance = distances(field.places[index], field.places)
-    distance[torch.arange(len(index)), index] = torch.inf
-    with torch.inference_mode():
-        return by_distance(field, distance).numpy()
-
-
-def _left_out_by_kriging(field: KrigedField, left_out: Int[np.ndarray, " L"]) -> Float[np.ndarray, "L 90 360"]:
-    """Some known spectra, each predicted by kriging from the others."""
-    predicted = np.zeros((len(left_out), ROWS, COLUMNS), np.float32)
-    for row, index in enumerate(left_out):
-        with torch.inference_mode():
-            predicted[row] = field(field.places[[index]], torch.tensor([index])).numpy()[0]
-    return predicted

@@ -314,37 +314,3 @@ class KrigedField(SpectrumModel):
         if not (self.shares >= 0).all() or min(self.length, self.drift, self.nugget) <= 0:
             raise RuntimeError("a share below 0, or a length, drift or nugget that is not above 0")
         return loaded
-
-
-class SmoothField(KrigedField):
-    """Kriging of spectra by the squared exponential e^(−|Δ|²/2ℓ²), without waves.
-
-    Where known positions are many wavelengths apart, the waves between them cannot be followed, but the spectra's slow
-    change over metres can.
-
-    Args:
-        region: as for ``KrigedField``.
-        beamformer: as for ``KrigedField``.
-        wavelength: as for ``KrigedField``.
-    """
-
-    neighbours = 64
-
-    def __init__(self, region: Float[np.ndarray, "2 3"], beamformer: Beamformer, wavelength: float):
-        super().__init__(region, beamformer, wavelength, "spectra")
-
-    @property
-    def first_length(self) -> float:
-        """A tenth of the known positions' largest extent, metres, of which at least a millimetre is counted."""
-        return max(float((self.places.amax(dim=0) - self.places.amin(dim=0)).max()), 1e-3) / 10
-
-    def covariance(
-        self,
-        a: Float[Tensor, "*b n 3"],
-        b: Float[Tensor, "*b m 3"],
-        fading: Float[Tensor, "*b n m"],
-        shares: Float[Tensor, " J"],
-        length: Float[Tensor, ""],
-    ) -> Float[Tensor, "*b n m"]:
-        """The squared exponential, times the drift's factor."""
-        return torch.exp(-(distances(a, b) / length).square() / 2) * fading

@@ -134,7 +134,7 @@ def short_fits(monkeypatch):
     monkeypatch.setattr("learn.models.vecchia.ITERATIONS", 3)
     monkeypatch.setattr("learn.models.helmholtz.FOLDS", 1)
     monkeypatch.setattr("learn.models.helmholtz.LEFT_OUT", 2)
-    monkeypatch.setattr("learn.models.helmholtz.QUARTERS", 1)
+    monkeypatch.setattr("learn.models.stacking.QUARTERS", 1)
 
 
 def finite(spectra: np.ndarray, clipped: bool = False) -> None:
