@@ -1,4 +1,4 @@
-"""The paper's models, trained until longer training no longer pays: what they reach, and what the BST is worth there.
+"""The paper's models, trained until longer training no longer pays: what they reach, and what each part is worth there.
 
 python benchmarks/plateau.py runs/lab-path ../shared/data/rfid-s23-160 --figure docs/plateau.png --json
 
@@ -55,7 +55,10 @@ def trainings(lengths: tuple[int, ...]) -> dict[str, Trained]:
     longest = max(lengths)
     return {
         **{f"bisplat, {steps} steps": Trained("bisplat", {}, steps) for steps in lengths},
-        f"bisplat without BST, {longest} steps": Trained("bisplat", {"bypass": ["bst"]}, longest),
+        **{
+            f"bisplat without {part}, {longest} steps": Trained("bisplat", {"bypass": [branch]}, longest)
+            for part, branch in (("BST", "bst"), ("dynamic network", "dynamic"), ("delta decoder", "delta"))
+        },
         f"bisplat-plus (reduced), {longest // 2} steps": Trained("bisplat-plus", DEEP, longest // 2),
     }
 
