@@ -15,8 +15,9 @@ from typing import Any
 
 import tyro
 
-from learn.commands import check, crossvalidate, demo, engines, evaluate, export, predict, train
+from learn.commands import check, demo, export, predict, train
 from learn.comparison_commands import ablate, compare, sweep
+from learn.evaluation_commands import crossvalidate, engines, evaluate
 from learn.uses_commands import calibrate, locate, plan
 from learn.view.command import view
 from scenes.command import scene
