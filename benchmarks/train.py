@@ -41,7 +41,7 @@ SPLATTED = {
 """What splats primitives, of the models that do."""
 
 PIXELS_APART = 128
-"""Of nerf2: pixels of a spectrum that were drawn for it alone, at the reduced size."""
+"""For the first figure of nerf2: number of random pixels drawn separately for each spectrum."""
 
 SMALL = {
     "bisplat": {"primitives": 20, "clusters": 16, "ffn_width": 16, "transformer_layers": 1},
@@ -87,7 +87,7 @@ def spectra_per_minute(name: str, dataset: Any, batch_size: int, of: str, option
     coarse = of != "all" and model.trains_on_few_pixels
     batches: list[Any] = [(positions, pictures, known)]
     if of == "all" and name == "nerf2":
-        model.rays, coarse = PIXELS_APART, True
+        model.rays = PIXELS_APART
         batches = list(zip(*(part.split(1) for part in batches[0]), strict=True))
     seconds = []
     with patch(SPLATTED[name], nothing_splatted) if of == "networks" else nullcontext():

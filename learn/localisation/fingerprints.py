@@ -72,8 +72,8 @@ class Field:
 
     A gateway's weight w is proportional to 1/σ², with the deviation σ that its run states
     (``learn.training.deviation``), and the weights add up to 1: differences in all gateways' fingerprints then count by
-    how far each may be off. Deviations that few spectra told are taken to be more alike than stated; if a run states
-    none, all weigh the same.
+    how far each may be off. Deviations fitted to few validation spectra are uncertain, so they are moved towards each
+    other; if a run states none, all weigh the same.
 
     Args:
         runs: a trained run for each gateway, in one world frame.
@@ -110,12 +110,13 @@ class Field:
 
 def _weights(runs: list[Run]) -> Float[np.ndarray, " G"]:
     """Weight of each run's fingerprints, by the mean variance that it states over its region."""
+    if len(runs) == 1:
+        return np.ones(1)
     variances, uncertain = [], []
     for run in runs:
         low, high = run.model.region.double().cpu().numpy()
         everywhere = np.random.default_rng(0).uniform(low, high, (JUDGED, 3))
-        deviation = run.deviation(everywhere) if len(runs) > 1 else None
-        told_by = read_training(run.folder).deviation
+        deviation, told_by = run.deviation(everywhere), read_training(run.folder).deviation
         if deviation is None or told_by is None or not told_by.spectra:
             return np.full(len(runs), 1 / len(runs))
         variances.append(np.mean(deviation**2))

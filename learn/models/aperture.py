@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import torch
 from jaxtyping import Float
-from torch import Tensor
+from torch import Tensor, nn
 
 from learn.models.base import BeamformingLayer, SpectrumModel
 from learn.models.encoding import PRIMITIVE_ORDER, EncodingKind, TransmitterEncoding, positional_encoding
@@ -86,6 +86,9 @@ class BiSplatAperture(SpectrumModel):
     @property
     def has_responses(self) -> bool:
         return True
+
+    def undecayed(self) -> list[nn.Parameter]:
+        return list(self.primitives.parameters())
 
     @property
     def has_primitives(self) -> bool:

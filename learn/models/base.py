@@ -136,6 +136,10 @@ class SpectrumModel(nn.Module):
         """
         raise NotImplementedError(f"{type(self).__name__} is trained by steps")
 
+    def undecayed(self) -> list[nn.Parameter]:
+        """Parameters that say where primitives are and what shape they have, whose weights must not decay; none."""
+        return []
+
     # --- for subclasses ------------------------------------------------------------------------------------
 
     def loss(self, positions: Float[Tensor, "B 3"], spectra: Float[Tensor, "B 90 360"]) -> Float[Tensor, ""]:

@@ -12,7 +12,7 @@ from typing import Literal, get_args
 import numpy as np
 import torch
 from jaxtyping import Float
-from torch import Tensor
+from torch import Tensor, nn
 
 from learn.models.base import SpectrumModel, power
 from learn.models.bst import BilinearSpatialTransformer
@@ -98,6 +98,9 @@ class BiSplatWRF(SpectrumModel):
     @property
     def has_primitives(self) -> bool:
         return True
+
+    def undecayed(self) -> list[nn.Parameter]:
+        return list(self.primitives.parameters())
 
     def splats(self, positions: Float[Tensor, "B 3"]) -> Splats:
         """The primitives as they are blended for each transmitter position.

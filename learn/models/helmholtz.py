@@ -15,7 +15,7 @@ from learn.models.base import Report, SpectrumModel
 from learn.models.geometry import distances
 from learn.models.kriged_field import KrigedField
 from learn.models.quadrature import Quadrature
-from learn.models.retrieved_field import LEAST_RETRIEVED, MOST_RETRIEVED, fit_to_pictures, retrieved_responses
+from learn.models.retrieved_field import can_retrieve, fit_to_pictures, not_black, retrieved_responses
 from learn.models.smooth_field import SmoothField
 from learn.models.stacking import best_weights, by_distance, left_out_by_distance, left_out_by_kriging
 from simulate.angular_grid import COLUMNS, ROWS
@@ -149,7 +149,7 @@ class HelmholtzField(SpectrumModel):
                 predicted["inverse-distance"] = left_out_by_distance(field, left_out)
                 scores["inverse-distance"] = float(ssim(predicted["inverse-distance"], truth).mean())
             folds = min(FOLDS, FOLDED // len(known))
-            if way == "phases":  # those of the others have been found with the help of what is left out
+            if way == "phases":  # the other spectra's phases were found using the left-out ones
                 predicted[way] = self._left_out_with_others_phases(dataset, known, left_out, max(1, folds))
                 scores[way] = float(ssim(predicted[way], truth).mean())
                 continue
@@ -194,8 +194,10 @@ class HelmholtzField(SpectrumModel):
         field = self._empty(way)
         field.report = report  # type: ignore[method-assign]
         if way == "phases":
-            of_spectra = of_spectra or self._fitted("spectra", dataset, known, report)
-            fit_to_pictures(field, of_spectra, self._retrieved(dataset, known), dataset, known)
+            seen = not_black(dataset, known)
+            if of_spectra is None or len(seen) < len(known):
+                of_spectra = self._fitted("spectra", dataset, seen, report)
+            fit_to_pictures(field, of_spectra, self._retrieved(dataset, seen), dataset, seen)
         else:
             field.fit(dataset, known)
         return field
@@ -298,5 +300,4 @@ def _ways(dataset: Dataset, known: Int[np.ndarray, " n"]) -> list[str]:
     """The ways of kriging that are tried, in this order."""
     if dataset.responses is not None:
         return ["responses", "spectra", "smooth-spectra"]
-    few = len(known) <= MOST_RETRIEVED and dataset.array.elements > 1
-    return ["spectra", *(["phases"] if few and len(known) >= LEAST_RETRIEVED else []), "smooth-spectra"]
+    return ["spectra", *(["phases"] if can_retrieve(dataset, known) else []), "smooth-spectra"]

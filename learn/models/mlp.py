@@ -10,7 +10,7 @@ from torch import Tensor
 from learn.models.base import BeamformingLayer, SpectrumModel
 from learn.models.encoding import EncodingKind, TransmitterEncoding
 from learn.models.networks import ResidualFFN
-from learn.models.quadrature import Quadrature, interpolation, quadrature
+from learn.models.quadrature import Quadrature, interpolation, picture_pixels
 from simulate.beamformer import Beamformer
 
 WIDTH, LAYERS = 256, 4
@@ -41,7 +41,7 @@ class SpectrumMLP(SpectrumModel):
     ):
         super().__init__(region, wavelength)
         self.encoding = TransmitterEncoding(encoding)
-        pixels = quadrature(beamformer)
+        pixels = picture_pixels(beamformer)
         rows, columns = (torch.from_numpy(matrix).float() for matrix in interpolation(pixels))
         self.register_buffer("rows", rows, persistent=False)
         self.register_buffer("columns", columns, persistent=False)

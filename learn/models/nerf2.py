@@ -16,9 +16,10 @@ from torch import Tensor, nn
 from learn.models.base import SpectrumModel
 from learn.models.encoding import EncodingKind, TransmitterEncoding, positional_encoding
 from learn.models.networks import LinearOfParts
-from learn.models.quadrature import Quadrature, interpolation, quadrature
+from learn.models.quadrature import interpolation, picture_pixels
 from learn.models.registry import OPTION_MOST
 from scenes.errors import require_whole
+from simulate.angular_grid import COLUMNS
 from simulate.beamformer import Beamformer
 
 ORDER = 10
@@ -55,6 +56,7 @@ class NeRF2(SpectrumModel):
     """
 
     directions: Tensor
+    pixels: Tensor
     rows: Tensor
     columns: Tensor
 
@@ -75,9 +77,11 @@ class NeRF2(SpectrumModel):
         super().__init__(region, wavelength)
         self.samples, self.rays = samples, rays
         self.encoding = TransmitterEncoding(encoding, ORDER)
-        pixels = quadrature(beamformer)
-        directions = torch.from_numpy(beamformer.grid.directions[pixels.rows][:, pixels.columns]).float()
-        self.register_buffer("directions", directions.flatten(0, 1), persistent=False)
+        pixels = picture_pixels(beamformer)
+        flat = torch.from_numpy((pixels.rows[:, None] * COLUMNS + pixels.columns).ravel())
+        directions = torch.from_numpy(beamformer.grid.directions).float().flatten(0, 1)[flat]
+        self.register_buffer("pixels", flat, persistent=False)
+        self.register_buffer("directions", directions, persistent=False)
         for name, matrix in zip(("rows", "columns"), interpolation(pixels), strict=True):
             self.register_buffer(name, torch.from_numpy(matrix).float(), persistent=False)
         encoded = 3 * (2 * ORDER + 1)
@@ -148,21 +152,17 @@ class NeRF2(SpectrumModel):
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
         """Predicted spectra, interpolated from the pixels that have rays."""
-        return self.rows @ self.marched(positions) @ self.columns.T
+        return (self.rows @ self.marched(positions) @ self.columns.T).clamp(0, 1)
 
-    def coarse_loss(
-        self, positions: Float[Tensor, "B 3"], spectra: Float[Tensor, "B H W"], pixels: Quadrature
-    ) -> Float[Tensor, ""]:
-        """Mean squared error at random pixels, the same for all spectra of the batch.
+    def loss(self, positions: Float[Tensor, "B 3"], spectra: Float[Tensor, "B 90 360"]) -> Float[Tensor, ""]:
+        """Mean squared error at some of the pixels that have rays, drawn at random, the same for all spectra.
 
         Args:
             positions: transmitter positions, metres, world frame.
-            spectra: true spectra at the pixels that have rays, 0…1.
-            pixels: these pixels.
+            spectra: true spectra, 0…1.
         """
         count = min(max(1, self.rays // len(positions)), len(self.directions))
         drawn = torch.randperm(len(self.directions), device=positions.device)[:count]
         directions = self.directions[drawn]
         magnitude = self.received(directions, *self.voxels(directions), self.encoded(positions))
-        weights = magnitude.new_tensor(pixels.weights).repeat_interleave(len(pixels.columns))[drawn]
-        return (weights * (magnitude - spectra.flatten(1)[:, drawn]).square()).mean() / weights.mean()
+        return (magnitude - spectra.flatten(1)[:, self.pixels[drawn]]).square().mean()

@@ -15,7 +15,7 @@ pixels are denser than the array's resolution.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -23,6 +23,7 @@ from scipy.interpolate import CubicSpline
 from scipy.special import j0, jv
 
 from simulate.angular_grid import COLUMNS, ROWS
+from simulate.array import PlanarArray
 from simulate.beamformer import Beamformer
 
 WRONG_ALONG_AZIMUTH, WRONG_ALONG_ELEVATION = 1e-6, 1e-9
@@ -80,6 +81,20 @@ def quadrature(beamformer: Beamformer) -> Quadrature:
     else:
         chosen, weights = np.arange(ROWS), np.full(ROWS, 1 / ROWS)
     return Quadrature(chosen, np.arange(0, COLUMNS, COLUMNS // width), weights)
+
+
+def picture_pixels(beamformer: Beamformer) -> Quadrature:
+    """Pixels from which a spectrum is interpolated: those of ``quadrature``, or as many as a 4 × 4 array has.
+
+    Spectra of fewer elements need fewer pixels for their means, but not to be drawn: a magnitude has sharp valleys.
+
+    Args:
+        beamformer: the array and the grid of its spectra.
+    """
+    own, larger = quadrature(beamformer), quadrature(replace(beamformer, array=PlanarArray()))
+    by_rows = max(own, larger, key=lambda pixels: len(pixels.rows))
+    by_columns = max(own, larger, key=lambda pixels: len(pixels.columns))
+    return Quadrature(by_rows.rows, by_columns.columns, by_rows.weights)
 
 
 def interpolation(pixels: Quadrature) -> tuple[Float[np.ndarray, "90 H"], Float[np.ndarray, "360 W"]]:

@@ -92,7 +92,7 @@ MODELS: dict[str, ModelEntry] = {
     "nerf2": ModelEntry(
         builds="learn.models.nerf2:NeRF2",
         summary="NeRF²: rays marched through a neural radiance field",
-        by_steps=Steps(learning_rate=8e-4, batch_size=64, full_resolution=0.0),
+        by_steps=Steps(learning_rate=8e-4, batch_size=64),
         options_without_gpu={"samples": 16, "rays": 4096, "width": 128},
     ),
     "swiftwrf": ModelEntry(

@@ -34,6 +34,23 @@ def retrieved_responses(dataset: Dataset, known: Int[np.ndarray, " n"]) -> Compl
     return retrieve_responses(spectrum_of(dataset.pictures[known]), dataset.beamformer).responses
 
 
+def not_black(dataset: Dataset, known: Int[np.ndarray, " n"]) -> Int[np.ndarray, " m"]:
+    """The indices of the pictures that are not black: a black one says nothing of the field."""
+    return known[dataset.pictures[known].any(axis=(1, 2))]
+
+
+def can_retrieve(dataset: Dataset, known: Int[np.ndarray, " n"]) -> bool:
+    """Whether known pictures are enough, and not too many, for the responses behind them to be found.
+
+    Args:
+        dataset: the dataset.
+        known: indices of the pictures.
+    """
+    if dataset.array.elements < 2 or len(known) > MOST_RETRIEVED:
+        return False
+    return len(not_black(dataset, known)) >= LEAST_RETRIEVED
+
+
 def fit_to_pictures(
     field: KrigedField,
     of_spectra: KrigedField,
@@ -53,10 +70,10 @@ def fit_to_pictures(
         of_spectra: interpolates spectra, and is fitted to the same pictures.
         responses: of ``retrieved_responses``.
         dataset: the dataset.
-        known: indices of the pictures, ascending.
+        known: indices of the pictures, ascending, none of them black.
 
     Returns:
-        The responses of all K spectra of the dataset that the field is fitted to; those of unknown ones are zero.
+        The responses of all K spectra of the dataset that the field is fitted to; those of the others are zero.
     """
     law = of_spectra
     all_responses = np.zeros((len(dataset.positions), responses.shape[1]), complex)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from scenes.errors import require_positive, require_whole, require_within
+from scenes.errors import ParameterError, require_positive, require_whole, require_within, shown
 from simulate.positions import MOST_POSITIONS
 
 STEPS_MOST = 10**9
@@ -29,7 +29,8 @@ class Steps:
 
     Raises:
         ParameterError: a number of steps or spectra that is no whole number above 0, or absurdly large; a rate above 1
-            or not above 0; a decay outside 0 to 1000; or a share outside 0 to 1.
+            or not above 0; a decay outside 0 to 1000; a share outside 0 to 1; or a switch that is neither true nor
+            false.
     """
 
     steps: int = 1500
@@ -47,6 +48,8 @@ class Steps:
         require_within(0, 1, "a learning rate", learning_rate=self.learning_rate)
         require_within(0, 1000, "a weight decay", weight_decay=self.weight_decay)
         require_within(0, 1, "a share", full_resolution=self.full_resolution)
+        if not isinstance(self.find_phases, bool):
+            raise ParameterError("find_phases", f"expected true or false, found {shown(self.find_phases)}")
 
     @property
     def coarse_steps(self) -> int:

@@ -65,6 +65,9 @@ class SwiftWRF(SpectrumModel):
         inputs = 2 * (2 * PRIMITIVE_ORDER + 1) + self.encoding.size
         self.deformation = ResidualFFN(inputs, 6, WIDTH, LAYERS)
 
+    def undecayed(self) -> list[nn.Parameter]:
+        return [self.centre_radians, self.scale_raw, self.rotation, self.colour]
+
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
         """Predicted spectrum: the sum of the deformed Gaussians."""
         return self._spectra(positions, self.azimuths, self.elevations)

@@ -85,7 +85,7 @@ def train_by_steps(
         folder: the run folder.
         devices: number of GPUs per machine; without a GPU, number of processes.
         nodes: number of machines.
-        seconds_before: what else belongs to the training took.
+        seconds_before: seconds that finding responses took before the first step; they count as training time.
 
     Raises:
         KeyboardInterrupt: the process received SIGINT or SIGTERM; the same call resumes the training.

@@ -38,7 +38,7 @@ class Deviation(Struct, frozen=True):
     Attributes:
         constant: c, in units in which the spectrum is 0…1.
         growth: g, in the same units.
-        spectra: number of spectra whose errors told it; 0: not known.
+        spectra: number of validation spectra that c and g were fitted to; 0: unknown, of a run of an older version.
     """
 
     constant: Coefficient

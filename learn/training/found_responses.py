@@ -18,7 +18,7 @@ from learn.baselines.neighbours import inverse_distance
 from learn.metrics import ssim
 from learn.models.base import Report, SpectrumModel
 from learn.models.kriged_field import KrigedField
-from learn.models.retrieved_field import LEAST_RETRIEVED, MOST_RETRIEVED, fit_to_pictures, retrieved_responses
+from learn.models.retrieved_field import can_retrieve, fit_to_pictures, not_black, retrieved_responses
 from learn.models.steps import Steps
 from learn.splits import Split
 from learn.training.fit_progress import FitProgress
@@ -34,8 +34,9 @@ class Learned(NamedTuple):
     """What a network learns from.
 
     Attributes:
-        responses: of every spectrum of the dataset; those outside the training part may be zero. None: pictures.
-        seconds: that finding them took.
+        responses: of every spectrum of the dataset; those outside the training part may be zero, as are those behind
+            black pictures. None: pictures.
+        seconds: how long it took to find them.
     """
 
     responses: Complex[np.ndarray, "K elements"] | None
@@ -58,8 +59,7 @@ def learned_responses(model: SpectrumModel, dataset: Dataset, parts: Split, by_s
     """
     if not model.has_responses or dataset.responses is not None:
         return Learned(dataset.responses if model.has_responses else None)
-    few = LEAST_RETRIEVED <= len(parts.train) <= MOST_RETRIEVED
-    if not (by_steps.find_phases and few and len(parts.validation) and dataset.array.elements > 1):
+    if not (by_steps.find_phases and len(parts.validation) and can_retrieve(dataset, parts.train)):
         return Learned(None)
     began = time.perf_counter()
     with FitProgress(f"phases of the {len(parts.train)} training pictures") as report:
@@ -85,7 +85,7 @@ def _found(
     of_spectra = KrigedField(region, dataset.beamformer, wavelength, "spectra")
     field = KrigedField(region, dataset.beamformer, wavelength, "responses")
     of_spectra.report = field.report = report  # type: ignore[method-assign]
-    of_spectra.fit(dataset, parts.train)
+    seen = not_black(dataset, parts.train)
+    of_spectra.fit(dataset, seen)
     report("responses behind pictures", 0, 1)
-    retrieved = retrieved_responses(dataset, parts.train)
-    return field, fit_to_pictures(field, of_spectra, retrieved, dataset, parts.train)
+    return field, fit_to_pictures(field, of_spectra, retrieved_responses(dataset, seen), dataset, seen)

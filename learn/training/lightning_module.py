@@ -15,7 +15,6 @@ from torch.utils.data.distributed import DistributedSampler
 
 from learn.metrics import ssim
 from learn.models.base import SpectrumModel
-from learn.models.primitives import Primitives
 from learn.models.quadrature import Quadrature
 from learn.models.steps import Steps
 from learn.splits import Split
@@ -30,7 +29,7 @@ WARM_UP = 0.05
 class Training(L.LightningModule):
     """Trains a model by AdamW, whose learning rate rises linearly and then falls to zero along half a cosine.
 
-    Weights decay, but for the primitives' directions, depths, sizes and opacities.
+    Weights decay, but for the places and shapes of primitives: decay would draw them all to one place.
 
     Args:
         model: the model.
@@ -43,9 +42,11 @@ class Training(L.LightningModule):
         self.model, self.by_steps, self.pixels = model, by_steps, pixels
         self.coarse_steps = by_steps.coarse_steps if model.trains_on_few_pixels else 0
         self._validation: list[np.ndarray] = []
+        self._seed = torch.initial_seed()
 
     def training_step(self, batch: list[Tensor], _: int) -> Tensor:
         positions, pictures, responses = batch
+        torch.manual_seed(self._seed + self.global_step)  # what a model draws depends on the step alone: it can resume
         loss = self.loss(positions, pictures, responses, coarse=self.global_step < self.coarse_steps)
         self.log("loss", loss, on_step=False, on_epoch=True, prog_bar=True, sync_dist=True)
         return loss
@@ -84,8 +85,7 @@ class Training(L.LightningModule):
 
     def configure_optimizers(self):
         steps, rate = self.by_steps.steps, self.by_steps.learning_rate
-        # Decay would draw all primitives to one place
-        placed = [each for part in self.modules() if isinstance(part, Primitives) for each in part.parameters()]
+        placed = self.model.undecayed()
         others = [each for each in self.parameters() if all(each is not place for place in placed)]
         groups: list[dict[str, Any]] = [
             {"params": others, "weight_decay": self.by_steps.weight_decay},

@@ -97,8 +97,7 @@ def calibrate(
         misfit = float((np.abs(rest) ** 2).sum() / (np.abs(aligned) ** 2).sum())
         first = misfit if number == 0 else first
         report(f"round {number + 1}: {misfit:.2%} of the power unexplained")
-        left = (rest.conj() * cho_solve(alike, rest)).real.sum()
-        unlikely = 2 * rest.size * np.log(left) + ((values / prior) ** 2).sum()  # −2 log of the posterior density
+        unlikely = unlikelihood(alike, rest, aligned) + ((values / prior) ** 2).sum()  # −2 log of the posterior density
         if unlikely > least:
             step = step / 2
             if np.abs(step / prior).max() < SMALL:
@@ -113,6 +112,21 @@ def calibrate(
             break
         values = values + step
     return Calibration(varied(scene, which, best[1]), list(which), best[1], deviations, best[2], (best[0], first))
+
+
+def unlikelihood(
+    alike: tuple[np.ndarray, bool], rest: Complex[np.ndarray, "K M"], aligned: Complex[np.ndarray, "K M"]
+) -> float:
+    """−2 log of the likelihood of measured responses, but for a constant; the noise has its most likely variance.
+
+    Args:
+        alike: factors of the correlation of what the twin leaves.
+        rest: what it leaves.
+        aligned: measured responses in the traced ones' scale. What is left counts relative to their power, since the
+            scale of the traced responses is a free gain and must not matter.
+    """
+    left = (rest.conj() * cho_solve(alike, rest)).real.sum() / (np.abs(aligned) ** 2).sum()
+    return 2 * rest.size * float(np.log(left))
 
 
 def moved(tracer: Tracer, scene: Scene, region: Float[np.ndarray, "2 3"]) -> Tracer:

@@ -43,13 +43,17 @@ GAINED_BY = 1000
 """Largest number of known spectra that the gains of chains are found by."""
 
 ALIGNED = 3
-"""Number of times that known responses are given phases by those predicted with the gains found before."""
+"""Number of rounds in which each measured response is given the phase of the response predicted with the gains so far,
+and the gains are then fitted again."""
 
 SAME_RESPONSES = 1e-2
 """Relative error of the responses at a known position by which a scene is no longer the one of the training."""
 
 TRUSTS = (1.0, 0.75, 0.5, 0.25, 0.0)
 """Weights of the corrected scene that are tried."""
+
+FOLDS = 4
+"""Number of parts of the known spectra for each of which gains are found from the others."""
 
 LEAST_KNOWN, LEFT_OUT = 100, 64
 """Number of known spectra below which the weight is 1, and number of them that are predicted from the others."""
@@ -110,6 +114,7 @@ class Twin(SpectrumModel):
         if not scene:
             raise ParameterError("scene", "expected the scene that the twin traces, found none")
         self._described = load_scene(scene)
+        self._unexplained = 1.0
         self._tolerances = Tolerances(position, turn, objects, materials)
         self._which = unknowns(self._described, self._tolerances)
         self.register_buffer("values", torch.zeros(len(self._which), dtype=torch.float64))
@@ -147,10 +152,14 @@ class Twin(SpectrumModel):
 
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
         """Element responses y (real, imaginary): traced, and mixed with what is interpolated after ``fit``."""
+        trust = float(self.trust)
+        if not trust:
+            return self.whole_power.sqrt() * self.whole.responses(positions)
         traced = _pairs(self._traced(positions.cpu().numpy())).to(positions.device)
         if not len(self.rest.places):
             return traced
-        return self._mixed(traced, self.rest.responses(positions), self.whole.responses(positions), float(self.trust))
+        rest = self.rest.responses(positions)
+        return self._mixed(traced, rest, self.whole.responses(positions) if trust < 1 else rest, trust)
 
     def _mixed(
         self,
@@ -163,8 +172,12 @@ class Twin(SpectrumModel):
         return trust * (traced + self.power.sqrt() * rest) + (1 - trust) * self.whole_power.sqrt() * whole
 
     def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"]:
-        """Kriging variances of e and a, each relative to its own variance, weighted by w and 1 − w."""
-        return self.trust * self.rest.uncertainty(positions) + (1 - self.trust) * self.whole.uncertainty(positions)
+        """Variance of w e + (1 − w) a, which are taken for independent, relative to the power of the responses."""
+        trust, total = float(self.trust), torch.zeros(len(positions), device=positions.device)
+        for weight, field, power in ((trust, self.rest, self.power), (1 - trust, self.whole, self.whole_power)):
+            if weight:
+                total = total + weight**2 * power / self.whole_power.clamp(min=1e-30) * field.uncertainty(positions)
+        return total.clamp(0, 1)
 
     def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
         """Correct the scene by known spectra, and keep what it leaves of them.
@@ -190,11 +203,12 @@ class Twin(SpectrumModel):
         self.values, self.gains = torch.from_numpy(found.values), torch.zeros(0, 2)
         self.__dict__.pop("_tracer", None)
         self.refit(dataset, known)
-        left = float(self.power / self.whole_power.clamp(min=1e-30))
+        chains = int(self.gains.any(dim=1).sum())
         return (
             f"corrected {len(self._which)} numbers of the scene: {found.misfit[1]:.1%} of the power of {len(used)} "
-            f"spectra was unexplained, {found.misfit[0]:.1%} is; with gains of {len(self.gains)} chains, {left:.1%} of "
-            f"all {len(np.unique(known))} is; the scene has a weight of {float(self.trust):g}"
+            f"spectra was unexplained, {found.misfit[0]:.1%} is; with gains of {chains} chains, "
+            f"{self._unexplained:.1%} "
+            f"of spectra that these were not found from is; the scene has a weight of {float(self.trust):g}"
         )
 
     def refit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
@@ -217,10 +231,14 @@ class Twin(SpectrumModel):
             if not seen.any():
                 raise InputError(f"{dataset.folder}: expected spectra with some power to learn from, found none")
             known, measured = known[seen], measured[seen]
-        self._fit_gains(dataset.positions[known], measured, phases_known)
+        held_out = self._fit_gains(dataset.positions[known], measured, phases_known)
         traced = self._traced(dataset.positions[known])
         self.checked = _pairs(traced)[0]
         aligned = aligned_to(measured, traced, phases_known)[0]
+        aligned_held_out = aligned_to(measured, held_out, phases_known)[0]
+        self._unexplained = float(
+            (np.abs(aligned_held_out - held_out) ** 2).sum() / (np.abs(aligned_held_out) ** 2).sum()
+        )
         self.power, self.whole_power = (
             torch.tensor(float((np.abs(values) ** 2).mean())) for values in (aligned - traced, aligned)
         )
@@ -230,12 +248,17 @@ class Twin(SpectrumModel):
             field.report = self.report  # type: ignore[method-assign]
             has_weight = field is self.rest or len(known) >= LEAST_KNOWN
             (field.fit if has_weight else field.keep)(replace(dataset, responses=everywhere), known)
-        self.trust = torch.tensor(self._best_trust(_pairs(traced), dataset.pictures[known]))
+        self.trust = torch.tensor(self._best_trust(_pairs(held_out), dataset.pictures[known]))
 
     def _fit_gains(
         self, positions: Float[np.ndarray, "n 3"], measured: Complex[np.ndarray, "n elements"], phases_known: bool
-    ) -> None:
-        """Find g from responses; arguments as of ``calibrate``."""
+    ) -> Complex[np.ndarray, "n elements"]:
+        """Find g from responses; arguments as of ``calibrate``.
+
+        Returns:
+            f at the positions, each with gains that were found without a part of them that it belongs to: g can be a
+            thousand numbers, which fit the spectra that they are found from better than others.
+        """
         from learn.twin.calibrate import aligned_to
         from learn.twin.gains import chain_gains
 
@@ -248,14 +271,23 @@ class Twin(SpectrumModel):
             aligned = aligned_to(measured[used], traced + by_chain @ gains, phases_known)[0]
             gains = chain_gains(by_chain, aligned - traced)
         self.gains = _pairs(gains)
+        held_out = self._traced(positions)
+        for fold in range(FOLDS):
+            part = np.arange(len(used)) % FOLDS == fold
+            if part.all():
+                continue
+            self.report("gains without a part", fold, FOLDS)
+            without = chain_gains(by_chain[~part], (aligned - traced)[~part])
+            held_out[used[part]] = traced[part] + by_chain[part] @ without
+        return held_out
 
     def _best_trust(self, traced: Float[Tensor, "n elements 2"], pictures: UInt8[np.ndarray, "n 90 360"]) -> float:
         """The w by which known spectra are best predicted from the others; of equally good ones the largest.
 
-        Only kriging leaves a spectrum out: θ and g, few numbers beside many spectra, were found with it.
+        θ was found with the spectrum that is left out: it is few numbers beside so many spectra.
 
         Args:
-            traced: f at the known positions.
+            traced: f at the known positions, with gains found without them.
             pictures: known spectra, 0…255.
         """
         if len(traced) < LEAST_KNOWN:

@@ -18,6 +18,7 @@ ARGUMENTS = {
     "locate.py": ["{dataset}", "{dataset}", "--smallest"],
     "mechanisms.py": ["--figures", "{folder}", "--smallest"],
     "path.py": ["{dataset}", "--smallest"],
+    "plateau.py": ["{dataset}", "{dataset}", "--figure", "{folder}/plateau.png", "--smallest"],
     "robustness.py": ["{dataset}", "{dataset}", "--smallest"],
     "render.py": ["--figure", "{folder}/render.png", "--smallest"],
     "results.py": ["--runs", "{folder}/runs", "--docs", "{folder}"],

@@ -11,7 +11,7 @@ from learn.models.encoding import positional_encoding
 from learn.models.loss import composite_loss
 from learn.models.mlp import ResponseMLP, SpectrumMLP
 from learn.models.nerf2 import FAR, ORDER, PATH_LOSS, NeRF2
-from learn.models.quadrature import quadrature
+from learn.models.quadrature import picture_pixels
 from learn.models.swiftwrf import SwiftWRF
 from simulate.beamformer import Beamformer
 from simulate.spectrum import normalise
@@ -89,7 +89,7 @@ def test_swiftwrf_adds_its_deformed_gaussians_in_any_order(make):
 def test_nerf2_marches_rays_by_its_equations(make):
     """One pixel, voxel by voxel, in complex numbers."""
     model = make(NeRF2, samples=5, width=8)
-    few = quadrature(Beamformer())
+    few = picture_pixels(Beamformer())
     row, column = few.rows[6], few.columns[10]
     with torch.no_grad():
         direction = model.directions[6 * len(few.columns) + 10]
@@ -118,11 +118,10 @@ def test_nerf2_marches_rays_by_its_equations(make):
 def test_nerf2_loss_is_that_of_its_rays(make):
     """With a prediction that is right everywhere it is zero, with one that is off by a tenth it is a hundredth."""
     model = make(NeRF2, samples=3, width=8, rays=500)
-    few = quadrature(Beamformer())
     with torch.no_grad():
-        pictures = model(POSITIONS)[:, few.rows][:, :, few.columns]
-        assert model.coarse_loss(POSITIONS, pictures, few).item() == pytest.approx(0, abs=1e-10)
-        assert model.coarse_loss(POSITIONS, pictures + 0.1, few).item() == pytest.approx(0.01, rel=1e-3)
+        pictures = model(POSITIONS)
+        assert model.loss(POSITIONS, pictures).item() == pytest.approx(0, abs=1e-10)
+        assert model.loss(POSITIONS, pictures + 0.1).item() == pytest.approx(0.01, rel=1e-3)
 
 
 def test_others_lower_the_papers_loss(make):

@@ -15,6 +15,7 @@ from learn.training.config import Config
 from learn.training.found_responses import learned_responses
 from learn.training.run_folder import build_model
 from learn.training.train import box_of
+from scenes.errors import ParameterError
 from simulate.beamformer import Beamformer
 from simulate.dataset import Dataset
 from simulate.fullwave.stored_field import read_stored_field
@@ -75,6 +76,22 @@ def test_responses_behind_pictures_of_one_field_are_the_true_ones_but_for_a_fact
     learned, true = found(replace(dataset, responses=None), parts)[:80], dataset.responses[:80]
     assert max(likeness(learned, true), likeness(learned, flipped(true))) > 0.95
     assert "learns from responses found behind the pictures" in capsys.readouterr().err
+
+
+def test_a_black_picture_says_nothing(closet):
+    dataset, parts = closet
+    pictures = dataset.pictures.copy()
+    pictures[[3, 40]] = 0
+    learned, true = found(replace(dataset, pictures=pictures, responses=None), parts)[:80], dataset.responses[:80]
+    assert not learned[[3, 40]].any()
+    assert max(likeness(learned, true), likeness(learned, flipped(true))) > 0.95
+    pictures[:61] = 0
+    assert found(replace(dataset, pictures=pictures, responses=None), parts) is None  # 19 are too few
+
+
+def test_a_switch_is_true_or_false():
+    with pytest.raises(ParameterError, match="find_phases: expected true or false, found 1"):
+        replace(STEPS, find_phases=1)
 
 
 def test_pictures_that_are_no_field_are_learned_as_they_are(closet, capsys):

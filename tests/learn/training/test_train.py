@@ -117,6 +117,18 @@ def test_resumed_training_gives_the_weights_of_an_uninterrupted_one(
         assert logged.min() <= 5, "the log of the steps before the interruption is gone"
 
 
+def test_a_resumed_model_draws_what_it_would_have_drawn(tmp_path, tiny_config, changed, stop_at):
+    """NeRF² draws pixels at random in each step."""
+    config = changed(tiny_config, model="nerf2", options={"samples": 2, "rays": 40, "width": 8})
+    train_run(config, tmp_path / "whole")
+    stop_at(8, RuntimeError())
+    with pytest.raises(RuntimeError):
+        train_run(config, tmp_path / "stopped")
+    stop_at(-1, None)
+    train_run(config, tmp_path / "stopped")
+    assert_same_weights(tmp_path / "stopped", tmp_path / "whole")
+
+
 def test_interrupted_training_leaves_the_programs_own_answer_to_ctrl_c(tmp_path, tiny_config, stop_at):
     before = signal.getsignal(signal.SIGINT)
     stop_at(1, KeyboardInterrupt())

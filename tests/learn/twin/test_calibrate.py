@@ -2,8 +2,9 @@
 
 import numpy as np
 import pytest
+from scipy.linalg import cho_factor
 
-from learn.twin.calibrate import aligned_to, calibrate
+from learn.twin.calibrate import aligned_to, calibrate, unlikelihood
 from scenes.errors import InputError
 from scenes.tolerances import Tolerances
 from scenes.unknowns import unknowns, varied
@@ -106,3 +107,17 @@ def test_position_that_no_path_reaches_does_no_harm(true):
 def test_spectra_without_power_are_refused(true, phases_known):
     with pytest.raises(InputError, match="yard: expected spectra with some power to correct the scene by, found none"):
         calibrate(true, unknowns(true, TOLERANCES), PROPAGATION, np.ones((3, 3)), np.zeros((3, 16)), phases_known)
+
+
+@pytest.mark.parametrize("phases_known", [True, False])
+def test_the_gain_of_the_traced_responses_says_nothing(phases_known):
+    generator = np.random.default_rng(5)
+    traced, noise = generator.normal(size=(2, 12, 4, 2)) @ [1, 1j]
+    alike = cho_factor(0.5 * np.eye(12) + 0.5, lower=True)
+
+    def of(scaled):
+        aligned = aligned_to(traced + 0.1 * noise, scaled, phases_known)[0]
+        return unlikelihood(alike, aligned - scaled, aligned)
+
+    assert of(1.5 * traced) == pytest.approx(of(traced), abs=1e-6)
+    assert of(traced + 0.1 * noise[::-1]) > of(traced) + 10

@@ -123,6 +123,8 @@ def test_known_responses_are_predicted_as_they_are(data, run):
     assert correlation(found, data.responses[known]) > 0.999
     uncertain = run.model.uncertainty(run.model.rest.places)
     assert float(uncertain.max()) < 0.2
+    far = run.model.uncertainty(run.model.rest.places + 100)
+    torch.testing.assert_close(far, (run.model.power / run.model.whole_power).expand(len(far)))  # what rays leave open
 
 
 @pytest.mark.parametrize("right", [True, False])
@@ -132,7 +134,7 @@ def test_the_scene_counts_by_how_well_it_predicts(data, wrong, monkeypatch, righ
     noise = np.random.default_rng(2).normal(size=(*data.responses.shape, 2)) @ [1, 1j] * np.abs(data.responses).mean()
     responses = (data.responses + 0.05 * noise if right else noise).astype(np.complex64)
     monkeypatch.setattr(Twin, "_traced", lambda twin, positions: responses[: len(positions)])
-    monkeypatch.setattr(Twin, "_fit_gains", lambda *of_responses: None)
+    monkeypatch.setattr(Twin, "_fit_gains", lambda twin, positions, *_: responses[: len(positions)])
     twin = Twin(data.positions[[0, 1]], data.beamformer, data.wavelength, scene=wrong)
     twin.refit(data, np.arange(len(data.positions)))
     assert float(twin.trust) == (1.0 if right else 0.0)
