@@ -59,7 +59,7 @@ MODELS: dict[str, ModelEntry] = {
     "bisplat": ModelEntry(
         builds="learn.models.bisplat:BiSplatWRF",
         summary="BiSplat-WRF of the paper: 500 planar Gaussians and a bilinear spatial transformer",
-        by_steps=Steps(learning_rate=2e-3, full_resolution=0.02),
+        by_steps=Steps(steps=6000, learning_rate=2e-3, full_resolution=0.02),
     ),
     "bisplat-plus": ModelEntry(
         builds="learn.models.bisplat:BiSplatWRF",
@@ -98,6 +98,7 @@ MODELS: dict[str, ModelEntry] = {
     "swiftwrf": ModelEntry(
         builds="learn.models.swiftwrf:SwiftWRF",
         summary="the idea of SwiftWRF: planar Gaussians that a network deforms, summed without depth order",
+        by_steps=Steps(steps=6000),
     ),
 }
 
