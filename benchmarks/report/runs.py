@@ -93,7 +93,7 @@ def table(runs: Path, name: str) -> Measured | None:
     if found is None:
         return None
     figures, date, machine = found
-    columns = list(max(figures.values(), key=len))
+    columns = dict.fromkeys(column for row in figures.values() for column in row)
     rows = [[dataset, *(str(row.get(column, "–")) for column in columns)] for dataset, row in figures.items()]
     return Measured(date, machine, columns=["", *columns], rows=rows)
 
