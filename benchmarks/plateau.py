@@ -137,7 +137,7 @@ def main(
             dataset = read_dataset(path)
             for label, training in trainings((2,) if smallest else lengths).items():
                 if smallest:
-                    training = training._replace(options=SMALL | training.options | SMALL)
+                    training = training._replace(options=training.options | SMALL)
                 result[f"{name}, {label}"] = trained(dataset, folder / name / label, training)
             result |= {f"{name}, {label}": figures for label, figures in copied(dataset).items()}
         if figure is not None:

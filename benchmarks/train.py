@@ -7,9 +7,9 @@ backwards, at all pixels and as ``bisplat train`` does it from pictures (at the 
 own batch), and, for models that predict element responses, from these; how many times more the last is than the first;
 and the validation SSIM and seconds of two trainings with the same number of steps of 8 spectra, at all pixels, and at
 few but for the last tenth of the steps. For models that splat primitives, also what would be left if splatting took no
-time: their networks, for each primitive and spectrum. nerf2 never looked at all pixels: there, the first figure is of
-random pixels of each spectrum of its own, for which nothing is shared. bisplat-plus is not trained, since it takes
-seconds for a step.
+time: their networks, for each primitive and spectrum. nerf2 never looked at all pixels: its first figure is for
+random pixels that are drawn for each spectrum separately, so that no voxel is computed for two spectra. bisplat-plus is
+not trained, since it takes seconds for a step.
 """
 
 from __future__ import annotations

@@ -207,8 +207,8 @@ class Twin(SpectrumModel):
         return (
             f"corrected {len(self._which)} numbers of the scene: {found.misfit[1]:.1%} of the power of {len(used)} "
             f"spectra was unexplained, {found.misfit[0]:.1%} is; with gains of {chains} chains, "
-            f"{self._unexplained:.1%} "
-            f"of spectra that these were not found from is; the scene has a weight of {float(self.trust):g}"
+            f"{self._unexplained:.1%} of the power of spectra that these were not found from is; "
+            f"the scene has a weight of {float(self.trust):g}"
         )
 
     def refit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
