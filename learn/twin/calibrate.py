@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Complex, Float
@@ -19,8 +19,8 @@ from simulate.trace import Found, Tracer
 ROUNDS = 16
 """Largest number of Gauss–Newton steps."""
 
-SMALL = 0.05
-"""Standard deviations: the search ends when no unknown moves by more in a step."""
+SMALL, NEAR = 0.05, 0.5
+"""Standard deviations: a search ends when no unknown moves by more in a step; ``NEAR`` where another one follows."""
 
 UNCORRELATED = 0.1
 """Share of what the twin gets wrong that differs from place to place, with the noise."""
@@ -79,39 +79,79 @@ def calibrate(
     """
     if not measured.any():
         raise InputError(f"{scene.name}: expected spectra with some power to correct the scene by, found none")
-    region = np.stack([positions.min(axis=0), positions.max(axis=0)])
-    prior = np.array([each.tolerance for each in which])
-    alike = cho_factor(_alike(positions, scene.wavelength), lower=True)
-    values = step = deviations = np.zeros(len(which))
-    least, best = np.inf, (np.inf, values, 1 + 0j)
-    tracer = Tracer(scene, propagation, region, report=report)
-    first = np.inf
-    for number in range(ROUNDS):
-        if number:
-            tracer = moved(tracer, varied(scene, which, values), region)
-        traced, jacobian = linearised(tracer, which, positions)
-        if not traced.any():
-            raise InputError(f"{scene.name}: expected paths from the gateway to the spectra, found none")
-        aligned, gain = aligned_to(measured, traced, phases_known)
-        rest = _without_own_phase(aligned - traced, traced, phases_known)
-        misfit = float((np.abs(rest) ** 2).sum() / (np.abs(aligned) ** 2).sum())
-        first = misfit if number == 0 else first
-        report(f"round {number + 1}: {misfit:.2%} of the power unexplained")
-        unlikely = unlikelihood(alike, rest, aligned) + ((values / prior) ** 2).sum()  # −2 log of the posterior density
-        if unlikely > least:
-            step = step / 2
-            if np.abs(step / prior).max() < SMALL:
+    search = _Search(scene, list(which), positions, measured, report)
+    tracer, start = Tracer(scene, propagation, search.region, report=report), np.zeros(len(which))
+    if not phases_known:
+        return search.minimum(tracer, start, phases_known=False, flips=True, small=SMALL)[0]
+    # A gateway half a wavelength nearer to a wall, with the opposite common gain, can be a minimum, too. Responses that
+    # are compared in a phase of their own each have no common gain, and lead near the right minimum.
+    near, nearby = search.minimum(tracer, start, phases_known=False, flips=False, small=NEAR)
+    nearby = moved(nearby, near.scene, search.region)
+    found, _ = search.minimum(nearby, near.values, phases_known=True, flips=False, small=SMALL)
+    described = tracer.responses(positions).astype(complex)
+    aligned, _ = aligned_to(measured, described, phases_known=True)
+    first = float((np.abs(aligned - described) ** 2).sum() / (np.abs(aligned) ** 2).sum())
+    return replace(found, misfit=(found.misfit[0], first))
+
+
+@dataclass(frozen=True)
+class _Search:
+    """Gauss–Newton steps to the most likely values of a scene's unknowns; attributes as arguments of ``calibrate``."""
+
+    scene: Scene
+    which: list[Unknown]
+    positions: Float[np.ndarray, "K 3"]
+    measured: Complex[np.ndarray, "K M"]
+    report: Callable[[str], None]
+
+    @property
+    def region(self) -> Float[np.ndarray, "2 3"]:
+        """Lowest and highest corner of the box that the positions are in."""
+        return np.stack([self.positions.min(axis=0), self.positions.max(axis=0)])
+
+    def minimum(
+        self, tracer: Tracer, start: Float[np.ndarray, " n"], phases_known: bool, flips: bool, small: float
+    ) -> tuple[Calibration, Tracer]:
+        """The minimum that steps from some values lead to, and a tracer of the last scene on the way.
+
+        Args:
+            tracer: of the scene with these values.
+            start: the values.
+            phases_known: as of ``calibrate``.
+            flips: whether responses may be flipped, where phases are not known.
+            small: step, in standard deviations of the prior, at which the search ends.
+        """
+        scene, which, prior = self.scene, self.which, np.array([each.tolerance for each in self.which])
+        alike = cho_factor(_alike(self.positions, scene.wavelength), lower=True)
+        values = start
+        step = deviations = np.zeros(len(which))
+        least, best, first = np.inf, (np.inf, start, 1 + 0j), np.inf
+        for number in range(ROUNDS):
+            if number:
+                tracer = moved(tracer, varied(scene, which, values), self.region)
+            traced, jacobian = linearised(tracer, which, self.positions)
+            if not traced.any():
+                raise InputError(f"{scene.name}: expected paths from the gateway to the spectra, found none")
+            aligned, gain = aligned_to(self.measured, traced, phases_known, flips)
+            rest = _without_own_phase(aligned - traced, traced, phases_known)
+            misfit = float((np.abs(rest) ** 2).sum() / (np.abs(aligned) ** 2).sum())
+            first = misfit if number == 0 else first
+            self.report(f"round {number + 1}: {misfit:.2%} of the power unexplained")
+            unlikely = unlikelihood(alike, rest, aligned) + ((values / prior) ** 2).sum()  # −2 log of the posterior
+            if unlikely > least:
+                step = step / 2
+                if np.abs(step / prior).max() < small:
+                    break
+                values = best[1] + step
+                continue
+            least, best = unlikely, (misfit, values, gain)
+            jacobian = jacobian + by_materials(tracer, which, self.positions, traced)
+            jacobian = _without_own_phase(jacobian, traced, phases_known)
+            step, deviations = _step(alike, rest, jacobian, traced, values, prior)
+            if np.abs(step / prior).max() < small:
                 break
-            values = best[1] + step
-            continue
-        least, best = unlikely, (misfit, values, gain)
-        jacobian = jacobian + by_materials(tracer, which, positions, traced)
-        jacobian = _without_own_phase(jacobian, traced, phases_known)
-        step, deviations = _step(alike, rest, jacobian, traced, values, prior)
-        if np.abs(step / prior).max() < SMALL:
-            break
-        values = values + step
-    return Calibration(varied(scene, which, best[1]), list(which), best[1], deviations, best[2], (best[0], first))
+            values = values + step
+        return Calibration(varied(scene, which, best[1]), which, best[1], deviations, best[2], (best[0], first)), tracer
 
 
 def unlikelihood(
@@ -180,19 +220,20 @@ def _alike(positions: Float[np.ndarray, "K 3"], wavelength: float) -> Float[np.n
 
 
 def aligned_to(
-    measured: Complex[np.ndarray, "K M"], traced: Complex[np.ndarray, "K M"], phases_known: bool
+    measured: Complex[np.ndarray, "K M"], traced: Complex[np.ndarray, "K M"], phases_known: bool, flips: bool = True
 ) -> tuple[Complex[np.ndarray, "K M"], complex]:
     """Measured responses in the phase and scale of traced ones, and the common gain that they had.
 
     Where phases are known, all share one complex gain, that of least squares. Otherwise those of each position get the
-    phase that is nearest to the traced ones', their root mean square, and are flipped where that is nearer.
+    phase that is nearest to the traced ones', their root mean square, and are flipped where that is nearer, if
+    ``flips``.
     """
     if phases_known:
         gain = complex((traced.conj() * measured).sum() / (np.abs(traced) ** 2).sum())
         return measured / gain, gain
     flipped = measured[:, ::-1].conj()
     products = [(each.conj() * traced).sum(axis=1) for each in (measured, flipped)]
-    turned = np.abs(products[1]) > np.abs(products[0])
+    turned = flips & (np.abs(products[1]) > np.abs(products[0]))
     chosen, product = np.where(turned[:, None], flipped, measured), np.where(turned, products[1], products[0])
     size, expected = np.linalg.norm(chosen, axis=1), np.linalg.norm(traced, axis=1)
     scale = np.divide(expected, size, out=np.zeros_like(size), where=size > 0)  # a black picture has no power

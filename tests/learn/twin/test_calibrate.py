@@ -76,6 +76,16 @@ def test_gain_of_the_receiver_is_found(with_phases):
     assert with_phases.gain == pytest.approx(5j, abs=0.25)
 
 
+def test_a_gateway_is_not_taken_for_one_half_a_wavelength_away(true, measured):
+    """Steps that compare all responses in one common phase end 15 cm away from here, with the opposite gain."""
+    which = unknowns(true, Tolerances(position=0.06, turn=4.0, objects=0.06, materials=0.4))
+    draw = np.random.default_rng(13).normal(size=len(which)) * [each.tolerance for each in which]
+    found = calibrate(varied(true, which, draw), which, PROPAGATION, *measured, phases_known=True)
+    assert np.linalg.norm((found.values + draw)[:3]) < 0.02
+    assert found.gain == pytest.approx(5j, abs=1)
+    assert found.misfit[0] < 0.01 < 0.3 < found.misfit[1]
+
+
 def test_aligned_responses_are_nearer_the_more_alike_they_are():
     """The share that a phase and a scale of each position's own leave unexplained is 1 − ρ²."""
     generator = np.random.default_rng(0)
