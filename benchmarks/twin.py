@@ -2,14 +2,15 @@
 
 python benchmarks/twin.py --figure docs/twin.png --json > runs/twin.json
 
-The truth is the closet in full wave (the field in tests/data); the known spectra have an SNR of 20 dB. The description
-is drawn wrong: materials, places of objects, and the gateway's position and orientation, by normal deviations of three
-sizes. For numbers of known spectra, from responses and from pictures alone: median SSIM of 100 other positions, and
-median correlation of their responses, mean over the draws, predicted by ``twin``, by ``helmholtz`` and by
-inverse-distance weighting of the same spectra; with 0 spectra by ray tracing of the description. And how far the
-corrected gateway is from the true one. The rows of the true description say what rays leave that nobody described
-wrong: there the twin corrects nothing but the gains of chains. Each draw's figures are kept in a folder, in which the
-next run finds them: delete it when the code has changed.
+The truth is the closet in full wave (the field in tests/data), and the lab by the rays that the twin traces, too; the
+known spectra have an SNR of 20 dB. The description is drawn wrong: materials, places of objects, and the gateway's
+position and orientation, by normal deviations of three sizes, in the lab of one. For numbers of known spectra, from
+responses and from pictures alone: median SSIM of 100 other positions, and median correlation of their responses, mean
+over the draws, predicted by ``twin``, by ``helmholtz`` and by inverse-distance weighting of the same spectra; with 0
+spectra by ray tracing of the description. And how far the corrected gateway is from the true one. The rows of the
+closet's true description say what rays leave that nobody described wrong: there the twin corrects nothing but the gains
+of chains. Each draw's figures are kept in a folder, in which the next run finds them: delete it when the code has
+changed.
 """
 
 from __future__ import annotations
@@ -34,9 +35,8 @@ from learn.models.helmholtz import HelmholtzField
 from learn.training.run_folder import predict
 from learn.twin.model import Twin
 from scenes.atomic import write_atomically
-from scenes.closet import closet
 from scenes.description import Scene
-from scenes.scene_yaml import write_scene
+from scenes.scene_yaml import load_scene, write_scene
 from scenes.tolerances import Tolerances
 from scenes.unknowns import unknowns, varied
 from simulate.dataset import Dataset
@@ -44,18 +44,22 @@ from simulate.measurement import Measurement
 from simulate.simulation import simulate
 
 LEVELS = {
-    "middle": Tolerances(position=0.03, turn=2.0, objects=0.03, materials=0.2),
     "small": Tolerances(position=0.01, turn=1.0, objects=0.01, materials=0.1),
+    "middle": Tolerances(position=0.03, turn=2.0, objects=0.03, materials=0.2),
     "large": Tolerances(position=0.06, turn=4.0, objects=0.06, materials=0.4),
 }
 
 
 class Study(NamedTuple):
-    """What is measured: names of levels, kinds of spectra, draws, numbers of known spectra and of tested ones.
+    """What is measured in a built-in scene: levels, kinds of spectra, draws, numbers of known and of tested spectra.
 
-    ``most``: a larger number of known spectra, for ``helmholtz`` without a description.
+    ``field`` is the stored field of full wave that is the truth; without one, rays are. ``most``: a larger number of
+    known spectra, for ``helmholtz`` without a description. ``label`` begins the names of the rows.
     """
 
+    place: str = "closet"
+    label: str = ""
+    field: Path | None = Path("tests/data/closet")
     levels: tuple[str, ...] = tuple(LEVELS)
     kinds: tuple[str, ...] = ("responses", "pictures")
     draws: int = 3
@@ -64,8 +68,9 @@ class Study(NamedTuple):
     tested: int = 100
 
 
-SMALLEST = Study(("middle",), ("responses", "pictures"), 1, (0, 3), 4, 2)
-FIELD = Path("tests/data/closet")
+CLOSET = Study()
+LAB = Study("lab", "lab, ", None, levels=("middle",), sizes=(0, 40, 160))
+SMALLEST = Study(levels=("middle",), draws=1, sizes=(0, 3), most=4, tested=2)
 REGION = np.zeros((2, 3))
 Figures = dict[str, float]
 
@@ -91,6 +96,16 @@ class Truth:
             size = np.linalg.norm(found.responses, axis=1) * np.linalg.norm(true, axis=1)
             figures[f"correlation, {name}"] = float(np.median(product_ / size))
         return figures
+
+
+def truth_of(study: Study, work: Path) -> Truth:
+    """Simulated spectra of a study; they are written to a folder first."""
+    made: Any = {"engine": "fullwave", "field": study.field} if study.field else {}
+    noise = Measurement(snr_db=20)
+    return Truth(
+        simulate(study.place, work / "noisy", study.most, measurement=noise, seed=1, **made),
+        simulate(study.place, work / "clean", study.tested, seed=2, **made),
+    )
 
 
 def wrong(scene: Scene, tolerances: Tolerances, draw: int) -> Scene:
@@ -154,13 +169,13 @@ def rows(truth: Truth, scene: Scene, folder: Path, study: Study) -> Iterator[tup
     for kind, size in product(study.kinds, (*study.sizes[1:], study.most)):
         plain[kind, size] = kept(folder / f"{kind}-{size}.json", lambda k=kind, n=size: without_scene(truth, k, n))
     for kind in study.kinds:
-        yield f"no description, {kind}, {study.most}", plain[kind, study.most]
-    for kind, size in product(study.kinds, study.sizes):
+        yield f"{study.label}no description, {kind}, {study.most}", plain[kind, study.most]
+    for kind, size in product(study.kinds, study.sizes if study.field else ()):
         if size == 0 and kind == "pictures":
             continue
         path = folder / f"true-{kind}-{size}.json"
         right = kept(path, lambda k=kind, n=size: of_true_scene(truth, scene, k, n))
-        yield f"true description, {kind}, {size}", right | plain.get((kind, size), {})
+        yield f"{study.label}true description, {kind}, {size}", right | plain.get((kind, size), {})
     for level, kind, size in product(study.levels, study.kinds, study.sizes):
         if size == 0 and kind == "pictures":
             continue
@@ -172,7 +187,7 @@ def rows(truth: Truth, scene: Scene, folder: Path, study: Study) -> Iterator[tup
             for draw in range(study.draws)
         ]
         mean = {name: float(np.mean([each[name] for each in found])) for name in found[0]}
-        yield f"{level}, {kind}, {size}", mean | plain.get((kind, size), {})
+        yield f"{study.label}{level}, {kind}, {size}", mean | plain.get((kind, size), {})
 
 
 def draw(found: dict[str, Figures], study: Study, path: Path) -> None:
@@ -182,16 +197,19 @@ def draw(found: dict[str, Figures], study: Study, path: Path) -> None:
     figure, axes = plt.subplots(1, len(study.kinds), figsize=(10, 4.5), sharey=True, layout="constrained")
     descriptions = {"true description": "twin, nothing wrong"} | {each: f"twin, {each} errors" for each in study.levels}
     for axis, kind in zip(axes, study.kinds, strict=True):
-        sizes = study.sizes[1:]
+
+        def score(description: str, size: int, method: str, kind: str = kind) -> float:
+            return found[f"{study.label}{description}, {kind if size else 'responses'}, {size}"][f"SSIM, {method}"]
+
         for description, label in descriptions.items():
-            scores = [found[f"{description}, {kind}, {size}"]["SSIM, twin"] for size in sizes]
-            axis.plot(sizes, scores, "k:" if description == "true description" else "o-", label=label)
+            scores = [score(description, size, "twin") for size in study.sizes]
+            axis.plot(scores, "k:" if description == "true description" else "o-", label=label)
         for method in ("helmholtz", "inverse-distance"):
-            scores = [found[f"{study.levels[0]}, {kind}, {size}"][f"SSIM, {method}"] for size in sizes]
-            axis.plot(sizes, scores, "s--", label=method)
-        axis.set(xscale="log", xlabel="known spectra", title=f"from {kind}")
-        axis.set_xticks(sizes, [str(size) for size in sizes])
-        axis.set_xticks([], minor=True)
+            known = range(1, len(study.sizes))
+            scores = [score(study.levels[0], study.sizes[each], method) for each in known]
+            axis.plot(known, scores, "s--", label=method)
+        axis.set(xlabel="known spectra", title=f"from {kind}")
+        axis.set_xticks(range(len(study.sizes)), [str(size) for size in study.sizes])
         axis.grid(True, alpha=0.3)
     axes[0].set_ylabel("median SSIM of 100 other spectra")
     axes[0].legend()
@@ -213,22 +231,18 @@ def main(
         smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
         json_output: print one JSON object.
     """
-    study, scene = Study(), closet()
-    if smallest:
-        study, scene = SMALLEST, replace(scene, objects=scene.objects[:2])
+    found: dict[str, Figures] = {}
     with tempfile.TemporaryDirectory() as temporary:
-        work = Path(temporary)
-        folder = work / "figures" if smallest else folder
-        folder.mkdir(parents=True, exist_ok=True)
-        made: Any = {"engine": "fullwave", "field": FIELD}
-        noisy = simulate("closet", work / "noisy", study.most, measurement=Measurement(snr_db=20), seed=1, **made)
-        clean = simulate("closet", work / "clean", study.tested, seed=2, **made)
-        found = {
-            name: {key: round(value, 4) for key, value in row.items()}
-            for name, row in rows(Truth(noisy, clean), scene, folder, study)
-        }
+        for study in (SMALLEST,) if smallest else (CLOSET, LAB):
+            scene, work = load_scene(study.place), Path(temporary) / study.place
+            if smallest:
+                scene = replace(scene, objects=scene.objects[:2])
+            kept_in = (work if smallest else folder) / study.place
+            kept_in.mkdir(parents=True, exist_ok=True)
+            for name, row in rows(truth_of(study, work), scene, kept_in, study):
+                found[name] = {key: round(value, 4) for key, value in row.items()}
     if figure is not None and not smallest:
-        draw(found, study, figure)
+        draw(found, CLOSET, figure)
     print_figures(found, json_output, smallest)
 
 
