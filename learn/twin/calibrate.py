@@ -123,6 +123,7 @@ class _Search:
         """
         scene, which, prior = self.scene, self.which, np.array([each.tolerance for each in self.which])
         alike = cho_factor(_alike(self.positions, scene.wavelength), lower=True)
+        freely = "" if phases_known else ", with a phase of its own for each spectrum"
         values = start
         step = deviations = np.zeros(len(which))
         least, best, first = np.inf, (np.inf, start, 1 + 0j), np.inf
@@ -136,7 +137,7 @@ class _Search:
             rest = _without_own_phase(aligned - traced, traced, phases_known)
             misfit = float((np.abs(rest) ** 2).sum() / (np.abs(aligned) ** 2).sum())
             first = misfit if number == 0 else first
-            self.report(f"round {number + 1}: {misfit:.2%} of the power unexplained")
+            self.report(f"round {number + 1}: {misfit:.2%} of the power unexplained{freely}")
             unlikely = unlikelihood(alike, rest, aligned) + ((values / prior) ** 2).sum()  # −2 log of the posterior
             if unlikely > least:
                 step = step / 2
