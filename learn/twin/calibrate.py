@@ -90,8 +90,7 @@ def calibrate(
     found, _ = search.minimum(nearby, near.values, phases_known=True, flips=False, small=SMALL)
     described = tracer.responses(positions).astype(complex)
     aligned, _ = aligned_to(measured, described, phases_known=True)
-    first = float((np.abs(aligned - described) ** 2).sum() / (np.abs(aligned) ** 2).sum())
-    return replace(found, misfit=(found.misfit[0], first))
+    return replace(found, misfit=(found.misfit[0], unexplained(aligned - described, aligned)))
 
 
 @dataclass(frozen=True)
@@ -135,7 +134,7 @@ class _Search:
                 raise InputError(f"{scene.name}: expected paths from the gateway to the spectra, found none")
             aligned, gain = aligned_to(self.measured, traced, phases_known, flips)
             rest = _without_own_phase(aligned - traced, traced, phases_known)
-            misfit = float((np.abs(rest) ** 2).sum() / (np.abs(aligned) ** 2).sum())
+            misfit = unexplained(rest, aligned)
             first = misfit if number == 0 else first
             self.report(f"round {number + 1}: {misfit:.2%} of the power unexplained{freely}")
             unlikely = unlikelihood(alike, rest, aligned) + ((values / prior) ** 2).sum()  # −2 log of the posterior
@@ -153,6 +152,11 @@ class _Search:
                 break
             values = values + step
         return Calibration(varied(scene, which, best[1]), which, best[1], deviations, best[2], (best[0], first)), tracer
+
+
+def unexplained(rest: Complex[np.ndarray, "K M"], aligned: Complex[np.ndarray, "K M"]) -> float:
+    """Share of the power of measured responses that is in what the traced ones leave of them."""
+    return float((np.abs(rest) ** 2).sum() / (np.abs(aligned) ** 2).sum())
 
 
 def unlikelihood(

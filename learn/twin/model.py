@@ -221,7 +221,7 @@ class Twin(SpectrumModel):
         Raises:
             InputError: all spectra are black.
         """
-        from learn.twin.calibrate import aligned_to
+        from learn.twin.calibrate import aligned_to, unexplained
         from learn.twin.measured import measured_responses
 
         known = np.unique(known)
@@ -236,9 +236,7 @@ class Twin(SpectrumModel):
         self.checked = _pairs(traced)[0]
         aligned = aligned_to(measured, traced, phases_known)[0]
         aligned_held_out = aligned_to(measured, held_out, phases_known)[0]
-        self._unexplained = float(
-            (np.abs(aligned_held_out - held_out) ** 2).sum() / (np.abs(aligned_held_out) ** 2).sum()
-        )
+        self._unexplained = unexplained(aligned_held_out - held_out, aligned_held_out)
         self.power, self.whole_power = (
             torch.tensor(float((np.abs(values) ** 2).mean())) for values in (aligned - traced, aligned)
         )
