@@ -28,6 +28,7 @@ if TYPE_CHECKING:  # for type checkers and editors; at run time __getattr__ impo
     from learn.planning.plan import plan as plan
     from learn.training.run_folder import load_run as load_run
     from learn.training.train import train as train
+    from learn.twin.calibrate import calibrate as calibrate
     from scenes.description import Gateway as Gateway
     from scenes.description import Scene as Scene
     from scenes.description import SceneObject as SceneObject
@@ -35,6 +36,8 @@ if TYPE_CHECKING:  # for type checkers and editors; at run time __getattr__ impo
     from scenes.errors import InputError as InputError
     from scenes.mesh_import import import_scene as import_scene
     from scenes.scene_yaml import load_scene as load_scene
+    from scenes.scene_yaml import write_scene as write_scene
+    from scenes.tolerances import Tolerances as Tolerances
     from simulate.angular_grid import AngularGrid as AngularGrid
     from simulate.array import PlanarArray as PlanarArray
     from simulate.beamformer import Beamformer as Beamformer
@@ -51,7 +54,8 @@ if TYPE_CHECKING:  # for type checkers and editors; at run time __getattr__ impo
 _HOMES = {
     "scenes.description": ("Gateway", "Scene", "SceneObject", "Transmitter"),
     "scenes.errors": ("InputError",),
-    "scenes.scene_yaml": ("load_scene",),
+    "scenes.scene_yaml": ("load_scene", "write_scene"),
+    "scenes.tolerances": ("Tolerances",),
     "scenes.mesh_import": ("import_scene",),
     "simulate.angular_grid": ("AngularGrid",),
     "simulate.array": ("PlanarArray",),
@@ -76,6 +80,7 @@ _HOMES = {
     "learn.export": ("export",),
     "learn.localisation.locate": ("locate",),
     "learn.planning.plan": ("plan",),
+    "learn.twin.calibrate": ("calibrate",),
 }
 _HOME_OF = {name: module for module, names in _HOMES.items() for name in names}
 

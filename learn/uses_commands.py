@@ -8,7 +8,7 @@ from typing import Annotated
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
 from learn.splits import SplitKind
-from scenes.errors import InputError, ParameterError, printable, require_seed, require_whole
+from scenes.errors import InputError, ParameterError, printable, require_whole
 from scenes.new_folder import new_folder
 from scenes.output_file import Force, require_new
 from scenes.plain_text import say
@@ -46,22 +46,25 @@ def calibrate(
         tolerances: how wrong the scene may be: standard deviations.
         propagation: mechanisms that the ray tracer follows.
     """
-    from learn.splits import split as split_dataset
-    from learn.twin.measured import calibrate_by, rows_of, write_calibration
-    from scenes.scene_yaml import load_scene
-    from simulate.dataset import read_dataset
-    from simulate.evenly import evenly
+    from learn.twin.calibrate import calibrate as calibrate_scene
+    from learn.twin.calibrate import rows_of, write_calibration
     from simulate.positions import MOST_POSITIONS
 
     require_whole(1, MOST_POSITIONS, spectra=spectra)
-    require_seed(seed=seed)
     followed, allowed = Propagation(**vars(propagation)), Tolerances(**vars(tolerances))
     with new_folder(output, force) as unfinished:
-        place, measured = load_scene(scene), read_dataset(dataset)
-        known = evenly(split_dataset(measured, split, seed).known, spectra)
-        found = calibrate_by(place, measured, known, allowed, followed, report=say)
+        found = calibrate_scene(
+            scene,
+            dataset,
+            spectra,
+            split=split,
+            seed=seed,
+            tolerances=allowed,
+            propagation=followed,
+            report=say,
+        )
         write_calibration(found, unfinished)
-    print_rows(f"changes of {place.name}", rows_of(found))
+    print_rows(f"changes of {found.scene.name}", rows_of(found))
     now, before = found.misfit
     print(f"{before:.1%} of the measured power was unexplained, {now:.1%} is now")
     print(printable(f"scene: {output / 'scene.yaml'}"))

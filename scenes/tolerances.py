@@ -20,6 +20,9 @@ class Tolerances:
 
     Raises:
         ParameterError: a number that is negative or absurdly large.
+
+    >>> Tolerances(position=0.01, turn=1)
+    Tolerances(position=0.01, turn=1, objects=0.03, materials=0.2, frequency=0.0)
     """
 
     position: float = 0.02

@@ -1,257 +1,182 @@
-"""Find what a scene's description has wrong from measured responses, by Gauss–Newton steps with priors."""
+"""Correct a scene by the spectra of a dataset, and say what was corrected by how much."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 import numpy as np
-from jaxtyping import Complex, Float
-from scipy.linalg import cho_factor, cho_solve
+from jaxtyping import Complex, Int
 
-from learn.twin.linearised import by_materials, linearised
+from learn.models.retrieved_field import retrieved_responses
+from learn.splits import SplitKind
+from learn.splits import split as split_dataset
+from learn.twin.gauss_newton import Calibration, most_likely
+from scenes.atomic import write_atomically
 from scenes.description import Scene
-from scenes.errors import InputError
-from scenes.unknowns import Unknown, varied
+from scenes.errors import InputError, ParameterError, require_seed, require_whole
+from scenes.scene_yaml import load_scene, write_scene
+from scenes.tolerances import Tolerances
+from scenes.unknowns import OF_MATERIALS, Unknown, unknowns
+from simulate.array import PlanarArray
+from simulate.dataset import Dataset, read_dataset
+from simulate.evenly import evenly
+from simulate.positions import MOST_POSITIONS
 from simulate.propagation import Propagation
-from simulate.trace import Found, Tracer
 
-ROUNDS = 16
-"""Largest number of Gauss–Newton steps."""
+RECORD = "calibration.json"
 
-SMALL, NEAR = 0.05, 0.5
-"""Standard deviations: a search ends when no unknown moves by more in a step; ``NEAR`` where another one follows."""
-
-UNCORRELATED = 0.1
-"""Share of what the twin gets wrong that differs from place to place, with the noise."""
-
-LENGTH = 1.0
-"""Metres over which the waves that the twin lacks stay alike."""
-
-
-@dataclass(frozen=True)
-class Calibration:
-    """A corrected scene, and how sure its corrections are.
-
-    Attributes:
-        scene: the corrected scene.
-        which: its unknowns.
-        values: by how much each was changed.
-        deviations: posterior standard deviation of each, in the same units.
-        gain: common complex gain of measured over traced responses.
-        misfit: share of the measured power that the corrected twin leaves unexplained, and that the first one did.
-    """
-
-    scene: Scene
-    which: list[Unknown]
-    values: Float[np.ndarray, " n"]
-    deviations: Float[np.ndarray, " n"]
-    gain: complex
-    misfit: tuple[float, float]
+SAME_FREQUENCY, SAME_SPACING = 0.05, 0.05
+"""Relative difference of wavelengths, and difference of element spacings in wavelengths, above which a dataset was not
+measured in the scene."""
 
 
 def calibrate(
-    scene: Scene,
-    which: Sequence[Unknown],
-    propagation: Propagation,
-    positions: Float[np.ndarray, "K 3"],
-    measured: Complex[np.ndarray, "K M"],
-    phases_known: bool,
+    scene: Scene | Path | str,
+    dataset: Dataset | Path | str,
+    n: int = 160,
+    *,
+    split: SplitKind = "files",
+    seed: int = 0,
+    tolerances: Tolerances = Tolerances(),
+    propagation: Propagation = Propagation(),
     report: Callable[[str], None] = lambda sentence: None,
 ) -> Calibration:
-    """Correct a scene so that its responses fit measured ones.
-
-    What the corrected twin leaves is taken for a Gaussian field that solves the wave equation, alike within half a
-    wavelength, plus noise: so that a hundred positions within a wavelength do not count as a hundred measurements.
+    """Correct a scene by spectra that were measured there: the gateway's pose, materials, and places of objects.
 
     Args:
-        scene: the scene as described.
-        which: what may be wrong with it.
+        scene: the scene as described, a built-in one's name, or a scene YAML.
+        dataset: the measured spectra, with responses or pictures alone, or their folder.
+        n: largest number of spectra to use, evenly among those that the split does not hold out.
+        split: which spectra are held out, as for ``train``.
+        seed: seed of that split.
+        tolerances: how wrong the scene may be.
         propagation: the mechanisms that rays follow.
-        positions: of the transmitters, metres, world frame.
-        measured: element responses.
-        phases_known: whether responses of different positions share phase and scale. Otherwise, as behind pictures,
-            each has its own, and may be flipped (y_m → conj y_{M−1−m}).
         report: called with sentences on the progress.
 
     Raises:
-        InputError: all responses are zero, or no path reaches any of the positions.
+        InputError: a scene or a dataset that is refused, or that do not belong together; see ``calibrate_by``.
+        ParameterError: a number or a seed out of its range, or diffuse reflection is to be followed.
+
+    >>> import bisplat
+    >>> coarse = bisplat.Propagation(max_depth=1, diffraction=False, rays=20_000)
+    >>> pose = bisplat.Tolerances(objects=0, materials=0)  # nothing else is wrong
+    >>> found = bisplat.calibrate("lab", "data/lab", 10, tolerances=pose, propagation=coarse)
+    >>> found.values.shape, bool((found.deviations < 0.02).all())  # here metres and radians
+    ((6,), True)
     """
-    if not measured.any():
-        raise InputError(f"{scene.name}: expected spectra with some power to correct the scene by, found none")
-    search = _Search(scene, list(which), positions, measured, report)
-    tracer, start = Tracer(scene, propagation, search.region, report=report), np.zeros(len(which))
-    if not phases_known:
-        return search.minimum(tracer, start, phases_known=False, flips=True, small=SMALL)[0]
-    # A gateway half a wavelength nearer to a wall, with the opposite common gain, can be a minimum, too. Responses that
-    # are compared in a phase of their own each have no common gain, and lead near the right minimum.
-    near, nearby = search.minimum(tracer, start, phases_known=False, flips=False, small=NEAR)
-    nearby = moved(nearby, near.scene, search.region)
-    found, _ = search.minimum(nearby, near.values, phases_known=True, flips=False, small=SMALL)
-    described = tracer.responses(positions).astype(complex)
-    aligned, _ = aligned_to(measured, described, phases_known=True)
-    return replace(found, misfit=(found.misfit[0], unexplained(aligned - described, aligned)))
+    require_whole(1, MOST_POSITIONS, n=n)
+    require_seed(seed=seed)
+    place = scene if isinstance(scene, Scene) else load_scene(scene)
+    measured = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
+    known = evenly(split_dataset(measured, split, seed).known, n)
+    return calibrate_by(place, measured, known, tolerances, propagation, report)
 
 
-@dataclass(frozen=True)
-class _Search:
-    """Gauss–Newton steps to the most likely values of a scene's unknowns; attributes as arguments of ``calibrate``."""
-
-    scene: Scene
-    which: list[Unknown]
-    positions: Float[np.ndarray, "K 3"]
-    measured: Complex[np.ndarray, "K M"]
-    report: Callable[[str], None]
-
-    @property
-    def region(self) -> Float[np.ndarray, "2 3"]:
-        """Lowest and highest corner of the box that the positions are in."""
-        return np.stack([self.positions.min(axis=0), self.positions.max(axis=0)])
-
-    def minimum(
-        self, tracer: Tracer, start: Float[np.ndarray, " n"], phases_known: bool, flips: bool, small: float
-    ) -> tuple[Calibration, Tracer]:
-        """The minimum that steps from some values lead to, and a tracer of the last scene on the way.
-
-        Args:
-            tracer: of the scene with these values.
-            start: the values.
-            phases_known: as of ``calibrate``.
-            flips: whether responses may be flipped, where phases are not known.
-            small: step, in standard deviations of the prior, at which the search ends.
-        """
-        scene, which, prior = self.scene, self.which, np.array([each.tolerance for each in self.which])
-        alike = cho_factor(_alike(self.positions, scene.wavelength), lower=True)
-        freely = "" if phases_known else ", with a phase of its own for each spectrum"
-        values = start
-        step = deviations = np.zeros(len(which))
-        least, best, first = np.inf, (np.inf, start, 1 + 0j), np.inf
-        for number in range(ROUNDS):
-            if number:
-                tracer = moved(tracer, varied(scene, which, values), self.region)
-            traced, jacobian = linearised(tracer, which, self.positions)
-            if not traced.any():
-                raise InputError(f"{scene.name}: expected paths from the gateway to the spectra, found none")
-            aligned, gain = aligned_to(self.measured, traced, phases_known, flips)
-            rest = _without_own_phase(aligned - traced, traced, phases_known)
-            misfit = unexplained(rest, aligned)
-            first = misfit if number == 0 else first
-            self.report(f"round {number + 1}: {misfit:.2%} of the power unexplained{freely}")
-            unlikely = unlikelihood(alike, rest, aligned) + ((values / prior) ** 2).sum()  # −2 log of the posterior
-            if unlikely > least:
-                step = step / 2
-                if np.abs(step / prior).max() < small:
-                    break
-                values = best[1] + step
-                continue
-            least, best = unlikely, (misfit, values, gain)
-            jacobian = jacobian + by_materials(tracer, which, self.positions, traced)
-            jacobian = _without_own_phase(jacobian, traced, phases_known)
-            step, deviations = _step(alike, rest, jacobian, traced, values, prior)
-            if np.abs(step / prior).max() < small:
-                break
-            values = values + step
-        return Calibration(varied(scene, which, best[1]), which, best[1], deviations, best[2], (best[0], first)), tracer
-
-
-def unexplained(rest: Complex[np.ndarray, "K M"], aligned: Complex[np.ndarray, "K M"]) -> float:
-    """Share of the power of measured responses that is in what the traced ones leave of them."""
-    return float((np.abs(rest) ** 2).sum() / (np.abs(aligned) ** 2).sum())
-
-
-def unlikelihood(
-    alike: tuple[np.ndarray, bool], rest: Complex[np.ndarray, "K M"], aligned: Complex[np.ndarray, "K M"]
-) -> float:
-    """−2 log of the likelihood of measured responses, but for a constant; the noise has its most likely variance.
+def calibrate_by(
+    scene: Scene,
+    dataset: Dataset,
+    known: Int[np.ndarray, " n"],
+    tolerances: Tolerances = Tolerances(),
+    propagation: Propagation = Propagation(),
+    report: Callable[[str], None] = lambda sentence: None,
+) -> Calibration:
+    """Correct a scene by some of a dataset's spectra.
 
     Args:
-        alike: factors of the correlation of what the twin leaves.
-        rest: what it leaves.
-        aligned: measured responses in the traced ones' scale. What is left counts relative to their power, since the
-            scale of the traced responses is a free gain and must not matter.
+        scene: the scene as described.
+        dataset: measured spectra.
+        known: indices of those to use.
+        tolerances: how wrong the scene may be.
+        propagation: the mechanisms that rays follow.
+        report: called with sentences on the progress.
+
+    Raises:
+        InputError: the scene has several gateways, another array or frequency than the dataset, nothing in it is
+            unknown, all spectra are black, or no path reaches any of their positions.
+        ParameterError: diffuse reflection is to be followed.
     """
-    left = (rest.conj() * cho_solve(alike, rest)).real.sum() / (np.abs(aligned) ** 2).sum()
-    return 2 * rest.size * float(np.log(left))
+    if propagation.diffuse:
+        raise ParameterError("diffuse", "expected none where a scene is corrected, since its phases are random")
+    if scene.further_gateways:
+        raise InputError(f"{scene.name}: expected a scene with one gateway, found {1 + len(scene.further_gateways)}")
+    array = PlanarArray.of(scene.gateway)
+    if (array.rows, array.columns) != (dataset.array.rows, dataset.array.columns):
+        raise InputError(
+            f"{dataset.folder}: expected spectra of the scene's array of {array.rows} × {array.columns} elements, "
+            f"found {dataset.array.rows} × {dataset.array.columns}"
+        )
+    if abs(scene.wavelength / dataset.wavelength - 1) > SAME_FREQUENCY:
+        raise InputError(
+            f"{scene.name}: expected a scene of the dataset's wavelength of {dataset.wavelength:.4g} m, "
+            f"found {scene.wavelength:.4g} m"
+        )
+    if abs(array.spacing - dataset.array.spacing) > SAME_SPACING:
+        raise InputError(
+            f"{dataset.folder}: expected spectra of the scene's array, whose elements are {array.spacing:g} λ apart, "
+            f"found {dataset.array.spacing:g} λ"
+        )
+    which = unknowns(scene, tolerances)
+    if not which:
+        raise InputError(f"{scene.name}: expected something that may be wrong, found tolerances that are all 0")
+    measured, phases_known = measured_responses(dataset, known)
+    return most_likely(scene, which, propagation, dataset.positions[known], measured, phases_known, report)
 
 
-def moved(tracer: Tracer, scene: Scene, region: Float[np.ndarray, "2 3"]) -> Tracer:
-    """A tracer of a scene that differs a little from another one's, with that one's chains as far as they serve."""
-    edges, old = tracer.edges, tracer.ray_scene
-    new = Tracer(scene, old.propagation, region, found=tracer.found)
-    if not np.array_equal(new.ray_scene.planes.of_face, old.planes.of_face):  # flush objects have come apart
-        return Tracer(scene, old.propagation, region)
-    if new.edges is None or edges is None or np.array_equal(new.edges.faces, edges.faces):
-        return new
-    return Tracer(scene, old.propagation, region, found=Found(tracer.found.reflected, None))
+def measured_responses(dataset: Dataset, known: Int[np.ndarray, " n"]) -> tuple[Complex[np.ndarray, "n M"], bool]:
+    """Responses of some of a dataset's spectra, and whether they share phase and scale.
+
+    They are the dataset's own, or are found behind its pictures.
+    """
+    if dataset.responses is not None:
+        return dataset.responses[known].astype(complex), True
+    return retrieved_responses(dataset, known), False
 
 
-def _step(
-    alike: tuple[np.ndarray, bool],
-    rest: Complex[np.ndarray, "K M"],
-    jacobian: Complex[np.ndarray, "K M n"],
-    traced: Complex[np.ndarray, "K M"],
-    values: Float[np.ndarray, " n"],
-    prior: Float[np.ndarray, " n"],
-) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
-    """The Gauss–Newton step of the unknowns, and their posterior standard deviations.
+def in_units(unknown: Unknown, value: float, deviation: float) -> tuple[str, str]:
+    """A change and its standard deviation for a reader: millimetres, degrees, or percent."""
+    if unknown.kind in ("position", "object"):
+        return f"{1e3 * value:+.1f} mm", f"{1e3 * deviation:.1f} mm"
+    if unknown.kind == "turn":
+        return f"{np.degrees(value):+.2f}°", f"{np.degrees(deviation):.2f}°"
+    digits = 1 if unknown.kind in OF_MATERIALS else 4
+    return f"{100 * np.expm1(value):+.{digits}f} %", f"{100 * deviation:.{digits}f} %"
+
+
+def rows_of(calibration: Calibration) -> list[dict[str, str]]:
+    """A table of what was changed, by how much, and how sure that is beside how sure it was."""
+    rows = []
+    for unknown, value, deviation in zip(calibration.which, calibration.values, calibration.deviations, strict=True):
+        changed, sure = in_units(unknown, float(value), float(deviation))
+        before = in_units(unknown, 0.0, unknown.tolerance)[1]
+        rows.append({"what": unknown.label, "changed by": changed, "±": sure, "± before": before})
+    return rows
+
+
+def write_calibration(calibration: Calibration, folder: Path) -> None:
+    """Write the corrected scene, and calibration.json, to a folder.
 
     Args:
-        alike: factors of the correlation of what the twin leaves.
-        rest: what it leaves.
-        jacobian: derivatives of the responses by the unknowns.
-        traced: the responses; their common gain is one more unknown, of which nothing is known.
-        values: by how much these have been changed.
-        prior: their standard deviations beforehand.
+        calibration: what was found.
+        folder: an empty folder.
     """
-    columns = np.concatenate([jacobian, traced[..., None], 1j * traced[..., None]], axis=-1)
-    together = np.concatenate([rest[..., None], columns], axis=-1).reshape(len(rest), -1)
-    solved = cho_solve(alike, together).reshape(*rest.shape, -1)
-    variance = (rest.conj() * solved[..., 0]).real.mean()
-    normal = np.einsum("kmi,kmj->ij", columns.conj(), solved[..., 1:]).real / variance
-    towards = np.einsum("kmi,km->i", columns.conj(), solved[..., 0]).real / variance
-    number = len(prior)
-    known = np.zeros(number + 2)
-    known[:number] = prior**-2
-    towards[:number] -= values * known[:number]
-    covariance = np.linalg.inv(normal + np.diag(known))
-    return (covariance @ towards)[:number], np.sqrt(np.diag(covariance)[:number])
-
-
-def _alike(positions: Float[np.ndarray, "K 3"], wavelength: float) -> Float[np.ndarray, "K K"]:
-    """Correlation of what the twin leaves at two positions: sin(kΔ)/kΔ, fading over ``LENGTH``, plus noise."""
-    apart = np.linalg.norm(positions[:, None] - positions, axis=-1)
-    waves = np.sinc(2 * apart / wavelength) * np.exp(-apart / LENGTH)
-    return (1 - UNCORRELATED) * waves + UNCORRELATED * np.eye(len(positions))
-
-
-def aligned_to(
-    measured: Complex[np.ndarray, "K M"], traced: Complex[np.ndarray, "K M"], phases_known: bool, flips: bool = True
-) -> tuple[Complex[np.ndarray, "K M"], complex]:
-    """Measured responses in the phase and scale of traced ones, and the common gain that they had.
-
-    Where phases are known, all share one complex gain, that of least squares. Otherwise those of each position get the
-    phase that is nearest to the traced ones', their root mean square, and are flipped where that is nearer, if
-    ``flips``.
-    """
-    if phases_known:
-        gain = complex((traced.conj() * measured).sum() / (np.abs(traced) ** 2).sum())
-        return measured / gain, gain
-    flipped = measured[:, ::-1].conj()
-    products = [(each.conj() * traced).sum(axis=1) for each in (measured, flipped)]
-    turned = flips & (np.abs(products[1]) > np.abs(products[0]))
-    chosen, product = np.where(turned[:, None], flipped, measured), np.where(turned, products[1], products[0])
-    size, expected = np.linalg.norm(chosen, axis=1), np.linalg.norm(traced, axis=1)
-    scale = np.divide(expected, size, out=np.zeros_like(size), where=size > 0)  # a black picture has no power
-    return chosen * (scale * np.exp(1j * np.angle(product)))[:, None], 1.0
-
-
-def _without_own_phase(
-    values: Complex[np.ndarray, "K M *n"], traced: Complex[np.ndarray, "K M"], phases_known: bool
-) -> Complex[np.ndarray, "K M *n"]:
-    """Values without what a phase and a scale of each position's own would change."""
-    if phases_known:
-        return values
-    size = np.linalg.norm(traced, axis=1, keepdims=True)
-    unit = np.divide(traced, size, out=np.zeros_like(traced), where=size > 0)  # some positions no path may reach
-    along = np.einsum("km,km...->k...", unit.conj(), values)
-    return values - np.einsum("km,k...->km...", unit, along)
+    write_scene(calibration.scene, folder)
+    columns = zip(calibration.which, calibration.values, calibration.deviations, strict=True)
+    content: dict[str, Any] = {
+        "changes": [
+            {
+                "what": unknown.label,
+                "kind": unknown.kind,
+                "change": value,
+                "deviation": deviation,
+                "tolerance": unknown.tolerance,
+            }
+            for unknown, value, deviation in columns
+        ],
+        "unit": "metres, radians, or the logarithm of a ratio",
+        "unexplained_power": {"described": calibration.misfit[1], "corrected": calibration.misfit[0]},
+        "gain": [calibration.gain.real, calibration.gain.imag],
+    }
+    write_atomically(folder / RECORD, (json.dumps(content, indent=2) + "\n").encode())

@@ -62,10 +62,10 @@ LEAST_KNOWN, LEFT_OUT = 100, 64
 class Twin(SpectrumModel):
     """Responses y(r) = w (f(r; θ, g) + e(r)) + (1 − w) a(r): traced in a corrected scene, and kriged.
 
-    ``fit`` finds θ, what the scene's description has wrong (``learn.twin.calibrate``), and then the complex gains g of
-    the chains of interactions (``learn.twin.gains``): f = Σ_c (1 + g_c) f_c. e is interpolated by ``KrigedField`` from
-    what f leaves of the known responses, and a from the known ones themselves; where these are found behind pictures, f
-    tells their phases. Few spectra are enough for θ and g; e and a take over where many are known.
+    ``fit`` finds θ, what the scene's description has wrong (``learn.twin.gauss_newton``), and then the complex gains g
+    of the chains of interactions (``learn.twin.gains``): f = Σ_c (1 + g_c) f_c. e is interpolated by ``KrigedField``
+    from what f leaves of the known responses, and a from the known ones themselves; where these are found behind
+    pictures, f tells their phases. Few spectra are enough for θ and g; e and a take over where many are known.
 
     Args:
         region: as for ``SpectrumModel``; this model does not use it.
@@ -193,7 +193,7 @@ class Twin(SpectrumModel):
         Returns:
             How much of the power was and is unexplained, as a sentence for the user.
         """
-        from learn.twin.measured import calibrate_by
+        from learn.twin.calibrate import calibrate_by
 
         def report(sentence: str) -> None:
             self.report(f"calibration: {sentence}", 0, 1)
@@ -221,8 +221,8 @@ class Twin(SpectrumModel):
         Raises:
             InputError: all spectra are black.
         """
-        from learn.twin.calibrate import aligned_to, unexplained
-        from learn.twin.measured import measured_responses
+        from learn.twin.calibrate import measured_responses
+        from learn.twin.gauss_newton import aligned_to, unexplained
 
         known = np.unique(known)
         measured, phases_known = measured_responses(dataset, known)
@@ -257,8 +257,8 @@ class Twin(SpectrumModel):
             f at the positions, each with gains that were found without a part of them that it belongs to: g can be a
             thousand numbers, which fit the spectra that they are found from better than others.
         """
-        from learn.twin.calibrate import aligned_to
         from learn.twin.gains import chain_gains
+        from learn.twin.gauss_newton import aligned_to
 
         self.gains = torch.zeros(0, 2)
         used = evenly(np.arange(len(positions)), GAINED_BY)

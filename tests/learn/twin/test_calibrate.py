@@ -1,133 +1,76 @@
-"""A wrongly described yard is corrected by responses to thirty transmitters."""
+"""What corrects a scene is refused where it was not measured there, and what was corrected is written down."""
+
+import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.linalg import cho_factor
 
-from learn.twin.calibrate import aligned_to, calibrate, unlikelihood
-from scenes.errors import InputError
+from learn.splits import split
+from learn.twin.calibrate import RECORD, calibrate, calibrate_by, rows_of, write_calibration
+from learn.twin.gauss_newton import Calibration
+from scenes.description import SceneObject
+from scenes.errors import InputError, ParameterError
+from scenes.scene_yaml import load_scene
+from scenes.shapes import box
 from scenes.tolerances import Tolerances
-from scenes.unknowns import unknowns, varied
+from scenes.unknowns import unknowns
+from simulate.array import PlanarArray
+from simulate.dataset import read_dataset
 from simulate.propagation import Propagation
-from simulate.trace import Tracer
 from tests.yard import CABINET, yard
 
-PROPAGATION = Propagation(max_depth=2, rays=20_000)
-TOLERANCES = Tolerances(position=0.04, turn=3.0, objects=0.06, materials=0.3)
+EXACT = Tolerances(position=0, turn=0, objects=0, materials=0)
 
 
-@pytest.fixture(scope="module")
-def true():
-    return yard(CABINET)
+@pytest.mark.parametrize(
+    ("of_scene", "array", "tolerances", "expected"),
+    [
+        (
+            {"frequency": 2.4e9},
+            PlanarArray(),
+            Tolerances(),
+            "scene of the dataset's wavelength of 0.3276 m, found 0.1249",
+        ),
+        ({}, PlanarArray(spacing=0.4), Tolerances(), "whose elements are 0.5 λ apart, found 0.4 λ"),
+        ({}, PlanarArray(2, 4), Tolerances(), "the scene's array of 4 × 4 elements, found 2 × 4"),
+        ({}, PlanarArray(), EXACT, "something that may be wrong, found tolerances that are all 0"),
+    ],
+)
+def test_what_was_not_measured_there_is_refused(tiny, of_scene, array, tolerances, expected):
+    data = read_dataset(tiny)
+    identification = replace(data.identification, beamformer=replace(data.beamformer, array=array))
+    data = replace(data, identification=identification)
+    with pytest.raises(InputError, match=expected):
+        calibrate_by(replace(yard(CABINET), **of_scene), data, np.arange(3), tolerances)
 
 
-@pytest.fixture(scope="module")
-def wrong(true):
-    """The yard as described, what may be wrong with it, and by how much it is."""
-    which = unknowns(true, TOLERANCES)
-    draw = np.random.default_rng(4).normal(size=len(which)) * [each.tolerance for each in which]
-    return varied(true, which, draw), which, draw
+def test_spectra_are_taken_evenly_from_those_that_are_not_held_out(tiny, monkeypatch):
+    used = []
+    monkeypatch.setattr("learn.twin.calibrate.calibrate_by", lambda place, data, known, *options: used.extend(known))
+    known = split(read_dataset(tiny), "random", 3).known
+    calibrate(yard(CABINET), tiny, 4, split="random", seed=3)
+    assert len(used) == 4 and set(used) < set(known)
+    assert {used[0], used[-1]} == {known[0], known[-1]}
+    with pytest.raises(ParameterError, match="n: expected"):
+        calibrate(yard(CABINET), tiny, 0)
 
 
-@pytest.fixture(scope="module")
-def measured(true):
-    """Positions of transmitters, and the true responses, 30 dB above noise, in a gain of the receiver's own."""
-    generator = np.random.default_rng(2)
-    positions = generator.uniform(*true.transmitter.region, (30, 3))
-    responses = Tracer(true, PROPAGATION).responses(positions).astype(complex)
-    noise = generator.normal(size=(*responses.shape, 2)) @ [1, 1j] * 0.03 * np.abs(responses).mean()
-    return positions, 5j * (responses + noise)
+def test_random_phases_are_refused(tiny):
+    with pytest.raises(ParameterError, match="diffuse: expected none where a scene is corrected"):
+        calibrate_by(yard(CABINET), read_dataset(tiny), np.arange(3), propagation=Propagation(diffuse=True))
 
 
-@pytest.fixture(scope="module")
-def with_phases(wrong, measured):
-    return calibrate(wrong[0], wrong[1], PROPAGATION, *measured, phases_known=True)
-
-
-def behind_pictures(responses):
-    """Responses of which each has a phase and a scale of its own, and every third is flipped."""
-    generator = np.random.default_rng(3)
-    turned = responses * np.exp(2j * np.pi * generator.random((len(responses), 1)))
-    turned /= np.linalg.norm(turned, axis=1, keepdims=True)
-    turned[::3] = turned[::3, ::-1].conj()
-    return turned
-
-
-@pytest.mark.parametrize("phases_known", [True, False])
-def test_pose_and_cabinet_are_found(phases_known, wrong, measured, with_phases):
-    positions, responses = measured
-    found = with_phases
-    if not phases_known:
-        found = calibrate(wrong[0], wrong[1], PROPAGATION, positions, behind_pictures(responses), phases_known=False)
-    left = dict(zip([each.label for each in wrong[1]], wrong[2] + found.values, strict=True))
-    assert max(abs(left[f"gateway {axis}"]) for axis in "xyz") < 0.005
-    assert max(abs(left[f"gateway turn about {axis}"]) for axis in "xyz") < np.radians(0.4)
-    assert abs(left["cabinet y"]) < 0.006
-    assert found.misfit[0] < 0.1 * found.misfit[1]
-
-
-def test_what_is_left_is_within_what_is_said(wrong, with_phases):
-    ratios = (wrong[2] + with_phases.values) / with_phases.deviations
-    assert np.abs(ratios).max() < 4 and np.sqrt((ratios**2).mean()) < 2
-    assert (with_phases.deviations <= [each.tolerance * 1.001 for each in wrong[1]]).all()
-
-
-def test_gain_of_the_receiver_is_found(with_phases):
-    assert with_phases.gain == pytest.approx(5j, abs=0.25)
-
-
-def test_a_gateway_is_not_taken_for_one_half_a_wavelength_away(true, measured):
-    """Steps that compare all responses in one common phase end 15 cm away from here, with the opposite gain."""
-    which = unknowns(true, Tolerances(position=0.06, turn=4.0, objects=0.06, materials=0.4))
-    draw = np.random.default_rng(13).normal(size=len(which)) * [each.tolerance for each in which]
-    found = calibrate(varied(true, which, draw), which, PROPAGATION, *measured, phases_known=True)
-    assert np.linalg.norm((found.values + draw)[:3]) < 0.02
-    assert found.gain == pytest.approx(5j, abs=1)
-    assert found.misfit[0] < 0.01 < 0.3 < found.misfit[1]
-
-
-def test_aligned_responses_are_nearer_the_more_alike_they_are():
-    """The share that a phase and a scale of each position's own leave unexplained is 1 − ρ²."""
-    generator = np.random.default_rng(0)
-    traced, other = generator.normal(size=(2, 200, 16, 2)) @ [1, 1j]
-    unit = traced / np.linalg.norm(traced, axis=1, keepdims=True)
-    other -= unit * (unit.conj() * other).sum(axis=1, keepdims=True)
-    other *= np.linalg.norm(traced, axis=1, keepdims=True) / np.linalg.norm(other, axis=1, keepdims=True)
-    for alike in (0.9, 0.6, 0.2):
-        measured = 3j * (alike * traced + np.sqrt(1 - alike**2) * other)
-        aligned = aligned_to(measured, traced, phases_known=False)[0]
-        across = aligned - unit * (unit.conj() * aligned).sum(axis=1, keepdims=True)
-        share = (np.abs(across) ** 2).sum() / (np.abs(aligned) ** 2).sum()
-        assert share <= 1 - alike**2 + 1e-6 and share > 0.8 * (1 - alike**2)  # the flipped one may be nearer
-    np.testing.assert_allclose(np.linalg.norm(aligned, axis=1), np.linalg.norm(traced, axis=1))
-
-
-def test_position_that_no_path_reaches_does_no_harm(true):
-    in_the_open = np.random.default_rng(0).uniform(*true.transmitter.region, (5, 3))
-    positions = np.concatenate([in_the_open, [[2.0, 2.5, 1.2]]])  # the last one is behind the cabinet
-    propagation = Propagation(max_depth=0, rays=20_000, diffraction=False)
-    responses = Tracer(true, propagation, np.array([[2.0, -0.5, 1.0], [3.0, 2.5, 1.6]])).responses(positions)
-    assert not responses[-1].any() and responses[:-1].all()
-    responses[-1] = 1e-3
-    found = calibrate(true, unknowns(true, TOLERANCES), propagation, positions, responses, phases_known=False)
-    assert np.isfinite(found.values).all() and np.isfinite(found.deviations).all()
-
-
-@pytest.mark.parametrize("phases_known", [True, False])
-def test_spectra_without_power_are_refused(true, phases_known):
-    with pytest.raises(InputError, match="yard: expected spectra with some power to correct the scene by, found none"):
-        calibrate(true, unknowns(true, TOLERANCES), PROPAGATION, np.ones((3, 3)), np.zeros((3, 16)), phases_known)
-
-
-@pytest.mark.parametrize("phases_known", [True, False])
-def test_the_gain_of_the_traced_responses_says_nothing(phases_known):
-    generator = np.random.default_rng(5)
-    traced, noise = generator.normal(size=(2, 12, 4, 2)) @ [1, 1j]
-    alike = cho_factor(0.5 * np.eye(12) + 0.5, lower=True)
-
-    def of(scaled):
-        aligned = aligned_to(traced + 0.1 * noise, scaled, phases_known)[0]
-        return unlikelihood(alike, aligned - scaled, aligned)
-
-    assert of(1.5 * traced) == pytest.approx(of(traced), abs=1e-6)
-    assert of(traced + 0.1 * noise[::-1]) > of(traced) + 10
+def test_changes_are_written_down(tmp_path):
+    scene = yard(SceneObject("gateway", box((1.0, 1.5, 0.5), (3.0, 2.0, 2.0)), "metal"))  # so is an unknown's kind
+    which = unknowns(scene, Tolerances(position=0.01, turn=1.0, objects=0.02, materials=0.1))
+    values, deviations = np.linspace(-0.01, 0.01, len(which)), np.full(len(which), 0.005)
+    found = Calibration(scene, which, values, deviations, 2j, (0.1, 0.5))
+    write_calibration(found, tmp_path)
+    assert load_scene(tmp_path / "scene.yaml").gateway == scene.gateway
+    record = json.loads((tmp_path / RECORD).read_text())
+    assert [each["change"] for each in record["changes"]] == values.tolist()
+    assert record["unexplained_power"] == {"described": 0.5, "corrected": 0.1} and record["gain"] == [0, 2]
+    rows = {row["what"]: row for row in rows_of(found)[:6]}
+    assert rows["gateway x"]["changed by"] == "-10.0 mm" and rows["gateway x"]["± before"] == "10.0 mm"
+    assert rows["gateway turn about z"]["±"] == "0.29°"

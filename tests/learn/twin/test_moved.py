@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from learn.twin.calibrate import moved
+from learn.twin.gauss_newton import moved
 from scenes.description import SceneObject
 from scenes.shapes import box
 from simulate.propagation import Propagation
