@@ -25,6 +25,9 @@ OF_MATERIALS = ("relative_permittivity", "conductivity", "thickness")
 BESIDE = 0.01
 """Metres: an object that comes nearer to the scene's bounds is a part of the room and does not move."""
 
+HIGH = 0.85
+"""Share of the height of all other objects: one that is as high is a wall or a column and does not move."""
+
 
 @dataclass(frozen=True)
 class Unknown:
@@ -56,7 +59,8 @@ class Unknown:
 def unknowns(scene: Scene, tolerances: Tolerances) -> list[Unknown]:
     """Everything that may be wrong with a scene: what has a tolerance of 0 is left out.
 
-    Objects inside the room may stand elsewhere on the floor; walls, floor and ceiling, and what is in them, stay.
+    Objects inside the room may stand elsewhere on the floor; walls, floor and ceiling, and what is in them, stay, as do
+    columns and inner walls.
 
     Args:
         scene: the scene.
@@ -69,11 +73,8 @@ def unknowns(scene: Scene, tolerances: Tolerances) -> list[Unknown]:
     found = [Unknown("position", "", axis, tolerances.position) for axis in range(3)]
     found += [Unknown("turn", "", axis, float(np.radians(tolerances.turn))) for axis in range(3)]
     found.append(Unknown("frequency", "", 0, tolerances.frequency))
-    low, high = scene.bounds[:, :2]
-    for item in scene.objects:
-        start, end = item.mesh.bounds[:, :2]
-        if (start - low).min() > BESIDE and (high - end).min() > BESIDE:
-            found += [Unknown("object", item.name, axis, tolerances.objects) for axis in range(2)]
+    for number in movable(scene):
+        found += [Unknown("object", scene.objects[number].name, axis, tolerances.objects) for axis in range(2)]
     for name, material in scene.materials.items():
         if is_conductor(material, scene.frequency):
             continue  # a wave does not tell one conductor from another
@@ -82,6 +83,25 @@ def unknowns(scene: Scene, tolerances: Tolerances) -> list[Unknown]:
             found.append(Unknown("conductivity", name, 0, tolerances.materials))
         found.append(Unknown("thickness", name, 0, tolerances.materials))
     return [each for each in found if each.tolerance > 0]
+
+
+def movable(scene: Scene) -> list[int]:
+    """Indices of the objects inside the room: neither beside its bounds (``BESIDE``) nor as high as it is (``HIGH``).
+
+    >>> from scenes.closet import closet
+    >>> [closet().objects[number].name for number in movable(closet())]
+    ['cabinet', 'panel', 'table', 'shelf']
+    """
+    bounds = np.stack([item.mesh.bounds for item in scene.objects])
+    low, high = scene.bounds
+    found = []
+    for number, (start, end) in enumerate(bounds):
+        others = np.delete(bounds, number, axis=0)
+        height = others[:, 1, 2].max() - others[:, 0, 2].min() if len(others) else 0.0
+        inside = min((start - low)[:2].min(), (high - end)[:2].min()) > BESIDE
+        if inside and not 0 < HIGH * height <= end[2] - start[2]:
+            found.append(number)
+    return found
 
 
 def varied(scene: Scene, which: Sequence[Unknown], values: Float[np.ndarray, " n"]) -> Scene:

@@ -212,7 +212,10 @@ class BeamformingLayer(nn.Module):
         self.register_buffer("steering", on_pairs(steering.T), persistent=False)
 
     def forward(self, responses: Float[Tensor, "B elements 2"]) -> Float[Tensor, "B 90 360"]:
-        """Spectra, 0…1, of element responses (real, imaginary), whose scale and common phase have no effect."""
+        """Spectra, 0…1, of element responses (real, imaginary), whose scale and common phase have no effect.
+
+        Those of responses that are all zero are black.
+        """
         return self._received(responses, self.steering).unflatten(-1, (ROWS, COLUMNS))
 
     def coarse(self, responses: Float[Tensor, "B elements 2"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
@@ -223,7 +226,9 @@ class BeamformingLayer(nn.Module):
     def _received(
         self, responses: Float[Tensor, "B elements 2"], steering: Float[Tensor, "2*elements 2*P"]
     ) -> Float[Tensor, "B P"]:
-        field = (responses.flatten(1) @ steering).unflatten(-1, (-1, 2))
+        numbers = responses.flatten(1)
+        largest = numbers.detach().abs().amax(1, keepdim=True)  # so that even −150 dB are far above rounding
+        field = (numbers / torch.where(largest > 0, largest, 1) @ steering).unflatten(-1, (-1, 2))
         return normalised(power(field).clamp_min(1e-12).sqrt())
 
 

@@ -13,6 +13,7 @@ from learn.twin.linearised import by_materials, linearised
 from scenes.description import Scene
 from scenes.errors import InputError
 from scenes.unknowns import Unknown, varied
+from scenes.validation import validate
 from simulate.propagation import Propagation
 from simulate.trace import Found, Tracer
 
@@ -21,6 +22,9 @@ ROUNDS = 16
 
 SMALL, NEAR = 0.05, 0.5
 """Standard deviations: a search ends when no unknown moves by more in a step; ``NEAR`` where another one follows."""
+
+TINY = 1e-9
+"""Of a step, in the unknowns' units: a step that is as small has been halved in vain."""
 
 UNCORRELATED = 0.1
 """Share of what the twin gets wrong that differs from place to place, with the noise."""
@@ -128,10 +132,17 @@ class _Search:
         least, best, first = np.inf, (np.inf, start, 1 + 0j), np.inf
         for number in range(ROUNDS):
             if number:
+                step = self._halved_to_valid(best[1], step)
+                if np.abs(step / prior).max() < small:
+                    break
+                values = best[1] + step
                 tracer = moved(tracer, varied(scene, which, values), self.region)
             traced, jacobian = linearised(tracer, which, self.positions)
             if not traced.any():
-                raise InputError(f"{scene.name}: expected paths from the gateway to the spectra, found none")
+                if number == 0:
+                    raise InputError(f"{scene.name}: expected paths from the gateway to the spectra, found none")
+                step = step / 2
+                continue
             aligned, gain = aligned_to(self.measured, traced, phases_known, flips)
             rest = _without_own_phase(aligned - traced, traced, phases_known)
             misfit = unexplained(rest, aligned)
@@ -140,18 +151,28 @@ class _Search:
             unlikely = unlikelihood(alike, rest, aligned) + ((values / prior) ** 2).sum()  # −2 log of the posterior
             if unlikely > least:
                 step = step / 2
-                if np.abs(step / prior).max() < small:
-                    break
-                values = best[1] + step
                 continue
             least, best = unlikely, (misfit, values, gain)
             jacobian = jacobian + by_materials(tracer, which, self.positions, traced)
             jacobian = _without_own_phase(jacobian, traced, phases_known)
             step, deviations = _step(alike, rest, jacobian, traced, values, prior)
-            if np.abs(step / prior).max() < small:
-                break
-            values = values + step
         return Calibration(varied(scene, which, best[1]), which, best[1], deviations, best[2], (best[0], first)), tracer
+
+    def _halved_to_valid(
+        self, values: Float[np.ndarray, " n"], step: Float[np.ndarray, " n"]
+    ) -> Float[np.ndarray, " n"]:
+        """A step from some values, halved until it does not end with the gateway behind or inside of an object.
+
+        The values may themselves be such; then the step ends at zero.
+        """
+        while step.any():
+            try:
+                validate(varied(self.scene, self.which, values + step), self.scene.name)
+            except InputError:
+                step = np.where(np.abs(step) > TINY, step / 2, 0)
+            else:
+                break
+        return step
 
 
 def unexplained(rest: Complex[np.ndarray, "K M"], aligned: Complex[np.ndarray, "K M"]) -> float:
@@ -206,7 +227,7 @@ def _step(
     columns = np.concatenate([jacobian, traced[..., None], 1j * traced[..., None]], axis=-1)
     together = np.concatenate([rest[..., None], columns], axis=-1).reshape(len(rest), -1)
     solved = cho_solve(alike, together).reshape(*rest.shape, -1)
-    variance = (rest.conj() * solved[..., 0]).real.mean()
+    variance = (rest.conj() * solved[..., 0]).real.mean() / 2  # of the real and of the imaginary part
     normal = np.einsum("kmi,kmj->ij", columns.conj(), solved[..., 1:]).real / variance
     towards = np.einsum("kmi,km->i", columns.conj(), solved[..., 0]).real / variance
     number = len(prior)

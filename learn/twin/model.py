@@ -270,11 +270,12 @@ class Twin(SpectrumModel):
             gains = chain_gains(by_chain, aligned - traced)
         self.gains = _pairs(gains)
         held_out = self._traced(positions)
-        for fold in range(FOLDS):
-            part = np.arange(len(used)) % FOLDS == fold
-            if part.all():
-                continue
-            self.report("gains without a part", fold, FOLDS)
+        if len(used) == 1:  # nothing is left to find gains from
+            return traced
+        folds = min(FOLDS, len(used))
+        for fold in range(folds):
+            part = np.arange(len(used)) % folds == fold
+            self.report("gains without a part", fold, folds)
             without = chain_gains(by_chain[~part], (aligned - traced)[~part])
             held_out[used[part]] = traced[part] + by_chain[part] @ without
         return held_out
