@@ -136,6 +136,21 @@ def validate(scene: Scene, source: str) -> None:
         _check_place(replace(scene, gateway=gateway, further_gateways={}), label, refuse)
 
 
+def is_valid(scene: Scene) -> bool:
+    """Whether ``validate`` accepts a scene.
+
+    >>> from dataclasses import replace
+    >>> from scenes.closet import closet
+    >>> is_valid(closet()), is_valid(replace(closet(), frequency=0))
+    (True, False)
+    """
+    try:
+        validate(scene, scene.name)
+    except InputError:
+        return False
+    return True
+
+
 def require_name(name: str, label: str, refuse: Callable[[str], NoReturn]) -> None:
     """Refuse an empty name, a long one, and one with characters that cannot be printed, which YAML may not keep."""
     if not (name and len(name) <= LONGEST_NAME and name.isprintable()):

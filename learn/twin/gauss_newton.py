@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Complex, Float
 from scipy.linalg import cho_factor, cho_solve
 
+from learn.twin.alignment import aligned_to, unexplained, without_own_phase
+from learn.twin.first_guess import first_guess
 from learn.twin.linearised import by_materials, linearised
 from scenes.description import Scene
 from scenes.errors import InputError
 from scenes.unknowns import Unknown, varied
-from scenes.validation import validate
+from scenes.validation import is_valid
 from simulate.propagation import Propagation
 from simulate.trace import Found, Tracer
 
@@ -84,17 +87,32 @@ def most_likely(
     if not measured.any():
         raise InputError(f"{scene.name}: expected spectra with some power to correct the scene by, found none")
     search = _Search(scene, list(which), positions, measured, report)
-    tracer, start = Tracer(scene, propagation, search.region, report=report), np.zeros(len(which))
-    if not phases_known:
-        return search.minimum(tracer, start, phases_known=False, flips=True, small=SMALL)[0]
+    tracer = Tracer(scene, propagation, search.region, report=report)
+    described = tracer.responses(positions).astype(complex)
+    if not described.any():
+        raise InputError(f"{scene.name}: expected paths from the gateway to the spectra, found none")
+    start = first_guess(tracer, which, positions, measured, flips=not phases_known)
+    tracer = moved(tracer, varied(scene, which, start), search.region)
     # A gateway half a wavelength nearer to a wall, with the opposite common gain, can be a minimum, too. Responses that
     # are compared in a phase of their own each have no common gain, and lead near the right minimum.
-    near, nearby = search.minimum(tracer, start, phases_known=False, flips=False, small=NEAR)
-    nearby = moved(nearby, near.scene, search.region)
-    found, _ = search.minimum(nearby, near.values, phases_known=True, flips=False, small=SMALL)
-    described = tracer.responses(positions).astype(complex)
-    aligned, _ = aligned_to(measured, described, phases_known=True)
-    return replace(found, misfit=(found.misfit[0], unexplained(aligned - described, aligned)))
+    small = NEAR if phases_known else SMALL
+    found = search.minimum(tracer, start, phases_known=False, flips=not phases_known, small=small)
+    if phases_known:
+        found = search.minimum(found.tracer, found.values, phases_known=True, flips=False, small=SMALL)
+    aligned, _ = aligned_to(measured, described, phases_known)
+    before = unexplained(without_own_phase(aligned - described, described, phases_known), aligned)
+    corrected = varied(scene, which, found.values)
+    return Calibration(corrected, list(which), found.values, found.deviations, found.gain, (found.misfit, before))
+
+
+class _Minimum(NamedTuple):
+    """Where a search ended, and a tracer of the scene there; else as of ``Calibration``."""
+
+    values: Float[np.ndarray, " n"]
+    deviations: Float[np.ndarray, " n"]
+    gain: complex
+    misfit: float
+    tracer: Tracer
 
 
 @dataclass(frozen=True)
@@ -114,8 +132,8 @@ class _Search:
 
     def minimum(
         self, tracer: Tracer, start: Float[np.ndarray, " n"], phases_known: bool, flips: bool, small: float
-    ) -> tuple[Calibration, Tracer]:
-        """The minimum that steps from some values lead to, and a tracer of the last scene on the way.
+    ) -> _Minimum:
+        """The minimum that steps from some values lead to.
 
         Args:
             tracer: of the scene with these values.
@@ -127,36 +145,33 @@ class _Search:
         scene, which, prior = self.scene, self.which, np.array([each.tolerance for each in self.which])
         alike = cho_factor(_alike(self.positions, scene.wavelength), lower=True)
         freely = "" if phases_known else ", with a phase of its own for each spectrum"
-        values = start
-        step = deviations = np.zeros(len(which))
-        least, best, first = np.inf, (np.inf, start, 1 + 0j), np.inf
+        step = np.zeros(len(which))
+        least, best = np.inf, _Minimum(start, prior, 1 + 0j, 1.0, tracer)
         for number in range(ROUNDS):
+            values = best.values
             if number:
-                step = self._halved_to_valid(best[1], step)
+                step = self._halved_to_valid(values, step)
                 if np.abs(step / prior).max() < small:
                     break
-                values = best[1] + step
+                values = values + step
                 tracer = moved(tracer, varied(scene, which, values), self.region)
             traced, jacobian = linearised(tracer, which, self.positions)
             if not traced.any():
-                if number == 0:
-                    raise InputError(f"{scene.name}: expected paths from the gateway to the spectra, found none")
                 step = step / 2
                 continue
             aligned, gain = aligned_to(self.measured, traced, phases_known, flips)
-            rest = _without_own_phase(aligned - traced, traced, phases_known)
+            rest = without_own_phase(aligned - traced, traced, phases_known)
             misfit = unexplained(rest, aligned)
-            first = misfit if number == 0 else first
             self.report(f"round {number + 1}: {misfit:.2%} of the power unexplained{freely}")
             unlikely = unlikelihood(alike, rest, aligned) + ((values / prior) ** 2).sum()  # −2 log of the posterior
             if unlikely > least:
                 step = step / 2
                 continue
-            least, best = unlikely, (misfit, values, gain)
             jacobian = jacobian + by_materials(tracer, which, self.positions, traced)
-            jacobian = _without_own_phase(jacobian, traced, phases_known)
+            jacobian = without_own_phase(jacobian, traced, phases_known)
             step, deviations = _step(alike, rest, jacobian, traced, values, prior)
-        return Calibration(varied(scene, which, best[1]), which, best[1], deviations, best[2], (best[0], first)), tracer
+            least, best = unlikely, _Minimum(values, deviations, gain, misfit, tracer)
+        return best
 
     def _halved_to_valid(
         self, values: Float[np.ndarray, " n"], step: Float[np.ndarray, " n"]
@@ -165,19 +180,9 @@ class _Search:
 
         The values may themselves be such; then the step ends at zero.
         """
-        while step.any():
-            try:
-                validate(varied(self.scene, self.which, values + step), self.scene.name)
-            except InputError:
-                step = np.where(np.abs(step) > TINY, step / 2, 0)
-            else:
-                break
+        while step.any() and not is_valid(varied(self.scene, self.which, values + step)):
+            step = np.where(np.abs(step) > TINY, step / 2, 0)
         return step
-
-
-def unexplained(rest: Complex[np.ndarray, "K M"], aligned: Complex[np.ndarray, "K M"]) -> float:
-    """Share of the power of measured responses that is in what the traced ones leave of them."""
-    return float((np.abs(rest) ** 2).sum() / (np.abs(aligned) ** 2).sum())
 
 
 def unlikelihood(
@@ -243,36 +248,3 @@ def _alike(positions: Float[np.ndarray, "K 3"], wavelength: float) -> Float[np.n
     apart = np.linalg.norm(positions[:, None] - positions, axis=-1)
     waves = np.sinc(2 * apart / wavelength) * np.exp(-apart / LENGTH)
     return (1 - UNCORRELATED) * waves + UNCORRELATED * np.eye(len(positions))
-
-
-def aligned_to(
-    measured: Complex[np.ndarray, "K M"], traced: Complex[np.ndarray, "K M"], phases_known: bool, flips: bool = True
-) -> tuple[Complex[np.ndarray, "K M"], complex]:
-    """Measured responses in the phase and scale of traced ones, and the common gain that they had.
-
-    Where phases are known, all share one complex gain, that of least squares. Otherwise those of each position get the
-    phase that is nearest to the traced ones', their root mean square, and are flipped where that is nearer, if
-    ``flips``.
-    """
-    if phases_known:
-        gain = complex((traced.conj() * measured).sum() / (np.abs(traced) ** 2).sum())
-        return measured / gain, gain
-    flipped = measured[:, ::-1].conj()
-    products = [(each.conj() * traced).sum(axis=1) for each in (measured, flipped)]
-    turned = flips & (np.abs(products[1]) > np.abs(products[0]))
-    chosen, product = np.where(turned[:, None], flipped, measured), np.where(turned, products[1], products[0])
-    size, expected = np.linalg.norm(chosen, axis=1), np.linalg.norm(traced, axis=1)
-    scale = np.divide(expected, size, out=np.zeros_like(size), where=size > 0)  # a black picture has no power
-    return chosen * (scale * np.exp(1j * np.angle(product)))[:, None], 1.0
-
-
-def _without_own_phase(
-    values: Complex[np.ndarray, "K M *n"], traced: Complex[np.ndarray, "K M"], phases_known: bool
-) -> Complex[np.ndarray, "K M *n"]:
-    """Values without what a phase and a scale of each position's own would change."""
-    if phases_known:
-        return values
-    size = np.linalg.norm(traced, axis=1, keepdims=True)
-    unit = np.divide(traced, size, out=np.zeros_like(traced), where=size > 0)  # some positions no path may reach
-    along = np.einsum("km,km...->k...", unit.conj(), values)
-    return values - np.einsum("km,k...->km...", unit, along)

@@ -221,8 +221,8 @@ class Twin(SpectrumModel):
         Raises:
             InputError: all spectra are black.
         """
+        from learn.twin.alignment import aligned_to, unexplained
         from learn.twin.calibrate import measured_responses
-        from learn.twin.gauss_newton import aligned_to, unexplained
 
         known = np.unique(known)
         measured, phases_known = measured_responses(dataset, known)
@@ -257,8 +257,8 @@ class Twin(SpectrumModel):
             f at the positions, each with gains that were found without a part of them that it belongs to: g can be a
             thousand numbers, which fit the spectra that they are found from better than others.
         """
+        from learn.twin.alignment import aligned_to
         from learn.twin.gains import chain_gains
-        from learn.twin.gauss_newton import aligned_to
 
         self.gains = torch.zeros(0, 2)
         used = evenly(np.arange(len(positions)), GAINED_BY)

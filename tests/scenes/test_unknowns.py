@@ -6,8 +6,10 @@ from scipy.spatial.transform import Rotation
 
 from scenes.closet import closet
 from scenes.errors import ParameterError
+from scenes.scene_yaml import load_scene
 from scenes.tolerances import Tolerances
-from scenes.unknowns import Unknown, unknowns, varied
+from scenes.unknowns import Unknown, movable, unknowns, varied
+from tests.yard import CABINET, yard
 
 
 def test_walls_stay_and_conductors_have_no_properties():
@@ -18,6 +20,16 @@ def test_walls_stay_and_conductors_have_no_properties():
     ]
     assert {"panel x", "shelf y", "brick thickness", "wood relative permittivity"} <= set(labels)
     assert not any(label.startswith(("wall", "floor", "door", "metal")) for label in labels)
+
+
+def test_columns_and_inner_walls_stay():
+    labels = {each.name for each in unknowns(load_scene("office"), Tolerances()) if each.kind == "object"}
+    assert {"duct", "desk 1 south", "partition 1 south"} <= labels
+    assert not any(label.startswith(("column", "glass", "wall")) for label in labels)
+
+
+def test_in_the_open_everything_that_stands_on_the_floor_moves():
+    assert movable(yard(CABINET)) == [1]
 
 
 def test_nothing_that_is_known_is_unknown():

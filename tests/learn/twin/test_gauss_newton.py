@@ -4,10 +4,14 @@ import numpy as np
 import pytest
 from scipy.linalg import cho_factor
 
-from learn.twin.gauss_newton import aligned_to, most_likely, unlikelihood
+from learn.twin.alignment import aligned_to
+from learn.twin.gauss_newton import _step, most_likely, unlikelihood
+from scenes.description import SceneObject
 from scenes.errors import InputError
+from scenes.shapes import box
 from scenes.tolerances import Tolerances
 from scenes.unknowns import unknowns, varied
+from scenes.validation import validate
 from simulate.propagation import Propagation
 from simulate.trace import Tracer
 from tests.yard import CABINET, yard
@@ -70,6 +74,38 @@ def test_what_is_left_is_within_what_is_said(wrong, with_phases):
     ratios = (wrong[2] + with_phases.values) / with_phases.deviations
     assert np.abs(ratios).max() < 4 and np.sqrt((ratios**2).mean()) < 2
     assert (with_phases.deviations <= [each.tolerance * 1.001 for each in wrong[1]]).all()
+
+
+def test_stated_deviations_are_those_of_a_linear_problem():
+    """Of three unknowns that responses with errors of unknown size depend on linearly."""
+    generator = np.random.default_rng(1)
+    jacobian, traced = generator.normal(size=(12, 4, 5, 2)) @ [1, 1j], generator.normal(size=(12, 4, 2)) @ [1, 1j]
+    correlation = 0.3 * np.eye(12) + 0.7 * np.exp(-np.abs(np.subtract.outer(np.arange(12), np.arange(12))) / 3)
+    root, alike = np.linalg.cholesky(correlation), cho_factor(correlation, lower=True)
+    steps, deviations = [], []
+    for _ in range(2000):
+        rest = 0.1 * root @ (generator.normal(size=(12, 4, 2)) @ [1, 1j])
+        step, deviation = _step(alike, rest, jacobian[..., :3], traced, np.zeros(3), np.full(3, 1e3))
+        steps.append(step)
+        deviations.append(deviation)
+    # The size of the errors is estimated from 96 numbers of which 5 are fitted.
+    np.testing.assert_allclose(np.mean(deviations, axis=0), np.std(steps, axis=0), rtol=0.06)
+
+
+def test_a_gateway_does_not_end_behind_a_box(true):
+    """The true place would have one of the array's elements in a box of the description; steps to there are halved."""
+    post = SceneObject("post", box((-0.1, 0.2, 1.45), (-0.07, 0.3, 1.55)), "concrete")
+    place, pose = yard(CABINET, post), Tolerances(position=0.06, turn=0, objects=0, materials=0)
+    which = unknowns(place, pose)
+    behind = varied(place, which, np.array([-0.04, 0.0, 0.0]))
+    with pytest.raises(InputError, match="behind: gateway"):
+        validate(behind, "behind")
+    open_yard = varied(true, unknowns(true, pose), np.array([-0.04, 0.0, 0.0]))
+    positions = np.random.default_rng(2).uniform(*true.transmitter.region, (10, 3))
+    responses = Tracer(open_yard, PROPAGATION).responses(positions).astype(complex)
+    found = most_likely(place, which, PROPAGATION, positions, responses, phases_known=True)
+    validate(found.scene, "found")
+    assert -0.04 < found.values[0] < -0.005
 
 
 def test_gain_of_the_receiver_is_found(with_phases):

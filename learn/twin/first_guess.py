@@ -1,0 +1,91 @@
+"""A first guess of the gateway's pose: the one of many that its prior allows whose responses are most like measured."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Complex, Float
+from scipy.sparse import csr_array
+
+from scenes.unknowns import Unknown, varied
+from scenes.validation import is_valid
+from simulate.evenly import evenly
+from simulate.trace import Tracer
+
+GUESSES = 1000
+"""Poses that are tried, the described one among them."""
+
+COMPARED = 20
+"""Largest number of positions that they are compared at."""
+
+AT_ONCE = 4_000_000
+"""Phases computed at once: bounds the memory."""
+
+
+def first_guess(
+    tracer: Tracer,
+    which: Sequence[Unknown],
+    positions: Float[np.ndarray, "K 3"],
+    measured: Complex[np.ndarray, "K M"],
+    flips: bool,
+) -> Float[np.ndarray, " n"]:
+    """Values of a scene's unknowns from which Gauss–Newton steps lead to the right minimum more often than from 0.
+
+    A gateway that is described a third of a wavelength away from where it is makes the responses so different that
+    steps from there can end anywhere. Here many poses are drawn from the prior. Each path's length changes with them to
+    first order (``simulate.terms``), so that y = Σ a e^{−jk(L + δL)} takes no tracing. The pose is returned for which
+    the mean of |⟨y, measured⟩|² / (|y|² |measured|²) over the positions is largest: a phase and a scale of each
+    position's own do not matter.
+
+    Args:
+        tracer: of the scene as described.
+        which: its n unknowns; those that are not of the pose stay 0.
+        positions: of the transmitters, metres, world frame.
+        measured: element responses.
+        flips: whether these may be flipped, as behind pictures (y_m → conj y_{M−1−m}).
+    """
+    of_pose = [number for number, each in enumerate(which) if each.kind in ("position", "turn")]
+    scene = tracer.ray_scene.description
+    guesses = np.zeros((GUESSES, len(which)))
+    deviations = [which[number].tolerance for number in of_pose]
+    guesses[1:, of_pose] = np.random.default_rng(0).normal(size=(GUESSES - 1, len(of_pose))) * deviations
+    compared = evenly(np.arange(len(positions)), COMPARED)
+    found = _responses(tracer, which, positions[compared], guesses)
+    wanted = measured[compared]
+    alike = np.abs(np.einsum("gkm,km->gk", found, wanted.conj()))
+    if flips:
+        alike = np.maximum(alike, np.abs(np.einsum("gkm,km->gk", found, wanted[:, ::-1])))
+    size = np.linalg.norm(found, axis=-1) * np.linalg.norm(wanted, axis=-1)
+    score = np.divide(alike, size, out=np.zeros_like(alike), where=size > 0) ** 2
+    for guess in guesses[(-score.mean(axis=1)).argsort(kind="stable")]:
+        if is_valid(varied(scene, which, guess)):
+            return guess
+    return guesses[0]
+
+
+def _responses(
+    tracer: Tracer,
+    which: Sequence[Unknown],
+    positions: Float[np.ndarray, "K 3"],
+    guesses: Float[np.ndarray, "G n"],
+) -> Complex[np.ndarray, "G K M"]:
+    """Responses to transmitters, for each guess of the unknowns of the pose."""
+    described, elements = tracer.ray_scene.description, tracer.elements.positions
+    arms = elements - np.asarray(described.gateway.position)
+    wavenumber = 2 * np.pi / described.wavelength
+    total = np.zeros((len(positions) * len(elements), len(guesses)), complex)
+    for batch in tracer.terms(positions):
+        by_element, _ = batch.turns()
+        changes = {"position": by_element, "turn": np.cross(arms[batch.sources], by_element)}
+        by_unknown = np.zeros((len(by_element), len(which)))
+        for column, unknown in enumerate(which):
+            if unknown.kind in changes:
+                by_unknown[:, column] = changes[unknown.kind][:, unknown.axis]
+        place = batch.targets * len(elements) + batch.sources
+        sums = csr_array((batch.responses, (place, np.arange(len(place)))), shape=(len(total), len(place)))
+        step = max(1, AT_ONCE // max(1, len(place)))
+        for start in range(0, len(guesses), step):
+            longer = by_unknown @ guesses[start : start + step].T
+            total[:, start : start + step] += sums @ np.exp(-1j * wavenumber * longer)
+    return total.T.reshape(len(guesses), len(positions), len(elements))
