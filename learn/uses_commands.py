@@ -81,6 +81,7 @@ def locate(
         output: the .csv file to write: a row for each place where a transmitter may be, with its probability, position
             (m) and covariance (m²).
     """
+    from learn.localisation.locate import grid_warning
     from learn.localisation.locate import locate as locate_pictures
     from learn.localisation.places_file import write_places
     from learn.training.fit_progress import FitProgress
@@ -98,11 +99,15 @@ def locate(
         if other != names:
             raise InputError(f"{folder}: expected pictures of the same names as in {pictures[0]}, found other ones")
     loaded = [load_run(run) for run in runs]
+    warning = grid_warning(loaded)
+    if warning is not None:
+        say(f"warning: {warning}")
     with FitProgress("location") as report:
         places = locate_pictures(loaded, [each for _, each in seen], report)
     write_places(output, names, places)
-    several = sum(len(each) > 1 for each in places)
-    print(printable(f"{len(names)} transmitters, {several} of which may be at several places: {output}"))
+    several, black = sum(len(each) > 1 for each in places), sum(not each for each in places)
+    unseen = f", and {black} with black pictures, which are not in the file" if black else ""
+    print(printable(f"{len(names)} transmitters, {several} of which may be at several places{unseen}: {output}"))
 
 
 def plan(

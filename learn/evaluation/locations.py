@@ -65,15 +65,15 @@ class Locations:
 
 
 def evaluate_locations(runs: Sequence[Run | Path], report: Report = lambda phase, done, total: None) -> Locations:
-    """Locate the test transmitters of a run's dataset from their pictures.
+    """Locate the test transmitters of a run's dataset from their pictures, but for those that are black.
 
     Args:
         runs: a trained run, or its folder; further ones of other gateways that received the same transmitters.
         report: as of ``locate``.
 
     Raises:
-        InputError: a run or its dataset cannot be read, the datasets of several gateways are not of the same
-            transmitters, or one's training spectra are another's test spectra.
+        InputError: a run or its dataset cannot be read, all test spectra are black, the datasets of several gateways
+            are not of the same transmitters, or one's training spectra are another's test spectra.
     """
     loaded = [run if isinstance(run, Run) else load_run(run) for run in runs]
     datasets = [run.dataset() for run in loaded]
@@ -87,7 +87,12 @@ def evaluate_locations(runs: Sequence[Run | Path], report: Report = lambda phase
                 f"{run.folder}: expected a run that was not trained on the test spectra of {loaded[0].folder}, found "
                 f"{dataset.names[trained[0]]} and {len(trained) - 1} more; train both with the same split and seed"
             )
-    test = evenly(test, LOCATED)
+    told = np.any([np.ptp(dataset.pictures[test], axis=(1, 2)) > 0 for dataset in datasets], axis=0)
+    if not told.any():
+        raise InputError(
+            f"{datasets[0].folder}: expected test spectra that are not black, found {len(test)} black ones"
+        )
+    test = evenly(test[told], LOCATED)
     pictures = [each.pictures[test] for each in datasets]
     alike = np.zeros((len(test), len(known)))
     for dataset in datasets:

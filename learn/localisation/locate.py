@@ -11,7 +11,7 @@ from jaxtyping import Float, UInt8
 
 from learn.localisation.fingerprints import Field
 from learn.localisation.prior import Prior
-from learn.localisation.refine import Refined, refine
+from learn.localisation.refine import FARTHEST, Refined, refine
 from learn.models.base import Report
 from learn.models.geometry import grid_in
 from learn.training.run_folder import Run
@@ -75,7 +75,7 @@ def locate(
         known: training positions of the first run, metres, world frame; read from its dataset if None.
 
     Returns:
-        The places of each transmitter, the most probable one first.
+        The places of each transmitter, the most probable one first; none of a transmitter whose pictures are black.
 
     Raises:
         InputError: the training positions of the runs have no region in common, or the first run's dataset cannot be
@@ -107,10 +107,30 @@ def locate(
     found = []
     for number, fingerprint in enumerate(seen):
         report("positions", number, len(seen))
+        if not fingerprint.any():
+            found.append([])
+            continue
         starts = _starts(points, likely(fingerprint), APART * wavelength)
         refined = refine(field.predicted, np.tile(fingerprint, (MODES, 1)), starts, region, wavelength)
         found.append(_places(refined, prior, numbers, wavelength))
     return found
+
+
+def grid_warning(runs: Sequence[Run]) -> str | None:
+    """A sentence about a region so large that the grid may miss a transmitter; None: it is not.
+
+    Args:
+        runs: as for ``locate``.
+    """
+    region, wavelength = common_region(runs), float(runs[0].model.wavelength)
+    points = grid_in(region, SPACING * wavelength, MOST_POINTS)
+    widest = max(float(np.diff(np.unique(axis)).max(initial=0)) for axis in points.T) / wavelength
+    if widest <= FARTHEST:
+        return None
+    return (
+        f"the region is so large that the {len(points)} points which are compared are {widest:.2g} wavelengths apart; "
+        f"beyond {FARTHEST:g}, transmitters between them may be missed unless they are near training positions"
+    )
 
 
 def common_region(runs: Sequence[Run]) -> Float[np.ndarray, "2 3"]:

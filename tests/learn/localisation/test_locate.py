@@ -3,14 +3,16 @@
 import csv
 import json
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from skimage.io import imsave
 
 import bisplat
 from learn.evaluation.locations import evaluate_locations
 from learn.localisation.fingerprints import Field, Fingerprints
-from learn.localisation.locate import MODES, _starts
+from learn.localisation.locate import MODES, _starts, grid_warning
 from learn.localisation.places_file import HEADER
 from learn.localisation.refine import FARTHEST, refine
 from learn.models.geometry import grid_in
@@ -90,6 +92,36 @@ def test_command_writes_what_the_function_finds(folder, runs, tmp_path, monkeypa
         np.testing.assert_allclose([float(row[axis]) for axis in "xyz"], places[0].position, atol=1e-4)
     with pytest.raises(InputError, match="--force"):
         locate_command((runs[0].folder,), (tmp_path / "seen",), output)
+
+
+def test_a_black_picture_has_no_place(folder, runs, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("learn.localisation.refine.STEPS", 1)
+    pictures = tmp_path / "seen"
+    pictures.mkdir()
+    for number, picture in enumerate((bisplat.read_dataset(folder / "one").pictures[0], np.zeros((90, 360))), start=1):
+        imsave(pictures / f"{number:05d}.png", picture.astype(np.uint8), check_contrast=False)
+    locate_command((runs[0].folder,), (pictures,), tmp_path / "places.csv")
+    assert {row["name"] for row in csv.DictReader((tmp_path / "places.csv").open())} == {"00001"}
+    assert "and 1 with black pictures, which are not in the file" in capsys.readouterr().out
+
+
+def test_black_test_spectra_are_not_located(runs, monkeypatch):
+    monkeypatch.setattr("learn.localisation.refine.STEPS", 1)
+    data = runs[0].dataset()
+    test = runs[0].split(data).test
+    pictures = data.pictures.copy()
+    pictures[test[2:]] = 0
+    monkeypatch.setattr(type(runs[0]), "dataset", lambda self: replace(data, pictures=pictures))
+    assert evaluate_locations([runs[0]]).names == [data.names[each] for each in test[:2]]
+    pictures[test] = 0
+    with pytest.raises(InputError, match="expected test spectra that are not black, found 30 black ones"):
+        evaluate_locations([runs[0]])
+
+
+def test_a_large_region_is_warned_of(runs, monkeypatch):
+    assert grid_warning(runs[:1]) is None
+    monkeypatch.setattr("learn.localisation.locate.MOST_POINTS", 50)
+    assert "wavelengths apart; beyond 0.25, transmitters between them may be missed" in grid_warning(runs[:1])
 
 
 def test_bad_input_is_refused(folder, runs, tmp_path):

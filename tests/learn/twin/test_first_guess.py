@@ -1,0 +1,46 @@
+"""Of many poses of the gateway, the one is found that is near the true one, from responses and behind pictures."""
+
+import numpy as np
+import pytest
+
+from learn.twin.first_guess import first_guess
+from scenes.description import SceneObject
+from scenes.shapes import box
+from scenes.tolerances import Tolerances
+from scenes.unknowns import unknowns, varied
+from scenes.validation import is_valid
+from simulate.propagation import Propagation
+from simulate.trace import Tracer
+from tests.yard import CABINET, yard
+
+PROPAGATION = Propagation(max_depth=1, rays=20_000, diffraction=False)
+POSITIONS = np.random.default_rng(0).uniform((2.0, -0.5, 1.0), (3.0, 0.5, 1.6), (12, 3))
+
+
+@pytest.mark.parametrize("flips", [False, True])
+def test_the_guess_is_near_the_true_pose(flips):
+    which = unknowns(yard(CABINET), Tolerances(position=0.06, turn=4.0, objects=0.03, materials=0.2))
+    off = np.zeros(len(which))
+    off[:6] = [0.1, -0.12, 0.05, 0.08, -0.06, 0.1]  # up to two standard deviations
+    true = varied(yard(CABINET), which, off)
+    measured = Tracer(true, PROPAGATION).responses(POSITIONS) * np.exp(2j * np.arange(12))[:, None]
+    if flips:
+        measured[::2] = measured[::2, ::-1].conj()
+    guess = first_guess(Tracer(yard(CABINET), PROPAGATION), which, POSITIONS, measured, flips)
+    assert np.linalg.norm(guess[:3] - off[:3]) < 0.5 * np.linalg.norm(off[:3])
+    assert not guess[6:].any()
+
+
+def test_a_gateway_in_the_right_place_stays():
+    which = unknowns(yard(CABINET), Tolerances())
+    tracer = Tracer(yard(CABINET), PROPAGATION)
+    assert not first_guess(tracer, which, POSITIONS, tracer.responses(POSITIONS), flips=False).any()
+
+
+def test_a_guess_is_never_in_a_box():
+    place = yard(CABINET, SceneObject("post", box((-0.12, -0.3, 1.3), (-0.06, 0.3, 1.7)), "concrete"))
+    which = unknowns(place, Tolerances(position=0.1, turn=0, objects=0, materials=0))
+    true = varied(yard(CABINET), which, np.array([-0.1, 0.0, 0.0]))
+    measured = Tracer(true, PROPAGATION).responses(POSITIONS)
+    guess = first_guess(Tracer(place, PROPAGATION), which, POSITIONS, measured, flips=False)
+    assert is_valid(varied(place, which, guess)) and guess.any()
