@@ -143,8 +143,8 @@ def predict(runs: Positional[tuple[Path, ...]], positions: Path, output: Output,
     Args:
         runs: the run folder; or several of one dataset and split, whose predictions are averaged.
         positions: CSV file with the header x,y,z; metres, in the dataset's world frame.
-        output: the .npz file to write: spectra [K, 90, 360] float32, channels (the responses) [K, elements] complex64,
-            deviation [K] float32, the standard deviation of a spectrum's values (0 to 1).
+        output: the .npz file to write: spectra [K, 90, 360] float32, channels (the responses; of one run) [K, elements]
+            complex64, deviation [K] float32, the standard deviation of a spectrum's values (0 to 1).
     """
     if output.suffix.lower() != ".npz":
         raise InputError(f"{output}: expected a name that ends in .npz, since the file holds several arrays")

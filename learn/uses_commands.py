@@ -123,8 +123,9 @@ def plan(
 
     Args:
         run_or_scene: a run folder, whose known positions are known; or a scene that nothing is measured in yet, a
-            built-in name or a scene YAML, which is traced. Positions are planned in the free places of the scene's
-            transmitter region; for a run on measured spectra, in the convex hull of its known positions.
+            built-in name or a scene YAML, which is traced; of several gateways, all count. Positions are planned in the
+            free places of the scene's transmitter region; for a run on measured spectra, in the convex hull of its
+            known positions.
         output: the CSV to write: header x,y,z; metres, world frame.
         positions: number of positions.
         tour: order the positions as a short walk; by default the most useful comes first.

@@ -54,7 +54,7 @@ def plan(
 
     Each position is the one of ``CANDIDATES`` whose measurement lowers the kriging variance, summed over all of them,
     most. The covariance of a run is the fitted one, and what the run knows is known. A scene is traced at some
-    positions to fit the covariance; nothing is known there.
+    positions to fit the covariance of each gateway's field; nothing is known there.
 
     Args:
         run_or_scene: a finished run or its folder; or a scene, a built-in one's name, or a scene YAML. A run on
@@ -80,7 +80,8 @@ def plan(
     scene: Scene | None
     if isinstance(subject, Scene):
         scene, known = subject, np.zeros((0, 3))
-        fields = fields_of_scene(next(iter(scene.by_gateway().values())), propagation, seed, report)
+        of_gateways = [fields_of_scene(each, propagation, seed, report) for each in scene.by_gateway().values()]
+        fields = [field for of_one in of_gateways for field in of_one]
         candidates = free_candidates(scene, seed)
     else:
         dataset = subject.dataset()

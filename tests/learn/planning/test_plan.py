@@ -84,6 +84,20 @@ def test_positions_in_a_scene_are_free_and_most_useful_first(scene):
     assert (gains > 0).all() and (np.diff(gains) < 0.01).all()
 
 
+def test_all_gateways_of_a_scene_count(scene, monkeypatch):
+    planned_for = []
+
+    def fields(of_one, *options):
+        planned_for.append(of_one.gateway.position)
+        return [Field(lambda a, b: np.exp(-(np.linalg.norm(a[:, None] - b, axis=-1) ** 2)), 0.01)]
+
+    monkeypatch.setattr("learn.planning.plan.fields_of_scene", fields)
+    other = replace(scene.gateway, position=(0.0, 0.3, 1.5))
+    planned = plan(replace(scene, further_gateways={"other": other}), 3)
+    assert planned_for == [scene.gateway.position, other.position]
+    assert planned.open_variance[0] == pytest.approx(1)
+
+
 def test_planned_positions_leave_less_open_than_uniform_ones(scene, traced_run):
     dataset = traced_run.dataset()
     known = dataset.positions[traced_run.split(dataset).known]

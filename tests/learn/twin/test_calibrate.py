@@ -1,25 +1,29 @@
 """What corrects a scene is refused where it was not measured there, and what was corrected is written down."""
 
 import json
+import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import bisplat
+from bisplat.__main__ import main
 from learn.splits import split
 from learn.twin.calibrate import RECORD, calibrate, calibrate_by, rows_of, write_calibration
 from learn.twin.gauss_newton import Calibration
 from scenes.description import SceneObject
 from scenes.errors import InputError, ParameterError
-from scenes.scene_yaml import load_scene
+from scenes.scene_yaml import load_scene, write_scene
 from scenes.shapes import box
 from scenes.tolerances import Tolerances
-from scenes.unknowns import unknowns
+from scenes.unknowns import Unknown, unknowns, varied
 from simulate.array import PlanarArray
 from simulate.dataset import read_dataset
 from simulate.propagation import Propagation
 from tests.yard import CABINET, yard
 
+OF_POSITION = [Unknown("position", "", axis, 0.02) for axis in range(3)]
 EXACT = Tolerances(position=0, turn=0, objects=0, materials=0)
 
 
@@ -74,3 +78,22 @@ def test_changes_are_written_down(tmp_path):
     rows = {row["what"]: row for row in rows_of(found)[:6]}
     assert rows["gateway x"]["changed by"] == "-10.0 mm" and rows["gateway x"]["± before"] == "10.0 mm"
     assert rows["gateway turn about z"]["±"] == "0.29°"
+
+
+def test_command_writes_the_corrected_scene(tmp_path, monkeypatch, capsys):
+    """Its gateway is where the spectra were received, and not where it is described."""
+    coarse = ("--max-depth", "1", "--no-diffraction", "--rays", "20000")
+    followed = Propagation(max_depth=1, rays=20_000, diffraction=False)
+    data = bisplat.simulate(yard(CABINET), tmp_path / "data", n=12, propagation=followed)
+    described = write_scene(varied(yard(CABINET), OF_POSITION, np.array([0.03, -0.02, 0.02])), tmp_path / "described")
+    only_pose = ("--objects", "0", "--materials", "0", "--turn", "1")
+    arguments = ["calibrate", described, data.folder, "-o", tmp_path / "corrected", "-n", "9", *only_pose, *coarse]
+    monkeypatch.setattr(sys, "argv", ["bisplat", *map(str, arguments)])
+    main()
+    found = load_scene(tmp_path / "corrected" / "scene.yaml")
+    np.testing.assert_allclose(found.gateway.position, yard().gateway.position, atol=0.002)
+    out = capsys.readouterr().out
+    assert "gateway x" in out and "of the measured power was unexplained" in out
+    with pytest.raises(SystemExit):
+        main()
+    assert "expected a new folder, found other files; --force" in capsys.readouterr().err
