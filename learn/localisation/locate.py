@@ -104,7 +104,7 @@ def locate(
         misfit = np.maximum(0, 2 - 2 * there @ fingerprint)
         return density - numbers / 2 * np.log(LEAST_MISFIT + misfit)
 
-    found = []
+    found: list[list[Place]] = []
     for number, fingerprint in enumerate(seen):
         report("positions", number, len(seen))
         if not fingerprint.any():
