@@ -7,7 +7,8 @@ known spectra have an SNR of 20 dB. The description is drawn wrong: materials, p
 position and orientation, by normal deviations of three sizes, in the lab of one. For numbers of known spectra, from
 responses and from pictures alone: median SSIM of 100 other positions, and median correlation of their responses, mean
 over the draws, predicted by ``twin``, by ``helmholtz`` and by inverse-distance weighting of the same spectra; with 0
-spectra by ray tracing of the description. And how far the corrected gateway is from the true one. The rows of the
+spectra by ray tracing of the description. And how far the corrected gateway is from the true one, and how far its pose
+and all else that was corrected are from the truth in stated standard deviations. The rows of the
 closet's true description say what rays leave that nobody described wrong: there the twin corrects nothing but the gains
 of chains. Each draw's figures are kept in a folder, in which the next run finds them: delete it when the code has
 changed.
@@ -25,6 +26,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import tyro
+from jaxtyping import Float
 from report.printing import print_figures
 from scipy.spatial.transform import Rotation
 
@@ -33,12 +35,13 @@ from learn.metrics import ssim
 from learn.models.base import SpectrumModel
 from learn.models.helmholtz import HelmholtzField
 from learn.training.run_folder import predict
+from learn.twin.gauss_newton import Calibration
 from learn.twin.model import Twin
 from scenes.atomic import write_atomically
 from scenes.description import Scene
 from scenes.scene_yaml import load_scene, write_scene
 from scenes.tolerances import Tolerances
-from scenes.unknowns import unknowns, varied
+from scenes.unknowns import Unknown, unknowns, varied
 from simulate.dataset import Dataset
 from simulate.measurement import Measurement
 from simulate.simulation import simulate
@@ -110,9 +113,23 @@ def truth_of(study: Study, work: Path) -> Truth:
 
 def wrong(scene: Scene, tolerances: Tolerances, draw: int) -> Scene:
     """A scene that is wrong by normal deviations."""
+    return varied(scene, *errors(scene, tolerances, draw))
+
+
+def errors(scene: Scene, tolerances: Tolerances, draw: int) -> tuple[list[Unknown], Float[np.ndarray, " n"]]:
+    """The scene's unknowns, and by how much each is wrong."""
     which = unknowns(scene, tolerances)
-    values = np.random.default_rng(draw).normal(size=len(which)) * [each.tolerance for each in which]
-    return varied(scene, which, values)
+    return which, np.random.default_rng(draw).normal(size=len(which)) * [each.tolerance for each in which]
+
+
+def left(found: Calibration, which: list[Unknown], wrong_by: Float[np.ndarray, " n"]) -> Figures:
+    """How far what was corrected is from the truth, in stated standard deviations, root mean square."""
+    errors_of = dict(zip(which, wrong_by, strict=True))
+    ratios: dict[bool, list[float]] = {True: [], False: []}
+    for unknown, value, deviation in zip(found.which, found.values, found.deviations, strict=True):
+        ratios[unknown.kind in ("position", "turn")].append(float(value + errors_of[unknown]) / float(deviation))
+    names = {True: "pose off, deviations", False: "rest off, deviations"}
+    return {names[of_pose]: float(np.sqrt(np.mean(np.square(each)))) for of_pose, each in ratios.items()}
 
 
 def without_scene(truth: Truth, kind: str, size: int) -> Figures:
@@ -126,7 +143,10 @@ def without_scene(truth: Truth, kind: str, size: int) -> Figures:
 
 
 def of_twin(truth: Truth, scene: Scene, tolerances: Tolerances, draw: int, kind: str, size: int) -> Figures:
-    """Scores of the twin, and how far it puts the gateway from where it is."""
+    """Scores of the twin, and how far it puts the gateway from where it is.
+
+    Also how far the pose, and all else, is from the truth in posterior standard deviations, root mean square.
+    """
     data = truth.seen(kind)
     with tempfile.TemporaryDirectory() as folder:
         described = write_scene(wrong(scene, tolerances, draw), Path(folder) / "described")
@@ -135,12 +155,14 @@ def of_twin(truth: Truth, scene: Scene, tolerances: Tolerances, draw: int, kind:
         if size == 0:
             return truth.scores(twin, "twin")
         twin.fit(data, np.arange(size))
+    assert twin.calibration is not None
     found, true = twin.corrected.gateway, scene.gateway
     turned = Rotation.from_quat(found.orientation) * Rotation.from_quat(true.orientation).inv()
     return {
         **truth.scores(twin, "twin"),
         "position off, mm": 1e3 * float(np.linalg.norm(np.subtract(found.position, true.position))),
         "orientation off, °": float(np.degrees(turned.magnitude())),
+        **left(twin.calibration, *errors(scene, tolerances, draw)),
     }
 
 

@@ -34,6 +34,7 @@ from simulate.evenly import evenly
 from simulate.spectrum import spectrum_of
 
 if TYPE_CHECKING:
+    from learn.twin.gauss_newton import Calibration
     from simulate.trace import Tracer
 
 CALIBRATED_BY = 160
@@ -86,6 +87,7 @@ class Twin(SpectrumModel):
         whole_power: the same of the known responses.
         rest: interpolates e.
         whole: interpolates a.
+        calibration: what ``fit`` corrected, with standard deviations; None before, and in a loaded run.
 
     Raises:
         ParameterError: there is no scene.
@@ -115,6 +117,7 @@ class Twin(SpectrumModel):
             raise ParameterError("scene", "expected the scene that the twin traces, found none")
         self._described = load_scene(scene)
         self._unexplained = 1.0
+        self.calibration: Calibration | None = None
         self._tolerances = Tolerances(position, turn, objects, materials)
         self._which = unknowns(self._described, self._tolerances)
         self.register_buffer("values", torch.zeros(len(self._which), dtype=torch.float64))
@@ -200,6 +203,7 @@ class Twin(SpectrumModel):
 
         used = evenly(np.unique(known), CALIBRATED_BY)
         found = calibrate_by(self._described, dataset, used, self._tolerances, report=report)
+        self.calibration = found
         self.values, self.gains = torch.from_numpy(found.values), torch.zeros(0, 2)
         self.__dict__.pop("_tracer", None)
         self.refit(dataset, known)
