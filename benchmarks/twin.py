@@ -72,7 +72,7 @@ class Study(NamedTuple):
 
 
 CLOSET = Study()
-LAB = Study("lab", "lab, ", None, levels=("middle",), sizes=(0, 40, 160))
+LAB = Study("lab", "lab, ", None, levels=("middle",), sizes=(0, 40))
 SMALLEST = Study(levels=("middle",), draws=1, sizes=(0, 3), most=4, tested=2)
 REGION = np.zeros((2, 3))
 Figures = dict[str, float]
