@@ -32,6 +32,10 @@ TINY = 1e-9
 UNCORRELATED = 0.1
 """Share of what the twin gets wrong that differs from place to place, with the noise."""
 
+COUNTED = 160
+"""Largest number of responses that count as independent, ten positions of sixteen elements: an error of the rays, such
+as a surface that scatters more than they know, is the same at all positions."""
+
 LENGTH = 1.0
 """Metres over which the waves that the twin lacks stay alike."""
 
@@ -69,9 +73,8 @@ def most_likely(
     """Correct a scene so that its responses fit measured ones.
 
     What the corrected twin leaves is taken for a Gaussian field that solves the wave equation, alike within half a
-    wavelength, plus noise: so that a hundred positions within a wavelength do not count as a hundred measurements. The
-    errors at the elements of an array are those of the same few paths: the responses to a position count as one
-    measurement, not as one for each element.
+    wavelength, plus noise: so that a hundred positions within a wavelength do not count as a hundred measurements. And
+    no more than ``COUNTED`` responses count, since errors of the rays themselves do not average out.
 
     Args:
         scene: the scene as described.
@@ -192,8 +195,6 @@ def unlikelihood(
 ) -> float:
     """−2 log of the likelihood of measured responses, but for a constant; the noise has its most likely variance.
 
-    The responses to a position count once.
-
     Args:
         alike: factors of the correlation of what the twin leaves.
         rest: what it leaves.
@@ -201,7 +202,12 @@ def unlikelihood(
             scale of the traced responses is a free gain and must not matter.
     """
     left = (rest.conj() * cho_solve(alike, rest)).real.sum() / (np.abs(aligned) ** 2).sum()
-    return 2 * len(rest) * float(np.log(left))
+    return 2 * counted(rest) * float(np.log(left))
+
+
+def counted(rest: Complex[np.ndarray, "K M"]) -> int:
+    """How many of the numbers that the twin leaves count as independent."""
+    return min(rest.size, COUNTED)
 
 
 def moved(tracer: Tracer, scene: Scene, region: Float[np.ndarray, "2 3"]) -> Tracer:
@@ -225,8 +231,6 @@ def _step(
 ) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
     """The Gauss–Newton step of the unknowns, and their posterior standard deviations.
 
-    The responses to a position count once: the variance of what the twin leaves is summed over the elements.
-
     Args:
         alike: factors of the correlation of what the twin leaves.
         rest: what it leaves.
@@ -238,7 +242,8 @@ def _step(
     columns = np.concatenate([jacobian, traced[..., None], 1j * traced[..., None]], axis=-1)
     together = np.concatenate([rest[..., None], columns], axis=-1).reshape(len(rest), -1)
     solved = cho_solve(alike, together).reshape(*rest.shape, -1)
-    variance = (rest.conj() * solved[..., 0]).real.sum() / len(rest) / 2  # of the real and of the imaginary part
+    of_both_parts = (rest.conj() * solved[..., 0]).real.sum() / counted(rest)
+    variance = of_both_parts / 2  # of the real part, and of the imaginary one
     normal = np.einsum("kmi,kmj->ij", columns.conj(), solved[..., 1:]).real / variance
     towards = np.einsum("kmi,km->i", columns.conj(), solved[..., 0]).real / variance
     number = len(prior)

@@ -77,21 +77,35 @@ def test_what_is_left_is_within_what_is_said(wrong, with_phases):
 
 
 def test_stated_deviations_are_those_of_a_linear_problem():
-    """Of three unknowns that responses depend on linearly, with errors of unknown size, alike at all elements."""
+    """Of three unknowns that responses with errors of unknown size depend on linearly."""
     generator = np.random.default_rng(1)
-    alike_at = np.exp(1j * np.arange(4))[:, None]
-    jacobian, traced = generator.normal(size=(12, 1, 3, 2)) @ [1, 1j], generator.normal(size=(12, 2)) @ [1, 1j]
-    jacobian, traced = jacobian * alike_at, (traced * alike_at).T
+    jacobian, traced = generator.normal(size=(12, 4, 3, 2)) @ [1, 1j], generator.normal(size=(12, 4, 2)) @ [1, 1j]
     correlation = 0.3 * np.eye(12) + 0.7 * np.exp(-np.abs(np.subtract.outer(np.arange(12), np.arange(12))) / 3)
     root, alike = np.linalg.cholesky(correlation), cho_factor(correlation, lower=True)
     steps, deviations = [], []
     for _ in range(2000):
-        rest = (alike_at * (0.1 * root @ (generator.normal(size=(12, 2)) @ [1, 1j]))).T
+        rest = 0.1 * root @ (generator.normal(size=(12, 4, 2)) @ [1, 1j])
         step, deviation = _step(alike, rest, jacobian, traced, np.zeros(3), np.full(3, 1e3))
         steps.append(step)
         deviations.append(deviation)
-    # rest is not yet what the fitted unknowns leave, so that its variance is that of the errors
     np.testing.assert_allclose(np.sqrt(np.mean(np.square(deviations), axis=0)), np.std(steps, axis=0), rtol=0.05)
+
+
+def test_more_responses_than_are_counted_make_nothing_surer():
+    """Positions that are repeated twenty times, with the same errors, say what they say once."""
+    generator = np.random.default_rng(1)
+    jacobian, traced = generator.normal(size=(10, 16, 3, 2)) @ [1, 1j], generator.normal(size=(10, 16, 2)) @ [1, 1j]
+    rest = 0.1 * generator.normal(size=(10, 16, 2)) @ [1, 1j]
+    found = []
+    for times in (1, 20):
+        several = (np.concatenate([each] * times) for each in (rest, jacobian, traced))
+        found.append(_step(cho_factor(np.eye(10 * times)), *several, np.full(3, 0.1), np.full(3, 0.2)))
+    np.testing.assert_allclose(found[0], found[1])
+    ten, both = np.eye(10), np.eye(20)
+    measured = rest + traced
+    assert unlikelihood(cho_factor(ten), rest, measured) == pytest.approx(
+        unlikelihood(cho_factor(both), np.tile(rest, (2, 1)), np.tile(measured, (2, 1)))
+    )
 
 
 def test_a_gateway_does_not_end_behind_a_box(true):
