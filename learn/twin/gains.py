@@ -10,6 +10,9 @@ import numpy as np
 from jaxtyping import Complex
 from scipy.optimize import minimize_scalar
 
+from learn.models.base import Report, SpectrumModel
+from learn.twin.alignment import aligned_to
+
 MOST = 1000
 """Chains with a gain, the strongest ones."""
 
@@ -18,6 +21,50 @@ RATIOS = (1e-6, 1e6)
 
 NEGLIGIBLE = 1e-12
 """Relative to the largest: smaller eigenvalues are rounding errors."""
+
+
+ALIGNED = 3
+"""Number of rounds in which each measured response is given the phase of the response predicted with the gains so far,
+and the gains are then fitted again."""
+
+FOLDS = 4
+"""Number of parts of the known spectra for each of which gains are found from the others."""
+
+
+def aligned_gains(
+    by_chain: Complex[np.ndarray, "K M chains"],
+    traced: Complex[np.ndarray, "K M"],
+    measured: Complex[np.ndarray, "K M"],
+    phases_known: bool,
+    report: Report = SpectrumModel.report,
+) -> tuple[Complex[np.ndarray, " chains"], Complex[np.ndarray, "K M"]]:
+    """Gains of chains from measured responses in a gain or in phases of their own.
+
+    Args:
+        by_chain: parts a_c of the traced responses.
+        traced: their sum.
+        measured: element responses of the same positions.
+        phases_known: as of ``learn.twin.alignment.aligned_to``.
+        report: told the progress.
+
+    Returns:
+        g_c, and the responses Σ_c (1 + g_c) a_c, for each position with gains that were found without a part of the
+        positions that it belongs to: g_c can be a thousand numbers, which fit the responses that they are found from
+        better than others. Of a single position, ``traced``.
+    """
+    gains, aligned = np.zeros(by_chain.shape[-1], complex), measured
+    for turn in range(ALIGNED):
+        report("gains of chains", turn, ALIGNED)
+        aligned, _ = aligned_to(measured, traced + by_chain @ gains, phases_known)
+        gains = chain_gains(by_chain, aligned - traced)
+    held_out = traced.copy()
+    folds = min(FOLDS, len(traced))
+    for fold in range(folds if len(traced) > 1 else 0):
+        report("gains without a part", fold, folds)
+        part = np.arange(len(traced)) % folds == fold
+        without = chain_gains(by_chain[~part], (aligned - traced)[~part])
+        held_out[part] = traced[part] + by_chain[part] @ without
+    return gains, held_out
 
 
 def chain_gains(

@@ -43,18 +43,11 @@ CALIBRATED_BY = 160
 GAINED_BY = 1000
 """Largest number of known spectra that the gains of chains are found by."""
 
-ALIGNED = 3
-"""Number of rounds in which each measured response is given the phase of the response predicted with the gains so far,
-and the gains are then fitted again."""
-
 SAME_RESPONSES = 1e-2
 """Relative error of the responses at a known position by which a scene is no longer the one of the training."""
 
 TRUSTS = (1.0, 0.75, 0.5, 0.25, 0.0)
 """Weights of the corrected scene that are tried."""
-
-FOLDS = 4
-"""Number of parts of the known spectra for each of which gains are found from the others."""
 
 LEAST_KNOWN, LEFT_OUT = 100, 64
 """Number of known spectra below which the weight is 1, and number of them that are predicted from the others."""
@@ -261,27 +254,15 @@ class Twin(SpectrumModel):
             f at the positions, each with gains that were found without a part of them that it belongs to: g can be a
             thousand numbers, which fit the spectra that they are found from better than others.
         """
-        from learn.twin.alignment import aligned_to
-        from learn.twin.gains import chain_gains
+        from learn.twin.gains import aligned_gains
 
         self.gains = torch.zeros(0, 2)
         used = evenly(np.arange(len(positions)), GAINED_BY)
-        by_chain = self._tracer.responses_by_chain(positions[used])
-        traced, gains = self._traced(positions[used]), np.zeros(by_chain.shape[-1], complex)
-        for turn in range(ALIGNED):
-            self.report("gains of chains", turn, ALIGNED)
-            aligned = aligned_to(measured[used], traced + by_chain @ gains, phases_known)[0]
-            gains = chain_gains(by_chain, aligned - traced)
+        by_chain, traced = self._tracer.responses_by_chain(positions[used]), self._traced(positions[used])
+        gains, held_out_used = aligned_gains(by_chain, traced, measured[used], phases_known, self.report)
         self.gains = _pairs(gains)
         held_out = self._traced(positions)
-        if len(used) == 1:  # nothing is left to find gains from
-            return traced
-        folds = min(FOLDS, len(used))
-        for fold in range(folds):
-            part = np.arange(len(used)) % folds == fold
-            self.report("gains without a part", fold, folds)
-            without = chain_gains(by_chain[~part], (aligned - traced)[~part])
-            held_out[used[part]] = traced[part] + by_chain[part] @ without
+        held_out[used] = held_out_used
         return held_out
 
     def _best_trust(self, traced: Float[Tensor, "n elements 2"], pictures: UInt8[np.ndarray, "n 90 360"]) -> float:

@@ -1,0 +1,40 @@
+"""Gains of chains: found in a common gain or behind pictures, and tested on positions that they were not found from."""
+
+import numpy as np
+import pytest
+
+from learn.twin.gains import aligned_gains
+
+GENERATOR = np.random.default_rng(0)
+BY_CHAIN = GENERATOR.normal(size=(24, 16, 30, 2)) @ [1, 1j] * np.geomspace(1, 0.1, 30)
+TRACED = BY_CHAIN.sum(axis=-1)
+TRUE = BY_CHAIN @ (1 + 0.2 * GENERATOR.normal(size=(30, 2)) @ [1, 1j])
+
+
+def unlike(found):
+    """Median over the positions of 1 − correlation with the true responses."""
+    product = np.abs((found.conj() * TRUE).sum(axis=1))
+    return np.median(1 - product / np.linalg.norm(found, axis=1) / np.linalg.norm(TRUE, axis=1))
+
+
+@pytest.mark.parametrize("phases_known", [True, False])
+def test_gains_are_found(phases_known):
+    own = np.exp(1j * np.arange(24))[:, None] / np.linalg.norm(TRUE, axis=1, keepdims=True)
+    gains, held_out = aligned_gains(BY_CHAIN, TRACED, TRUE * (3j if phases_known else own), phases_known)
+    assert unlike(BY_CHAIN @ (1 + gains)) < 0.2 * unlike(TRACED)
+    assert unlike(held_out) < 0.2 * unlike(TRACED)
+
+
+def test_a_position_is_tested_with_gains_that_are_not_from_it():
+    """Where noise is measured, the gains of all positions fit it; those of the other parts fit the true responses."""
+    measured = TRUE.copy()
+    measured[::4] = GENERATOR.normal(size=(6, 16, 2)) @ [1, 1j] * np.abs(TRUE).mean()
+    gains, held_out = aligned_gains(BY_CHAIN, TRACED, measured, phases_known=True)
+    fitted = BY_CHAIN @ (1 + gains)
+    assert np.abs(fitted - measured)[::4].mean() < np.abs(held_out - measured)[::4].mean()
+    assert np.abs(fitted - TRUE)[::4].mean() > np.abs(held_out - TRUE)[::4].mean()
+
+
+def test_a_single_position_is_left_as_traced():
+    _, held_out = aligned_gains(BY_CHAIN[:1], TRACED[:1], TRUE[:1], phases_known=True)
+    np.testing.assert_array_equal(held_out, TRACED[:1])
