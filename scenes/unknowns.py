@@ -26,7 +26,7 @@ BESIDE = 0.01
 """Metres: an object that comes nearer to the scene's bounds is a part of the room and does not move."""
 
 HIGH = 0.85
-"""Share of the height of all other objects: one that is as high is a wall or a column and does not move."""
+"""Share of the room's height: an object that is as high is an inner wall or a column and does not move."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,10 @@ def unknowns(scene: Scene, tolerances: Tolerances) -> list[Unknown]:
 
 
 def movable(scene: Scene) -> list[int]:
-    """Indices of the objects inside the room: neither beside its bounds (``BESIDE``) nor as high as it is (``HIGH``).
+    """Indices of the objects that may stand elsewhere: neither at the bounds of the room nor as high as the room.
+
+    The room is what the objects at the bounds (``BESIDE``) enclose. In the open, where these are only a floor, it has
+    no height, and objects of any height move.
 
     >>> from scenes.closet import closet
     >>> [closet().objects[number].name for number in movable(closet())]
@@ -94,14 +97,13 @@ def movable(scene: Scene) -> list[int]:
     """
     bounds = np.stack([item.mesh.bounds for item in scene.objects])
     low, high = scene.bounds
-    found = []
-    for number, (start, end) in enumerate(bounds):
-        others = np.delete(bounds, number, axis=0)
-        height = others[:, 1, 2].max() - others[:, 0, 2].min() if len(others) else 0.0
-        inside = min((start - low)[:2].min(), (high - end)[:2].min()) > BESIDE
-        if inside and not 0 < HIGH * height <= end[2] - start[2]:
-            found.append(number)
-    return found
+    inside = np.minimum(bounds[:, 0] - low, high - bounds[:, 1])[:, :2].min(axis=1) > BESIDE
+    if inside.all():
+        return list(range(len(bounds)))
+    room = bounds[~inside]
+    height = room[:, 1, 2].max() - room[:, 0, 2].min()
+    tall = (bounds[:, 1, 2] - bounds[:, 0, 2] >= HIGH * height) & (height > 0)
+    return [int(number) for number in np.nonzero(inside & ~tall)[0]]
 
 
 def varied(scene: Scene, which: Sequence[Unknown], values: Float[np.ndarray, " n"]) -> Scene:

@@ -227,7 +227,7 @@ class BeamformingLayer(nn.Module):
         self, responses: Float[Tensor, "B elements 2"], steering: Float[Tensor, "2*elements 2*P"]
     ) -> Float[Tensor, "B P"]:
         numbers = responses.flatten(1)
-        largest = numbers.detach().abs().amax(1, keepdim=True)  # so that even −150 dB are far above rounding
+        largest = numbers.detach().abs().amax(1, keepdim=True)  # else the least power below darkens weak links
         field = (numbers / torch.where(largest > 0, largest, 1) @ steering).unflatten(-1, (-1, 2))
         return normalised(power(field).clamp_min(1e-12).sqrt())
 

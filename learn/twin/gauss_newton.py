@@ -181,13 +181,16 @@ class _Search:
     def _halved_to_valid(
         self, values: Float[np.ndarray, " n"], step: Float[np.ndarray, " n"]
     ) -> Float[np.ndarray, " n"]:
-        """A step from some values, halved until it does not end with the gateway behind or inside of an object.
-
-        The values may themselves be such; then the step ends at zero.
-        """
-        while step.any() and not is_valid(varied(self.scene, self.which, values + step)):
+        """A step from some values, halved until the scene is valid, with the gateway in the open; zero if none is."""
+        while step.any() and not self._is_valid(values + step):
             step = np.where(np.abs(step) > TINY, step / 2, 0)
         return step
+
+    def _is_valid(self, values: Float[np.ndarray, " n"]) -> bool:
+        try:
+            return is_valid(varied(self.scene, self.which, values))
+        except InputError:  # a material out of its range
+            return False
 
 
 def unlikelihood(

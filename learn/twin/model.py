@@ -248,11 +248,10 @@ class Twin(SpectrumModel):
     def _fit_gains(
         self, positions: Float[np.ndarray, "n 3"], measured: Complex[np.ndarray, "n elements"], phases_known: bool
     ) -> Complex[np.ndarray, "n elements"]:
-        """Find g from responses; arguments as of ``calibrate``.
+        """Find g from responses; arguments as of ``learn.twin.gains.aligned_gains``.
 
         Returns:
-            f at the positions, each with gains that were found without a part of them that it belongs to: g can be a
-            thousand numbers, which fit the spectra that they are found from better than others.
+            f at the positions, each with gains that were found without a part of them that it belongs to.
         """
         from learn.twin.gains import aligned_gains
 

@@ -1,12 +1,16 @@
 """What may be wrong with a scene, and scenes that differ by it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from scenes.closet import closet
+from scenes.description import SceneObject
 from scenes.errors import ParameterError
 from scenes.scene_yaml import load_scene
+from scenes.shapes import box
 from scenes.tolerances import Tolerances
 from scenes.unknowns import Unknown, movable, unknowns, varied
 from tests.yard import CABINET, yard
@@ -30,6 +34,8 @@ def test_columns_and_inner_walls_stay():
 
 def test_in_the_open_everything_that_stands_on_the_floor_moves():
     assert movable(yard(CABINET)) == [1]
+    low = SceneObject("low", box((4.0, 1.5, 0.001), (5.0, 2.0, 1.0)), "metal")
+    assert movable(yard(low, replace(low, name="other", mesh=box((6.0, 1.5, 0.001), (7.0, 2.0, 1.0))))) == [1, 2]
 
 
 def test_nothing_that_is_known_is_unknown():

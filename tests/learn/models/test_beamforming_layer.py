@@ -22,7 +22,7 @@ def test_scale_has_no_effect_down_to_the_weakest_links():
         torch.testing.assert_close(layer(scale * RESPONSES), layer(RESPONSES), atol=1e-5, rtol=0)
 
 
-def test_no_response_is_a_black_spectrum_without_a_gradient_that_is_none():
+def test_no_response_is_a_black_spectrum_with_a_finite_gradient():
     responses = torch.zeros(1, 16, 2, requires_grad=True)
     spectrum = BeamformingLayer(Beamformer())(responses)
     spectrum.sum().backward()

@@ -89,13 +89,16 @@ def test_all_gateways_of_a_scene_count(scene, monkeypatch):
 
     def fields(of_one, *options):
         planned_for.append(of_one.gateway.position)
-        return [Field(lambda a, b: np.exp(-(np.linalg.norm(a[:, None] - b, axis=-1) ** 2)), 0.01)]
+        length = 0.1 * len(planned_for)
+        return [Field(lambda a, b: np.exp(-((np.linalg.norm(a[:, None] - b, axis=-1) / length) ** 2)), 0.01)]
 
     monkeypatch.setattr("learn.planning.plan.fields_of_scene", fields)
     other = replace(scene.gateway, position=(0.0, 0.3, 1.5))
-    planned = plan(replace(scene, further_gateways={"other": other}), 3)
+    both = plan(replace(scene, further_gateways={"other": other}), 3)
     assert planned_for == [scene.gateway.position, other.position]
-    assert planned.open_variance[0] == pytest.approx(1)
+    slowest = plan(scene, 3)  # its field is the third one, which varies most slowly over the positions
+    assert both.open_variance[0] == pytest.approx(1) and slowest.open_variance[0] == pytest.approx(1)
+    assert both.open_variance[3] > slowest.open_variance[3] + 0.001
 
 
 def test_planned_positions_leave_less_open_than_uniform_ones(scene, traced_run):

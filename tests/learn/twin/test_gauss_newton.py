@@ -5,7 +5,7 @@ import pytest
 from scipy.linalg import cho_factor
 
 from learn.twin.alignment import aligned_to
-from learn.twin.gauss_newton import _step, most_likely, unlikelihood
+from learn.twin.gauss_newton import _Search, _step, most_likely, unlikelihood
 from scenes.description import SceneObject
 from scenes.errors import InputError
 from scenes.shapes import box
@@ -108,20 +108,17 @@ def test_more_responses_than_are_counted_make_nothing_surer():
     )
 
 
-def test_a_gateway_does_not_end_behind_a_box(true):
-    """The true place would have one of the array's elements in a box of the description; steps to there are halved."""
+def test_a_step_that_puts_the_gateway_into_a_box_is_halved():
     post = SceneObject("post", box((-0.1, 0.2, 1.38), (-0.07, 0.3, 1.46)), "concrete")
     place, pose = yard(CABINET, post), Tolerances(position=0.06, turn=0, objects=0, materials=0)
-    which = unknowns(place, pose)
-    behind = varied(place, which, np.array([-0.04, 0.0, 0.0]))
+    which, start = unknowns(place, pose), np.zeros(3)
+    search = _Search(place, which, np.zeros((1, 3)), np.ones((1, 16)), lambda sentence: None)
+    into_the_post = np.array([-0.04, 0.0, 0.0])
     with pytest.raises(InputError, match="behind: gateway"):
-        validate(behind, "behind")
-    open_yard = varied(true, unknowns(true, pose), np.array([-0.04, 0.0, 0.0]))
-    positions = np.random.default_rng(2).uniform(*true.transmitter.region, (10, 3))
-    responses = Tracer(open_yard, PROPAGATION).responses(positions).astype(complex)
-    found = most_likely(place, which, PROPAGATION, positions, responses, phases_known=True)
-    validate(found.scene, "found")
-    assert -0.04 < found.values[0] < -0.005
+        validate(varied(place, which, into_the_post), "behind")
+    np.testing.assert_allclose(search._halved_to_valid(start, into_the_post), into_the_post / 2)
+    np.testing.assert_array_equal(search._halved_to_valid(into_the_post, np.array([1e-4, 0, 0])), start)
+    np.testing.assert_array_equal(search._halved_to_valid(start, -into_the_post), -into_the_post)
 
 
 def test_gain_of_the_receiver_is_found(with_phases):
