@@ -19,6 +19,9 @@ GUESSES = 1000
 COMPARED = 20
 """Largest number of positions that they are compared at."""
 
+LEAST_MISFIT = 1e-6
+"""Of 1 − s: more alike is a rounding error."""
+
 AT_ONCE = 4_000_000
 """Phases computed at once: bounds the memory."""
 
@@ -29,14 +32,16 @@ def first_guess(
     positions: Float[np.ndarray, "K 3"],
     measured: Complex[np.ndarray, "K M"],
     flips: bool,
+    counted: int,
 ) -> Float[np.ndarray, " n"]:
     """Values of a scene's unknowns from which Gauss–Newton steps lead to the right minimum more often than from 0.
 
     A gateway that is described a third of a wavelength away from where it is makes the responses so different that
     steps from there can end anywhere. Here many poses are drawn from the prior. Each path's length changes with them to
-    first order (``simulate.terms``), so that y = Σ a e^{−jk(L + δL)} takes no tracing. The pose is returned for which
-    the mean of |⟨y, measured⟩|² / (|y|² |measured|²) over the positions is largest: a phase and a scale of each
-    position's own do not matter.
+    first order (``simulate.terms``), so that y = Σ a e^{−jk(L + δL)} takes no tracing. The most likely pose is
+    returned: with the mean s of |⟨y, measured⟩|² / (|y|² |measured|²) over the positions, on which a phase and a scale
+    of each position's own have no effect, −2 log of its posterior is 2 N log(1 − s) + Σ (value / tolerance)², but for a
+    constant. N is the number of responses that count.
 
     Args:
         tracer: of the scene as described.
@@ -44,6 +49,7 @@ def first_guess(
         positions: of the transmitters, metres, world frame.
         measured: element responses.
         flips: whether these may be flipped, as behind pictures (y_m → conj y_{M−1−m}).
+        counted: N.
     """
     of_pose = [number for number, each in enumerate(which) if each.kind in ("position", "turn")]
     scene = tracer.ray_scene.description
@@ -58,7 +64,9 @@ def first_guess(
         alike = np.maximum(alike, np.abs(np.einsum("gkm,km->gk", found, wanted[:, ::-1])))
     size = np.linalg.norm(found, axis=-1) * np.linalg.norm(wanted, axis=-1)
     score = np.divide(alike, size, out=np.zeros_like(alike), where=size > 0) ** 2
-    for guess in guesses[(-score.mean(axis=1)).argsort(kind="stable")]:
+    unlikely = 2 * counted * np.log(np.maximum(1 - score.mean(axis=1), LEAST_MISFIT))
+    unlikely += ((guesses[:, of_pose] / deviations) ** 2).sum(axis=1)
+    for guess in guesses[unlikely.argsort(kind="stable")]:
         if is_valid(varied(scene, which, guess)):
             return guess
     return guesses[0]

@@ -96,14 +96,18 @@ def most_likely(
     described = tracer.responses(positions).astype(complex)
     if not described.any():
         raise InputError(f"{scene.name}: expected paths from the gateway to the spectra, found none")
-    start = first_guess(tracer, which, positions, measured, flips=not phases_known)
-    tracer = moved(tracer, varied(scene, which, start), search.region)
+    guess = first_guess(tracer, which, positions, measured, not phases_known, min(measured.size, COUNTED))
+    starts = [np.zeros(len(which)), guess] if guess.any() else [guess]
     # A gateway half a wavelength nearer to a wall, with the opposite common gain, can be a minimum, too. Responses that
-    # are compared in a phase of their own each have no common gain, and lead near the right minimum.
-    small = NEAR if phases_known else SMALL
-    found = search.minimum(tracer, start, phases_known=False, flips=not phases_known, small=small)
-    if phases_known:
-        found = search.minimum(found.tracer, found.values, phases_known=True, flips=False, small=SMALL)
+    # are compared in a phase of their own each have no common gain, and lead near the right minimum. On the way there
+    # all of them count: the prior would otherwise hold the search back in minima near the description.
+    ends = []
+    for start in starts:
+        nearby = moved(tracer, varied(scene, which, start), search.region)
+        ends.append(search.minimum(nearby, start, False, not phases_known, NEAR, counted=measured.size))
+    near = min(ends, key=lambda end: end.unlikely)
+    counted = min(measured.size, COUNTED)
+    found = search.minimum(near.tracer, near.values, phases_known, not phases_known, SMALL, counted)
     aligned, _ = aligned_to(measured, described, phases_known)
     before = unexplained(without_own_phase(aligned - described, described, phases_known), aligned)
     corrected = varied(scene, which, found.values)
@@ -111,12 +115,13 @@ def most_likely(
 
 
 class _Minimum(NamedTuple):
-    """Where a search ended, and a tracer of the scene there; else as of ``Calibration``."""
+    """Where a search ended, −2 log of the posterior there, and a tracer of the scene; else as of ``Calibration``."""
 
     values: Float[np.ndarray, " n"]
     deviations: Float[np.ndarray, " n"]
     gain: complex
     misfit: float
+    unlikely: float
     tracer: Tracer
 
 
@@ -136,7 +141,13 @@ class _Search:
         return np.stack([self.positions.min(axis=0), self.positions.max(axis=0)])
 
     def minimum(
-        self, tracer: Tracer, start: Float[np.ndarray, " n"], phases_known: bool, flips: bool, small: float
+        self,
+        tracer: Tracer,
+        start: Float[np.ndarray, " n"],
+        phases_known: bool,
+        flips: bool,
+        small: float,
+        counted: int,
     ) -> _Minimum:
         """The minimum that steps from some values lead to.
 
@@ -146,12 +157,13 @@ class _Search:
             phases_known: as of ``most_likely``.
             flips: whether responses may be flipped, where phases are not known.
             small: step, in standard deviations of the prior, at which the search ends.
+            counted: number of responses that count as independent.
         """
         scene, which, prior = self.scene, self.which, np.array([each.tolerance for each in self.which])
         alike = cho_factor(_alike(self.positions, scene.wavelength), lower=True)
         freely = "" if phases_known else ", with a phase of its own for each spectrum"
         step = np.zeros(len(which))
-        least, best = np.inf, _Minimum(start, prior, 1 + 0j, 1.0, tracer)
+        best = _Minimum(start, prior, 1 + 0j, 1.0, np.inf, tracer)
         for number in range(ROUNDS):
             values = best.values
             if number:
@@ -168,14 +180,16 @@ class _Search:
             rest = without_own_phase(aligned - traced, traced, phases_known)
             misfit = unexplained(rest, aligned)
             self.report(f"round {number + 1}: {misfit:.2%} of the power unexplained{freely}")
-            unlikely = unlikelihood(alike, rest, aligned) + ((values / prior) ** 2).sum()  # −2 log of the posterior
-            if unlikely > least:
+            unlikely = (
+                unlikelihood(alike, rest, aligned, counted) + ((values / prior) ** 2).sum()
+            )  # −2 log of the posterior
+            if unlikely > best.unlikely:
                 step = step / 2
                 continue
             jacobian = jacobian + by_materials(tracer, which, self.positions, traced)
             jacobian = without_own_phase(jacobian, traced, phases_known)
-            step, deviations = _step(alike, rest, jacobian, traced, values, prior)
-            least, best = unlikely, _Minimum(values, deviations, gain, misfit, tracer)
+            step, deviations = _step(alike, rest, jacobian, traced, values, prior, counted)
+            best = _Minimum(values, deviations, gain, misfit, unlikely, tracer)
         return best
 
     def _halved_to_valid(
@@ -194,7 +208,10 @@ class _Search:
 
 
 def unlikelihood(
-    alike: tuple[np.ndarray, bool], rest: Complex[np.ndarray, "K M"], aligned: Complex[np.ndarray, "K M"]
+    alike: tuple[np.ndarray, bool],
+    rest: Complex[np.ndarray, "K M"],
+    aligned: Complex[np.ndarray, "K M"],
+    counted: int,
 ) -> float:
     """−2 log of the likelihood of measured responses, but for a constant; the noise has its most likely variance.
 
@@ -203,14 +220,10 @@ def unlikelihood(
         rest: what it leaves.
         aligned: measured responses in the traced ones' scale. What is left counts relative to their power, since the
             scale of the traced responses is a free gain and must not matter.
+        counted: number of responses that count as independent.
     """
     left = (rest.conj() * cho_solve(alike, rest)).real.sum() / (np.abs(aligned) ** 2).sum()
-    return 2 * counted(rest) * float(np.log(left))
-
-
-def counted(rest: Complex[np.ndarray, "K M"]) -> int:
-    """How many of the numbers that the twin leaves count as independent."""
-    return min(rest.size, COUNTED)
+    return 2 * counted * float(np.log(left))
 
 
 def moved(tracer: Tracer, scene: Scene, region: Float[np.ndarray, "2 3"]) -> Tracer:
@@ -231,6 +244,7 @@ def _step(
     traced: Complex[np.ndarray, "K M"],
     values: Float[np.ndarray, " n"],
     prior: Float[np.ndarray, " n"],
+    counted: int,
 ) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
     """The Gauss–Newton step of the unknowns, and their posterior standard deviations.
 
@@ -241,11 +255,12 @@ def _step(
         traced: the responses; their common gain is one more unknown, of which nothing is known.
         values: by how much these have been changed.
         prior: their standard deviations beforehand.
+        counted: number of responses that count as independent.
     """
     columns = np.concatenate([jacobian, traced[..., None], 1j * traced[..., None]], axis=-1)
     together = np.concatenate([rest[..., None], columns], axis=-1).reshape(len(rest), -1)
     solved = cho_solve(alike, together).reshape(*rest.shape, -1)
-    of_both_parts = (rest.conj() * solved[..., 0]).real.sum() / counted(rest)
+    of_both_parts = (rest.conj() * solved[..., 0]).real.sum() / counted
     variance = of_both_parts / 2  # of the real part, and of the imaginary one
     normal = np.einsum("kmi,kmj->ij", columns.conj(), solved[..., 1:]).real / variance
     towards = np.einsum("kmi,km->i", columns.conj(), solved[..., 0]).real / variance

@@ -85,27 +85,25 @@ def test_stated_deviations_are_those_of_a_linear_problem():
     steps, deviations = [], []
     for _ in range(2000):
         rest = 0.1 * root @ (generator.normal(size=(12, 4, 2)) @ [1, 1j])
-        step, deviation = _step(alike, rest, jacobian, traced, np.zeros(3), np.full(3, 1e3))
+        step, deviation = _step(alike, rest, jacobian, traced, np.zeros(3), np.full(3, 1e3), rest.size)
         steps.append(step)
         deviations.append(deviation)
     np.testing.assert_allclose(np.sqrt(np.mean(np.square(deviations), axis=0)), np.std(steps, axis=0), rtol=0.05)
 
 
-def test_more_responses_than_are_counted_make_nothing_surer():
+def test_repeated_responses_that_do_not_count_make_nothing_surer():
     """Positions that are repeated twenty times, with the same errors, say what they say once."""
     generator = np.random.default_rng(1)
     jacobian, traced = generator.normal(size=(10, 16, 3, 2)) @ [1, 1j], generator.normal(size=(10, 16, 2)) @ [1, 1j]
     rest = 0.1 * generator.normal(size=(10, 16, 2)) @ [1, 1j]
-    found = []
+    steps, unlikely = [], []
     for times in (1, 20):
-        several = (np.concatenate([each] * times) for each in (rest, jacobian, traced))
-        found.append(_step(cho_factor(np.eye(10 * times)), *several, np.full(3, 0.1), np.full(3, 0.2)))
-    np.testing.assert_allclose(found[0], found[1])
-    ten, both = np.eye(10), np.eye(20)
-    measured = rest + traced
-    assert unlikelihood(cho_factor(ten), rest, measured) == pytest.approx(
-        unlikelihood(cho_factor(both), np.tile(rest, (2, 1)), np.tile(measured, (2, 1)))
-    )
+        alike = cho_factor(np.eye(10 * times))
+        left, by_unknown, there = (np.concatenate([each] * times) for each in (rest, jacobian, traced))
+        steps.append(_step(alike, left, by_unknown, there, np.full(3, 0.1), np.full(3, 0.2), 160))
+        unlikely.append(unlikelihood(alike, left, left + there, 160))
+    np.testing.assert_allclose(steps[0], steps[1])
+    assert unlikely[0] == pytest.approx(unlikely[1])
 
 
 def test_a_step_that_puts_the_gateway_into_a_box_is_halved():
@@ -176,7 +174,7 @@ def test_the_gain_of_the_traced_responses_says_nothing(phases_known):
 
     def of(scaled):
         aligned = aligned_to(traced + 0.1 * noise, scaled, phases_known)[0]
-        return unlikelihood(alike, aligned - scaled, aligned)
+        return unlikelihood(alike, aligned - scaled, aligned, aligned.size)
 
     assert of(1.5 * traced) == pytest.approx(of(traced), abs=1e-6)
     assert of(traced + 0.1 * noise[::-1]) > of(traced) + 10
