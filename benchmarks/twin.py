@@ -8,10 +8,9 @@ position and orientation, by normal deviations of three sizes, in the lab of one
 responses and from pictures alone: median SSIM of 100 other positions, and median correlation of their responses, mean
 over the draws, predicted by ``twin``, by ``helmholtz`` and by inverse-distance weighting of the same spectra; with 0
 spectra by ray tracing of the description. And how far the corrected gateway is from the true one, and how far its pose
-and all else that was corrected are from the truth in stated standard deviations. The rows of the
-closet's true description say what rays leave that nobody described wrong: there the twin corrects nothing but the gains
-of chains. Each draw's figures are kept in a folder, in which the next run finds them: delete it when the code has
-changed.
+and all else that was corrected are from the truth in stated standard deviations. The rows of the closet's true
+description say what rays leave that nobody described wrong: there the twin corrects nothing but the gains of chains.
+Each draw's figures are kept in a folder, in which the next run finds them: delete it when the code has changed.
 """
 
 from __future__ import annotations
@@ -41,7 +40,7 @@ from scenes.atomic import write_atomically
 from scenes.description import Scene
 from scenes.scene_yaml import load_scene, write_scene
 from scenes.tolerances import Tolerances
-from scenes.unknowns import Unknown, unknowns, varied
+from scenes.unknowns import OF_POSE, Unknown, unknowns, varied
 from simulate.dataset import Dataset
 from simulate.measurement import Measurement
 from simulate.simulation import simulate
@@ -127,7 +126,7 @@ def left(found: Calibration, which: list[Unknown], wrong_by: Float[np.ndarray, "
     errors_of = dict(zip(which, wrong_by, strict=True))
     ratios: dict[bool, list[float]] = {True: [], False: []}
     for unknown, value, deviation in zip(found.which, found.values, found.deviations, strict=True):
-        ratios[unknown.kind in ("position", "turn")].append(float(value + errors_of[unknown]) / float(deviation))
+        ratios[unknown.kind in OF_POSE].append(float(value + errors_of[unknown]) / float(deviation))
     names = {True: "pose off, deviations", False: "rest off, deviations"}
     return {names[of_pose]: float(np.sqrt(np.mean(np.square(each)))) for of_pose, each in ratios.items()}
 

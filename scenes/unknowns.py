@@ -19,6 +19,9 @@ from scenes.tolerances import Tolerances
 
 Kind = Literal["position", "turn", "frequency", "object", "relative_permittivity", "conductivity", "thickness"]
 
+OF_POSE = ("position", "turn")
+"""Kinds of the gateway's pose: its position and its orientation."""
+
 OF_MATERIALS = ("relative_permittivity", "conductivity", "thickness")
 """Properties of a material, whose unknowns are logarithms of ratios."""
 

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Complex, Float, Int
 
 from simulate.trace import Tracer
 
@@ -49,8 +49,6 @@ def derivatives(tracer: Tracer, positions: Float[np.ndarray, "K 3"], objects: Se
         np.zeros(shape, complex),
         np.zeros((*shape, len(objects), 3), complex),
     )
-    centre = np.asarray(tracer.ray_scene.description.gateway.position)
-    arms = tracer.elements.positions - centre
     wavenumber = 2 * np.pi / tracer.ray_scene.description.wavelength
     for batch in tracer.terms(positions):
         place = batch.targets * shape[1] + batch.sources
@@ -58,13 +56,27 @@ def derivatives(tracer: Tracer, positions: Float[np.ndarray, "K 3"], objects: Se
         by_length = -1j * wavenumber * batch.responses
         by_element, by_interaction = batch.turns()
         _add(result.position, place, by_length, by_element)
-        _add(result.turn, place, by_length, np.cross(arms[batch.sources], by_element))
+        _add(result.turn, place, by_length, by_turn(tracer, batch.sources, by_element))
         _add(result.frequency, place, by_length, batch.lengths())
         for column, number in enumerate(objects):
             touches = (batch.objects == number).any(axis=1)
             by_object = (by_interaction * (batch.objects == number)[..., None]).sum(axis=1)
             _add(result.objects[:, :, column], place[touches], by_length[touches], by_object[touches])
     return result
+
+
+def by_turn(
+    tracer: Tracer, sources: Int[np.ndarray, " paths"], by_element: Float[np.ndarray, "paths 3"]
+) -> Float[np.ndarray, "paths 3"]:
+    """Derivatives of paths' lengths by a turn of the gateway about its position, m/rad; axes of the world frame.
+
+    Args:
+        tracer: traces the scene.
+        sources: index of each path's element.
+        by_element: derivatives by the element's position.
+    """
+    arms = tracer.elements.positions - np.asarray(tracer.ray_scene.description.gateway.position)
+    return np.cross(arms[sources], by_element)
 
 
 def _add(total: np.ndarray, place: np.ndarray, by_length: np.ndarray, by_what: np.ndarray) -> None:

@@ -87,6 +87,7 @@ def evaluate_locations(runs: Sequence[Run | Path], report: Report = lambda phase
                 f"{run.folder}: expected a run that was not trained on the test spectra of {loaded[0].folder}, found "
                 f"{dataset.names[trained[0]]} and {len(trained) - 1} more; train both with the same split and seed"
             )
+    # A picture of one brightness has no fingerprint.
     told = np.any([np.ptp(dataset.pictures[test], axis=(1, 2)) > 0 for dataset in datasets], axis=0)
     if not told.any():
         raise InputError(

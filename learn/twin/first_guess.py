@@ -8,8 +8,9 @@ import numpy as np
 from jaxtyping import Complex, Float
 from scipy.sparse import csr_array
 
-from scenes.unknowns import Unknown, varied
+from scenes.unknowns import OF_POSE, Unknown, varied
 from scenes.validation import is_valid
+from simulate.derivatives import by_turn
 from simulate.evenly import evenly
 from simulate.trace import Tracer
 
@@ -51,9 +52,10 @@ def first_guess(
         flips: whether these may be flipped, as behind pictures (y_m → conj y_{M−1−m}).
         counted: N.
     """
-    of_pose = [number for number, each in enumerate(which) if each.kind in ("position", "turn")]
-    scene = tracer.ray_scene.description
-    guesses = np.zeros((GUESSES, len(which)))
+    of_pose = [number for number, each in enumerate(which) if each.kind in OF_POSE]
+    if not of_pose:
+        return np.zeros(len(which))
+    scene, guesses = tracer.ray_scene.description, np.zeros((GUESSES, len(which)))
     deviations = [which[number].tolerance for number in of_pose]
     guesses[1:, of_pose] = np.random.default_rng(0).normal(size=(GUESSES - 1, len(of_pose))) * deviations
     compared = evenly(np.arange(len(positions)), COMPARED)
@@ -79,21 +81,19 @@ def _responses(
     guesses: Float[np.ndarray, "G n"],
 ) -> Complex[np.ndarray, "G K M"]:
     """Responses to transmitters, for each guess of the unknowns of the pose."""
-    described, elements = tracer.ray_scene.description, tracer.elements.positions
-    arms = elements - np.asarray(described.gateway.position)
-    wavenumber = 2 * np.pi / described.wavelength
-    total = np.zeros((len(positions) * len(elements), len(guesses)), complex)
+    elements, wavenumber = len(tracer.elements), 2 * np.pi / tracer.ray_scene.description.wavelength
+    total = np.zeros((len(positions) * elements, len(guesses)), complex)
     for batch in tracer.terms(positions):
         by_element, _ = batch.turns()
-        changes = {"position": by_element, "turn": np.cross(arms[batch.sources], by_element)}
-        by_unknown = np.zeros((len(by_element), len(which)))
+        changes = {"position": by_element, "turn": by_turn(tracer, batch.sources, by_element)}
+        by_unknown = np.zeros((len(batch.responses), len(which)))
         for column, unknown in enumerate(which):
             if unknown.kind in changes:
                 by_unknown[:, column] = changes[unknown.kind][:, unknown.axis]
-        place = batch.targets * len(elements) + batch.sources
+        place = batch.targets * elements + batch.sources
         sums = csr_array((batch.responses, (place, np.arange(len(place)))), shape=(len(total), len(place)))
         step = max(1, AT_ONCE // max(1, len(place)))
         for start in range(0, len(guesses), step):
             longer = by_unknown @ guesses[start : start + step].T
             total[:, start : start + step] += sums @ np.exp(-1j * wavenumber * longer)
-    return total.T.reshape(len(guesses), len(positions), len(elements))
+    return total.T.reshape(len(guesses), len(positions), elements)

@@ -91,23 +91,23 @@ def most_likely(
     """
     if not measured.any():
         raise InputError(f"{scene.name}: expected spectra with some power to correct the scene by, found none")
-    search = _Search(scene, list(which), positions, measured, report)
+    # Responses behind pictures may be flipped. Others may not, also while they are compared in phases of their own.
+    search = _Search(scene, list(which), positions, measured, flips=not phases_known, report=report)
     tracer = Tracer(scene, propagation, search.region, report=report)
     described = tracer.responses(positions).astype(complex)
     if not described.any():
         raise InputError(f"{scene.name}: expected paths from the gateway to the spectra, found none")
-    guess = first_guess(tracer, which, positions, measured, not phases_known, min(measured.size, COUNTED))
-    starts = [np.zeros(len(which)), guess] if guess.any() else [guess]
+    counted = min(measured.size, COUNTED)
     # A gateway half a wavelength nearer to a wall, with the opposite common gain, can be a minimum, too. Responses that
     # are compared in a phase of their own each have no common gain, and lead near the right minimum. On the way there
     # all of them count: the prior would otherwise hold the search back in minima near the description.
-    ends = []
-    for start in starts:
-        nearby = moved(tracer, varied(scene, which, start), search.region)
-        ends.append(search.minimum(nearby, start, False, not phases_known, NEAR, counted=measured.size))
-    near = min(ends, key=lambda end: end.unlikely)
-    counted = min(measured.size, COUNTED)
-    found = search.minimum(near.tracer, near.values, phases_known, not phases_known, SMALL, counted)
+    near = search.minimum(tracer, np.zeros(len(which)), phases_known=False, small=NEAR, counted=measured.size)
+    guess = first_guess(tracer, which, positions, measured, search.flips, counted)
+    if guess.any():
+        nearby = moved(tracer, varied(scene, which, guess), search.region)
+        other = search.minimum(nearby, guess, phases_known=False, small=NEAR, counted=measured.size)
+        near = min(near, other, key=lambda end: end.unlikely)
+    found = search.minimum(near.tracer, near.values, phases_known, SMALL, counted)
     aligned, _ = aligned_to(measured, described, phases_known)
     before = unexplained(without_own_phase(aligned - described, described, phases_known), aligned)
     corrected = varied(scene, which, found.values)
@@ -127,12 +127,16 @@ class _Minimum(NamedTuple):
 
 @dataclass(frozen=True)
 class _Search:
-    """Gauss–Newton steps to the most likely values of a scene's unknowns; attributes: see ``most_likely``."""
+    """Gauss–Newton steps to the most likely values of a scene's unknowns.
+
+    Attributes: see ``most_likely``; ``flips``: whether responses may be flipped, where phases are not known.
+    """
 
     scene: Scene
     which: list[Unknown]
     positions: Float[np.ndarray, "K 3"]
     measured: Complex[np.ndarray, "K M"]
+    flips: bool
     report: Callable[[str], None]
 
     @property
@@ -145,7 +149,6 @@ class _Search:
         tracer: Tracer,
         start: Float[np.ndarray, " n"],
         phases_known: bool,
-        flips: bool,
         small: float,
         counted: int,
     ) -> _Minimum:
@@ -155,7 +158,6 @@ class _Search:
             tracer: of the scene with these values.
             start: the values.
             phases_known: as of ``most_likely``.
-            flips: whether responses may be flipped, where phases are not known.
             small: step, in standard deviations of the prior, at which the search ends.
             counted: number of responses that count as independent.
         """
@@ -176,13 +178,11 @@ class _Search:
             if not traced.any():
                 step = step / 2
                 continue
-            aligned, gain = aligned_to(self.measured, traced, phases_known, flips)
+            aligned, gain = aligned_to(self.measured, traced, phases_known, self.flips)
             rest = without_own_phase(aligned - traced, traced, phases_known)
             misfit = unexplained(rest, aligned)
             self.report(f"round {number + 1}: {misfit:.2%} of the power unexplained{freely}")
-            unlikely = (
-                unlikelihood(alike, rest, aligned, counted) + ((values / prior) ** 2).sum()
-            )  # −2 log of the posterior
+            unlikely = unlikelihood(alike, rest, aligned, counted) + float(((values / prior) ** 2).sum())
             if unlikely > best.unlikely:
                 step = step / 2
                 continue
@@ -260,8 +260,7 @@ def _step(
     columns = np.concatenate([jacobian, traced[..., None], 1j * traced[..., None]], axis=-1)
     together = np.concatenate([rest[..., None], columns], axis=-1).reshape(len(rest), -1)
     solved = cho_solve(alike, together).reshape(*rest.shape, -1)
-    of_both_parts = (rest.conj() * solved[..., 0]).real.sum() / counted
-    variance = of_both_parts / 2  # of the real part, and of the imaginary one
+    variance = (rest.conj() * solved[..., 0]).real.sum() / counted / 2  # of the real part, and of the imaginary one
     normal = np.einsum("kmi,kmj->ij", columns.conj(), solved[..., 1:]).real / variance
     towards = np.einsum("kmi,km->i", columns.conj(), solved[..., 0]).real / variance
     number = len(prior)

@@ -64,7 +64,7 @@ def test_pose_and_cabinet_are_found(phases_known, wrong, measured, with_phases):
     if not phases_known:
         found = most_likely(wrong[0], wrong[1], PROPAGATION, positions, behind_pictures(responses), phases_known=False)
     left = dict(zip([each.label for each in wrong[1]], wrong[2] + found.values, strict=True))
-    assert max(abs(left[f"gateway {axis}"]) for axis in "xyz") < 0.007
+    assert max(abs(left[f"gateway {axis}"]) for axis in "xyz") < 0.005
     assert max(abs(left[f"gateway turn about {axis}"]) for axis in "xyz") < np.radians(0.4)
     assert abs(left["cabinet y"]) < 0.006
     assert found.misfit[0] < 0.1 * found.misfit[1]
@@ -110,7 +110,7 @@ def test_a_step_that_puts_the_gateway_into_a_box_is_halved():
     post = SceneObject("post", box((-0.1, 0.2, 1.38), (-0.07, 0.3, 1.46)), "concrete")
     place, pose = yard(CABINET, post), Tolerances(position=0.06, turn=0, objects=0, materials=0)
     which, start = unknowns(place, pose), np.zeros(3)
-    search = _Search(place, which, np.zeros((1, 3)), np.ones((1, 16)), lambda sentence: None)
+    search = _Search(place, which, np.zeros((1, 3)), np.ones((1, 16)), False, lambda sentence: None)
     into_the_post = np.array([-0.04, 0.0, 0.0])
     with pytest.raises(InputError, match="behind: gateway"):
         validate(varied(place, which, into_the_post), "behind")
@@ -129,7 +129,7 @@ def test_a_gateway_is_not_taken_for_one_half_a_wavelength_away(true, measured):
     draw = np.random.default_rng(13).normal(size=len(which)) * [each.tolerance for each in which]
     found = most_likely(varied(true, which, draw), which, PROPAGATION, *measured, phases_known=True)
     assert np.linalg.norm((found.values + draw)[:3]) < 0.02
-    assert found.gain == pytest.approx(5j, abs=1.5)
+    assert found.gain == pytest.approx(5j, abs=1)
     assert found.misfit[0] < 0.01 < 0.3 < found.misfit[1]
 
 
