@@ -25,7 +25,8 @@ def pattern(antennas: Antennas, towards: mi.Vector3f) -> Field:
         antennas: of one pattern and orientation.
         towards: unit vectors away from them, world frame.
     """
-    rotation = rotation_matrix(mi.Point3f(*(float(angle) for angle in antennas.angles)))
+    # Constants would be part of Dr.Jit's kernels, which would be compiled anew for every other orientation.
+    rotation = rotation_matrix(mi.Point3f(*(dr.opaque(mi.Float, float(angle)) for angle in antennas.angles)))
     theta, phi = theta_phi_from_unit_vec(rotation.T @ towards)
     c_theta, c_phi = antennas.pattern(theta, phi)
     return composed(c_theta, rotation @ theta_hat(theta, phi), c_phi, rotation @ phi_hat(phi))

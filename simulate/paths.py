@@ -9,6 +9,7 @@ Sionna RT is pinned to 2.2.0 for this file; tests/simulate/test_paths.py compare
 
 from __future__ import annotations
 
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -228,6 +229,23 @@ def fields(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets:
     if ray_scene.propagation.counts_slabs_once:
         response *= np.exp(2j * np.pi / ray_scene.description.wavelength * _shortened(ray_scene, buffer, sources))
     return Paths(buffer.target_indices.numpy(), buffer.source_indices.numpy(), response)
+
+
+def with_materials_of(buffer: PathsBuffer, ray_scene: RayScene, other: RayScene) -> PathsBuffer:
+    """The buffer's paths in another scene, which differs from theirs in nothing but its materials.
+
+    Args:
+        buffer: exact paths, of ``refine``; stays as it is.
+        ray_scene: their scene.
+        other: the other one.
+    """
+    hit = interactions_of(buffer)
+    happened = hit.types != NONE
+    shapes = hit.shapes.copy()
+    shapes[happened] = other.identifiers[ray_scene.object_of_identifier[hit.shapes[happened]]]
+    found = copy(buffer)
+    found.valid, found._shapes = mi.Bool(buffer.valid), mi.TensorXu(shapes)  # type: ignore[operator]
+    return found
 
 
 def _shortened(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas) -> Float[np.ndarray, " paths"]:

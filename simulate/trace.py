@@ -7,7 +7,7 @@ array at 915 MHz is in the near field, where one point with plane-wave phases (`
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -20,13 +20,14 @@ from simulate.chains import Chains, find_chains, solve_chains
 from simulate.diffraction.chains import DiffractedChains
 from simulate.diffraction.edges import Edges
 from simulate.diffraction.search import find_diffracted_chains
-from simulate.diffraction.solve import EdgeScene, diffracted_paths, diffracted_terms
-from simulate.paths import Paths, fields, refine, shoot, terms
+from simulate.diffraction.solve import EdgeScene, diffracted_paths, diffracted_paths_of, diffracted_terms
+from simulate.paths import Paths, fields, refine, shoot, terms, with_materials_of
 from simulate.propagation import Propagation
 from simulate.ray_scene import RayScene
 from simulate.ray_tracer import PathsBuffer
 from simulate.scattering.scattered import Scattering
 from simulate.sionna_scene import Antennas, gateway_antennas, transmitter_antennas
+from simulate.surfaces import Surfaces
 from simulate.terms import Terms
 
 MEMORY = 2_000_000_000
@@ -174,6 +175,28 @@ class Tracer:
             paths.add_to(result[start:])
         if self._scattering is not None:
             result += self._scattering.responses(self.elements, self._targets(positions))
+        return result.astype(np.complex64)
+
+    def responses_with(
+        self, others: Sequence[Scene], positions: Float[np.ndarray, "K 3"]
+    ) -> Complex[np.ndarray, "others K elements"]:
+        """``responses`` of other scenes, complex64, without diffuse reflection; their paths are found only once.
+
+        Args:
+            others: scenes that differ from this one in nothing but the properties of their materials.
+            positions: metres, world frame.
+        """
+        scenes = [RayScene.of(each, self.ray_scene.propagation) for each in others]
+        result = np.zeros((len(scenes), len(positions), len(self.elements)), np.complex128)
+        for start, targets, _, buffer in self._solved(self.elements, positions):
+            for total, scene in zip(result, scenes, strict=True):
+                same = with_materials_of(buffer, self.ray_scene, scene)
+                fields(scene, same, self.elements, targets).add_to(total[start:])
+        if self._diffracted is not None:
+            surfaces, targets = [Surfaces(each) for each in scenes], self._targets(positions)
+            for found in diffracted_paths_of(self._edge_scene, self._diffracted, self.elements, targets, surfaces):
+                for total, paths in zip(result, found, strict=True):
+                    paths.add_to(total)
         return result.astype(np.complex64)
 
     def responses_by_chain(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements chains"]:

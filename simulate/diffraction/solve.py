@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from jaxtyping import Int
@@ -63,9 +63,29 @@ def diffracted_paths(
     Yields:
         Batches of paths, and the index of each path's chain.
     """
-    for chain, paths, _ in _solved(edge_scene, chains, sources, targets):
+    for chain, (paths,), _ in _solved(edge_scene, chains, sources, targets, [edge_scene.surfaces]):
         kept = paths.responses != 0
         yield chain[kept], Paths(paths.targets[kept], paths.sources[kept], paths.responses[kept])
+
+
+def diffracted_paths_of(
+    edge_scene: EdgeScene,
+    chains: DiffractedChains,
+    sources: Antennas,
+    targets: Antennas,
+    surfaces: Sequence[Surfaces],
+) -> Iterator[list[Paths]]:
+    """The same paths, and those that are blocked, once for each of some materials.
+
+    Args:
+        edge_scene: the scene and its edges; the rest as of ``diffracted_paths``.
+        chains: the chains to solve.
+        sources: where the paths begin.
+        targets: where they end.
+        surfaces: of the same scene with other materials.
+    """
+    for _, paths, _ in _solved(edge_scene, chains, sources, targets, surfaces):
+        yield paths
 
 
 def diffracted_terms(
@@ -73,7 +93,7 @@ def diffracted_terms(
 ) -> Iterator[Terms]:
     """The same paths, with their courses: arguments and order as those of ``diffracted_paths``."""
     objects_of = edge_scene.ray_scene.object_of_face
-    for number, paths, courses in _solved(edge_scene, chains, sources, targets):
+    for number, (paths,), courses in _solved(edge_scene, chains, sources, targets, [edge_scene.surfaces]):
         kept = paths.responses != 0
         before, diffractions, _ = chains.shapes[number[0]]
         objects = objects_of[courses.faces].T
@@ -88,9 +108,13 @@ def diffracted_terms(
 
 
 def _solved(
-    edge_scene: EdgeScene, chains: DiffractedChains, sources: Antennas, targets: Antennas
-) -> Iterator[tuple[Int[np.ndarray, " paths"], Paths, Courses]]:
-    """Batches of paths that are blocked or not, the index of each path's chain, and its way."""
+    edge_scene: EdgeScene,
+    chains: DiffractedChains,
+    sources: Antennas,
+    targets: Antennas,
+    surfaces: Sequence[Surfaces],
+) -> Iterator[tuple[Int[np.ndarray, " paths"], list[Paths], Courses]]:
+    """Batches of paths that are blocked or not: each one's chain, the paths with each of the surfaces, their ways."""
     planes, edges = edge_scene.ray_scene.planes, edge_scene.edges
     wavelength = edge_scene.ray_scene.description.wavelength
     shapes = chains.shapes
@@ -107,7 +131,7 @@ def _solved(
                 paths = possible[:, first : first + LANES]
                 courses = combinations.courses(paths, start)
                 followed = edge_scene.ray_scene.propagation
-                responses = path_responses(
-                    edge_scene.surfaces, edges, sources, targets, courses, int(shape[0]), followed
-                )
-                yield number[paths[1]], Paths(paths[0] + start, paths[2], responses), courses
+                found = [
+                    path_responses(each, edges, sources, targets, courses, int(shape[0]), followed) for each in surfaces
+                ]
+                yield number[paths[1]], [Paths(paths[0] + start, paths[2], each) for each in found], courses

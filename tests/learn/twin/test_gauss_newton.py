@@ -2,10 +2,8 @@
 
 import numpy as np
 import pytest
-from scipy.linalg import cho_factor
 
-from learn.twin.alignment import aligned_to
-from learn.twin.gauss_newton import _Search, _step, most_likely, unlikelihood
+from learn.twin.gauss_newton import _Search, most_likely
 from scenes.description import SceneObject
 from scenes.errors import InputError
 from scenes.shapes import box
@@ -76,36 +74,6 @@ def test_what_is_left_is_within_what_is_said(wrong, with_phases):
     assert (with_phases.deviations <= [each.tolerance * 1.001 for each in wrong[1]]).all()
 
 
-def test_stated_deviations_are_those_of_a_linear_problem():
-    """Of three unknowns that responses with errors of unknown size depend on linearly."""
-    generator = np.random.default_rng(1)
-    jacobian, traced = generator.normal(size=(12, 4, 3, 2)) @ [1, 1j], generator.normal(size=(12, 4, 2)) @ [1, 1j]
-    correlation = 0.3 * np.eye(12) + 0.7 * np.exp(-np.abs(np.subtract.outer(np.arange(12), np.arange(12))) / 3)
-    root, alike = np.linalg.cholesky(correlation), cho_factor(correlation, lower=True)
-    steps, deviations = [], []
-    for _ in range(2000):
-        rest = 0.1 * root @ (generator.normal(size=(12, 4, 2)) @ [1, 1j])
-        step, deviation = _step(alike, rest, jacobian, traced, np.zeros(3), np.full(3, 1e3), rest.size)
-        steps.append(step)
-        deviations.append(deviation)
-    np.testing.assert_allclose(np.sqrt(np.mean(np.square(deviations), axis=0)), np.std(steps, axis=0), rtol=0.05)
-
-
-def test_repeated_responses_that_do_not_count_make_nothing_surer():
-    """Positions that are repeated twenty times, with the same errors, say what they say once."""
-    generator = np.random.default_rng(1)
-    jacobian, traced = generator.normal(size=(10, 16, 3, 2)) @ [1, 1j], generator.normal(size=(10, 16, 2)) @ [1, 1j]
-    rest = 0.1 * generator.normal(size=(10, 16, 2)) @ [1, 1j]
-    steps, unlikely = [], []
-    for times in (1, 20):
-        alike = cho_factor(np.eye(10 * times))
-        left, by_unknown, there = (np.concatenate([each] * times) for each in (rest, jacobian, traced))
-        steps.append(_step(alike, left, by_unknown, there, np.full(3, 0.1), np.full(3, 0.2), 160))
-        unlikely.append(unlikelihood(alike, left, left + there, 160))
-    np.testing.assert_allclose(steps[0], steps[1])
-    assert unlikely[0] == pytest.approx(unlikely[1])
-
-
 def test_a_step_that_puts_the_gateway_into_a_box_is_halved():
     post = SceneObject("post", box((-0.1, 0.2, 1.38), (-0.07, 0.3, 1.46)), "concrete")
     place, pose = yard(CABINET, post), Tolerances(position=0.06, turn=0, objects=0, materials=0)
@@ -133,22 +101,6 @@ def test_a_gateway_is_not_taken_for_one_half_a_wavelength_away(true, measured):
     assert found.misfit[0] < 0.01 < 0.3 < found.misfit[1]
 
 
-def test_aligned_responses_are_nearer_the_more_alike_they_are():
-    """The share that a phase and a scale of each position's own leave unexplained is 1 − ρ²."""
-    generator = np.random.default_rng(0)
-    traced, other = generator.normal(size=(2, 200, 16, 2)) @ [1, 1j]
-    unit = traced / np.linalg.norm(traced, axis=1, keepdims=True)
-    other -= unit * (unit.conj() * other).sum(axis=1, keepdims=True)
-    other *= np.linalg.norm(traced, axis=1, keepdims=True) / np.linalg.norm(other, axis=1, keepdims=True)
-    for alike in (0.9, 0.6, 0.2):
-        measured = 3j * (alike * traced + np.sqrt(1 - alike**2) * other)
-        aligned = aligned_to(measured, traced, phases_known=False)[0]
-        across = aligned - unit * (unit.conj() * aligned).sum(axis=1, keepdims=True)
-        share = (np.abs(across) ** 2).sum() / (np.abs(aligned) ** 2).sum()
-        assert share <= 1 - alike**2 + 1e-6 and share > 0.8 * (1 - alike**2)  # the flipped one may be nearer
-    np.testing.assert_allclose(np.linalg.norm(aligned, axis=1), np.linalg.norm(traced, axis=1))
-
-
 def test_position_that_no_path_reaches_does_no_harm(true):
     in_the_open = np.random.default_rng(0).uniform(*true.transmitter.region, (5, 3))
     positions = np.concatenate([in_the_open, [[2.0, 2.5, 1.2]]])  # the last one is behind the cabinet
@@ -164,17 +116,3 @@ def test_position_that_no_path_reaches_does_no_harm(true):
 def test_spectra_without_power_are_refused(true, phases_known):
     with pytest.raises(InputError, match="yard: expected spectra with some power to correct the scene by, found none"):
         most_likely(true, unknowns(true, TOLERANCES), PROPAGATION, np.ones((3, 3)), np.zeros((3, 16)), phases_known)
-
-
-@pytest.mark.parametrize("phases_known", [True, False])
-def test_the_gain_of_the_traced_responses_says_nothing(phases_known):
-    generator = np.random.default_rng(5)
-    traced, noise = generator.normal(size=(2, 12, 4, 2)) @ [1, 1j]
-    alike = cho_factor(0.5 * np.eye(12) + 0.5, lower=True)
-
-    def of(scaled):
-        aligned = aligned_to(traced + 0.1 * noise, scaled, phases_known)[0]
-        return unlikelihood(alike, aligned - scaled, aligned, aligned.size)
-
-    assert of(1.5 * traced) == pytest.approx(of(traced), abs=1e-6)
-    assert of(traced + 0.1 * noise[::-1]) > of(traced) + 10

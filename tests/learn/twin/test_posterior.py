@@ -1,0 +1,96 @@
+"""Posterior of a few unknowns, its deviations, and the steps that lower it."""
+
+import numpy as np
+import pytest
+from scipy.linalg import cho_factor
+
+from learn.twin.alignment import aligned_to
+from learn.twin.posterior import Quadratic, unlikelihood
+
+
+def test_stated_deviations_are_those_of_a_linear_problem():
+    """Of three unknowns that responses with errors of unknown size depend on linearly."""
+    generator = np.random.default_rng(1)
+    jacobian, traced = generator.normal(size=(12, 4, 3, 2)) @ [1, 1j], generator.normal(size=(12, 4, 2)) @ [1, 1j]
+    correlation = 0.3 * np.eye(12) + 0.7 * np.exp(-np.abs(np.subtract.outer(np.arange(12), np.arange(12))) / 3)
+    root, alike = np.linalg.cholesky(correlation), cho_factor(correlation, lower=True)
+    steps, deviations = [], []
+    for _ in range(2000):
+        rest = 0.1 * root @ (generator.normal(size=(12, 4, 2)) @ [1, 1j])
+        model = Quadratic.of(alike, rest, jacobian, traced, np.zeros(3), np.full(3, 1e3), rest.size)
+        steps.append(model.step(np.inf))
+        deviations.append(model.deviations)
+    np.testing.assert_allclose(np.sqrt(np.mean(np.square(deviations), axis=0)), np.std(steps, axis=0), rtol=0.05)
+
+
+def test_repeated_responses_that_do_not_count_make_nothing_surer():
+    """Positions that are repeated twenty times, with the same errors, say what they say once."""
+    generator = np.random.default_rng(1)
+    jacobian, traced = generator.normal(size=(10, 16, 3, 2)) @ [1, 1j], generator.normal(size=(10, 16, 2)) @ [1, 1j]
+    rest = 0.1 * generator.normal(size=(10, 16, 2)) @ [1, 1j]
+    steps, unlikely = [], []
+    for times in (1, 20):
+        alike = cho_factor(np.eye(10 * times))
+        left, by_unknown, there = (np.concatenate([each] * times) for each in (rest, jacobian, traced))
+        model = Quadratic.of(alike, left, by_unknown, there, np.full(3, 0.1), np.full(3, 0.2), 160)
+        steps.append((model.step(np.inf), model.deviations))
+        unlikely.append(unlikelihood(alike, left, left + there, 160))
+    np.testing.assert_allclose(steps[0], steps[1])
+    assert unlikely[0] == pytest.approx(unlikely[1])
+
+
+@pytest.mark.parametrize("phases_known", [True, False])
+def test_the_gain_of_the_traced_responses_says_nothing(phases_known):
+    generator = np.random.default_rng(5)
+    traced, noise = generator.normal(size=(2, 12, 4, 2)) @ [1, 1j]
+    alike = cho_factor(0.5 * np.eye(12) + 0.5, lower=True)
+
+    def of(scaled):
+        aligned = aligned_to(traced + 0.1 * noise, scaled, phases_known)[0]
+        return unlikelihood(alike, aligned - scaled, aligned, aligned.size)
+
+    assert of(1.5 * traced) == pytest.approx(of(traced), abs=1e-6)
+    assert of(traced + 0.1 * noise[::-1]) > of(traced) + 10
+
+
+@pytest.fixture
+def model():
+    """Of three unknowns of which the responses tell one well, one badly, and one not at all."""
+    generator = np.random.default_rng(2)
+    jacobian, traced = generator.normal(size=(12, 4, 3, 2)) @ [1, 1j], generator.normal(size=(12, 4, 2)) @ [1, 1j]
+    rest = 0.1 * generator.normal(size=(12, 4, 2)) @ [1, 1j] + jacobian @ [0.3, 1.0, 0.0]
+    return Quadratic.of(
+        cho_factor(np.eye(12)), rest, jacobian * [1, 0.01, 0], traced, np.full(3, 0.1), np.array([0.2, 0.4, 2.0]), 48
+    )
+
+
+def change(model, steps):
+    """What steps change of the posterior that the model is of."""
+    scaled = steps / model.prior
+    return np.einsum("...i,ij,...j->...", scaled, model.precision, scaled) - 2 * scaled @ model.towards
+
+
+@pytest.mark.parametrize("reach", [0.01, 0.3])
+def test_a_step_is_the_best_of_its_length(model, reach):
+    step = model.step(reach)
+    assert np.linalg.norm(step / model.prior) == pytest.approx(reach)
+    assert np.linalg.norm(model.step(np.inf) / model.prior) > 0.5
+    others = np.random.default_rng(0).normal(size=(20_000, 3))
+    others *= reach * model.prior / np.linalg.norm(others, axis=1, keepdims=True)
+    assert change(model, step) <= change(model, others).min()
+
+
+def test_a_step_whose_end_is_near_is_not_damped(model):
+    whole = model.step(np.inf)
+    np.testing.assert_allclose(model.precision @ (whole / model.prior), model.towards)
+    np.testing.assert_array_equal(model.step(1.01 * np.linalg.norm(whole / model.prior)), whole)
+    assert change(model, whole) < change(model, 0.99 * whole)
+
+
+def test_steps_are_longer_the_more_they_gain(model):
+    step = model.step(0.3)
+    expected = -change(model, step)
+    reaches = [model.next_reach(step, 0.3, share * expected) for share in (-1, 0.2, 0.5, 0.9)]
+    np.testing.assert_allclose(reaches, [0.15, 0.15, 0.3, 0.6])
+    whole = model.step(np.inf)
+    assert model.next_reach(whole, np.inf, -change(model, whole)) == np.inf
