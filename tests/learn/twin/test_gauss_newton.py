@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from learn.twin.gauss_newton import _Search, most_likely
+from learn.twin.gauss_newton import _Minimum, _Search, most_likely
 from scenes.description import SceneObject
 from scenes.errors import InputError
 from scenes.shapes import box
@@ -99,6 +99,23 @@ def test_a_gateway_is_not_taken_for_one_half_a_wavelength_away(true, measured):
     assert np.linalg.norm((found.values + draw)[:3]) < 0.02
     assert found.gain == pytest.approx(5j, abs=1)
     assert found.misfit[0] < 0.01 < 0.3 < found.misfit[1]
+
+
+@pytest.mark.parametrize(("off", "likelier", "expected"), [(0.1, True, 0.11), (0.1, False, 0.01), (0.03, True, 0.01)])
+def test_the_likelier_of_two_ends_is_taken(true, measured, monkeypatch, off, likelier, expected):
+    """A search from the description ends 1 cm beside it, another one from a guess, if this is not near there."""
+    which = unknowns(true, Tolerances(turn=0, objects=0, materials=0))
+    guess = np.array([0.0, off, 0.0])
+
+    def from_start(search, tracer, start, phases_known, counted):
+        assert tracer.ray_scene.description.gateway.position == varied(true, which, start).gateway.position
+        unlikely = -1.0 if start.any() == likelier else 1.0
+        return _Minimum(start + np.array([0, 0.01, 0]), np.full(3, 0.1), 1 + 0j, 0.1, unlikely, tracer)
+
+    monkeypatch.setattr(_Search, "from_start", from_start)
+    monkeypatch.setattr("learn.twin.gauss_newton.first_guess", lambda *arguments: guess)
+    found = most_likely(true, which, PROPAGATION, *measured, phases_known=True)
+    np.testing.assert_allclose(found.values, [0, expected, 0])
 
 
 def test_position_that_no_path_reaches_does_no_harm(true):
