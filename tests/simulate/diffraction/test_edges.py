@@ -89,3 +89,15 @@ def test_of_too_many_edges_the_foremost_are_followed(make_scene, monkeypatch):
     middles = edges.points(np.array([0.5])).tolist()
     places = [middles.index(middle) for middle in kept.points(np.array([0.5])).tolist()]
     assert places == sorted(places)
+
+
+def test_objects_that_move_keep_the_numbers_of_their_edges(edges_of):
+    """Chains, which name edges by their numbers, then need not be found anew."""
+
+    def two_boxes(ahead):
+        other = box((3.0, 1.0 + ahead, 0.5), (4.0, 2.0 + ahead, 1.0))
+        return edges_of(("one", box((1.0, 1.0, 0.5), (2.0, 2.0, 1.0)), "metal"), ("other", other, "metal"))
+
+    before, after = two_boxes(0.1), two_boxes(-0.1)
+    np.testing.assert_array_equal(before.faces, after.faces)
+    np.testing.assert_allclose(before.directions, after.directions)
