@@ -20,7 +20,7 @@ from simulate.chains import Chains, find_chains, solve_chains
 from simulate.diffraction.chains import DiffractedChains
 from simulate.diffraction.edges import Edges
 from simulate.diffraction.search import find_diffracted_chains
-from simulate.diffraction.solve import EdgeScene, diffracted_paths, diffracted_paths_of, diffracted_terms
+from simulate.diffraction.solve import EdgeScene, diffracted_paths, diffracted_paths_with, diffracted_terms
 from simulate.paths import Paths, fields, refine, shoot, terms, with_materials_of
 from simulate.propagation import Propagation
 from simulate.ray_scene import RayScene
@@ -180,10 +180,11 @@ class Tracer:
     def responses_with(
         self, others: Sequence[Scene], positions: Float[np.ndarray, "K 3"]
     ) -> Complex[np.ndarray, "others K elements"]:
-        """``responses`` of other scenes, complex64, without diffuse reflection; their paths are found only once.
+        """``responses`` of other scenes, complex64, without that of patches; their paths are found only once.
 
         Args:
-            others: scenes that differ from this one in nothing but the properties of their materials.
+            others: scenes that differ from this one in nothing but the properties of their materials and the
+                thicknesses of their objects; the same objects are conductors.
             positions: metres, world frame.
         """
         scenes = [RayScene.of(each, self.ray_scene.propagation) for each in others]
@@ -194,7 +195,7 @@ class Tracer:
                 fields(scene, same, self.elements, targets).add_to(total[start:])
         if self._diffracted is not None:
             surfaces, targets = [Surfaces(each) for each in scenes], self._targets(positions)
-            for found in diffracted_paths_of(self._edge_scene, self._diffracted, self.elements, targets, surfaces):
+            for found in diffracted_paths_with(self._edge_scene, self._diffracted, self.elements, targets, surfaces):
                 for total, paths in zip(result, found, strict=True):
                     paths.add_to(total)
         return result.astype(np.complex64)

@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 import torch
 
-signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell has its background jobs ignore Ctrl-C
+signal.signal(signal.SIGINT, signal.default_int_handler)  # for tests of Ctrl-C, which a shell's background jobs ignore
 
 if not torch.cuda.is_available():  # before anything imports Triton
     os.environ["TRITON_INTERPRET"] = "1"

@@ -22,7 +22,7 @@ from simulate.propagation import Propagation
 from simulate.trace import Found, Tracer
 
 ROUNDS = 24
-"""Largest number of Gauss–Newton steps."""
+"""Largest number of times that a search traces the scene."""
 
 SMALL, NEAR = 0.05, 0.5
 """Standard deviations: a search ends when no unknown moves by more in a step; ``NEAR`` where another one follows."""
@@ -99,7 +99,8 @@ def most_likely(
     found = search.from_start(tracer, np.zeros(len(which)), phases_known, counted)
     guess = first_guess(tracer, which, positions, measured, search.flips, counted)
     where = [number for number, each in enumerate(which) if each.kind == "position"]
-    if np.linalg.norm((guess - found.values)[where]) > APART * scene.wavelength:
+    elsewhere = np.linalg.norm((guess - found.values)[where]) > APART * scene.wavelength
+    if guess.any() and (elsewhere or not where):
         nearby = moved(tracer, varied(scene, which, guess), search.region)
         other = search.from_start(nearby, guess, phases_known, counted)
         found = min(found, other, key=lambda end: end.unlikely)
@@ -188,6 +189,8 @@ class _Search:
                 tracer = moved(tracer, varied(scene, which, values), self.region)
             traced, jacobian = linearised(tracer, which, self.positions)
             if not traced.any():
+                if model is None:
+                    break
                 reach = float(np.linalg.norm(step / prior)) / 2
                 continue
             aligned, gain = aligned_to(self.measured, traced, phases_known, self.flips)

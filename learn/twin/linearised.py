@@ -55,6 +55,8 @@ def by_materials(
     """
     scene, jacobian = tracer.ray_scene.description, np.zeros((*responses.shape, len(which)), complex)
     columns = [column for column, unknown in enumerate(which) if unknown.kind in OF_MATERIALS]
+    if not columns:
+        return jacobian
     others = [varied(scene, [which[column]], np.array([STEP])) for column in columns]
     for column, traced in zip(columns, tracer.responses_with(others, positions), strict=True):
         jacobian[..., column] = (traced - responses) / STEP

@@ -38,7 +38,7 @@ def unlikelihood(
     """−2 log of the likelihood of measured responses, but for a constant; the noise has its most likely variance.
 
     Args:
-        alike: factors of the correlation of what the twin leaves.
+        alike: Cholesky factor of the correlation of what the twin leaves.
         rest: what it leaves.
         aligned: measured responses in the traced ones' scale. What is left counts relative to their power, since the
             scale of the traced responses is a free gain and must not matter.
@@ -73,10 +73,13 @@ class Quadratic:
         prior: Float[np.ndarray, " n"],
         counted: int,
     ) -> Quadratic:
-        """Of Gauss and Newton: with responses that are linear in the unknowns.
+        """The quadratic that follows if the responses are linear in the unknowns (Gauss and Newton).
+
+        Where each position has a phase and a scale of its own, it is an approximation, since the measured responses
+        take the scale of the traced ones, which depends on the unknowns.
 
         Args:
-            alike: factors of the correlation of what the twin leaves.
+            alike: Cholesky factor of the correlation of what the twin leaves.
             rest: what it leaves.
             jacobian: derivatives of the responses by the unknowns.
             traced: the responses; their common gain is one more unknown, of which nothing is known.
@@ -105,7 +108,7 @@ class Quadratic:
     def step(self, reach: float) -> Float[np.ndarray, " n"]:
         """The step to the least value that a step no longer than ``reach`` leads to (Levenberg and Marquardt).
 
-        It is δ = (A + μ)⁻¹ b, with the damping μ ≥ 0 that makes it so short.
+        It is δ = (A + μ)⁻¹ b, with the least damping μ ≥ 0 for which its length is at most ``reach``.
 
         Args:
             reach: in standard deviations of the priors.

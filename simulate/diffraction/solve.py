@@ -68,14 +68,14 @@ def diffracted_paths(
         yield chain[kept], Paths(paths.targets[kept], paths.sources[kept], paths.responses[kept])
 
 
-def diffracted_paths_of(
+def diffracted_paths_with(
     edge_scene: EdgeScene,
     chains: DiffractedChains,
     sources: Antennas,
     targets: Antennas,
     surfaces: Sequence[Surfaces],
 ) -> Iterator[list[Paths]]:
-    """The same paths, and those that are blocked, once for each of some materials.
+    """The paths of ``diffracted_paths`` with their responses for each of several materials; blocked ones have 0.
 
     Args:
         edge_scene: the scene and its edges; the rest as of ``diffracted_paths``.

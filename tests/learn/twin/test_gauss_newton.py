@@ -118,6 +118,68 @@ def test_the_likelier_of_two_ends_is_taken(true, measured, monkeypatch, off, lik
     np.testing.assert_allclose(found.values, [0, expected, 0])
 
 
+def test_a_guess_counts_where_only_the_orientation_is_unknown(true, measured, monkeypatch):
+    which, starts = unknowns(true, Tolerances(position=0, objects=0, materials=0)), []
+    guess = np.array([0.1, 0.0, 0.0])
+
+    def from_start(search, tracer, start, phases_known, counted):
+        starts.append(start)
+        return _Minimum(start, np.full(3, 0.1), 1 + 0j, 0.1, 0.0, tracer)
+
+    monkeypatch.setattr(_Search, "from_start", from_start)
+    for of_guess, expected in ((guess, 2), (np.zeros(3), 1)):
+        starts.clear()
+        monkeypatch.setattr("learn.twin.gauss_newton.first_guess", lambda *arguments, found=of_guess: found)
+        most_likely(true, which, PROPAGATION, *measured, phases_known=True)
+        assert len(starts) == expected
+
+
+@pytest.fixture
+def steps_of(true, monkeypatch):
+    """Function: responses by a value x, how far the search goes -> its end, and the values that were tried.
+
+    x is the gateway's x, with a tolerance of 1 m; the scene is not traced.
+    """
+    which = unknowns(true, Tolerances(position=1.0, turn=0, objects=0, materials=0))[:1]
+    measured = np.exp(1j * np.arange(16))[None]
+
+    def of(response, rounds=24):
+        tried = []
+
+        def linearised(value, which, positions):
+            tried.append(value)
+            slope = (response(value + 1e-6) - response(value - 1e-6)) / 2e-6
+            return response(value)[None], slope[None, :, None]
+
+        monkeypatch.setattr("learn.twin.gauss_newton.ROUNDS", rounds)
+        monkeypatch.setattr("learn.twin.gauss_newton.moved", lambda tracer, scene, region: scene.gateway.position[0])
+        monkeypatch.setattr("learn.twin.gauss_newton.linearised", linearised)
+        monkeypatch.setattr("learn.twin.gauss_newton.by_materials", lambda tracer, which, positions, traced: 0)
+        monkeypatch.setattr("learn.twin.gauss_newton.is_valid", lambda scene: True)
+        search = _Search(true, which, np.zeros((1, 3)), measured, False, lambda sentence: None)
+        return search.minimum(0.0, np.zeros(1), True, 1e-3, 16), tried
+
+    return of
+
+
+def test_refused_steps_are_followed_by_shorter_ones_from_the_best_values(steps_of):
+    """The responses turn against the measured ones beyond x = 0.1, where the first steps lead."""
+    elements, other = np.arange(16), np.exp(3j * np.arange(16))
+
+    def response(x):
+        return np.exp(1j * elements) + (0.5 - x if x < 0.1 else 0.4 + 4 * (x - 0.1)) * other
+
+    end, tried = steps_of(response)
+    refused = [value for value in tried if value > 0.2]
+    assert len(refused) >= 2 and (np.diff(refused) < 0).all()
+    assert end.values[0] == pytest.approx(0.1, abs=0.02)
+
+
+def test_a_search_that_no_path_reaches_ends_at_once(steps_of):
+    end, tried = steps_of(lambda x: np.zeros(16, complex))
+    assert len(tried) == 1 and end.unlikely == np.inf
+
+
 def test_position_that_no_path_reaches_does_no_harm(true):
     in_the_open = np.random.default_rng(0).uniform(*true.transmitter.region, (5, 3))
     positions = np.concatenate([in_the_open, [[2.0, 2.5, 1.2]]])  # the last one is behind the cabinet

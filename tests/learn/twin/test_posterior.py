@@ -53,6 +53,33 @@ def test_the_gain_of_the_traced_responses_says_nothing(phases_known):
     assert of(traced + 0.1 * noise[::-1]) > of(traced) + 10
 
 
+def test_slope_is_that_of_the_posterior():
+    """By finite differences, where the responses are linear in unknowns of unequal priors, and phases are known."""
+    generator = np.random.default_rng(6)
+    jacobian, traced, noise = (generator.normal(size=(12, 4, n, 2)) @ [1, 1j] for n in (3, 1, 1))
+    measured, prior, values = (
+        traced[..., 0] + 0.1 * noise[..., 0],
+        np.array([0.2, 0.02, 1.0]),
+        np.array([0.1, 0.03, -0.5]),
+    )
+    alike = cho_factor(0.5 * np.eye(12) + 0.5, lower=True)
+
+    def left(step):
+        found = traced[..., 0] + jacobian @ step
+        aligned = aligned_to(measured, found, phases_known=True)[0]
+        return aligned - found, aligned, found
+
+    def unlikely(step):
+        rest, aligned, _ = left(step)
+        return unlikelihood(alike, rest, aligned, 48) + (((values + step) / prior) ** 2).sum()
+
+    rest, _, found = left(np.zeros(3))
+    model = Quadratic.of(alike, rest, jacobian, found, values, prior, 48)
+    for number, small in enumerate(1e-5 * np.diag(prior)):
+        slope = (unlikely(small) - unlikely(-small)) / 2e-5
+        assert slope == pytest.approx(-2 * model.towards[number], rel=0.02, abs=0.2)
+
+
 @pytest.fixture
 def model():
     """Of three unknowns of which the responses tell one well, one badly, and one not at all."""
