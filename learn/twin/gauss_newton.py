@@ -141,7 +141,7 @@ class _Search:
         return np.stack([self.positions.min(axis=0), self.positions.max(axis=0)])
 
     def from_start(self, tracer: Tracer, start: Float[np.ndarray, " n"], phases_known: bool, counted: int) -> _Minimum:
-        """The minimum that a search from some values ends in; where phases are known, it first leaves them out.
+        """The minimum that a search from some values ends in; where phases are known, it ignores them at first.
 
         A gateway half a wavelength nearer to a wall, with the opposite common gain, can be a minimum, too. Responses
         that are compared in a phase of their own each have no common gain, and lead near the right minimum.
@@ -191,7 +191,7 @@ class _Search:
             if not traced.any():
                 if model is None:
                     break
-                reach = float(np.linalg.norm(step / prior)) / 2
+                reach = model.next_reach(step, reach, gained=-np.inf)
                 continue
             aligned, gain = aligned_to(self.measured, traced, phases_known, self.flips)
             rest = without_own_phase(aligned - traced, traced, phases_known)

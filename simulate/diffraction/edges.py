@@ -195,11 +195,10 @@ def _joined(edges: Edges, body_of_face: Int[np.ndarray, " faces"]) -> Edges:
     line, first, last = line[order], first[order], (first + edges.lengths)[order]
     begins = np.r_[True, (np.diff(line) != 0) | (first[1:] > last[:-1] + 1e-4)]
     ends = np.r_[begins[1:], True]
-    kept, first, lengths = order[begins], first[begins], last[ends] - first[begins]
-    again = kept.argsort()  # the order of the edges before, so that an object that moves keeps its edges' numbers
-    kept, first, lengths = kept[again], first[again], lengths[again]
-    starts = feet[kept] + first[:, None] * directions[kept]
-    return replace(edges.subset(kept), starts=starts, directions=directions[kept], lengths=lengths)
+    kept = order[begins]
+    starts, lengths = feet[kept] + first[begins][:, None] * directions[kept], last[ends] - first[begins]
+    joined = replace(edges.subset(kept), starts=starts, directions=directions[kept], lengths=lengths)
+    return joined.subset(kept.argsort())  # as the given edges, whose order does not depend on where objects stand
 
 
 def _untouched(edges: Edges, body_of_face: Int[np.ndarray, " faces"], ray_scene: RayScene) -> Edges:

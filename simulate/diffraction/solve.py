@@ -130,8 +130,8 @@ def _solved(
             for first in range(0, possible.shape[1], LANES):
                 paths = possible[:, first : first + LANES]
                 courses = combinations.courses(paths, start)
-                followed = edge_scene.ray_scene.propagation
+                followed, target = edge_scene.ray_scene.propagation, paths[0] + start
                 found = [
                     path_responses(each, edges, sources, targets, courses, int(shape[0]), followed) for each in surfaces
                 ]
-                yield number[paths[1]], [Paths(paths[0] + start, paths[2], each) for each in found], courses
+                yield number[paths[1]], [Paths(target, paths[2], each) for each in found], courses

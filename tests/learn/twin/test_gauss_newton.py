@@ -136,14 +136,14 @@ def test_a_guess_counts_where_only_the_orientation_is_unknown(true, measured, mo
 
 @pytest.fixture
 def steps_of(true, monkeypatch):
-    """Function: responses by a value x, how far the search goes -> its end, and the values that were tried.
+    """Function: responses by a value x -> the end of the search for x, and the values that were tried.
 
     x is the gateway's x, with a tolerance of 1 m; the scene is not traced.
     """
     which = unknowns(true, Tolerances(position=1.0, turn=0, objects=0, materials=0))[:1]
     measured = np.exp(1j * np.arange(16))[None]
 
-    def of(response, rounds=24):
+    def of(response):
         tried = []
 
         def linearised(value, which, positions):
@@ -151,7 +151,6 @@ def steps_of(true, monkeypatch):
             slope = (response(value + 1e-6) - response(value - 1e-6)) / 2e-6
             return response(value)[None], slope[None, :, None]
 
-        monkeypatch.setattr("learn.twin.gauss_newton.ROUNDS", rounds)
         monkeypatch.setattr("learn.twin.gauss_newton.moved", lambda tracer, scene, region: scene.gateway.position[0])
         monkeypatch.setattr("learn.twin.gauss_newton.linearised", linearised)
         monkeypatch.setattr("learn.twin.gauss_newton.by_materials", lambda tracer, which, positions, traced: 0)
@@ -173,6 +172,14 @@ def test_refused_steps_are_followed_by_shorter_ones_from_the_best_values(steps_o
     refused = [value for value in tried if value > 0.2]
     assert len(refused) >= 2 and (np.diff(refused) < 0).all()
     assert end.values[0] == pytest.approx(0.1, abs=0.02)
+
+
+def test_a_step_to_where_no_path_reaches_is_followed_by_shorter_ones(steps_of):
+    elements, other = np.arange(16), np.exp(3j * np.arange(16))
+    end, tried = steps_of(lambda x: (x < 0.2) * (np.exp(1j * elements) + (0.5 - x) * other))
+    assert tried[1] > tried[2] > 0.2 > tried[3]
+    np.testing.assert_allclose(tried[2:4], [tried[1] / 2, tried[1] / 4])
+    assert tried[3] < end.values[0] < 0.2
 
 
 def test_a_search_that_no_path_reaches_ends_at_once(steps_of):
