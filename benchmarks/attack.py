@@ -23,9 +23,21 @@ from report.printing import print_figures
 ATTACK = "tests/attack"
 
 OTHERS = (
-    *("tests/learn/test_killed.py", "tests/simulate/test_generate.py", "tests/simulate/test_hostile_files.py"),
-    *("tests/scenes/test_hostile_meshes.py", "tests/scenes/test_json_and_yaml.py", "tests/test_options.py"),
-    *("tests/learn/training/test_damaged_runs.py", "tests/scenes/test_page.py", "tests/learn/view/test_tabs.py"),
+    *(
+        "tests/learn/test_killed.py",
+        "tests/simulate/generation/test_generate.py",
+        "tests/simulate/dataset/test_hostile_files.py",
+    ),
+    *(
+        "tests/scenes/importing/test_hostile_meshes.py",
+        "tests/scenes/files/test_json_and_yaml.py",
+        "tests/bisplat/test_options.py",
+    ),
+    *(
+        "tests/learn/training/test_damaged_runs.py",
+        "tests/scenes/browser/test_served_page.py",
+        "tests/learn/view/test_tabs.py",
+    ),
 )
 
 

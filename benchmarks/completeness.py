@@ -19,13 +19,13 @@ import numpy as np
 import tyro
 from report.printing import print_figures
 
-from scenes.lab import lab
-from simulate.chains import reflecting_planes, solve_chains
-from simulate.paths import NONE, Interactions, fields, interactions_of, refine, shoot
-from simulate.placement import place
-from simulate.propagation import Propagation
-from simulate.sionna_scene import transmitter_antennas
-from simulate.trace import Tracer
+from scenes.places.lab import lab
+from simulate.positions.placement import place
+from simulate.rays.core.propagation import Propagation
+from simulate.rays.core.reflection_chains import reflecting_planes, solve_chains
+from simulate.rays.core.sionna_paths import NONE, Interactions, fields, interactions_of, refine, shoot
+from simulate.rays.core.sionna_scene import transmitter_antennas
+from simulate.rays.tracer import Tracer
 
 RAYS, SEED, CANDIDATES = 4_000_000, 42, 1_500_007
 """Rays of the search, their seed, and the number of candidate paths that it has memory for."""

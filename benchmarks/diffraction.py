@@ -23,9 +23,9 @@ import numpy as np
 import tyro
 from report.printing import print_figures
 
-from scenes.description import SPEED_OF_LIGHT, Gateway, Scene, SceneObject, Transmitter, facing
-from scenes.materials import RadioMaterial
-from scenes.shapes import sheet
+from scenes.scene.description import SPEED_OF_LIGHT, Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.scene.materials import RadioMaterial
+from scenes.scene.shapes import sheet
 from simulate.fullwave.half_plane import half_plane_green
 
 FREQUENCY = 915e6
@@ -93,8 +93,8 @@ def traced(
     source: np.ndarray, places: np.ndarray, polarisation: str, rays: int, options: dict[str, bool]
 ) -> np.ndarray:
     """Responses [K] by ``PathSolver``."""
-    from simulate.ray_tracer import mi, rt
-    from simulate.sionna_scene import build_scene
+    from simulate.rays.core.ray_tracer import mi, rt
+    from simulate.rays.core.sionna_scene import build_scene
 
     scene = build_scene(half_plane())
     scene.tx_array = scene.rx_array = rt.PlanarArray(num_rows=1, num_cols=1, pattern="iso", polarization=polarisation)

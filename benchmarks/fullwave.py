@@ -34,14 +34,14 @@ from report.printing import print_figures
 
 from learn.evaluation.crossvalidate import correlation
 from learn.evaluation.engines import compare_engines
-from scenes.closet import closet
-from scenes.description import Scene
-from simulate.dataset import Dataset
-from simulate.fullwave.dataset_field import FIELD
-from simulate.fullwave.plan import default_cell
+from scenes.places.closet import closet
+from scenes.scene.description import Scene
+from simulate.dataset.dataset_folder import Dataset
+from simulate.fullwave.run_plan import default_cell
 from simulate.fullwave.stored_field import read_stored_field
-from simulate.propagation import Propagation
-from simulate.simulation import simulate
+from simulate.generation.dataset_field import FIELD
+from simulate.generation.simulation import simulate
+from simulate.rays.core.propagation import Propagation
 
 FURNITURE = ("cabinet", "panel", "table", "shelf")
 

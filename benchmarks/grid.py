@@ -20,15 +20,15 @@ import numpy as np
 import tyro
 from report.printing import print_figures
 
-from learn.metrics import ssim
-from simulate.angular_grid import AngularGrid
-from simulate.array import PlanarArray
-from simulate.beamformer import Beamformer
-from simulate.dataset import read_dataset
-from simulate.evenly import evenly
-from simulate.lags import EXAMINED, fit_grids, fit_lags
-from simulate.phase_retrieval import GOOD, retrieve_responses
-from simulate.spectrum import LARGEST_GREY, normalise, spectrum_of
+from learn.data.metrics import ssim
+from simulate.dataset.dataset_folder import read_dataset
+from simulate.spectra.angular_grid import AngularGrid
+from simulate.spectra.array import PlanarArray
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.evenly import evenly
+from simulate.spectra.lags import EXAMINED, fit_grids, fit_lags
+from simulate.spectra.phase_retrieval import GOOD, retrieve_responses
+from simulate.spectra.spectrum import LARGEST_GREY, normalise, spectrum_of
 
 
 def main(

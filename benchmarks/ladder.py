@@ -25,13 +25,13 @@ from rich.progress import track
 from tyro.conf import Positional
 
 from learn.baselines.neighbours import inverse_distance, nearest
-from learn.metrics import ssim
+from learn.data.metrics import ssim
+from learn.data.splits import BLOCK, EVERY, split
 from learn.models.kriged_field import KrigedField
-from learn.splits import BLOCK, EVERY, split
 from learn.training.run_folder import predict
-from simulate.dataset import Dataset, read_dataset
-from simulate.evenly import evenly
-from simulate.spectrum import spectrum_of
+from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.spectra.evenly import evenly
+from simulate.spectra.spectrum import spectrum_of
 
 MOST_TESTED = 300
 """Largest number of test spectra of the simulated dataset, evenly spread over its test part."""

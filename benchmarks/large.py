@@ -19,7 +19,7 @@ import tyro
 from report.commands import measured
 from report.printing import print_figures
 
-from scenes.description import MOST_TRIANGLES
+from scenes.scene.description import MOST_TRIANGLES
 
 PLACE = "--gateway 15 15 9 --boresight 1 0 0 --region-min 20 10 4 --region-max 25 20 5 --default-material concrete"
 

@@ -20,9 +20,9 @@ import tyro
 from report.printing import print_figures
 from tyro.conf import Positional
 
-from learn.metrics import ssim
-from simulate.dataset import Dataset, read_dataset
-from simulate.simulation import simulate
+from learn.data.metrics import ssim
+from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.generation.simulation import simulate
 
 MODELS = ("bisplat-aperture", "mlp-responses")
 KNOWN, TESTED = (100, 200, 400, 1000), 200

@@ -26,12 +26,12 @@ import tyro
 from report.printing import print_figures
 from tyro.conf import Positional
 
-from learn.metrics import ssim
+from learn.data.metrics import ssim
+from learn.data.splits import SplitKind, split
 from learn.models.kriged_field import KrigedField
-from learn.splits import SplitKind, split
-from simulate.dataset import Dataset, read_dataset
-from simulate.evenly import evenly
-from simulate.spectrum import spectrum_of
+from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.spectra.evenly import evenly
+from simulate.spectra.spectrum import spectrum_of
 
 NEAREST = 1, 2, 3, 4, 8, 16, 32
 """Numbers of nearest pictures that are weighted."""

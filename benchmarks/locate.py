@@ -28,11 +28,11 @@ from learn.reports.figures import draw_reliability
 from learn.reports.locations_report import write_locations
 from learn.training.deviation import NORMAL
 from learn.training.run_folder import Run
-from scenes.description import Gateway, facing
-from scenes.scene_yaml import load_scene
-from simulate.dataset import read_dataset
-from simulate.request import propagation_of
-from simulate.simulation import simulate
+from scenes.scene.description import Gateway, facing
+from scenes.storage.scene_yaml import load_scene
+from simulate.dataset.dataset_folder import read_dataset
+from simulate.generation.request import propagation_of
+from simulate.generation.simulation import simulate
 
 SECOND = Gateway((2.4, 5.6, 2.0), facing((0.1, -1.0, -0.2)), pattern="tr38901")
 """In the lab: on the wall beside the transmitters' region."""

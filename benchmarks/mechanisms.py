@@ -28,18 +28,18 @@ from report.printing import print_figures
 
 from learn.evaluation.engines import EngineComparison, compare_responses, scene_for_rays
 from learn.reports.figures import draw_examples
-from scenes.bedroom import bedroom
-from scenes.closet import closet
-from scenes.workshop import workshop
-from simulate.dataset import Dataset
-from simulate.diffraction.links import NO_LINKS
-from simulate.evenly import evenly
-from simulate.fullwave.dataset_field import FIELD
+from scenes.places.bedroom import bedroom
+from scenes.places.closet import closet
+from scenes.places.workshop import workshop
+from simulate.dataset.dataset_folder import Dataset
 from simulate.fullwave.stored_field import read_stored_field
-from simulate.propagation import Propagation
-from simulate.simulation import simulate
-from simulate.spectrum import picture, spectrum_of
-from simulate.trace import Tracer
+from simulate.generation.dataset_field import FIELD
+from simulate.generation.simulation import simulate
+from simulate.rays.core.propagation import Propagation
+from simulate.rays.diffraction.links import NO_LINKS
+from simulate.rays.tracer import Tracer
+from simulate.spectra.evenly import evenly
+from simulate.spectra.spectrum import picture, spectrum_of
 
 ROOMS = {"closet": closet, "workshop": workshop, "bedroom": bedroom}
 CELL = 0.02
@@ -69,7 +69,7 @@ def compared(
 ) -> tuple[EngineComparison, dict[str, float]]:
     """Rays of one mechanism against full wave, and the figures of it."""
     chosen = evenly(np.arange(len(truth.names)), positions)
-    one_edge = patch("simulate.diffraction.search.links_between", return_value=NO_LINKS)
+    one_edge = patch("simulate.rays.diffraction.search.links_between", return_value=NO_LINKS)
     began = time.perf_counter()
     with one_edge if name == ONCE else nullcontext():
         tracer = Tracer(scene_for_rays(truth), propagation)

@@ -17,15 +17,15 @@ import tyro
 from report.nook import nook
 from report.printing import print_figures
 
+from learn.data.metrics import ssim
 from learn.evaluation.engines import scene_for_rays
-from learn.metrics import ssim
-from simulate.dataset import Dataset, read_dataset
-from simulate.fullwave.dataset_field import FIELD
+from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.fullwave.stored_field import read_stored_field
-from simulate.propagation import Propagation
-from simulate.simulation import simulate
-from simulate.spectrum import picture, spectrum_of
-from simulate.trace import Tracer
+from simulate.generation.dataset_field import FIELD
+from simulate.generation.simulation import simulate
+from simulate.rays.core.propagation import Propagation
+from simulate.rays.tracer import Tracer
+from simulate.spectra.spectrum import picture, spectrum_of
 
 APART = 0.03
 """Metres."""

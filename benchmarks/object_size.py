@@ -17,15 +17,15 @@ import numpy as np
 import tyro
 from report.printing import print_figures
 
-from scenes.array_clearance import element_positions
-from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
-from scenes.materials import p2040_materials
-from scenes.shapes import box
+from scenes.checks.array_clearance import element_positions
+from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.scene.materials import p2040_materials
+from scenes.scene.shapes import box
+from simulate.fullwave.all_elements import stored_field
 from simulate.fullwave.dipole import element_direction, free_space_response, transmitter_direction
-from simulate.fullwave.engine import stored_field
-from simulate.fullwave.plan import plan
-from simulate.propagation import Propagation
-from simulate.trace import Tracer
+from simulate.fullwave.run_plan import plan
+from simulate.rays.core.propagation import Propagation
+from simulate.rays.tracer import Tracer
 
 SIDES = (0.25, 0.5, 1.0, 2.0, 3.0)
 """Wavelengths."""

@@ -18,14 +18,14 @@ import tyro
 from report.printing import print_figures
 from scipy.spatial import cKDTree
 
-from learn.metrics import ssim
-from scenes.lab import lab
-from simulate.beamformer import Beamformer
-from simulate.dataset import read_dataset
-from simulate.placement import place
-from simulate.propagation import Propagation
-from simulate.spectrum import picture, spectrum_of
-from simulate.trace import Tracer
+from learn.data.metrics import ssim
+from scenes.places.lab import lab
+from simulate.dataset.dataset_folder import read_dataset
+from simulate.positions.placement import place
+from simulate.rays.core.propagation import Propagation
+from simulate.rays.tracer import Tracer
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.spectrum import picture, spectrum_of
 
 EDGES = (0.0, 0.01, 0.02, 0.04, 0.08, 0.16, 0.32)
 """Edges of the bins of the distance, metres."""

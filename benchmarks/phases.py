@@ -22,15 +22,15 @@ import tyro
 from report.printing import print_figures
 from tyro.conf import Positional
 
-from learn.metrics import ssim
+from learn.data.metrics import ssim
+from learn.data.splits import split
 from learn.models.base import SpectrumModel
 from learn.models.helmholtz import HelmholtzField
 from learn.models.kriged_field import KrigedField
 from learn.models.retrieved_field import fit_to_pictures, retrieved_responses
-from learn.splits import split
 from learn.training.run_folder import predict
-from simulate.dataset import Dataset, read_dataset
-from simulate.simulation import simulate
+from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.generation.simulation import simulate
 
 KNOWN = (50, 100, 150, 300, 600)
 TESTED = 200

@@ -23,25 +23,25 @@ from jaxtyping import Float
 from report.printing import print_figures
 
 from learn.baselines.neighbours import inverse_distance
-from learn.metrics import ssim
+from learn.data.metrics import ssim
 from learn.models.base import SpectrumModel
 from learn.models.helmholtz import HelmholtzField
 from learn.planning.candidates import free_candidates
-from learn.planning.fields import Field, fields_of_model, fields_of_scene
 from learn.planning.greedy import choose
+from learn.planning.planned_fields import Field, fields_of_model, fields_of_scene
 from learn.training.run_folder import predict
-from scenes.description import Scene
-from scenes.scene_yaml import load_scene
-from simulate.array import PlanarArray
-from simulate.beamformer import Beamformer
-from simulate.dataset import Dataset
-from simulate.fullwave.dataset_field import FIELD
+from scenes.scene.description import Scene
+from scenes.storage.scene_yaml import load_scene
+from simulate.dataset.dataset_folder import Dataset
 from simulate.fullwave.stored_field import StoredField, read_stored_field
-from simulate.identification import Identification
-from simulate.placement import place
-from simulate.propagation import Propagation
-from simulate.spectrum import picture
-from simulate.trace import Tracer
+from simulate.generation.dataset_field import FIELD
+from simulate.positions.placement import place
+from simulate.rays.core.propagation import Propagation
+from simulate.rays.tracer import Tracer
+from simulate.spectra.array import PlanarArray
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.identification import Identification
+from simulate.spectra.spectrum import picture
 
 PLANNED, TESTED, SEEDS = 100, 200, 5
 TEST_SEED = 1000

@@ -22,11 +22,11 @@ from report.printing import print_figures
 from tyro.conf import Positional
 
 from learn.baselines.neighbours import inverse_distance, nearest
-from learn.metrics import ssim
-from learn.splits import split
-from simulate.dataset import Dataset, read_dataset
-from simulate.evenly import evenly
-from simulate.spectrum import spectrum_of
+from learn.data.metrics import ssim
+from learn.data.splits import split
+from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.spectra.evenly import evenly
+from simulate.spectra.spectrum import spectrum_of
 
 TESTED = 300
 """Largest number of test spectra, evenly spread."""

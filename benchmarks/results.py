@@ -26,7 +26,7 @@ from report.printing import machine
 from report.runs import READERS
 from report.tables import with_tables
 
-from scenes.errors import InputError
+from scenes.files.errors import InputError
 
 SECTIONS = Path(__file__).with_name("sections.toml")
 

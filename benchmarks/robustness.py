@@ -22,19 +22,19 @@ from rich.progress import track
 
 from learn.comparison.baseline_methods import BASELINES
 from learn.comparison.task import Task
-from learn.metrics import ssim
+from learn.data.metrics import ssim
+from learn.data.splits import SplitKind
 from learn.models.helmholtz import HelmholtzField
-from learn.splits import SplitKind
 from learn.training.run_folder import predict
-from scenes.description import Gateway, Scene, Transmitter, facing
-from scenes.materials import p2040_materials
-from scenes.mesh_import import import_scene
-from scenes.scene_yaml import load_scene
-from simulate.dataset import Dataset, read_dataset
-from simulate.evenly import evenly
-from simulate.propagation import Propagation
-from simulate.simulation import simulate
-from simulate.spectrum import spectrum_of
+from scenes.importing.mesh_import import import_scene
+from scenes.scene.description import Gateway, Scene, Transmitter, facing
+from scenes.scene.materials import p2040_materials
+from scenes.storage.scene_yaml import load_scene
+from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.generation.simulation import simulate
+from simulate.rays.core.propagation import Propagation
+from simulate.spectra.evenly import evenly
+from simulate.spectra.spectrum import spectrum_of
 
 MOST_TESTED = 100
 SIZES = {"measured": (20, 40, None), "lab": (20, 50, 200, 1000, 4000), "place": (48, 100, 200)}

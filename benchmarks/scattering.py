@@ -17,11 +17,11 @@ import numpy as np
 import tyro
 from report.printing import print_figures
 
-from scenes.closet import closet
-from scenes.description import Scene
-from simulate.placement import free_positions
-from simulate.propagation import Propagation
-from simulate.trace import Tracer
+from scenes.places.closet import closet
+from scenes.scene.description import Scene
+from simulate.positions.placement import free_positions
+from simulate.rays.core.propagation import Propagation
+from simulate.rays.tracer import Tracer
 
 ROUGHNESS = 0.3
 DIFFUSE = Propagation(

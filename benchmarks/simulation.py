@@ -24,13 +24,13 @@ import tyro
 from report.commands import Measured, measured
 from report.printing import print_figures
 
-from learn.metrics import ssim
-from scenes.lab import lab
-from simulate.beamformer import Beamformer
-from simulate.placement import place
-from simulate.propagation import Propagation
-from simulate.spectrum import picture, spectrum_of
-from simulate.trace import Tracer
+from learn.data.metrics import ssim
+from scenes.places.lab import lab
+from simulate.positions.placement import place
+from simulate.rays.core.propagation import Propagation
+from simulate.rays.tracer import Tracer
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.spectrum import picture, spectrum_of
 
 BEAMFORMER = Beamformer()
 LOOP_RAYS, DENSE_RAYS = 1_000_000, 10_000_000
@@ -51,8 +51,8 @@ class Loop:
     """
 
     def __init__(self, max_depth: int) -> None:
-        from simulate.ray_tracer import mi, rt
-        from simulate.sionna_scene import build_scene, gateway_antennas, transmitter_antennas
+        from simulate.rays.core.ray_tracer import mi, rt
+        from simulate.rays.core.sionna_scene import build_scene, gateway_antennas, transmitter_antennas
 
         self.scene, self.max_depth = lab(), max_depth
         self.sionna = build_scene(self.scene)
@@ -69,7 +69,7 @@ class Loop:
 
     def responses(self, positions: np.ndarray, rays: int) -> tuple[np.ndarray, float]:
         """Responses [K, elements], and seconds per transmitter without the first, in which kernels are compiled."""
-        from simulate.ray_tracer import mi, rt
+        from simulate.rays.core.ray_tracer import mi, rt
 
         responses, began = [], time.perf_counter()
         for number, position in enumerate(positions):

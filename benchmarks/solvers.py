@@ -18,14 +18,14 @@ import tyro
 from report.nook import nook
 from report.printing import print_figures
 
-from scenes.closet import closet
-from scenes.description import Scene
+from scenes.places.closet import closet
+from scenes.scene.description import Scene
+from simulate.fullwave.all_elements import stored_field
 from simulate.fullwave.cells import edge_materials
-from simulate.fullwave.element import element_source
-from simulate.fullwave.engine import stored_field
+from simulate.fullwave.element_fields import element_source
 from simulate.fullwave.gprmax import installed_gprmax, run, write_geometry
 from simulate.fullwave.leapfrog import advance, cells_at_rest
-from simulate.fullwave.plan import Plan, default_cell, plan
+from simulate.fullwave.run_plan import Plan, default_cell, plan
 
 
 def cells_per_second(scene: Scene, planned: Plan, sources: int, steps: int) -> float:

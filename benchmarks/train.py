@@ -64,9 +64,9 @@ def spectra_per_minute(name: str, dataset: Any, batch_size: int, of: str, option
     import numpy as np
     import torch
 
+    from learn.data.splits import split
     from learn.models.quadrature import quadrature
     from learn.models.steps import Steps
-    from learn.splits import split
     from learn.training.config import Config
     from learn.training.lightning_module import Spectra, Training
     from learn.training.run_folder import build_model
@@ -137,7 +137,7 @@ def main(
         json_output: print one JSON object.
     """
     from learn.models.registry import MODELS, model_entry
-    from simulate.dataset import read_dataset
+    from simulate.dataset.dataset_folder import read_dataset
 
     known = read_dataset(dataset)
     names = list(SMALL) if smallest else [name for name, entry in MODELS.items() if entry.by_steps]

@@ -30,20 +30,20 @@ from report.printing import print_figures
 from scipy.spatial.transform import Rotation
 
 from learn.baselines.neighbours import inverse_distance
-from learn.metrics import ssim
+from learn.data.metrics import ssim
 from learn.models.base import SpectrumModel
 from learn.models.helmholtz import HelmholtzField
 from learn.training.run_folder import predict
 from learn.twin.gauss_newton import Calibration
-from learn.twin.model import Twin
-from scenes.atomic import write_atomically
-from scenes.description import Scene
-from scenes.scene_yaml import load_scene, write_scene
-from scenes.tolerances import Tolerances
-from scenes.unknowns import OF_POSE, Unknown, unknowns, varied
-from simulate.dataset import Dataset
-from simulate.measurement import Measurement
-from simulate.simulation import simulate
+from learn.twin.twin_model import Twin
+from scenes.files.atomic import write_atomically
+from scenes.scene.description import Scene
+from scenes.scene.tolerances import Tolerances
+from scenes.scene.unknowns import OF_POSE, Unknown, unknowns, varied
+from scenes.storage.scene_yaml import load_scene, write_scene
+from simulate.dataset.dataset_folder import Dataset
+from simulate.generation.simulation import simulate
+from simulate.spectra.measurement import Measurement
 
 LEVELS = {
     "small": Tolerances(position=0.01, turn=1.0, objects=0.01, materials=0.1),

@@ -29,8 +29,8 @@ from websockets.sync.client import connect
 
 from learn.view.session import Session
 from learn.view.subject import Subject, subject
-from scenes.shapes import bounding_box
-from scenes.stage import on_screen
+from scenes.browser.scene_view import on_screen
+from scenes.scene.shapes import bounding_box
 
 DRAGS = 40
 """Drags of the transmitter."""

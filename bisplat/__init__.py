@@ -23,52 +23,52 @@ if TYPE_CHECKING:  # for type checkers and editors; at run time __getattr__ impo
     from learn.evaluation.check import check as check
     from learn.evaluation.crossvalidate import crossvalidate as crossvalidate
     from learn.evaluation.evaluate import evaluate as evaluate
-    from learn.export import export as export
     from learn.localisation.locate import locate as locate
-    from learn.planning.plan import plan as plan
+    from learn.planning.next_positions import plan as plan
+    from learn.training.model_export import export as export
     from learn.training.run_folder import load_run as load_run
     from learn.training.train import train as train
     from learn.twin.calibrate import calibrate as calibrate
-    from scenes.description import Gateway as Gateway
-    from scenes.description import Scene as Scene
-    from scenes.description import SceneObject as SceneObject
-    from scenes.description import Transmitter as Transmitter
-    from scenes.errors import InputError as InputError
-    from scenes.mesh_import import import_scene as import_scene
-    from scenes.scene_yaml import load_scene as load_scene
-    from scenes.scene_yaml import write_scene as write_scene
-    from scenes.tolerances import Tolerances as Tolerances
-    from simulate.angular_grid import AngularGrid as AngularGrid
-    from simulate.array import PlanarArray as PlanarArray
-    from simulate.beamformer import Beamformer as Beamformer
-    from simulate.dataset import read_dataset as read_dataset
-    from simulate.deepmimo.export import export_deepmimo as export_deepmimo
-    from simulate.export_hdf5 import export_hdf5 as export_hdf5
-    from simulate.lags import fit_lags as fit_lags
-    from simulate.measurement import Measurement as Measurement
-    from simulate.phase_retrieval import retrieve_responses as retrieve_responses
-    from simulate.propagation import Propagation as Propagation
-    from simulate.simulation import simulate as simulate
-    from simulate.trace import Tracer as Tracer
+    from scenes.files.errors import InputError as InputError
+    from scenes.importing.mesh_import import import_scene as import_scene
+    from scenes.scene.description import Gateway as Gateway
+    from scenes.scene.description import Scene as Scene
+    from scenes.scene.description import SceneObject as SceneObject
+    from scenes.scene.description import Transmitter as Transmitter
+    from scenes.scene.tolerances import Tolerances as Tolerances
+    from scenes.storage.scene_yaml import load_scene as load_scene
+    from scenes.storage.scene_yaml import write_scene as write_scene
+    from simulate.dataset.dataset_folder import read_dataset as read_dataset
+    from simulate.exchange.deepmimo.deepmimo_export import export_deepmimo as export_deepmimo
+    from simulate.exchange.hdf5_export import export_hdf5 as export_hdf5
+    from simulate.generation.simulation import simulate as simulate
+    from simulate.rays.core.propagation import Propagation as Propagation
+    from simulate.rays.tracer import Tracer as Tracer
+    from simulate.spectra.angular_grid import AngularGrid as AngularGrid
+    from simulate.spectra.array import PlanarArray as PlanarArray
+    from simulate.spectra.beamformer import Beamformer as Beamformer
+    from simulate.spectra.lags import fit_lags as fit_lags
+    from simulate.spectra.measurement import Measurement as Measurement
+    from simulate.spectra.phase_retrieval import retrieve_responses as retrieve_responses
 
 _HOMES = {
-    "scenes.description": ("Gateway", "Scene", "SceneObject", "Transmitter"),
-    "scenes.errors": ("InputError",),
-    "scenes.scene_yaml": ("load_scene", "write_scene"),
-    "scenes.tolerances": ("Tolerances",),
-    "scenes.mesh_import": ("import_scene",),
-    "simulate.angular_grid": ("AngularGrid",),
-    "simulate.array": ("PlanarArray",),
-    "simulate.beamformer": ("Beamformer",),
-    "simulate.dataset": ("read_dataset",),
-    "simulate.deepmimo.export": ("export_deepmimo",),
-    "simulate.export_hdf5": ("export_hdf5",),
-    "simulate.lags": ("fit_lags",),
-    "simulate.measurement": ("Measurement",),
-    "simulate.phase_retrieval": ("retrieve_responses",),
-    "simulate.propagation": ("Propagation",),
-    "simulate.simulation": ("simulate",),
-    "simulate.trace": ("Tracer",),
+    "scenes.scene.description": ("Gateway", "Scene", "SceneObject", "Transmitter"),
+    "scenes.files.errors": ("InputError",),
+    "scenes.storage.scene_yaml": ("load_scene", "write_scene"),
+    "scenes.scene.tolerances": ("Tolerances",),
+    "scenes.importing.mesh_import": ("import_scene",),
+    "simulate.spectra.angular_grid": ("AngularGrid",),
+    "simulate.spectra.array": ("PlanarArray",),
+    "simulate.spectra.beamformer": ("Beamformer",),
+    "simulate.dataset.dataset_folder": ("read_dataset",),
+    "simulate.exchange.deepmimo.deepmimo_export": ("export_deepmimo",),
+    "simulate.exchange.hdf5_export": ("export_hdf5",),
+    "simulate.spectra.lags": ("fit_lags",),
+    "simulate.spectra.measurement": ("Measurement",),
+    "simulate.spectra.phase_retrieval": ("retrieve_responses",),
+    "simulate.rays.core.propagation": ("Propagation",),
+    "simulate.generation.simulation": ("simulate",),
+    "simulate.rays.tracer": ("Tracer",),
     "learn.training.train": ("train",),
     "learn.training.run_folder": ("load_run",),
     "learn.evaluation.check": ("check",),
@@ -77,9 +77,9 @@ _HOMES = {
     "learn.comparison.compare": ("compare",),
     "learn.comparison.ablate": ("ablate",),
     "learn.comparison.sweep": ("sweep",),
-    "learn.export": ("export",),
+    "learn.training.model_export": ("export",),
     "learn.localisation.locate": ("locate",),
-    "learn.planning.plan": ("plan",),
+    "learn.planning.next_positions": ("plan",),
     "learn.twin.calibrate": ("calibrate",),
 }
 _HOME_OF = {name: module for module, names in _HOMES.items() for name in names}

@@ -15,16 +15,16 @@ from typing import Any
 
 import tyro
 
-from learn.commands import check, demo, export, predict, train
-from learn.comparison_commands import ablate, compare, sweep
-from learn.evaluation_commands import crossvalidate, engines, evaluate
-from learn.uses_commands import calibrate, locate, plan
-from learn.view.command import view
-from scenes.command import scene
-from scenes.errors import InputError, ParameterError, printable
-from scenes.plain_text import say
-from simulate.command import simulate
-from simulate.dataset_commands import convert, responses
+from bisplat.commands.comparison_commands import ablate, compare, sweep
+from bisplat.commands.dataset_commands import convert, responses
+from bisplat.commands.evaluation_commands import crossvalidate, engines, evaluate
+from bisplat.commands.scene_command import scene
+from bisplat.commands.simulate_command import simulate
+from bisplat.commands.training_commands import check, demo, export, predict, train
+from bisplat.commands.uses_commands import calibrate, locate, plan
+from bisplat.commands.view_command import view
+from scenes.files.errors import InputError, ParameterError, printable
+from scenes.files.plain_text import say
 
 PROGRAM = "bisplat"
 DESCRIPTION = """Ray-trace spatial spectra in NeRF² format, train models on them, and measure the models' accuracy."""

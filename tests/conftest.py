@@ -113,11 +113,11 @@ def open_tab() -> Iterator[Callable[..., Any]]:
 @pytest.fixture
 def on_screen() -> Callable[..., tuple[float, float]]:
     """Function: page, point in the world, bounds of what is seen -> pixel, by the camera our pages begin with."""
-    from scenes import stage
+    from scenes.browser import scene_view
 
     def project(page, point: np.ndarray, bounds: np.ndarray) -> tuple[float, float]:
         canvas = page.locator("canvas").first.bounding_box()
-        x, y = stage.on_screen(point, bounds, canvas["width"], canvas["height"])
+        x, y = scene_view.on_screen(point, bounds, canvas["width"], canvas["height"])
         return canvas["x"] + x, canvas["y"] + y
 
     return project

@@ -1,8 +1,8 @@
 """A small scene for tests: a gateway above a floor, transmitters two to three metres away, and what a test adds."""
 
-from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
-from scenes.materials import p2040_materials
-from scenes.shapes import box, sheet
+from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.scene.materials import p2040_materials
+from scenes.scene.shapes import box, sheet
 
 CABINET = SceneObject("cabinet", box((1.0, 1.5, 0.001), (3.0, 2.0, 3.0)), "metal")
 

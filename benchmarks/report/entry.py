@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from scenes.atomic import write_atomically
+from scenes.files.atomic import write_atomically
 
 
 @dataclass(frozen=True)

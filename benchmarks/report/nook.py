@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from scenes.closet import closet
-from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
-from scenes.shapes import sheet
+from scenes.places.closet import closet
+from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.scene.shapes import sheet
 
 
 def nook() -> Scene:

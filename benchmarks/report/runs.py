@@ -10,7 +10,7 @@ from typing import Any
 
 from report.entry import Measured
 from report.experiments import experiment
-from scenes.errors import InputError
+from scenes.files.errors import InputError
 
 
 def _read(path: Path) -> dict[str, Any] | None:

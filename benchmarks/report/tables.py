@@ -16,7 +16,7 @@ import re
 from collections.abc import Sequence
 
 from report.entry import Entry, Measured
-from scenes.errors import InputError, did_you_mean
+from scenes.files.errors import InputError, did_you_mean
 
 TRAINED_ON = "training spectra"
 """Heading of the column of a sweep that has the number of training spectra."""

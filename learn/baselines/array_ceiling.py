@@ -10,9 +10,9 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 
-from simulate.beamformer import Beamformer
-from simulate.phase_retrieval import retrieve_responses
-from simulate.spectrum import normalise
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.phase_retrieval import retrieve_responses
+from simulate.spectra.spectrum import normalise
 
 CEILING = "array's ceiling"
 """Name of the bound in results and their files."""

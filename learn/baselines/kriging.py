@@ -12,8 +12,8 @@ from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
 
-from simulate.beamformer import Beamformer
-from simulate.spectrum import normalise
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.spectrum import normalise
 
 COMPONENTS = 48
 """Number of principal components of the spectra that are interpolated."""

@@ -10,11 +10,11 @@ from learn.comparison.compare import SEEDS_MOST, makers
 from learn.comparison.experiment import begun
 from learn.comparison.table import Comparison
 from learn.comparison.trained_model import TrainedModel
+from learn.data.splits import SplitKind
 from learn.models.registry import OPTION_MOST, check_options
 from learn.models.steps import STEPS_MOST
-from learn.splits import SplitKind
-from scenes.errors import ParameterError, require_whole
-from simulate.dataset import Dataset
+from scenes.files.errors import ParameterError, require_whole
+from simulate.dataset.dataset_folder import Dataset
 
 APERTURE: dict[str, dict[str, Any]] = {
     "with TX-PE": {"encoding": "octaves"},

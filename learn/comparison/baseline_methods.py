@@ -11,7 +11,7 @@ from jaxtyping import Float
 from learn.baselines.kriging import krige_responses, krige_spectra
 from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.comparison.task import Method, Task
-from simulate.phase_retrieval import retrieve_responses
+from simulate.spectra.phase_retrieval import retrieve_responses
 
 
 class MeanPicture:

@@ -9,14 +9,14 @@ import numpy as np
 import torch
 
 from learn.comparison.task import Task
-from learn.metrics import ssim
+from learn.data.metrics import ssim
 from learn.models.base import SpectrumModel
 from learn.models.quadrature import quadrature
 from learn.models.steps import Steps
 from learn.training.by_steps import STEPS_PER_VALIDATION, VALIDATIONS
 from learn.training.found_responses import Learned
 from learn.training.lightning_module import Spectra, Training
-from simulate.spectrum import spectrum_of
+from simulate.spectra.spectrum import spectrum_of
 
 
 def steps_within(minutes: float, model: SpectrumModel, by_steps: Steps, task: Task, learned: Learned) -> int:

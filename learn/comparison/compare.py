@@ -12,9 +12,9 @@ from learn.comparison.experiment import begun
 from learn.comparison.methods import is_reduced, method_named, method_names
 from learn.comparison.table import Comparison
 from learn.comparison.task import Method
-from learn.splits import SplitKind
-from scenes.errors import ParameterError, require_positive, require_whole, require_within, shown
-from simulate.dataset import Dataset
+from learn.data.splits import SplitKind
+from scenes.files.errors import ParameterError, require_positive, require_whole, require_within, shown
+from simulate.dataset.dataset_folder import Dataset
 
 Models = Sequence[str] | Mapping[str, str | Method | Callable[[], Method]]
 """Names of methods, or a dictionary from names to methods; ``compare`` describes both."""

@@ -20,20 +20,20 @@ from msgspec import Meta, Struct
 from learn.baselines.array_ceiling import CEILING, SAMPLES, array_ceiling
 from learn.comparison.scores_file import write_scores
 from learn.comparison.task import Method, Task
-from learn.metrics import Scores, score
-from learn.output_folder import claimed
-from learn.splits import SplitKind, split
+from learn.data.metrics import Scores, score
+from learn.data.splits import SplitKind, split
 from learn.training.training_file import device_name
-from scenes.atomic import write_atomically
-from scenes.errors import require_whole
-from scenes.input_file import MEGABYTE, read_text
-from scenes.json_file import parse_json, read_json
-from scenes.plain_text import say
-from scenes.schema import conform
-from simulate.dataset import Dataset, read_dataset
-from simulate.evenly import evenly
-from simulate.positions import MOST_POSITIONS
-from simulate.spectrum import spectrum_of
+from scenes.files.atomic import write_atomically
+from scenes.files.errors import require_whole
+from scenes.files.input_file import MEGABYTE, read_text
+from scenes.files.json_file import parse_json, read_json
+from scenes.files.output_folder import claimed
+from scenes.files.plain_text import say
+from scenes.files.schema import conform
+from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.positions.given_positions import MOST_POSITIONS
+from simulate.spectra.evenly import evenly
+from simulate.spectra.spectrum import spectrum_of
 
 LARGEST_RESULTS = 64 * MEGABYTE
 """Bytes of results.jsonl; a row takes about 400."""

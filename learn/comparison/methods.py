@@ -13,7 +13,7 @@ from learn.comparison.baseline_methods import BASELINES
 from learn.comparison.task import Method
 from learn.comparison.trained_model import TrainedModel
 from learn.models.registry import MODELS
-from scenes.errors import ParameterError, cut, reason, shown
+from scenes.files.errors import ParameterError, cut, reason, shown
 
 
 def method_names() -> list[str]:

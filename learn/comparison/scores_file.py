@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from learn.metrics import Scores
-from scenes.atomic import write_atomically
-from scenes.errors import InputError, shown
-from scenes.input_file import MEGABYTE, read_text
+from learn.data.metrics import Scores
+from scenes.files.atomic import write_atomically
+from scenes.files.errors import InputError, shown
+from scenes.files.input_file import MEGABYTE, read_text
 
 COLUMNS = ("ssim", "psnr_db", "mae", "aoa_error_deg")
 """After the column ``name``, of the spectrum."""

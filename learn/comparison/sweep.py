@@ -10,12 +10,12 @@ from learn.comparison.compare import Models, check_effort, makers
 from learn.comparison.experiment import begun
 from learn.comparison.table import Comparison
 from learn.comparison.trained_model import TrainedModel
+from learn.data.splits import SplitKind
 from learn.models.registry import DEFAULT_MODEL
-from learn.splits import SplitKind
 from learn.training.run_folder import Run, load_run
-from scenes.errors import ParameterError, require_whole, shown
-from simulate.dataset import Dataset
-from simulate.positions import MOST_POSITIONS
+from scenes.files.errors import ParameterError, require_whole, shown
+from simulate.dataset.dataset_folder import Dataset
+from simulate.positions.given_positions import MOST_POSITIONS
 
 
 def sweep(

@@ -13,10 +13,10 @@ from typing import Protocol
 import numpy as np
 from jaxtyping import Complex, Float
 
-from learn.splits import Split, SplitKind, split
-from simulate.beamformer import Beamformer
-from simulate.dataset import Dataset
-from simulate.spectrum import spectrum_of
+from learn.data.splits import Split, SplitKind, split
+from simulate.dataset.dataset_folder import Dataset
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.spectrum import spectrum_of
 
 
 @dataclass(frozen=True)

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from learn.evaluation.leakage import Leakage, leakage
-from scenes.description import boresight_of
-from scenes.shapes import bounding_box
-from simulate.dataset import Dataset, inspect
-from simulate.identification import larger_array
+from scenes.scene.description import boresight_of
+from scenes.scene.shapes import bounding_box
+from simulate.dataset.dataset_folder import Dataset, inspect
+from simulate.spectra.identification import larger_array
 
 SOURCES = {
     "metadata": "metadata.json",

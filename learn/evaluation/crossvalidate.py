@@ -9,25 +9,25 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from jaxtyping import Complex, Float
 
-from learn.metrics import Scores, score
+from learn.data.metrics import Scores, score
 from learn.training.run_folder import Run, load_run
-from scenes.description import Scene
-from scenes.errors import InputError, require_seed, require_whole
-from scenes.scene_yaml import load_scene
-from scenes.shapes import bounding_box
-from simulate.angular_grid import AngularGrid
-from simulate.array import PlanarArray
-from simulate.dataset import Dataset, read_dataset
-from simulate.fullwave.dataset_field import FIELD
+from scenes.files.errors import InputError, require_seed, require_whole
+from scenes.scene.description import Scene
+from scenes.scene.shapes import bounding_box
+from scenes.storage.scene_yaml import load_scene
+from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.fullwave.stored_field import read_stored_field
-from simulate.placement import free_positions
-from simulate.positions import MOST_POSITIONS
-from simulate.request import propagation_of
-from simulate.spectrum import picture, spectrum_of
+from simulate.generation.dataset_field import FIELD
+from simulate.generation.request import propagation_of
+from simulate.positions.given_positions import MOST_POSITIONS
+from simulate.positions.placement import free_positions
+from simulate.spectra.angular_grid import AngularGrid
+from simulate.spectra.array import PlanarArray
+from simulate.spectra.spectrum import picture, spectrum_of
 
 if TYPE_CHECKING:  # importing them needs the ray tracer, which users of measured data need not install
-    from simulate.simulation import Engine
-    from simulate.trace import Tracer
+    from simulate.generation.simulation import Engine
+    from simulate.rays.tracer import Tracer
 
 
 SAME_SPACING = 0.003
@@ -156,7 +156,7 @@ def _traced(
 ) -> Complex[np.ndarray, "K elements"]:
     """Responses by rays."""
     if tracer is None:
-        from simulate.trace import Tracer
+        from simulate.rays.tracer import Tracer
 
         propagation, seed_of_rays = propagation_of(dataset.metadata)
         tracer = Tracer(scene, propagation, region, seed_of_rays)
@@ -165,7 +165,7 @@ def _traced(
 
 def _solved(scene: Scene, folder: Path) -> Path:
     """A folder with the scene's full-wave field, which is solved unless it is there."""
-    from simulate.simulation import LEAST_SPECTRA, simulate
+    from simulate.generation.simulation import LEAST_SPECTRA, simulate
 
     return simulate(scene, folder, LEAST_SPECTRA, engine="fullwave").folder
 

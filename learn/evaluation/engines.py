@@ -9,16 +9,16 @@ from typing import Any
 import numpy as np
 from jaxtyping import Complex, Float, Int
 
+from learn.data.metrics import Scores, score
 from learn.evaluation.crossvalidate import correlation
-from learn.metrics import Scores, score
-from scenes.description import Scene
-from scenes.errors import InputError, require_whole
-from scenes.scene_yaml import read_scene
-from simulate.dataset import Dataset, read_dataset
-from simulate.evenly import evenly
-from simulate.positions import MOST_POSITIONS
-from simulate.propagation import Propagation
-from simulate.spectrum import picture, spectrum_of
+from scenes.files.errors import InputError, require_whole
+from scenes.scene.description import Scene
+from scenes.storage.scene_yaml import read_scene
+from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.positions.given_positions import MOST_POSITIONS
+from simulate.rays.core.propagation import Propagation
+from simulate.spectra.evenly import evenly
+from simulate.spectra.spectrum import picture, spectrum_of
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ def compare_engines(folder: Path | str, propagation: Propagation, positions: int
     require_whole(1, MOST_POSITIONS, positions=positions)
     dataset = read_dataset(folder)
     scene = scene_for_rays(dataset)
-    from simulate.trace import Tracer
+    from simulate.rays.tracer import Tracer
 
     chosen = evenly(np.arange(len(dataset.names)), positions)
     tracer = Tracer(scene, propagation, None, seed)

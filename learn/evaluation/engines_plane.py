@@ -9,10 +9,10 @@ import numpy as np
 from jaxtyping import Complex, Float, Int
 
 from learn.evaluation.engines import scene_for_rays
-from simulate.dataset import read_dataset
-from simulate.fullwave.dataset_field import FIELD
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.fullwave.stored_field import read_stored_field
-from simulate.propagation import Propagation
+from simulate.generation.dataset_field import FIELD
+from simulate.rays.core.propagation import Propagation
 
 POINTS_PER_WAVELENGTH = 12
 """Points of the plane along x and y."""
@@ -71,7 +71,7 @@ def compare_on_plane(folder: Path | str, propagation: Propagation, seed: int = 1
         power = (np.abs(responses) ** 2).sum(axis=1) / mean
         return 10 * np.log10(np.maximum(power, 1e-12)).reshape(columns.shape)
 
-    from simulate.trace import Tracer
+    from simulate.rays.tracer import Tracer
 
     geometric = replace(propagation, max_depth=min(1, propagation.max_depth), diffuse=False, diffraction=False)
     followed = {

@@ -12,13 +12,13 @@ from jaxtyping import Float, Int
 
 from learn.baselines.array_ceiling import CEILING, SAMPLES, array_ceiling
 from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
-from learn.metrics import Scores, score
+from learn.data.metrics import Scores, score
 from learn.training.deviation import NORMAL, pixel_errors
 from learn.training.run_folder import Run, load_run
-from scenes.errors import InputError
-from simulate.dataset import Dataset, read_dataset, read_index
-from simulate.evenly import evenly
-from simulate.spectrum import spectrum_of
+from scenes.files.errors import InputError
+from simulate.dataset.dataset_folder import Dataset, read_dataset, read_index
+from simulate.spectra.evenly import evenly
+from simulate.spectra.spectrum import spectrum_of
 
 JSON_NAMES = {
     "mean-picture": "mean_picture",

@@ -8,10 +8,10 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial import cKDTree
 
-from learn.metrics import ssim
-from simulate.dataset import Dataset
-from simulate.evenly import evenly
-from simulate.spectrum import spectrum_of
+from learn.data.metrics import ssim
+from simulate.dataset.dataset_folder import Dataset
+from simulate.spectra.evenly import evenly
+from simulate.spectra.spectrum import spectrum_of
 
 LEAKING_SSIM = 0.9
 """A split leaks if the SSIM of a test spectrum and its nearest training spectrum has at least this median."""

@@ -14,9 +14,9 @@ from learn.localisation.fingerprints import Fingerprints
 from learn.localisation.locate import Place, locate
 from learn.models.base import Report
 from learn.training.run_folder import Run, load_run
-from scenes.errors import InputError
-from simulate.dataset import Dataset
-from simulate.evenly import evenly
+from scenes.files.errors import InputError
+from simulate.dataset.dataset_folder import Dataset
+from simulate.spectra.evenly import evenly
 
 LOCATED = 200
 """Largest number of test transmitters that are located; they are evenly spread."""

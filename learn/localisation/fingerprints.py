@@ -15,8 +15,8 @@ from jaxtyping import Float, UInt8
 from learn.models.quadrature import quadrature
 from learn.training.run_folder import Run, batches_for
 from learn.training.training_file import read_training
-from simulate.beamformer import Beamformer
-from simulate.spectrum import spectrum_of
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.spectrum import spectrum_of
 
 AT_ONCE = 256
 """Positions that a model predicts at once."""

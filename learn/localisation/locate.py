@@ -15,8 +15,8 @@ from learn.localisation.refine import FARTHEST, Refined, refine
 from learn.models.base import Report
 from learn.models.geometry import grid_in
 from learn.training.run_folder import Run
-from scenes.errors import InputError
-from simulate.evenly import evenly
+from scenes.files.errors import InputError
+from simulate.spectra.evenly import evenly
 
 SPACING = 0.125
 """Wavelengths between the grid's points: the fingerprints turn around within a quarter."""

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from learn.localisation.locate import Place
-from scenes.atomic import write_atomically
-from scenes.errors import InputError, shown
-from scenes.input_file import MEGABYTE, read_text
+from scenes.files.atomic import write_atomically
+from scenes.files.errors import InputError, shown
+from scenes.files.input_file import MEGABYTE, read_text
 
 LARGEST = 100 * MEGABYTE
 """Bytes of the CSV."""

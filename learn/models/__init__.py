@@ -1,0 +1,1 @@
+"""The models: from a transmitter position to a spectrum, or to element responses."""

@@ -12,7 +12,7 @@ from learn.models.encoding import PRIMITIVE_ORDER, EncodingKind, TransmitterEnco
 from learn.models.networks import ResidualFFN
 from learn.models.primitives import SCALE_LEAST, SCALE_MOST, Primitives
 from learn.models.splat import Splats, blending_weights, conic_of, gaussian, pixel_grid, splat
-from simulate.beamformer import Beamformer
+from simulate.spectra.beamformer import Beamformer
 
 STEP_DEG = 6
 """Distance of the directions that the field is blended at, degrees: finer than a 4 × 4 array resolves."""

@@ -13,9 +13,9 @@ from learn.models.encoding import TransmitterEncoding
 from learn.models.loss import coarse_loss, composite_loss
 from learn.models.quadrature import Quadrature
 from learn.models.splat import Splats
-from simulate.angular_grid import COLUMNS, ROWS
-from simulate.beamformer import Beamformer
-from simulate.dataset import Dataset
+from simulate.dataset.dataset_folder import Dataset
+from simulate.spectra.angular_grid import COLUMNS, ROWS
+from simulate.spectra.beamformer import Beamformer
 
 Report = Callable[[str, int, int], None]
 """Takes a phase of a fit, a number of steps done, and the largest number of steps the phase can take."""

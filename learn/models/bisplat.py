@@ -21,8 +21,8 @@ from learn.models.networks import ResidualFFN
 from learn.models.primitives import SCALE_LEAST, SCALE_MOST, Primitives
 from learn.models.quadrature import Quadrature
 from learn.models.splat import Splats, splat
-from scenes.errors import ParameterError, shown
-from simulate.beamformer import Beamformer
+from scenes.files.errors import ParameterError, shown
+from simulate.spectra.beamformer import Beamformer
 
 Bypass = Literal["dynamic", "delta", "bst", "order"]
 """Branches that can be switched off: those of the paper's ablation table, and "order", the ordering by depth."""

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from torch import Tensor, nn
 
 from learn.models.geometry import evenly_spread_directions
-from scenes.errors import ParameterError, shown
+from scenes.files.errors import ParameterError, shown
 
 EncodingKind = Literal["octaves", "waves"]
 

@@ -10,7 +10,7 @@ import torch
 from jaxtyping import Complex, Float, Int
 from torch import Tensor, nn
 
-from learn.metrics import ssim
+from learn.data.metrics import ssim
 from learn.models.base import Report, SpectrumModel
 from learn.models.geometry import distances
 from learn.models.kriged_field import KrigedField
@@ -18,11 +18,11 @@ from learn.models.quadrature import Quadrature
 from learn.models.retrieved_field import can_retrieve, fit_to_pictures, not_black, retrieved_responses
 from learn.models.smooth_field import SmoothField
 from learn.models.stacking import best_weights, by_distance, left_out_by_distance, left_out_by_kriging
-from simulate.angular_grid import COLUMNS, ROWS
-from simulate.beamformer import Beamformer
-from simulate.dataset import Dataset
-from simulate.evenly import evenly
-from simulate.spectrum import spectrum_of
+from simulate.dataset.dataset_folder import Dataset
+from simulate.spectra.angular_grid import COLUMNS, ROWS
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.evenly import evenly
+from simulate.spectra.spectrum import spectrum_of
 
 WAYS = {
     "responses": "kriging of responses",

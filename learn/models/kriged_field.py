@@ -15,10 +15,10 @@ from learn.models.base import BeamformingLayer, SpectrumModel
 from learn.models.geometry import distances, evenly_spread_directions
 from learn.models.quadrature import Quadrature
 from learn.models.vecchia import fit_covariance
-from simulate.angular_grid import COLUMNS, ROWS
-from simulate.beamformer import Beamformer
-from simulate.dataset import Dataset
-from simulate.spectrum import LARGEST_GREY
+from simulate.dataset.dataset_folder import Dataset
+from simulate.spectra.angular_grid import COLUMNS, ROWS
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.spectrum import LARGEST_GREY
 
 DIRECTIONS = 100
 """Number of directions of the plane waves, spread evenly over the sphere."""

@@ -11,7 +11,7 @@ from learn.models.base import BeamformingLayer, SpectrumModel
 from learn.models.encoding import EncodingKind, TransmitterEncoding
 from learn.models.networks import ResidualFFN
 from learn.models.quadrature import Quadrature, interpolation, picture_pixels
-from simulate.beamformer import Beamformer
+from simulate.spectra.beamformer import Beamformer
 
 WIDTH, LAYERS = 256, 4
 

@@ -18,9 +18,9 @@ from learn.models.encoding import EncodingKind, TransmitterEncoding, positional_
 from learn.models.networks import LinearOfParts
 from learn.models.quadrature import interpolation, picture_pixels
 from learn.models.registry import OPTION_MOST
-from scenes.errors import require_whole
-from simulate.angular_grid import COLUMNS
-from simulate.beamformer import Beamformer
+from scenes.files.errors import require_whole
+from simulate.spectra.angular_grid import COLUMNS
+from simulate.spectra.beamformer import Beamformer
 
 ORDER = 10
 """Number of octaves of all three encodings."""

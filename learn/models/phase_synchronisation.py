@@ -1,11 +1,11 @@
 """Phases from pictures: known pictures' responses as one field.
 
 A picture determines the responses y_n of the array at a position r_n up to a complex factor and the flip
-y_m → y*_{MN−1−m} (simulate/phase_retrieval.py). Responses at all known positions are samples of one field, whose
-covariance κ(r, r') solves the Helmholtz equation (learn/models/kriged_field.py). The factors z_n and flips are those
-for which this is most likely: n factors and flips against n · MN complex numbers, so that they are well determined
-wherever positions are within a wavelength or so of each other. What no picture can tell is a flip of all at once, and a
-factor common to all.
+y_m → y*_{MN−1−m} (simulate/spectra/phase_retrieval.py). Responses at all known positions are samples of one field,
+whose covariance κ(r, r') solves the Helmholtz equation (learn/models/kriged_field.py). The factors z_n and flips are
+those for which this is most likely: n factors and flips against n · MN complex numbers, so that they are well
+determined wherever positions are within a wavelength or so of each other. What no picture can tell is a flip of all at
+once, and a factor common to all.
 
 Each position's responses are predicted from the nearest others by kriging, a_n = Σ w* z y with error variance v. The
 best factor and flip of one position, given all others, maximise

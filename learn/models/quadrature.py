@@ -1,8 +1,8 @@
 """A few pixels of a spectrum, with weights, that stand for all of them.
 
-The square of an M × N array's spectrum is a sum of plane waves e^{-jk u·Δ} over the lags Δ (simulate/lags.py). The
-product of two squared spectra is a sum of plane waves over Δ₁ + Δ₂, which reach 2(M−1) and 2(N−1) spacings. Its mean
-over the 32,400 pixels of a picture is therefore a weighted sum over far fewer:
+The square of an M × N array's spectrum is a sum of plane waves e^{-jk u·Δ} over the lags Δ (simulate/spectra/lags.py).
+The product of two squared spectra is a sum of plane waves over Δ₁ + Δ₂, which reach 2(M−1) and 2(N−1) spacings. Its
+mean over the 32,400 pixels of a picture is therefore a weighted sum over far fewer:
 
 - along azimuth, the mean of e^{-jκ cosθ cos φ} over W equally spaced φ is wrong by at most about 2 J_W(κ), which falls
   steeply once W exceeds κ = 2π d |Δ| of the longest Δ (d: the spacing in wavelengths);
@@ -22,9 +22,9 @@ from jaxtyping import Float, Int
 from scipy.interpolate import CubicSpline
 from scipy.special import j0, jv
 
-from simulate.angular_grid import COLUMNS, ROWS
-from simulate.array import PlanarArray
-from simulate.beamformer import Beamformer
+from simulate.spectra.angular_grid import COLUMNS, ROWS
+from simulate.spectra.array import PlanarArray
+from simulate.spectra.beamformer import Beamformer
 
 WRONG_ALONG_AZIMUTH, WRONG_ALONG_ELEVATION = 1e-6, 1e-9
 """Largest errors of the mean of one plane wave."""
@@ -57,7 +57,7 @@ def quadrature(beamformer: Beamformer) -> Quadrature:
     Args:
         beamformer: the array and the grid of its spectra.
 
-    >>> from simulate.beamformer import Beamformer
+    >>> from simulate.spectra.beamformer import Beamformer
     >>> chosen = quadrature(Beamformer())
     >>> len(chosen.rows), len(chosen.columns)
     (18, 45)

@@ -13,7 +13,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from learn.models.steps import Steps
-from scenes.errors import ParameterError, did_you_mean, require_whole, shown
+from scenes.files.errors import ParameterError, did_you_mean, require_whole, shown
 
 if TYPE_CHECKING:  # torch is imported when a model is built
     from learn.models.base import SpectrumModel
@@ -51,7 +51,7 @@ MODELS: dict[str, ModelEntry] = {
         by_steps=None,
     ),
     "twin": ModelEntry(
-        builds="learn.twin.model:Twin",
+        builds="learn.twin.twin_model:Twin",
         summary="ray tracing of a scene that the known spectra correct, and kriging of responses for the rest",
         by_steps=None,
         needs=("scene",),

@@ -9,9 +9,9 @@ from jaxtyping import Complex, Float, Int
 
 from learn.models.kriged_field import KrigedField
 from learn.models.phase_synchronisation import Covariance, synchronised
-from simulate.dataset import Dataset
-from simulate.phase_retrieval import retrieve_responses
-from simulate.spectrum import spectrum_of
+from simulate.dataset.dataset_folder import Dataset
+from simulate.spectra.phase_retrieval import retrieve_responses
+from simulate.spectra.spectrum import spectrum_of
 
 LEAST_RETRIEVED, MOST_RETRIEVED = 20, 1500
 """Smallest and largest number of known pictures whose responses are found: fewer do not determine the phases, and each

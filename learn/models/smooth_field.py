@@ -9,7 +9,7 @@ from torch import Tensor
 
 from learn.models.geometry import distances
 from learn.models.kriged_field import KrigedField
-from simulate.beamformer import Beamformer
+from simulate.spectra.beamformer import Beamformer
 
 
 class SmoothField(KrigedField):

@@ -13,10 +13,10 @@ from jaxtyping import Float, Int
 from torch import Tensor
 
 from learn.baselines.neighbours import NEIGHBOURS
-from learn.metrics import ssim
+from learn.data.metrics import ssim
 from learn.models.geometry import distances
 from learn.models.kriged_field import KrigedField
-from simulate.angular_grid import COLUMNS, ROWS
+from simulate.spectra.angular_grid import COLUMNS, ROWS
 
 QUARTERS = 4
 """Number of rounds of the choice of weights, which are multiples of one over this number."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from scenes.errors import ParameterError, require_positive, require_whole, require_within, shown
-from simulate.positions import MOST_POSITIONS
+from scenes.files.errors import ParameterError, require_positive, require_whole, require_within, shown
+from simulate.positions.given_positions import MOST_POSITIONS
 
 STEPS_MOST = 10**9
 """Largest number of steps: many weeks of the fastest model."""

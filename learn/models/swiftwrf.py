@@ -15,7 +15,7 @@ from learn.models.encoding import PRIMITIVE_ORDER, EncodingKind, TransmitterEnco
 from learn.models.networks import ResidualFFN
 from learn.models.quadrature import Quadrature
 from learn.models.splat import splat
-from simulate.beamformer import Beamformer
+from simulate.spectra.beamformer import Beamformer
 
 WIDTH, LAYERS = 128, 4
 """Width and number of residual layers of the deformation network."""

@@ -1,1 +1,1 @@
-"""Where to measure next: the positions that lower the open variance of the field most."""
+"""Where to measure next."""

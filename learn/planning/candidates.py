@@ -6,10 +6,10 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy.spatial import Delaunay
 
-from scenes.description import Scene
-from scenes.errors import InputError
-from scenes.shapes import bounding_box
-from simulate.placement import free_positions
+from scenes.files.errors import InputError
+from scenes.scene.description import Scene
+from scenes.scene.shapes import bounding_box
+from simulate.positions.placement import free_positions
 
 CANDIDATES = 2000
 """Number of candidates, among which positions are chosen and whose open variance counts."""

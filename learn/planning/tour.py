@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from scenes.array_clearance import crosses
-from scenes.description import Scene
+from scenes.checks.array_clearance import crosses
+from scenes.scene.description import Scene
 
 LEAST_GAIN = 1e-9
 """Metres; smaller gains are rounding."""

@@ -10,8 +10,8 @@ from scipy.spatial import cKDTree
 
 from learn.evaluation.crossvalidate import CrossValidation
 from learn.reports.figures import draw_error_map, draw_error_over_distance, draw_examples, draw_examples_polar
-from learn.reports.page import SCORE_COLUMNS, embedded, write_page
-from scenes.atomic import write_atomically
+from learn.reports.html_page import SCORE_COLUMNS, embedded, write_page
+from scenes.files.atomic import write_atomically
 
 FIGURES = ("crossvalidation_map", "crossvalidation_distance", "crossvalidation_examples", "crossvalidation_polar")
 

@@ -10,7 +10,7 @@ from learn.evaluation.crossvalidate import CrossValidation
 from learn.evaluation.evaluate import Evaluation
 from learn.reports import crossvalidation_report, evaluation_report
 from learn.reports.figures import draw_ssim_distribution
-from learn.reports.page import embedded, write_page
+from learn.reports.html_page import embedded, write_page
 
 
 def write_demo(

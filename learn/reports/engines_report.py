@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from learn.evaluation.engines import EngineComparison
 from learn.evaluation.engines_plane import EnginePlane
 from learn.reports.figures import MAGNITUDE, save
-from scenes.atomic import write_atomically
+from scenes.files.atomic import write_atomically
 
 FILES = ("engines.json", "engines_map.png", "engines_map.pdf", "engines_plane.png", "engines_plane.pdf")
 """Names of all files."""

@@ -10,8 +10,8 @@ from typing import Any
 
 from learn.evaluation.evaluate import Evaluation
 from learn.reports.figures import draw_examples, draw_examples_polar, draw_reliability, draw_ssim_distribution
-from learn.reports.page import SCORE_COLUMNS, embedded, write_page
-from scenes.atomic import write_atomically
+from learn.reports.html_page import SCORE_COLUMNS, embedded, write_page
+from scenes.files.atomic import write_atomically
 
 FIGURES, RELIABILITY = ("ssim_cdf", "examples", "examples_polar"), "reliability"
 

@@ -15,10 +15,10 @@ from matplotlib.ticker import StrMethodFormatter
 from scipy.stats import norm
 
 from learn.baselines.array_ceiling import CEILING, shown_name
-from learn.colours import DIFFERENCE, MAGNITUDE
-from scenes.atomic import write_atomically
-from scenes.plain_text import in_figure
-from simulate.angular_grid import COLUMNS, ROWS, AngularGrid
+from learn.reports.colours import DIFFERENCE, MAGNITUDE
+from scenes.files.atomic import write_atomically
+from scenes.files.plain_text import in_figure
+from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
 
 RANKS = {"worst": 0.0, "lower quartile": 0.25, "median": 0.5, "upper quartile": 0.75, "best": 1.0}
 """Spectra that are drawn as examples: name, and fraction of the spectra that have a lower SSIM."""

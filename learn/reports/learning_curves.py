@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from learn.comparison.experiment import row_name
 from learn.comparison.table import Comparison
 from learn.reports.figures import save
-from scenes.plain_text import in_figure
+from scenes.files.plain_text import in_figure
 
 
 def validation_curve(run: Path) -> tuple[list[int], list[float]]:

@@ -12,7 +12,7 @@ from learn.evaluation.locations import Locations
 from learn.localisation.places_file import write_places
 from learn.reports.figures import save
 from learn.reports.log_axis import label_log_axis
-from scenes.atomic import write_atomically
+from scenes.files.atomic import write_atomically
 
 
 def write_locations(locations: Locations, folder: Path) -> None:

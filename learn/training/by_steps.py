@@ -21,8 +21,8 @@ from learn.training.checkpoints import LAST, UNREADABLE, Checkpoints, WholeFiles
 from learn.training.lightning_module import Spectra, Training
 from learn.training.run_folder import save_weights
 from learn.training.training_file import write_training
-from learn.training.validation import validate
-from scenes.errors import InputError, printable
+from learn.training.validation_scores import validate
+from scenes.files.errors import InputError, printable
 
 STEPS_PER_VALIDATION, VALIDATIONS = 100, 15
 """Smallest number of steps between validations, and number of validations of a training with more steps than both

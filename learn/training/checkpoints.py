@@ -23,10 +23,10 @@ from lightning.pytorch.callbacks import Callback
 from lightning.pytorch.utilities import rank_zero_only
 from torch import Tensor
 
-from scenes.atomic import sync_folder, write_atomically
-from scenes.errors import InputError, shown
-from scenes.input_file import require_regular
-from scenes.plain_text import say
+from scenes.files.atomic import sync_folder, write_atomically
+from scenes.files.errors import InputError, shown
+from scenes.files.input_file import require_regular
+from scenes.files.plain_text import say
 
 LAST, PREVIOUS = "last.ckpt", "previous.ckpt"
 

@@ -12,18 +12,18 @@ from typing import Annotated, Any
 
 from msgspec import Meta, Struct
 
+from learn.data.splits import Split, SplitKind
 from learn.models.registry import DEFAULT_MODEL
 from learn.models.steps import Steps
-from learn.splits import Split, SplitKind
-from scenes.atomic import write_atomically
-from scenes.description import MOST_ELEMENTS
-from scenes.errors import InputError
-from scenes.json_file import read_json
-from scenes.schema import conform
-from simulate.angular_grid import AngularGrid
-from simulate.array import PlanarArray
-from simulate.beamformer import Beamformer
-from simulate.metadata import Array, Count, Grid
+from scenes.files.atomic import write_atomically
+from scenes.files.errors import InputError
+from scenes.files.json_file import read_json
+from scenes.files.schema import conform
+from scenes.scene.description import MOST_ELEMENTS
+from simulate.dataset.metadata import Array, Count, Grid
+from simulate.spectra.angular_grid import AngularGrid
+from simulate.spectra.array import PlanarArray
+from simulate.spectra.beamformer import Beamformer
 
 LARGEST_OPTION = 10**6
 """Of a whole number among a model's options, such as its primitives; models take memory in proportion to them."""

@@ -13,10 +13,10 @@ from jaxtyping import Float, Int
 from learn.training.deviation import EVERY, Deviation, fit_deviation, pixel_errors
 from learn.training.lightning_module import Spectra
 from learn.training.run_folder import Run
-from scenes.errors import InputError
-from simulate.dataset import Dataset
-from simulate.evenly import evenly
-from simulate.spectrum import spectrum_of
+from scenes.files.errors import InputError
+from simulate.dataset.dataset_folder import Dataset
+from simulate.spectra.evenly import evenly
+from simulate.spectra.spectrum import spectrum_of
 
 
 class Mean(NamedTuple):

@@ -15,19 +15,19 @@ import numpy as np
 from jaxtyping import Complex
 
 from learn.baselines.neighbours import inverse_distance
-from learn.metrics import ssim
+from learn.data.metrics import ssim
+from learn.data.splits import Split
 from learn.models.base import Report, SpectrumModel
 from learn.models.kriged_field import KrigedField
 from learn.models.retrieved_field import can_retrieve, fit_to_pictures, not_black, retrieved_responses
 from learn.models.steps import Steps
-from learn.splits import Split
 from learn.training.fit_progress import FitProgress
 from learn.training.lightning_module import Spectra
 from learn.training.run_folder import predict
-from scenes.plain_text import say
-from simulate.dataset import Dataset
-from simulate.evenly import evenly
-from simulate.spectrum import spectrum_of
+from scenes.files.plain_text import say
+from simulate.dataset.dataset_folder import Dataset
+from simulate.spectra.evenly import evenly
+from simulate.spectra.spectrum import spectrum_of
 
 
 class Learned(NamedTuple):

@@ -13,14 +13,14 @@ from torch.optim.lr_scheduler import CosineAnnealingLR, LinearLR, SequentialLR
 from torch.utils.data import BatchSampler, DataLoader, SequentialSampler, Subset, TensorDataset
 from torch.utils.data.distributed import DistributedSampler
 
-from learn.metrics import ssim
+from learn.data.metrics import ssim
+from learn.data.splits import Split
 from learn.models.base import SpectrumModel
 from learn.models.quadrature import Quadrature
 from learn.models.steps import Steps
-from learn.splits import Split
-from simulate.dataset import Dataset
-from simulate.evenly import evenly
-from simulate.spectrum import LARGEST_GREY, spectrum_of
+from simulate.dataset.dataset_folder import Dataset
+from simulate.spectra.evenly import evenly
+from simulate.spectra.spectrum import LARGEST_GREY, spectrum_of
 
 WARM_UP = 0.05
 """Fraction of the steps during which the learning rate rises linearly to its full value."""

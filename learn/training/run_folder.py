@@ -21,17 +21,17 @@ from jaxtyping import Complex, Float
 from safetensors import SafetensorError
 from safetensors.torch import load_file, save
 
+from learn.data.splits import Split, read_split
 from learn.models.base import SpectrumModel
 from learn.models.registry import check_options, model_class, model_entry
-from learn.splits import Split, read_split
 from learn.training.config import Config, read_config
 from learn.training.training_file import read_training
-from scenes.atomic import write_atomically
-from scenes.errors import InputError, cut, reason, shown
-from scenes.input_file import MEGABYTE, require_regular
-from simulate.beamformer import Beamformer
-from simulate.dataset import Dataset, read_dataset
-from simulate.positions import check_points
+from scenes.files.atomic import write_atomically
+from scenes.files.errors import InputError, cut, reason, shown
+from scenes.files.input_file import MEGABYTE, require_regular
+from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.positions.given_positions import check_points
+from simulate.spectra.beamformer import Beamformer
 
 PREDICT_AT_ONCE = {"cpu": 16, "cuda": 1024}
 """Number of positions per batch of a prediction, by type of device."""

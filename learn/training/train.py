@@ -16,11 +16,10 @@ from jaxtyping import Float
 from lightning.pytorch.utilities import rank_zero_only
 from rich.console import Console
 
+from learn.data.splits import Split, SplitKind, split
 from learn.models.base import SpectrumModel
 from learn.models.quadrature import quadrature
 from learn.models.registry import DEFAULT_MODEL, check_options, model_entry
-from learn.output_folder import claimed, require_own
-from learn.splits import Split, SplitKind, split
 from learn.training.by_steps import train_by_steps
 from learn.training.config import Config, read_config, write_config
 from learn.training.fit_progress import FitProgress
@@ -28,11 +27,12 @@ from learn.training.found_responses import Learned, learned_responses
 from learn.training.lightning_module import Spectra
 from learn.training.run_folder import Run, build_model, load_run, load_weights, save_weights
 from learn.training.training_file import write_training
-from learn.training.validation import validate
-from scenes.errors import ParameterError, require_seed, require_whole
-from scenes.shapes import bounding_box
-from simulate.dataset import Dataset, read_dataset
-from simulate.positions import MOST_POSITIONS
+from learn.training.validation_scores import validate
+from scenes.files.errors import ParameterError, require_seed, require_whole
+from scenes.files.output_folder import claimed, require_own
+from scenes.scene.shapes import bounding_box
+from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.positions.given_positions import MOST_POSITIONS
 
 PROCESSES_LEAST, NODES_MOST = 8, 1000
 """Number of processes that a machine without a GPU may have, or as many as it has cores; and of machines."""

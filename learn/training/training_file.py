@@ -12,9 +12,9 @@ from msgspec import Meta, Struct, to_builtins
 
 from learn.models.steps import STEPS_MOST
 from learn.training.deviation import Deviation
-from scenes.atomic import write_atomically
-from scenes.json_file import read_json
-from scenes.schema import conform
+from scenes.files.atomic import write_atomically
+from scenes.files.json_file import read_json
+from scenes.files.schema import conform
 
 FILE = "training.json"
 

@@ -1,1 +1,1 @@
-"""The twin: ray tracing of an approximate scene, corrected by measured spectra."""
+"""A scene corrected by measurements, and the model that traces it."""

@@ -10,21 +10,21 @@ from typing import Any
 import numpy as np
 from jaxtyping import Complex, Int
 
+from learn.data.splits import SplitKind
+from learn.data.splits import split as split_dataset
 from learn.models.retrieved_field import retrieved_responses
-from learn.splits import SplitKind
-from learn.splits import split as split_dataset
 from learn.twin.gauss_newton import Calibration, most_likely
-from scenes.atomic import write_atomically
-from scenes.description import Scene
-from scenes.errors import InputError, ParameterError, require_seed, require_whole
-from scenes.scene_yaml import load_scene, write_scene
-from scenes.tolerances import Tolerances
-from scenes.unknowns import OF_MATERIALS, Unknown, unknowns
-from simulate.array import PlanarArray
-from simulate.dataset import Dataset, read_dataset
-from simulate.evenly import evenly
-from simulate.positions import MOST_POSITIONS
-from simulate.propagation import Propagation
+from scenes.files.atomic import write_atomically
+from scenes.files.errors import InputError, ParameterError, require_seed, require_whole
+from scenes.scene.description import Scene
+from scenes.scene.tolerances import Tolerances
+from scenes.scene.unknowns import OF_MATERIALS, Unknown, unknowns
+from scenes.storage.scene_yaml import load_scene, write_scene
+from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.positions.given_positions import MOST_POSITIONS
+from simulate.rays.core.propagation import Propagation
+from simulate.spectra.array import PlanarArray
+from simulate.spectra.evenly import evenly
 
 RECORD = "calibration.json"
 

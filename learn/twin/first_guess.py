@@ -8,11 +8,11 @@ import numpy as np
 from jaxtyping import Complex, Float
 from scipy.sparse import csr_array
 
-from scenes.unknowns import OF_POSE, Unknown, varied
-from scenes.validation import is_valid
-from simulate.derivatives import by_turn
-from simulate.evenly import evenly
-from simulate.trace import Tracer
+from scenes.checks.validation import is_valid
+from scenes.scene.unknowns import OF_POSE, Unknown, varied
+from simulate.rays.derivatives import by_turn
+from simulate.rays.tracer import Tracer
+from simulate.spectra.evenly import evenly
 
 GUESSES = 1000
 """Poses that are tried, the described one among them."""
@@ -39,10 +39,10 @@ def first_guess(
 
     A gateway that is described a third of a wavelength away from where it is makes the responses so different that
     steps from there can end anywhere. Here many poses are drawn from the prior. Each path's length changes with them to
-    first order (``simulate.terms``), so that y = Σ a e^{−jk(L + δL)} takes no tracing. The most likely pose is
-    returned: with the mean s of |⟨y, measured⟩|² / (|y|² |measured|²) over the positions, on which a phase and a scale
-    of each position's own have no effect, −2 log of its posterior is 2 N log(1 − s) + Σ (value / tolerance)², but for a
-    constant. N is the number of responses that count.
+    first order (``simulate.rays.core.terms``), so that y = Σ a e^{−jk(L + δL)} takes no tracing. The most likely pose
+    is returned: with the mean s of |⟨y, measured⟩|² / (|y|² |measured|²) over the positions, on which a phase and a
+    scale of each position's own have no effect, −2 log of its posterior is 2 N log(1 − s) + Σ (value / tolerance)², but
+    for a constant. N is the number of responses that count.
 
     Args:
         tracer: of the scene as described.

@@ -14,12 +14,12 @@ from learn.twin.alignment import aligned_to, unexplained, without_own_phase
 from learn.twin.first_guess import first_guess
 from learn.twin.linearised import by_materials, linearised
 from learn.twin.posterior import Quadratic, correlation, unlikelihood
-from scenes.description import Scene
-from scenes.errors import InputError
-from scenes.unknowns import Unknown, varied
-from scenes.validation import is_valid
-from simulate.propagation import Propagation
-from simulate.trace import Found, Tracer
+from scenes.checks.validation import is_valid
+from scenes.files.errors import InputError
+from scenes.scene.description import Scene
+from scenes.scene.unknowns import Unknown, varied
+from simulate.rays.core.propagation import Propagation
+from simulate.rays.tracer import Found, Tracer
 
 ROUNDS = 24
 """Largest number of times that a search traces the scene."""

@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Complex, Float
 
-from scenes.unknowns import OF_MATERIALS, Unknown, varied
-from simulate.derivatives import derivatives
-from simulate.trace import Tracer
+from scenes.scene.unknowns import OF_MATERIALS, Unknown, varied
+from simulate.rays.derivatives import derivatives
+from simulate.rays.tracer import Tracer
 
 STEP = 0.02
 """Of the logarithm of a material's property, in finite differences."""

@@ -17,9 +17,9 @@ from matplotlib import colormaps
 from matplotlib.font_manager import findfont
 from PIL import Image, ImageDraw, ImageFont
 
-from learn.colours import DIFFERENCE, LEAST_DB, MAGNITUDE, PHASE
-from scenes.errors import printable
-from simulate.angular_grid import COLUMNS, ROWS, AngularGrid
+from learn.reports.colours import DIFFERENCE, LEAST_DB, MAGNITUDE, PHASE
+from scenes.files.errors import printable
+from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
 
 Kind = Literal["rectangular", "polar"]
 

@@ -8,10 +8,10 @@ import numpy as np
 from jaxtyping import Float, UInt8, UInt32
 from scipy.spatial.transform import Rotation
 
-from learn.colours import PHASE
 from learn.models.bisplat import Splats
+from learn.reports.colours import PHASE
 from learn.view.chart import LINEAR, Colours, colour_of
-from simulate.angular_grid import COLUMNS, ROWS, AngularGrid, direction
+from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid, direction
 
 EVERY_DEG = 3
 """Angle between neighbouring dots of a spectrum, degrees."""

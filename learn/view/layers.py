@@ -11,16 +11,16 @@ from jaxtyping import Float
 from viser import BatchedMeshHandle, ClientHandle, PointCloudHandle, SceneNodeHandle
 
 from learn.view.chart import LINEAR, Colours, colour_of
-from learn.view.comparison import PREDICTED, TRUE
+from learn.view.compared_spectra import PREDICTED, TRUE
 from learn.view.hemisphere import EVERY_DEG, colours_of_dots, disc, dots, ellipses
 from learn.view.subject import Position, SpectrumArray, Subject
 from learn.view.uses import add_uses
-from scenes.callbacks import shielded
-from scenes.shapes import bounding_box
-from scenes.stage import add_gateway, add_objects, add_region, set_up
+from scenes.browser.callbacks import shielded
+from scenes.browser.scene_view import add_gateway, add_objects, add_region, set_up
+from scenes.scene.shapes import bounding_box
 
 if TYPE_CHECKING:
-    from simulate.trace import TracedPath
+    from simulate.rays.tracer import TracedPath
 
 PATHS_SHOWN = 40
 """Largest number of traced paths that are drawn; these are the strongest ones."""

@@ -13,12 +13,12 @@ from jaxtyping import Float
 from viser import ClientHandle, GuiImageHandle, TransformControlsEvent
 
 from learn.view.chart import Kind, draw
-from learn.view.comparison import numbers, panels
+from learn.view.compared_spectra import numbers, panels
 from learn.view.layers import Layers
 from learn.view.subject import Position, Spectrum, Subject
 from learn.view.tracing import Traced, Tracing
-from scenes.callbacks import shielded
-from scenes.plain_text import in_markdown
+from scenes.browser.callbacks import shielded
+from scenes.files.plain_text import in_markdown
 
 PLAY_SECONDS = 0.4
 """Time between two positions when the recorded path is played, seconds."""

@@ -15,22 +15,22 @@ from jaxtyping import Complex, Float, Int
 from scipy.spatial import cKDTree
 
 from learn.baselines.neighbours import NEIGHBOURS, inverse_distance, nearest
+from learn.data.metrics import ssim
+from learn.data.splits import Split
 from learn.evaluation.crossvalidate import seen_by
-from learn.metrics import ssim
 from learn.models.splat import Splats
-from learn.splits import Split
 from learn.training.run_folder import Run, load_run
-from scenes.description import SPEED_OF_LIGHT, Gateway, Scene
-from scenes.errors import InputError
-from scenes.scene_yaml import load_scene
-from scenes.shapes import bounding_box
-from simulate.array import PlanarArray
-from simulate.beamformer import Beamformer
-from simulate.dataset import NERF2_FREQUENCY, Dataset, read_dataset
-from simulate.evenly import evenly
-from simulate.propagation import Propagation
-from simulate.request import propagation_of
-from simulate.spectrum import picture, spectrum_of
+from scenes.files.errors import InputError
+from scenes.scene.description import SPEED_OF_LIGHT, Gateway, Scene
+from scenes.scene.shapes import bounding_box
+from scenes.storage.scene_yaml import load_scene
+from simulate.dataset.dataset_folder import NERF2_FREQUENCY, Dataset, read_dataset
+from simulate.generation.request import propagation_of
+from simulate.rays.core.propagation import Propagation
+from simulate.spectra.array import PlanarArray
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.evenly import evenly
+from simulate.spectra.spectrum import picture, spectrum_of
 
 SCORED = 400
 """Largest number of test positions whose SSIM is shown; they are evenly spread over the test part."""

@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from learn.view.subject import Position, Spectrum
-from scenes.description import Scene
-from simulate.beamformer import Beamformer
-from simulate.propagation import Propagation
+from scenes.scene.description import Scene
+from simulate.rays.core.propagation import Propagation
+from simulate.spectra.beamformer import Beamformer
 
 if TYPE_CHECKING:  # importing it needs the ray tracer, which a viewer without a scene does not need
-    from simulate.trace import TracedPath, Tracer
+    from simulate.rays.tracer import TracedPath, Tracer
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ class Tracing:
                 self.state = f"no ray tracing: {error}"
 
     def _prepared(self) -> Tracer:
-        from simulate.trace import Tracer
+        from simulate.rays.tracer import Tracer
 
         def report(sentence: str) -> None:
             self.state = f"ray tracing: finding paths, {sentence}"

@@ -10,13 +10,13 @@ import numpy as np
 from jaxtyping import Float, UInt8
 from viser import ClientHandle, SceneNodeHandle
 
-from learn.colours import MAGNITUDE
 from learn.localisation.places_file import read_places
 from learn.models.geometry import grid_in
+from learn.reports.colours import MAGNITUDE
 from learn.view.chart import Colours, colour_of
 from learn.view.subject import Subject
-from scenes.callbacks import shielded
-from scenes.errors import InputError
+from scenes.browser.callbacks import shielded
+from scenes.files.errors import InputError
 
 CLOUD = 1200
 """Number of positions in the region at which the standard deviation is drawn."""

@@ -18,11 +18,11 @@ import numpy as np
 from jaxtyping import Float, UInt16
 from numba import njit
 
-from scenes.description import Scene
-from scenes.materials import RadioMaterial
-from scenes.permittivity import VACUUM_PERMITTIVITY, relative_permittivity
+from scenes.scene.description import Scene
+from scenes.scene.materials import RadioMaterial
+from scenes.scene.permittivity import VACUUM_PERMITTIVITY, relative_permittivity
 from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency, numerical_permittivity
-from simulate.slabs import Slabs, conducting_triangles, dielectric_slabs
+from simulate.rays.core.slabs import Slabs, conducting_triangles, dielectric_slabs
 
 CONDUCTOR, AIR = 0, 1
 """Indices of the first two materials."""

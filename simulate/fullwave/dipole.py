@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from scipy.spatial.transform import Rotation
 
-from scenes.description import SPEED_OF_LIGHT, Scene
+from scenes.scene.description import SPEED_OF_LIGHT, Scene
 
 GAIN = 1.5
 """Gain of a short dipole."""

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Complex, Int
 
-from scenes.errors import InputError
+from scenes.files.errors import InputError
 from simulate.fullwave.absorber import ABSORBER
 from simulate.fullwave.cells import AIR, CONDUCTOR, EdgeMaterials
 from simulate.fullwave.conductor_edges import PERMEABILITY, beside_edges

@@ -20,7 +20,7 @@ from jaxtyping import Complex, Float
 from scipy.integrate import quad_vec
 from scipy.special import hankel2
 
-from scenes.description import SPEED_OF_LIGHT
+from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.fullwave.dipole import GAIN
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from jaxtyping import Float32, Int32
 from numba import njit
 
-from scenes.permittivity import VACUUM_PERMITTIVITY
+from scenes.scene.permittivity import VACUUM_PERMITTIVITY
 from simulate.fullwave.absorber import ABSORBER, Absorber, absorber
 from simulate.fullwave.cells import CONDUCTOR, EdgeMaterials
 from simulate.fullwave.conductor_edges import PERMEABILITY, beside_edges

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from scenes.errors import require_positive
+from scenes.files.errors import require_positive
 
 OURS = "bisplat"
 """Name of our own solver."""

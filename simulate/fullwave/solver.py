@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Complex, Float32, Int
 
-from scenes.description import SPEED_OF_LIGHT
-from scenes.permittivity import VACUUM_PERMEABILITY
+from scenes.scene.description import SPEED_OF_LIGHT
+from scenes.scene.permittivity import VACUUM_PERMEABILITY
 from simulate.fullwave.leapfrog import Cells, advance
 from simulate.fullwave.settling import SETTLED, looks, still_to_come
 from simulate.fullwave.source import Source, moments, phasor

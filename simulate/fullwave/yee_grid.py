@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.optimize import brentq
 
-from scenes.description import SPEED_OF_LIGHT
+from scenes.scene.description import SPEED_OF_LIGHT
 
 COURANT = 1 / math.sqrt(3)
 """Time step times the speed of light over the side of a cell: the largest stable one (Courant, Friedrichs and Lewy)."""

@@ -30,12 +30,25 @@ MOST_MEMORY = 4096
 """Megabytes that a command may take."""
 
 
-MODULES = (
-    *("torch", "trimesh", "lightning.pytorch", "matplotlib.pyplot", "bisplat.__main__", "learn.training.train"),
-    *("learn.comparison.compare", "learn.evaluation.check", "learn.evaluation.evaluate", "scenes.drawing"),
-    *("learn.reports.comparison_report", "learn.reports.evaluation_report", "scenes.mesh_import", "simulate.generate"),
-    *("simulate.convert", "simulate.retrieval", "simulate.trace"),
-)
+MODULES = """
+torch
+trimesh
+lightning.pytorch
+matplotlib.pyplot
+bisplat.__main__
+learn.training.train
+learn.comparison.compare
+learn.evaluation.check
+learn.evaluation.evaluate
+scenes.drawing.scene_drawing
+learn.reports.comparison_report
+learn.reports.evaluation_report
+scenes.importing.mesh_import
+simulate.generation.generate
+simulate.exchange.convert
+simulate.dataset.response_retrieval
+simulate.rays.tracer
+""".split()
 """What the commands import when they need it."""
 
 

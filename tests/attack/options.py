@@ -10,9 +10,9 @@ from typing import Any
 from hypothesis import strategies as st
 
 from bisplat import __main__ as program
-from scenes.tolerances import Tolerances
-from simulate.command import MeasurementOptions, PropagationOptions
-from simulate.conversion import Conversion
+from bisplat.commands.simulate_command import MeasurementOptions, PropagationOptions
+from scenes.scene.tolerances import Tolerances
+from simulate.exchange.conversion import Conversion
 from tests.attack.changes import TEXTS
 from tests.attack.victims import PLACE
 

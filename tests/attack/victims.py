@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 from hypothesis import strategies as st
 
-from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
-from scenes.materials import p2040_material
-from scenes.scene_yaml import write_scene
-from scenes.shapes import sheet
-from simulate.dataset_writer import write_positions
+from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.scene.materials import p2040_material
+from scenes.scene.shapes import sheet
+from scenes.storage.scene_yaml import write_scene
+from simulate.dataset.dataset_writer import write_positions
 from tests import corpus
 from tests import hostile_files as hostile
 from tests.attack import changes

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from scenes.folder_lock import LOCK
+from scenes.files.folder_lock import LOCK
 from tests.attack.fork_server import LONGEST, MOST_MEMORY, Ended, ForkServer
 from tests.attack.victims import Victim, make_files
 

@@ -10,7 +10,7 @@ sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))  # a folder of sc
 from report.entry import Entry, Measured
 from report.tables import with_tables
 
-from scenes.errors import InputError
+from scenes.files.errors import InputError
 
 
 def entry(title: str, columns: list[str], *rows: list[str]) -> Entry:

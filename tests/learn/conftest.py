@@ -13,9 +13,9 @@ from learn.models.registry import MODELS
 from learn.models.steps import Steps
 from learn.training.config import Config
 from learn.training.train import train_run
-from simulate.beamformer import Beamformer
-from simulate.dataset_writer import encode_picture, write_gateway, write_index, write_positions, write_responses
-from simulate.spectrum import picture
+from simulate.dataset.dataset_writer import encode_picture, write_gateway, write_index, write_positions, write_responses
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.spectrum import picture
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -6,7 +6,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from scenes.folder_lock import LOCK
+from scenes.files.folder_lock import LOCK
 from tests.killing import contents, finish, kill_and_finish, moments
 
 TRAIN = """

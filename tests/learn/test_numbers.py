@@ -11,21 +11,21 @@ import torch
 
 from learn.comparison.baseline_methods import BASELINES
 from learn.comparison.task import Task
+from learn.data.splits import Split
 from learn.evaluation.check import check
 from learn.models.quadrature import quadrature
 from learn.models.registry import MODELS, model_entry
-from learn.splits import Split
 from learn.training.config import Config
 from learn.training.lightning_module import Spectra, Training
 from learn.training.run_folder import build_model, predict
 from learn.training.train import box_of
-from scenes.errors import InputError
-from scenes.scene_yaml import write_scene
-from simulate.beamformer import Beamformer
-from simulate.dataset import Dataset
-from simulate.dataset_writer import encode_picture, write_gateway, write_index, write_positions
-from simulate.positions import FARTHEST
-from simulate.spectrum import picture
+from scenes.files.errors import InputError
+from scenes.storage.scene_yaml import write_scene
+from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset_writer import encode_picture, write_gateway, write_index, write_positions
+from simulate.positions.given_positions import FARTHEST
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.spectrum import picture
 from tests.yard import yard
 
 COUNT = 6

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
+from learn.data.metrics import ssim
+from learn.data.splits import split
 from learn.evaluation.leakage import leakage
-from learn.metrics import ssim
 from learn.models.helmholtz import HelmholtzField
-from learn.splits import split
 from learn.training.run_folder import predict
-from simulate.dataset import read_dataset
-from simulate.spectrum import spectrum_of
+from simulate.dataset.dataset_folder import read_dataset
+from simulate.spectra.spectrum import spectrum_of
 
 FOLDER = Path(__file__).parents[3] / "shared" / "data" / "rfid-s23-160"
 

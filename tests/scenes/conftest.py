@@ -2,9 +2,9 @@
 
 import pytest
 
-from scenes.description import Gateway, Scene, SceneObject, Transmitter
-from scenes.materials import p2040_material
-from scenes.shapes import box, sheet
+from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
+from scenes.scene.materials import p2040_material
+from scenes.scene.shapes import box, sheet
 
 FREQUENCY = 915e6
 

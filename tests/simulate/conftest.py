@@ -5,10 +5,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
-from scenes.materials import RadioMaterial
-from scenes.shapes import sheet
-from simulate.propagation import Propagation
+from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.scene.materials import RadioMaterial
+from scenes.scene.shapes import sheet
+from simulate.rays.core.propagation import Propagation
 
 MATERIALS = {
     material.name: material
@@ -77,7 +77,7 @@ def two_bounces() -> Propagation:
 @pytest.fixture(scope="session")
 def room_tracer(room, two_bounces):
     """The room's tracer, to be read from only."""
-    from simulate.trace import Tracer
+    from simulate.rays.tracer import Tracer
 
     return Tracer(room, two_bounces)
 
@@ -95,7 +95,7 @@ def public_solver() -> Callable[..., np.ndarray]:
     For a gateway that looks along -x with its y axis up: Sionna's device, which looks along +x with z up, turned by
     half a turn about z; then gateway x is the device's y and gateway y the device's z.
     """
-    from simulate.sionna_scene import build_scene, mi, rt
+    from simulate.rays.core.sionna_scene import build_scene, mi, rt
 
     def solve(scene: Scene, position: np.ndarray, rays: int, depth: int, gateway_sends: bool) -> np.ndarray:
         sionna = build_scene(scene)

@@ -13,7 +13,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from learn import commands, comparison_commands
+from bisplat.commands import comparison_commands, training_commands
 from learn.baselines.kriging import krige_responses, krige_spectra
 from learn.baselines.neighbours import nearest
 from learn.comparison.ablate import ablate, variants
@@ -24,20 +24,20 @@ from learn.comparison.sweep import sweep
 from learn.comparison.table import FEW_STEPS, table_cells
 from learn.comparison.task import Task
 from learn.comparison.trained_model import TrainedModel
-from learn.metrics import score
+from learn.data.metrics import score
+from learn.data.splits import split
 from learn.models.registry import DEFAULT_MODEL
 from learn.reports.comparison_report import write_ablation, write_comparison, write_sweep
 from learn.reports.learning_curves import validation_curve
-from learn.splits import split
 from learn.training.found_responses import Learned
 from learn.training.train import train
 from learn.training.training_file import read_training
-from scenes.errors import InputError, ParameterError
-from scenes.folder_lock import locked
-from simulate.beamformer import Beamformer
-from simulate.dataset import read_dataset
-from simulate.evenly import evenly
-from simulate.spectrum import normalise, spectrum_of
+from scenes.files.errors import InputError, ParameterError
+from scenes.files.folder_lock import locked
+from simulate.dataset.dataset_folder import read_dataset
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.evenly import evenly
+from simulate.spectra.spectrum import normalise, spectrum_of
 
 pytestmark = pytest.mark.usefixtures("small_models", "no_ceiling")
 
@@ -216,7 +216,7 @@ def test_model_that_was_trained_for_a_few_steps_only_is_named(tiny, tmp_path):
 
 @pytest.mark.parametrize("function", [compare, ablate, sweep, train])
 def test_split_is_the_folders_own_by_default_everywhere(function):
-    command = getattr(commands, function.__name__, None) or getattr(comparison_commands, function.__name__)
+    command = getattr(training_commands, function.__name__, None) or getattr(comparison_commands, function.__name__)
     assert {signature(each).parameters["split"].default for each in (function, command)} == {"files"}
 
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from learn.comparison.scores_file import read_scores, write_scores
-from learn.metrics import Scores
-from scenes.errors import InputError
+from learn.data.metrics import Scores
+from scenes.files.errors import InputError
 from tests import corpus
 
 HEADER = "name,ssim,psnr_db,mae,aoa_error_deg\n"

@@ -10,9 +10,9 @@ import pytest
 from learn.evaluation.crossvalidate import crossvalidate
 from learn.reports.crossvalidation_report import write_crossvalidation
 from learn.training.run_folder import load_run
-from scenes.description import Scene, Transmitter
-from scenes.errors import InputError
-from scenes.lab import lab
+from scenes.files.errors import InputError
+from scenes.places.lab import lab
+from scenes.scene.description import Scene, Transmitter
 
 pytestmark = pytest.mark.usefixtures("small_models")
 

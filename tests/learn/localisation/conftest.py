@@ -7,10 +7,10 @@ import pytest
 
 import bisplat
 from learn.training.run_folder import Run
-from simulate.beamformer import Beamformer
-from simulate.dataset_writer import encode_picture, write_gateway, write_index, write_positions, write_responses
+from simulate.dataset.dataset_writer import encode_picture, write_gateway, write_index, write_positions, write_responses
 from simulate.fullwave.stored_field import read_stored_field
-from simulate.spectrum import picture
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.spectrum import picture
 
 FIELD = Path(__file__).parents[2] / "data" / "closet" / "field.npz"
 

@@ -10,6 +10,7 @@ import pytest
 from skimage.io import imsave
 
 import bisplat
+from bisplat.commands.uses_commands import locate as locate_command
 from learn.evaluation.locations import evaluate_locations
 from learn.localisation.fingerprints import Field, Fingerprints
 from learn.localisation.locate import MODES, _starts, grid_warning
@@ -19,9 +20,8 @@ from learn.models.geometry import grid_in
 from learn.reports.locations_report import write_locations
 from learn.training.deviation import Deviation
 from learn.training.training_file import TrainingFile
-from learn.uses_commands import locate as locate_command
-from scenes.errors import InputError
-from simulate.beamformer import Beamformer
+from scenes.files.errors import InputError
+from simulate.spectra.beamformer import Beamformer
 
 
 @pytest.fixture(scope="module")

@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 import torch
 
-from learn.metrics import ssim
+from learn.data.metrics import ssim
 from learn.models.aperture import STEP_DEG, BiSplatAperture
-from simulate.angular_grid import AngularGrid
-from simulate.array import PlanarArray
-from simulate.beamformer import Beamformer
-from simulate.spectrum import normalise
+from simulate.spectra.angular_grid import AngularGrid
+from simulate.spectra.array import PlanarArray
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.spectrum import normalise
 
 POSITIONS = torch.tensor([[0.5, 0.0, 1.0], [3.0, -0.7, 2.2]])
 WAVELENGTH = 0.33

@@ -4,8 +4,8 @@ import numpy as np
 import torch
 
 from learn.models.base import BeamformingLayer
-from simulate.beamformer import Beamformer
-from simulate.spectrum import normalise
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.spectrum import normalise
 
 RESPONSES = torch.from_numpy(np.random.default_rng(0).normal(size=(3, 16, 2))).float()
 

@@ -9,16 +9,16 @@ import torch
 from learn.baselines.neighbours import inverse_distance
 from learn.comparison.task import Task
 from learn.comparison.trained_model import TrainedModel
-from learn.metrics import ssim
+from learn.data.metrics import ssim
 from learn.models.helmholtz import HelmholtzField
 from learn.models.kriged_field import DIRECTIONS, KrigedField
 from learn.models.stacking import best_weights
 from learn.training.run_folder import load_run, predict
 from learn.training.train import train
-from scenes.errors import InputError
-from simulate.beamformer import Beamformer
-from simulate.dataset import Dataset, read_dataset
-from simulate.spectrum import picture, spectrum_of
+from scenes.files.errors import InputError
+from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.spectrum import picture, spectrum_of
 
 BEAMFORMER = Beamformer()
 WAVELENGTH = 0.3276

@@ -5,13 +5,13 @@ import pytest
 import torch
 from scipy.stats import kstest
 
-from learn.metrics import ssim
+from learn.data.metrics import ssim
 from learn.models.bisplat import BiSplatWRF
 from learn.models.loss import composite_loss
 from learn.models.primitives import SCALE_MAX, SCALE_MIN, Primitives
 from learn.models.registry import MODELS
-from simulate.beamformer import Beamformer
-from simulate.spectrum import normalise
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.spectrum import normalise
 
 POSITIONS = torch.tensor([[0.5, 0.0, 1.0], [3.0, -0.7, 2.2]])
 

@@ -13,8 +13,8 @@ from learn.models.mlp import ResponseMLP, SpectrumMLP
 from learn.models.nerf2 import FAR, ORDER, PATH_LOSS, NeRF2
 from learn.models.quadrature import picture_pixels
 from learn.models.swiftwrf import SwiftWRF
-from simulate.beamformer import Beamformer
-from simulate.spectrum import normalise
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.spectrum import normalise
 
 POSITIONS = torch.tensor([[0.5, 0.0, 1.0], [3.0, -0.7, 2.2]])
 

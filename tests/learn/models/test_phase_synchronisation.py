@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from learn.models.phase_synchronisation import flipped, synchronised
-from simulate.beamformer import Beamformer
+from simulate.spectra.beamformer import Beamformer
 
 WAVELENGTH = 0.33
 RATIO = 0.01

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 import torch
 
-from learn.metrics import ssim
+from learn.data.metrics import ssim
 from learn.models.loss import coarse_loss, composite_loss
 from learn.models.quadrature import interpolation, picture_pixels, quadrature
 from learn.models.registry import MODELS, model_class
-from simulate.angular_grid import AngularGrid
-from simulate.array import PlanarArray
-from simulate.beamformer import Beamformer
+from simulate.spectra.angular_grid import AngularGrid
+from simulate.spectra.array import PlanarArray
+from simulate.spectra.beamformer import Beamformer
 
 REGION = np.array([[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]])
 SMALL = {

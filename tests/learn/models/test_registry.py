@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from learn.models.registry import DEFAULT_MODEL, MODELS, ModelEntry, check_options, model_class, model_entry
-from scenes.errors import ParameterError
-from simulate.beamformer import Beamformer
+from scenes.files.errors import ParameterError
+from simulate.spectra.beamformer import Beamformer
 
 ROOT = Path(__file__).parents[3]
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from learn.planning.tour import short_tour
-from scenes.description import SceneObject
-from scenes.shapes import sheet
+from scenes.scene.description import SceneObject
+from scenes.scene.shapes import sheet
 from tests.yard import yard
 
 WALL = SceneObject("wall", sheet((2.5, -0.5, 0), (0, 0.8, 0), (0, 0, 3)), "concrete")

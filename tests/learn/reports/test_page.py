@@ -8,7 +8,7 @@ from learn.baselines.array_ceiling import CEILING
 from learn.comparison.experiment import row_name
 from learn.reports.comparison_report import write_ablation
 from learn.reports.figures import draw_ssim_distribution
-from learn.reports.page import SCORE_COLUMNS, write_page
+from learn.reports.html_page import SCORE_COLUMNS, write_page
 
 ODD = "<script>alert(1)</script>&amp;\"'"
 ESCAPED = "&lt;script&gt;alert(1)&lt;/script&gt;&amp;amp;&#34;&#39;"

@@ -13,8 +13,8 @@ import torch
 from learn.training.checkpoints import LAST, PREVIOUS, read_checkpoint
 from learn.training.lightning_module import Training
 from learn.training.train import train_run
-from scenes import atomic
-from scenes.errors import InputError
+from scenes.files import atomic
+from scenes.files.errors import InputError
 
 pytestmark = pytest.mark.usefixtures("small_models")
 

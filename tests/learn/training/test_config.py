@@ -6,7 +6,7 @@ import pytest
 
 from learn.comparison.experiment import Experiment, Settings, begun
 from learn.training.config import read_config
-from scenes.errors import InputError
+from scenes.files.errors import InputError
 from tests import hostile_files as hostile
 
 STEPS = {

@@ -13,15 +13,15 @@ import pytest
 import torch
 from safetensors.torch import load_file, save_file
 
+from learn.data.splits import read_split, split
 from learn.models.helmholtz import HelmholtzField
 from learn.models.kriged_field import KrigedField
-from learn.splits import read_split, split
 from learn.training.config import Config, write_config
 from learn.training.run_folder import load_run, save_weights
 from learn.training.train import box_of
 from learn.training.training_file import read_training
-from scenes.errors import InputError, ParameterError
-from simulate.dataset import Dataset, read_dataset
+from scenes.files.errors import InputError, ParameterError
+from simulate.dataset.dataset_folder import Dataset, read_dataset
 from tests import corpus
 
 pytestmark = pytest.mark.usefixtures("small_models")

@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from learn.commands import predict
+from bisplat.commands.training_commands import predict
 from learn.models.registry import MODELS
 from learn.training.config import Config
 from learn.training.ensemble import Ensemble
 from learn.training.run_folder import load_run
 from learn.training.train import train_run
-from scenes.errors import InputError, ParameterError
+from scenes.files.errors import InputError, ParameterError
 
 POSITIONS = np.array([[2.0, 0.5, 1.0], [1.0, 0.0, 1.0], [3.0, 0.2, 1.0]])
 

@@ -7,20 +7,20 @@ import numpy as np
 import pytest
 
 import bisplat
-from learn.metrics import ssim
+from learn.data.metrics import ssim
+from learn.data.splits import Split
 from learn.models.phase_synchronisation import flipped
 from learn.models.registry import MODELS
-from learn.splits import Split
 from learn.training.config import Config
 from learn.training.found_responses import learned_responses
 from learn.training.run_folder import build_model
 from learn.training.train import box_of
-from scenes.errors import ParameterError
-from simulate.beamformer import Beamformer
-from simulate.dataset import Dataset
+from scenes.files.errors import ParameterError
+from simulate.dataset.dataset_folder import Dataset
 from simulate.fullwave.stored_field import read_stored_field
-from simulate.identification import Identification
-from simulate.spectrum import picture
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.identification import Identification
+from simulate.spectra.spectrum import picture
 
 FIELD = Path(__file__).parents[2] / "data" / "closet" / "field.npz"
 STEPS = MODELS["mlp-responses"].by_steps

@@ -17,8 +17,9 @@ from PIL import Image
 from safetensors.torch import load_file
 
 import bisplat
+from learn.data.metrics import ssim
+from learn.data.splits import split
 from learn.evaluation.evaluate import evaluate
-from learn.metrics import ssim
 from learn.models.aperture import BiSplatAperture
 from learn.models.base import WEAK
 from learn.models.loss import L1_WEIGHT, SSIM_WEIGHT, composite_loss
@@ -27,18 +28,17 @@ from learn.models.quadrature import quadrature
 from learn.models.registry import model_class
 from learn.models.steps import Steps
 from learn.reports.evaluation_report import write_evaluation
-from learn.splits import split
 from learn.training.checkpoints import LAST, PREVIOUS, read_checkpoint
 from learn.training.config import read_config
 from learn.training.lightning_module import Spectra, Training
 from learn.training.run_folder import load_run
 from learn.training.train import train_run
-from scenes.errors import InputError
-from scenes.folder_lock import LOCK, locked
-from simulate.beamformer import Beamformer
-from simulate.dataset import read_dataset
-from simulate.dataset_writer import write_index
-from simulate.spectrum import normalise, spectrum_of
+from scenes.files.errors import InputError
+from scenes.files.folder_lock import LOCK, locked
+from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.dataset_writer import write_index
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.spectrum import normalise, spectrum_of
 
 pytestmark = pytest.mark.usefixtures("small_models")
 

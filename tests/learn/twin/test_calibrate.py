@@ -9,18 +9,18 @@ import pytest
 
 import bisplat
 from bisplat.__main__ import main
-from learn.splits import split
+from learn.data.splits import split
 from learn.twin.calibrate import RECORD, calibrate, calibrate_by, rows_of, write_calibration
 from learn.twin.gauss_newton import Calibration
-from scenes.description import SceneObject
-from scenes.errors import InputError, ParameterError
-from scenes.scene_yaml import load_scene, write_scene
-from scenes.shapes import box
-from scenes.tolerances import Tolerances
-from scenes.unknowns import Unknown, unknowns, varied
-from simulate.array import PlanarArray
-from simulate.dataset import read_dataset
-from simulate.propagation import Propagation
+from scenes.files.errors import InputError, ParameterError
+from scenes.scene.description import SceneObject
+from scenes.scene.shapes import box
+from scenes.scene.tolerances import Tolerances
+from scenes.scene.unknowns import Unknown, unknowns, varied
+from scenes.storage.scene_yaml import load_scene, write_scene
+from simulate.dataset.dataset_folder import read_dataset
+from simulate.rays.core.propagation import Propagation
+from simulate.spectra.array import PlanarArray
 from tests.yard import CABINET, yard
 
 OF_POSITION = [Unknown("position", "", axis, 0.02) for axis in range(3)]

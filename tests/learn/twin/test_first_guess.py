@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from learn.twin.first_guess import first_guess
-from scenes.tolerances import Tolerances
-from scenes.unknowns import unknowns, varied
-from simulate.propagation import Propagation
-from simulate.trace import Tracer
+from scenes.scene.tolerances import Tolerances
+from scenes.scene.unknowns import unknowns, varied
+from simulate.rays.core.propagation import Propagation
+from simulate.rays.tracer import Tracer
 from tests.yard import CABINET, yard
 
 PROPAGATION = Propagation(max_depth=1, rays=20_000, diffraction=False)

@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from learn.twin.gauss_newton import _Minimum, _Search, most_likely
-from scenes.description import SceneObject
-from scenes.errors import InputError
-from scenes.shapes import box
-from scenes.tolerances import Tolerances
-from scenes.unknowns import unknowns, varied
-from scenes.validation import validate
-from simulate.propagation import Propagation
-from simulate.trace import Tracer
+from scenes.checks.validation import validate
+from scenes.files.errors import InputError
+from scenes.scene.description import SceneObject
+from scenes.scene.shapes import box
+from scenes.scene.tolerances import Tolerances
+from scenes.scene.unknowns import unknowns, varied
+from simulate.rays.core.propagation import Propagation
+from simulate.rays.tracer import Tracer
 from tests.yard import CABINET, yard
 
 PROPAGATION = Propagation(max_depth=2, rays=20_000)

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from learn.twin.gauss_newton import moved
-from scenes.description import SceneObject
-from scenes.shapes import box
-from simulate.propagation import Propagation
-from simulate.trace import Tracer
+from scenes.scene.description import SceneObject
+from scenes.scene.shapes import box
+from simulate.rays.core.propagation import Propagation
+from simulate.rays.tracer import Tracer
 from tests.yard import yard
 
 POSITIONS = np.random.default_rng(0).uniform((2.0, -0.5, 1.0), (3.0, 0.5, 1.6), (5, 3))

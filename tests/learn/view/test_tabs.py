@@ -4,7 +4,7 @@ import shutil
 
 from learn.view.session import Session
 from learn.view.subject import subject
-from scenes.page import serving
+from scenes.browser.served_page import serving
 
 
 def test_twenty_tabs_of_which_some_go_away_midway_all_have_pictures(tiny, tmp_path, join):

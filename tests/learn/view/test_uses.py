@@ -10,7 +10,7 @@ from learn.localisation.locate import Place
 from learn.localisation.places_file import read_places, write_places
 from learn.view.subject import subject
 from learn.view.uses import CLOUD, LOCATIONS, cloud, located
-from scenes.errors import InputError
+from scenes.files.errors import InputError
 
 
 @pytest.fixture(scope="module")

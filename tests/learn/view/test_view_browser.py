@@ -12,15 +12,15 @@ from playwright.sync_api import Page, expect
 
 from learn.training.run_folder import load_run
 from learn.training.train import train_run
-from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
-from scenes.lab import lab
-from scenes.materials import p2040_material
-from scenes.scene_yaml import write_scene
-from scenes.shapes import sheet
-from simulate.dataset import read_dataset
-from simulate.generate import generate
-from simulate.propagation import Propagation
-from simulate.request import Request
+from scenes.places.lab import lab
+from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.scene.materials import p2040_material
+from scenes.scene.shapes import sheet
+from scenes.storage.scene_yaml import write_scene
+from simulate.dataset.dataset_folder import read_dataset
+from simulate.generation.generate import generate
+from simulate.generation.request import Request
+from simulate.rays.core.propagation import Propagation
 
 FOR_THE_DOCS = "BISPLAT_SCREENSHOTS" in os.environ
 """Screenshots are kept: then of the lab and of a model that knows it, for which there is no time otherwise."""

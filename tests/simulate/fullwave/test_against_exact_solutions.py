@@ -8,19 +8,19 @@ import pytest
 from scipy.integrate import quad_vec
 from scipy.special import j0
 
-from scenes.array_clearance import element_positions
-from scenes.description import SPEED_OF_LIGHT, Gateway, Scene, SceneObject, Transmitter, facing
-from scenes.materials import RadioMaterial
-from scenes.permittivity import relative_permittivity
-from scenes.shapes import sheet
+from scenes.checks.array_clearance import element_positions
+from scenes.scene.description import SPEED_OF_LIGHT, Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.scene.materials import RadioMaterial
+from scenes.scene.permittivity import relative_permittivity
+from scenes.scene.shapes import sheet
+from simulate.fullwave.all_elements import stored_field
 from simulate.fullwave.dipole import element_direction, free_space_response, transmitter_direction
-from simulate.fullwave.engine import stored_field
 from simulate.fullwave.half_plane import half_plane_response
-from simulate.fullwave.plan import Plan
+from simulate.fullwave.run_plan import Plan
 from simulate.fullwave.stored_field import MARGIN
 from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency
-from simulate.propagation import Propagation
-from simulate.trace import Tracer
+from simulate.rays.core.propagation import Propagation
+from simulate.rays.tracer import Tracer
 
 FREQUENCY = 915e6
 CELL = 0.02

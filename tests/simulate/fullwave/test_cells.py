@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
-from scenes.materials import RadioMaterial
-from scenes.scene_yaml import load_scene
-from scenes.shapes import box, sheet
+from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.scene.materials import RadioMaterial
+from scenes.scene.shapes import box, sheet
+from scenes.storage.scene_yaml import load_scene
 from simulate.fullwave.cells import AIR, CONDUCTOR, edge_materials
 from simulate.fullwave.yee_grid import YeeGrid, dispersion_residual, numerical_permittivity
-from simulate.slabs import conducting_triangles, dielectric_slabs
+from simulate.rays.core.slabs import conducting_triangles, dielectric_slabs
 
 STONE = RadioMaterial("stone", 5.0, 0.05, 0.1)
 METAL = RadioMaterial("metal", 1.0, 1e7, 0.002)

@@ -11,18 +11,18 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from scenes.description import SPEED_OF_LIGHT, Gateway, Scene, SceneObject, Transmitter, facing
-from scenes.errors import InputError, ParameterError
-from scenes.materials import p2040_materials
-from scenes.permittivity import VACUUM_PERMEABILITY
-from scenes.scene_yaml import write_scene
-from scenes.shapes import sheet
-from simulate.dataset import read_dataset
-from simulate.fullwave.dataset_field import FIELD
+from scenes.files.errors import InputError, ParameterError
+from scenes.scene.description import SPEED_OF_LIGHT, Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.scene.materials import p2040_materials
+from scenes.scene.permittivity import VACUUM_PERMEABILITY
+from scenes.scene.shapes import sheet
+from scenes.storage.scene_yaml import write_scene
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.fullwave.dipole import GAIN, free_space_response
 from simulate.fullwave.solver import SourceField
 from simulate.fullwave.stored_field import read_stored_field
-from simulate.simulation import simulate
+from simulate.generation.dataset_field import FIELD
+from simulate.generation.simulation import simulate
 
 
 @pytest.fixture
@@ -69,8 +69,8 @@ class Solver:
 def solver(monkeypatch) -> Solver:
     """Takes the solver's place."""
     instead = Solver()
-    monkeypatch.setattr("simulate.fullwave.element.solve", instead.solve)
-    monkeypatch.setattr("simulate.fullwave.runs.MOST_AT_ONCE", 1)
+    monkeypatch.setattr("simulate.fullwave.element_fields.solve", instead.solve)
+    monkeypatch.setattr("simulate.fullwave.solver_runs.MOST_AT_ONCE", 1)
     return instead
 
 
@@ -128,7 +128,7 @@ def test_interrupt_ends_the_runs_beside(nook, solver, monkeypatch, tmp_path):
             ended.set()
             raise
 
-    monkeypatch.setattr("simulate.fullwave.element.solve", solve)
+    monkeypatch.setattr("simulate.fullwave.element_fields.solve", solve)
     with pytest.raises(KeyboardInterrupt):
         simulate(nook, tmp_path / "nook", n=4, engine="fullwave", cell=0.03, workers=2)
     assert ended.is_set()
@@ -199,7 +199,7 @@ def test_damaged_file_of_an_element_is_solved_again(nook, solver, tmp_path, monk
     whole = simulate(nook, tmp_path / "whole", **settings)
     runs = len(solver.sources)
     with monkeypatch.context() as patch:
-        patch.setattr("simulate.fullwave.engine.replace", lambda *_, **__: 1 / 0)  # after all elements
+        patch.setattr("simulate.fullwave.all_elements.replace", lambda *_, **__: 1 / 0)  # after all elements
         with pytest.raises(ZeroDivisionError):
             simulate(nook, tmp_path / "nook", **settings)
     element = tmp_path / "nook" / "field" / "element-001.npz"
@@ -237,7 +237,7 @@ def test_dataset_by_gprmax_is_made_once_more_by_gprmax(nook, solver, monkeypatch
         ran.append(gpu)
         return np.random.default_rng(0).standard_normal((1, 3, *np.diff(box, axis=0)[0])) * np.ones((3, 1, 1, 1, 1))
 
-    monkeypatch.setattr("simulate.fullwave.element.run", run)
+    monkeypatch.setattr("simulate.fullwave.element_fields.run", run)
     again = simulate(folder, tmp_path / "again")
     assert ran == [False, False]
     assert json.loads((again.folder / "metadata.json").read_text())["fullwave"]["solver"] == "gprMax 4.0.1"

@@ -5,12 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from scenes.description import Gateway, Scene, SceneObject, Transmitter, facing
-from scenes.materials import p2040_materials
-from scenes.shapes import box, sheet
-from simulate.fullwave.engine import stored_field
-from simulate.fullwave.plan import Plan, plan
-from simulate.fullwave.runs import groups
+from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.scene.materials import p2040_materials
+from scenes.scene.shapes import box, sheet
+from simulate.fullwave.all_elements import stored_field
+from simulate.fullwave.run_plan import Plan, plan
+from simulate.fullwave.solver_runs import groups
 
 
 @pytest.fixture(scope="module")

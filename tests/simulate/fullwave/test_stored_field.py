@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from scenes.errors import InputError
+from scenes.files.errors import InputError
 from simulate.fullwave.lattice import source_weights
 from simulate.fullwave.stored_field import MARGIN, StoredField, read_stored_field, undo_mean_of_edges
 

@@ -1,0 +1,75 @@
+"""The commands that make or complete a dataset folder from given pictures: convert, responses."""
+
+from __future__ import annotations
+
+import json as json_format
+from pathlib import Path
+from typing import Annotated
+
+from tyro.conf import OmitArgPrefixes, Positional
+
+from bisplat.commands.simulate_command import Output
+from scenes.files.errors import printable
+from scenes.files.output_file import Force, require_new
+from simulate.exchange.conversion import Conversion
+
+
+def convert(
+    source: Positional[Path],
+    output: Output,
+    conversion: Annotated[Conversion, OmitArgPrefixes] = Conversion(),
+) -> None:
+    """Convert the folder of another program into a NeRF² dataset folder of this format, and say what was changed.
+
+    Args:
+        source: folder with spectrum/, tx_pos.csv and gateway_info.yml.
+        output: the new dataset folder.
+    """
+    from simulate.exchange.convert import convert as convert_folder
+
+    for sentence in convert_folder(source, output, conversion):
+        print(printable(sentence))
+    print(printable(f"dataset: {output}"))
+
+
+def responses(dataset: Positional[Path], json: bool = False, force: Force = False) -> None:
+    """Retrieve the element responses behind a folder's pictures, and write them beside as channels.npz.
+
+    A picture determines its responses up to a common phase and the flip y_m -> conj y_{MN-1-m}. channels.npz is marked
+    as retrieved, so that models do not take its phases for recorded ones. The same command again continues an
+    interrupted one.
+
+    Args:
+        dataset: dataset folder without recorded responses.
+        json: print {"pictures", "retrieved", "residual_median_grey_levels", "doubtful"} as JSON.
+    """
+    import numpy as np
+
+    from simulate.dataset.dataset_folder import read_dataset
+    from simulate.dataset.response_retrieval import retrieve
+    from simulate.spectra.phase_retrieval import GOOD
+
+    given = read_dataset(dataset)
+    if given.responses is None:  # recorded ones are never replaced
+        require_new(dataset / "channels.npz", force=force)
+    residual = retrieve(given).residual
+    good = residual < GOOD
+    doubtful = [name for name, fine in zip(given.names, good, strict=True) if not fine]
+    if json:
+        result = {
+            "pictures": len(residual),
+            "retrieved": int(good.sum()),
+            "residual_median_grey_levels": round(float(np.median(residual)), 3),
+            "doubtful": doubtful,
+        }
+        print(json_format.dumps(result, indent=2))
+        return
+    print(
+        f"{good.sum()} of {len(residual)} pictures are reproduced to within {GOOD} grey levels (median "
+        f"{np.median(residual):.2f}); each picture's responses are known up to a common phase and the flip "
+        "y_m -> conj y_(MN-1-m)"
+    )
+    if doubtful:
+        more = " ..." if len(doubtful) > 10 else ""
+        print(printable(f"doubtful: {len(doubtful)} pictures: {', '.join(doubtful[:10])}{more}"))
+    print(printable(f"responses: {dataset / 'channels.npz'}"))

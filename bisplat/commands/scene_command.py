@@ -1,0 +1,145 @@
+"""``bisplat scene``."""
+
+from __future__ import annotations
+
+import json as json_format
+from pathlib import Path
+from typing import Annotated, Literal
+
+from tyro.conf import Positional, arg
+
+from scenes.files.errors import InputError, printable, shown
+from scenes.files.new_folder import new_folder
+from scenes.files.output_file import Force, require_new
+from scenes.files.plain_text import say
+from scenes.files.text_tables import print_rows, print_table
+
+Triple = tuple[float, float, float]
+
+HEADINGS = {
+    "size": "size (m)",
+    "relative_permittivity": "relative permittivity (–)",
+    "conductivity": "conductivity (S/m)",
+    "thickness": "thickness (m)",
+}
+"""Headings of the printed tables, by the keys of the description that have a unit or none."""
+
+
+def scene(
+    scene: Positional[str],
+    output: Annotated[Path | None, arg(aliases=["-o"])] = None,
+    material: tuple[str, ...] = (),
+    default_material: str | None = None,
+    unit: Literal["m", "cm", "mm", "in", "ft"] = "m",
+    up: Literal["y", "z"] | None = None,
+    frequency: float | None = None,
+    gateway: Triple | None = None,
+    boresight: Triple | None = None,
+    pattern: Literal["iso", "dipole", "hw_dipole", "tr38901"] = "iso",
+    region_min: Triple | None = None,
+    region_max: Triple | None = None,
+    json: bool = False,
+    view: bool = False,
+    port: int = 8080,
+    force: Force = False,
+) -> None:
+    """Draw and describe a scene; or import a mesh (GLB, GLTF, OBJ, PLY, STL, OFF) or a Mitsuba XML into a new one.
+
+    Args:
+        scene: built-in name (lab) or scene YAML; to import: a mesh, a Mitsuba or Sionna RT XML, or sionna:etoile.
+        output: the drawing (default NAME.png); for an import: the new scene's folder; with --view: folder to save to.
+        material: import only: NODE=MATERIAL rules, the first that matches wins; NODE may hold * and ?.
+        default_material: import only: material of nodes that neither a rule nor the file gives one.
+        unit: import only: the mesh's unit of length.
+        up: import only: the mesh's up axis (default: y for glTF, else z).
+        frequency: import only: Hz (default: 915e6, the RFID and LoRa band).
+        gateway: import only: the gateway's position, metres.
+        boresight: import only: direction the gateway looks in; its y axis is up.
+        pattern: import only: of the gateway's elements; isotropic ones cannot tell front from back.
+        region_min: import only: lowest corner of the transmitter region, metres.
+        region_max: import only: highest corner of the transmitter region, metres.
+        json: print the description as JSON.
+        view: edit the scene in the browser: gateway, transmitter region, materials.
+        port: view only: of the page; the next free one where it is taken.
+    """
+    from scenes.drawing.scene_drawing import describe_scene, draw_scene
+    from scenes.importing.mesh_import import DEFAULT_FREQUENCY, import_scene, is_importable
+    from scenes.scene.description import Gateway, Transmitter, facing
+    from scenes.storage.scene_files import file_stem
+    from scenes.storage.scene_yaml import load_scene, write_scene
+
+    if is_importable(scene):
+        needed = {
+            "--output": output,
+            "--gateway": gateway,
+            "--boresight": boresight,
+            "--region-min": region_min,
+            "--region-max": region_max,
+        }
+        missing = [name for name, value in needed.items() if value is None]
+        if output is None or gateway is None or boresight is None or region_min is None or region_max is None:
+            raise InputError(f"{scene}: importing a mesh needs {', '.join(missing)} too")
+        with new_folder(output, force) as unfinished:
+            place, report = import_scene(
+                scene,
+                [_rule(text) for text in material],
+                default_material,
+                unit,
+                up,
+                DEFAULT_FREQUENCY if frequency is None else frequency,
+                gateway=Gateway(gateway, facing(boresight), pattern=pattern),
+                transmitter=Transmitter(region_min, region_max),
+            )
+            write_scene(place, unfinished)
+            if not view:
+                draw_scene(place, unfinished / "scene.png")
+        for name, count in report.degenerate.items():
+            say(f"{name}: dropped {count} triangles without area")
+        for sentence in report.warnings:
+            say(f"warning: {sentence}")
+        if frequency is None:
+            say(
+                f"{scene}: assumed {DEFAULT_FREQUENCY / 1e6:g} MHz, since the file has no frequency and --frequency is "
+                "not given; to use another one, import it again into a new folder, for example with --frequency 3.5e9"
+            )
+        drawing = output / "scene.png"
+    else:
+        place = load_scene(scene)
+        drawing = output or Path(f"{file_stem(place.name)}.png")
+        if not view:
+            require_new(drawing, force=force)
+            draw_scene(place, drawing)
+    if view:
+        from scenes.browser.scene_editor import Editor
+        from scenes.browser.served_page import serve
+
+        folder = Path(f"{file_stem(place.name)}-edited") if output is None or is_importable(scene) else output
+
+        def open_tab(client) -> None:
+            Editor(client, place, folder)
+
+        serve(f"bisplat: {place.name}", port, open_tab)
+        return
+    description = describe_scene(place)
+    if json:
+        print(json_format.dumps(description, indent=2))
+        return
+    for what in ("objects", "materials"):
+        rows = description.pop(what)
+        print_rows(what, [{HEADINGS.get(key, key): value for key, value in row.items()} for row in rows])
+    gateways: dict[str, dict] = description.pop("further_gateways")
+    for label, further in gateways.items():
+        description |= {f"{label} {name}": value for name, value in further.items()}
+    for what in ("bounds", "gateway", "transmitter"):
+        description |= {f"{what} {name}": value for name, value in description.pop(what).items()}
+    region = description.pop("transmitter region")
+    description |= {f"transmitter region {name}": value for name, value in region.items()}
+    print_table("scene (metres, hertz)", {"": description})
+    print(printable(f"drawing: {drawing}"))
+
+
+def _rule(text: str) -> tuple[str, str]:
+    pattern, separator, material = text.rpartition("=")
+    if not separator:
+        raise InputError(f"--material: expected NODE=MATERIAL, found {shown(text)}")
+    return pattern, material

@@ -1,0 +1,150 @@
+"""Commands that use a field or a scene: ``calibrate``, ``locate``, ``plan``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+from tyro.conf import OmitArgPrefixes, Positional, arg
+
+from bisplat.commands.simulate_command import Output, PropagationOptions
+from learn.data.splits import SplitKind
+from scenes.files.errors import InputError, ParameterError, printable, require_whole
+from scenes.files.new_folder import new_folder
+from scenes.files.output_file import Force, require_new
+from scenes.files.plain_text import say
+from scenes.files.text_tables import print_rows
+from scenes.scene.tolerances import Tolerances
+from simulate.rays.core.propagation import Propagation
+
+
+class ToleranceOptions(Tolerances):
+    def __post_init__(self) -> None:  # checked by the command, as simulate's options are
+        pass
+
+
+def calibrate(
+    scene: Positional[str],
+    dataset: Positional[Path],
+    output: Output,
+    spectra: Annotated[int, arg(aliases=["-n"])] = 160,
+    split: SplitKind = "files",
+    seed: int = 0,
+    tolerances: OmitArgPrefixes[ToleranceOptions] = ToleranceOptions(),
+    propagation: OmitArgPrefixes[PropagationOptions] = PropagationOptions(),
+    force: Force = False,
+) -> None:
+    """Correct a scene by measured spectra: gateway, materials, places of objects. Writes the corrected scene.
+
+    Args:
+        scene: the scene as described: a built-in name or a scene YAML.
+        dataset: folder of spectra that were measured there.
+        output: folder for scene.yaml, its meshes, and calibration.json.
+        spectra: largest number of spectra to use; held-out ones are never used.
+        split: which spectra are held out, as for train.
+        seed: seed of that split.
+        tolerances: how wrong the scene may be: standard deviations.
+        propagation: mechanisms that the ray tracer follows.
+    """
+    from learn.twin.calibrate import calibrate as calibrate_scene
+    from learn.twin.calibrate import rows_of, write_calibration
+    from simulate.positions.given_positions import MOST_POSITIONS
+
+    require_whole(1, MOST_POSITIONS, spectra=spectra)
+    followed, allowed = Propagation(**vars(propagation)), Tolerances(**vars(tolerances))
+    with new_folder(output, force) as unfinished:
+        found = calibrate_scene(
+            scene,
+            dataset,
+            spectra,
+            split=split,
+            seed=seed,
+            tolerances=allowed,
+            propagation=followed,
+            report=say,
+        )
+        write_calibration(found, unfinished)
+    print_rows(f"changes of {found.scene.name}", rows_of(found))
+    now, before = found.misfit
+    print(f"{before:.1%} of the measured power was unexplained, {now:.1%} is now")
+    print(printable(f"scene: {output / 'scene.yaml'}"))
+
+
+def locate(
+    runs: Positional[tuple[Path, ...]], pictures: tuple[Path, ...], output: Output, force: Force = False
+) -> None:
+    """Find where transmitters are, from their spectra: the positions at which trained fields predict such spectra.
+
+    Args:
+        runs: the run folder; of several gateways one for each, trained on positions in the same frame.
+        pictures: for each run a dataset folder, or a folder of PNG spectra 00001.png and on, as its gateway saw them.
+        output: the .csv file to write: a row for each place where a transmitter may be, with its probability, position
+            (m) and covariance (m²).
+    """
+    from learn.localisation.locate import grid_warning
+    from learn.localisation.locate import locate as locate_pictures
+    from learn.localisation.places_file import write_places
+    from learn.training.fit_progress import FitProgress
+    from learn.training.run_folder import load_run
+    from simulate.dataset.picture_files import read_all
+
+    if len(runs) != len(pictures) or not runs:
+        raise ParameterError("pictures", f"expected a folder for each of the {len(runs)} runs, found {len(pictures)}")
+    if output.suffix.lower() != ".csv":
+        raise InputError(f"{output}: expected a name that ends in .csv")
+    require_new(output, force=force)
+    seen = [read_all(folder / "spectrum" if (folder / "spectrum").is_dir() else folder) for folder in pictures]
+    names = seen[0][0]
+    for folder, (other, _) in zip(pictures, seen, strict=True):
+        if other != names:
+            raise InputError(f"{folder}: expected pictures of the same names as in {pictures[0]}, found other ones")
+    loaded = [load_run(run) for run in runs]
+    warning = grid_warning(loaded)
+    if warning is not None:
+        say(f"warning: {warning}")
+    with FitProgress("location") as report:
+        places = locate_pictures(loaded, [each for _, each in seen], report)
+    write_places(output, names, places)
+    several, black = sum(len(each) > 1 for each in places), sum(not each for each in places)
+    unseen = f", and {black} with black pictures, which are not in the file" if black else ""
+    print(printable(f"{len(names)} transmitters, {several} of which may be at several places{unseen}: {output}"))
+
+
+def plan(
+    run_or_scene: Positional[str],
+    output: Output,
+    positions: Annotated[int, arg(aliases=["-n"])] = 50,
+    tour: bool = False,
+    seed: int = 0,
+    propagation: OmitArgPrefixes[PropagationOptions] = PropagationOptions(),
+    force: Force = False,
+) -> None:
+    """Plan where to measure next: positions that lower the open variance of the field most. Writes a CSV of them.
+
+    Args:
+        run_or_scene: a run folder, whose known positions are known; or a scene that nothing is measured in yet, a
+            built-in name or a scene YAML, which is traced; of several gateways, all count. Positions are planned in the
+            free places of the scene's transmitter region; for a run on measured spectra, in the convex hull of its
+            known positions.
+        output: the CSV to write: header x,y,z; metres, world frame.
+        positions: number of positions.
+        tour: order the positions as a short walk; by default the most useful comes first.
+        seed: of the places to choose from.
+        propagation: mechanisms that the ray tracer follows in a scene.
+    """
+    require_new(output, force=force)
+    from learn.planning.next_positions import plan as plan_positions
+    from learn.training.fit_progress import FitProgress
+    from simulate.dataset.dataset_writer import write_positions
+
+    followed = Propagation(**vars(propagation))
+    with FitProgress("plan") as progress:
+        planned = plan_positions(run_or_scene, positions, tour=tour, seed=seed, propagation=followed, report=progress)
+    write_positions(output, planned.positions)
+    before, after = planned.open_variance[[0, -1]]
+    print(printable(f"{positions} positions: {output}"))
+    print(f"open variance of the field: {before:.1%} before, {after:.1%} after")
+    if planned.tour is not None:
+        crossings = planned.tour.crossings
+        through = f"; {crossings} of its lines cross an object and need a detour" if crossings else ""
+        print(f"tour: {planned.tour.length:.1f} m{through}")

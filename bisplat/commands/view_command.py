@@ -1,0 +1,37 @@
+"""The command ``bisplat view``."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+from tyro.conf import Positional, arg
+
+
+def view(
+    what: Annotated[Positional[str], arg(metavar="RUN|DATASET|SCENE")],
+    port: int = 8080,
+    positions: Path | None = None,
+) -> None:
+    """Show a run, a dataset or a scene in the browser: drag the transmitter, compare prediction and ray tracing.
+
+    Args:
+        what: run folder, NeRF² dataset folder, or scene (built-in name or YAML file).
+        port: port of the page, which only a browser on this machine can open; the next free port if it is taken.
+        positions: CSV of further positions to show, with the header x,y,z, as bisplat plan writes it.
+    """
+    from learn.view.session import Session
+    from learn.view.subject import subject
+    from learn.view.tracing import Tracing
+    from scenes.browser.served_page import serve
+    from simulate.positions.given_positions import read_points
+
+    shown = subject(what)
+    if positions is not None:
+        shown.planned = read_points(positions)
+    propagation, seed = shown.propagation
+    tracing = None if shown.scene is None else Tracing(shown.scene, shown.beamformer, propagation, shown.region, seed)
+    serve(f"bisplat: {shown.name}", port, lambda client: Session(client, shown, tracing).close)
+    if tracing is not None:  # Dr.Jit aborts a process that exits normally while the tracing thread is tracing
+        os._exit(0)

@@ -1,0 +1,162 @@
+"""Which spectra a model is trained, validated and tested on."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+from jaxtyping import Int
+from msgspec import Struct
+
+from scenes.files.errors import InputError, require_seed, require_whole, shown
+from scenes.files.input_file import MEGABYTE, read_text
+from scenes.files.json_file import parse_json
+from scenes.files.schema import conform
+from simulate.positions.given_positions import MOST_POSITIONS
+
+if TYPE_CHECKING:  # importing it is slow, and the command line's help only needs SplitKind
+    from simulate.dataset.dataset_folder import Dataset
+
+SplitKind = Literal["files", "random", "blocked"]
+
+TEST_FRACTION = 0.2
+"""Share of the spectra that ``random`` holds out for testing, as the published loaders do (80/20)."""
+
+BLOCK, EVERY = 10, 4
+"""``blocked`` holds out every fourth block of ten consecutive spectra for testing."""
+
+VALIDATION_FRACTION = 0.1
+"""Share of the training part that is set aside to choose the best checkpoint. The test part chooses nothing."""
+
+
+PARTS = ("train", "validation", "test")
+
+LARGEST_SPLIT = 40 * MEGABYTE
+"""Bytes of a split.json; a million names of six digits have 11 MB."""
+
+
+@dataclass(frozen=True)
+class Split:
+    """Disjoint parts of a dataset, as indices of its spectra.
+
+    Attributes:
+        train: spectra that a model is trained on.
+        validation: spectra that choose the best checkpoint.
+        test: spectra that a model is scored on.
+    """
+
+    train: Int[np.ndarray, " n_train"]
+    validation: Int[np.ndarray, " n_validation"]
+    test: Int[np.ndarray, " n_test"]
+
+    @property
+    def known(self) -> Int[np.ndarray, " n_known"]:
+        """Training and validation part together, sorted: the spectra that a baseline may interpolate."""
+        return np.sort(np.concatenate([self.train, self.validation]))
+
+
+def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None = None) -> Split:
+    """Split a dataset.
+
+    ``files`` reads the folder's own train_index.txt and test_index.txt. ``random`` draws 20 % for testing. ``blocked``
+    holds out every fourth block of ten consecutive spectra. Measured positions follow a path: ``random``, and the
+    index files of most folders, put the spectra recorded just before and after a test spectrum into the training part;
+    ``blocked`` does so only at the ends of a block.
+
+    The validation part is 10 % of the training part; with ``blocked`` it consists of whole blocks.
+
+    Args:
+        dataset: the spectra.
+        kind: how the test part is chosen.
+        seed: seed of the test part of ``random``, and of the validation part.
+        train_size: number of training spectra to keep; a smaller part is contained in every larger one. The validation
+            part shrinks in proportion, since baselines use it too; the test part stays the same. None: keep all.
+
+    Returns:
+        Disjoint parts, each sorted.
+
+    Raises:
+        InputError: the dataset has too few spectra for three parts, or fewer training spectra than ``train_size``.
+        ParameterError: a seed that is none, or a ``train_size`` below 1.
+    """
+    require_seed(seed=seed)
+    if train_size is not None:
+        require_whole(1, MOST_POSITIONS, train_size=train_size)
+    count = len(dataset.names)
+    generator = np.random.default_rng(seed)
+    block = np.arange(count) // BLOCK
+    if kind == "files":
+        known, test = dataset.train, dataset.test
+        if not (len(known) or len(test)):
+            raise InputError(
+                f"{dataset.folder}: expected train_index.txt and test_index.txt for the split files, found neither; "
+                "use the split random or blocked"
+            )
+    elif kind == "random":
+        order = generator.permutation(count)
+        held_out = round(TEST_FRACTION * count)
+        known, test = np.sort(order[held_out:]), np.sort(order[:held_out])
+    else:
+        held_out_block = block % EVERY == 1
+        known, test = np.flatnonzero(~held_out_block), np.flatnonzero(held_out_block)
+
+    unit = block[known] if kind == "blocked" else known
+    units = np.unique(unit)
+    chosen = generator.permutation(units)[: max(1, round(VALIDATION_FRACTION * len(units)))]
+    in_validation = np.isin(unit, chosen)
+    train, validation = known[~in_validation], known[in_validation]
+    if train_size is not None:
+        if train_size > len(train):
+            raise InputError(f"{dataset.folder}: expected {train_size} spectra to train on, found {len(train)}")
+        share = train_size / len(train)
+        train = np.sort(generator.permutation(train)[:train_size])
+        validation = np.sort(generator.permutation(validation)[: max(1, round(share * len(validation)))])
+    result = Split(train=train, validation=validation, test=test)
+    if not (len(result.train) and len(result.test)):
+        raise InputError(
+            f"{dataset.folder}: expected enough spectra for a {kind} split into training, validation and test, "
+            f"found {count}, which leaves {len(result.train)}, {len(result.validation)} and {len(result.test)}"
+        )
+    return result
+
+
+class SplitFile(Struct, frozen=True, forbid_unknown_fields=True):
+    """split.json: names of spectra."""
+
+    train: list[str]
+    validation: list[str]
+    test: list[str]
+
+
+def read_split(path: Path, names: Sequence[str], folder: Path) -> Split:
+    """Read a split.json, which holds the names of the spectra of each part.
+
+    Args:
+        path: the file.
+        names: names of the dataset's spectra.
+        folder: the dataset's folder, for messages.
+
+    Raises:
+        InputError: no regular file of at most ``LARGEST_SPLIT`` bytes, no JSON object of three lists of names, a name
+            in two lists or twice in one, an empty training or test part, or a name that the dataset does not have.
+    """
+    expected = "the names of the spectra of each part"
+    content = parse_json(read_text(path, expected, LARGEST_SPLIT), str(path), expected)
+    conform(content, SplitFile, str(path))
+    index_of = {name: index for index, name in enumerate(names)}
+    every = [name for listed in content.values() for name in listed]
+    missing = next((name for name in every if name not in index_of), None)
+    if missing is not None:
+        raise InputError(
+            f"{folder}: expected the dataset that {path.parent} was trained on, found no spectrum {shown(missing)}"
+        )
+    if len(set(every)) < len(every):
+        twice = next(name for name, count in Counter(every).items() if count > 1)
+        raise InputError(f"{path}: expected each name in one part and once, found {shown(twice)} twice")
+    if not (content["train"] and content["test"]):
+        raise InputError(f"{path}: expected names in train and in test, found none in one of them")
+    return Split(**{part: np.array([index_of[name] for name in content[part]], dtype=int) for part in PARTS})

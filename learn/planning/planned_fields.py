@@ -1,0 +1,144 @@
+"""The random fields that positions are planned for, with covariances fitted to a run's spectra or to traced ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import numpy as np
+import torch
+from jaxtyping import Float, Inexact
+from scipy.linalg import cho_factor, cho_solve
+
+from learn.models.base import Report
+from learn.models.helmholtz import WAYS, HelmholtzField
+from learn.models.kriged_field import KrigedField
+from learn.planning.greedy import OpenField
+from learn.training.run_folder import Run
+from scenes.scene.description import Scene
+from simulate.dataset.dataset_folder import Dataset
+from simulate.rays.core.propagation import Propagation
+from simulate.spectra.evenly import evenly
+
+TRACED = 300
+"""Number of positions that a scene is traced at, to fit the covariance of its field."""
+
+LEAST_NUGGET = 0.01
+"""Least variance of a measurement's noise that is planned with, relative to the field's. Fits to traced responses find
+less; planning with that little would send measurements beside earlier ones, for the last per cent there."""
+
+KNOWN_MOST = 2000
+"""Number of known positions that are counted with, evenly spread over a larger number."""
+
+ROWS = 500
+"""Number of rows of a covariance that are computed at a time, which bounds the memory."""
+
+
+@dataclass(frozen=True)
+class Field:
+    """A random field over the transmitter's position, of variance 1.
+
+    Attributes:
+        covariance: takes positions a and b, metres; returns the covariance between them, real or complex.
+        nugget: variance of a measurement's noise, above 0.
+        weight: how much its open variance counts beside that of other fields.
+    """
+
+    covariance: Callable[[Float[np.ndarray, "n 3"], Float[np.ndarray, "m 3"]], Inexact[np.ndarray, "n m"]]
+    nugget: float
+    weight: float = 1.0
+
+    def open_at(self, candidates: Float[np.ndarray, "N 3"], known: Float[np.ndarray, "n 3"]) -> OpenField:
+        """What is not known of the field at candidates, once known positions are measured.
+
+        Args:
+            candidates: metres, world frame.
+            known: metres, world frame; may be none. At most ``KNOWN_MOST`` are counted with.
+        """
+        covariance = self.covariance(candidates, candidates)
+        if len(known):
+            known = evenly(known, KNOWN_MOST)
+            across = self.covariance(known, candidates)
+            factor = cho_factor(self.covariance(known, known) + self.nugget * np.eye(len(known)))
+            covariance -= across.conj().T @ cho_solve(factor, across)
+        return OpenField(covariance, self.nugget, self.weight)
+
+
+def fields_of_scene(scene: Scene, propagation: Propagation, seed: int, report: Report) -> list[Field]:
+    """The responses in a scene, with the covariance that is fitted to responses traced at ``TRACED`` positions.
+
+    The waves' directions and their shares of the power thus are the scene's.
+
+    Args:
+        scene: a scene of one gateway.
+        propagation: the mechanisms that rays follow.
+        seed: of these positions and of the rays.
+        report: told the progress of the fit.
+
+    Raises:
+        InputError: the ray tracer is missing, or the transmitter region has no free place.
+    """
+    from simulate.generation.simulation import (
+        simulate,  # needs the ray tracer, which users of measured data need not install
+    )
+
+    with TemporaryDirectory() as folder:
+        traced = simulate(scene, Path(folder) / "traced", TRACED, seed=seed, propagation=propagation)
+    field = KrigedField(np.zeros((2, 3)), traced.beamformer, traced.wavelength, "responses")
+    field.report = report  # type: ignore[method-assign]
+    field.fit(traced, np.arange(TRACED))
+    return [_planned_with(field)]
+
+
+def fields_of_run(run: Run, dataset: Dataset, report: Report) -> list[Field]:
+    """The fields that a run of ``helmholtz`` interpolates; for another model, those that ``helmholtz`` would.
+
+    Args:
+        run: a trained run.
+        dataset: its dataset.
+        report: told the progress of the fit for another model.
+    """
+    if isinstance(run.model, HelmholtzField):
+        return fields_of_model(run.model)
+    model = HelmholtzField(np.zeros((2, 3)), dataset.beamformer, dataset.wavelength)
+    model.report = report  # type: ignore[method-assign]
+    model.fit(dataset, run.split(dataset).known)
+    return fields_of_model(model)
+
+
+def fields_of_model(model: HelmholtzField) -> list[Field]:
+    """The fields that a fitted model interpolates, by their weights.
+
+    The change of a place over time is left out, since nobody knows when the next measurements will be made.
+
+    Args:
+        model: a fitted model.
+    """
+    weights = dict(zip(WAYS, model.weights.tolist(), strict=True))
+    kriged = {way: field for way, field in model.fields.items() if weights[way]}
+    fields = []
+    for way, field in (kriged or dict(model.fields.items())).items():  # without weights, inverse-distance has all
+        assert isinstance(field, KrigedField)
+        fields.append(_planned_with(field, weights[way] or 1.0))
+    return fields
+
+
+def _planned_with(field: KrigedField, weight: float = 1.0) -> Field:
+    """A kriged field without its known spectra; that of responses has a complex covariance."""
+    shares, length = field.shares.double(), field.length.double()
+
+    def covariance(a: Float[np.ndarray, "n 3"], b: Float[np.ndarray, "m 3"]) -> Inexact[np.ndarray, "n m"]:
+        rows_of_a, all_b = torch.from_numpy(a - b[0]).to(shares.device), torch.from_numpy(b - b[0]).to(shares.device)
+        parts = []
+        for rows in rows_of_a.split(ROWS):
+            static = torch.ones(len(rows), len(b), dtype=torch.float64, device=shares.device)
+            with torch.inference_mode():
+                part = field.covariance(rows, all_b, static, shares, length).cpu().numpy()
+            if field.has_responses:  # its left half is the real above the imaginary part
+                part = part[: len(rows), : len(b)] + 1j * part[len(rows) :, : len(b)]
+            parts.append(part)
+        return np.concatenate(parts)
+
+    return Field(covariance, max(LEAST_NUGGET, float(field.nugget)), weight)

@@ -1,0 +1,126 @@
+"""Export of a trained model to one file for other programs, which maps transmitter positions to spectra."""
+
+from __future__ import annotations
+
+import copy
+import logging
+import tempfile
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import torch
+from jaxtyping import Float
+from torch import Tensor
+from torch._higher_order_ops.scan import scan  # a private module, but the only loop that torch exports to ONNX
+from torch.export import ExportedProgram, save
+
+from learn.training.run_folder import Run
+from scenes.files.atomic import write_atomically
+from scenes.files.errors import InputError
+
+INPUT, OUTPUT = "positions", "spectra"
+"""Names of the input and output in an ONNX file.
+
+The input is float32 [batch, 3], metres, in the dataset's world frame; the output is float32 [batch, 90, 360], 0…1.
+"""
+
+
+def export(run: Run, path: Path | str) -> None:
+    """Write a run's model as ONNX (``.onnx``) or as a ``torch.export`` program (``.pt2``).
+
+    The batch size of the exported model is free. Its renderer is ``learn.models.splat.splat_reference``, whose memory
+    grows with primitives × pixels: with ``bisplat``, predict a few spectra at a time; ``bisplat-aperture`` renders
+    fewer pixels.
+
+    A copy of the model on the CPU is exported; the run's own model is not changed.
+
+    Args:
+        run: a finished run.
+        path: the file to write; its suffix determines the format.
+
+    Raises:
+        InputError: the suffix is neither .onnx nor .pt2, the model traces rays, or the packages for ONNX are not
+            installed.
+
+    >>> import bisplat
+    >>> bisplat.export(bisplat.load_run("runs/lab"), "lab.pt2")
+    """
+    path = Path(path)
+    writers: dict[str, Callable[[ExportedProgram, Path], None]] = {".onnx": _write_onnx, ".pt2": save}
+    if path.suffix not in writers:
+        raise InputError(f"{path}: expected a name that ends in .onnx or .pt2, found {path.name}")
+    if run.model.traces_rays:
+        raise InputError(
+            f"{run.folder}: expected a model that needs no ray tracer, found {run.config.model}, which does"
+        )
+    batch = {0: torch.export.Dim("batch")}
+    model: Any = copy.deepcopy(run.model).cpu()
+    for part in model.modules():
+        if hasattr(part, "solve"):  # ONNX has no operator that solves linear equations
+            part.solve = solve_by_elimination
+    for name in ("torch.onnx", "torch._export.serde.serialize", "onnxscript", "onnx_ir"):
+        logging.getLogger(name).setLevel(logging.ERROR)  # what they say of the model's operators helps no user
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        program = torch.export.export(model, (torch.zeros(2, 3),), dynamic_shapes=(batch,))
+        path.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=path.parent, prefix=".bisplat-") as folder:
+            content = Path(folder) / path.name
+            writers[path.suffix](program, content)
+            write_atomically(path, content.read_bytes())
+
+
+def solve_by_elimination(matrix: Float[Tensor, "B N N"], right: Float[Tensor, "B N"]) -> Float[Tensor, "B N"]:
+    """Solve linear equations by Gauss-Jordan elimination.
+
+    It does not pivot, so the matrices must be positive definite.
+
+    Args:
+        matrix: the matrices.
+        right: the right-hand sides.
+
+    Returns:
+        The solutions [B, N].
+    """
+
+    def eliminate(rows: Tensor, unit: Tensor) -> tuple[Tensor, Tensor]:
+        pivot = (rows * unit[:, None]).sum(dim=1, keepdim=True)
+        column = (rows[..., :-1] * unit).sum(dim=-1, keepdim=True)
+        pivot = pivot / (pivot[..., :-1] * unit).sum(dim=-1, keepdim=True)
+        return torch.where(unit[:, None] > 0, pivot, rows - column * pivot), unit.sum()
+
+    rows = torch.cat([matrix, right[..., None]], dim=-1)
+    return scan(eliminate, rows, torch.eye(matrix.shape[-1], device=matrix.device))[0][..., -1]
+
+
+def _write_onnx(program: ExportedProgram, path: Path) -> None:
+    try:
+        from onnxscript import opset18
+    except ImportError as error:
+        raise InputError(f"{path.name}: ONNX needs onnxscript, found none; pip install 'bisplat-wrf[onnx]'") from error
+    op: Any = opset18
+
+    def stable_sort(values, stable=True, dim=-1, descending=False):
+        # TopK puts the lower index first among equal values, so it is stable.
+        return op.TopK(values, op.Shape(values), axis=dim, largest=0, sorted=1)
+
+    def cumulative_product(values, dim, dtype=None):
+        # The factors are transmittances 1 − α ≥ 0, and the product is e^{Σ ln(1 − α)}; ln 0 = −∞ correctly gives 0.
+        return op.Exp(op.CumSum(op.Log(values), op.Constant(value_int=dim)))
+
+    exported = torch.onnx.export(
+        program,
+        input_names=[INPUT],
+        output_names=[OUTPUT],
+        dynamo=True,
+        verbose=False,
+        # Operators that PyTorch's own table of ONNX operators lacks.
+        custom_translation_table={
+            torch.ops.aten.sort.stable: stable_sort,
+            torch.ops.aten.cumprod.default: cumulative_product,
+        },
+    )
+    assert exported is not None
+    exported.save(path)

@@ -1,0 +1,337 @@
+"""The twin: ray tracing of a scene that the known spectra have corrected, and Helmholtz kriging of what it leaves.
+
+The scene's unknowns are corrected first, then a complex gain of each chain of interactions.
+
+Where very many spectra are known, kriging knows the field better than any description of the place. The prediction is
+therefore a weighted mean of both, with the weight by which known spectra are best predicted from the others (stacking,
+Wolpert 1992).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import torch
+from jaxtyping import Complex, Float, Int, UInt8
+from torch import Tensor
+
+from learn.data.metrics import ssim
+from learn.models.base import SpectrumModel
+from learn.models.kriged_field import KrigedField
+from scenes.files.errors import InputError, ParameterError
+from scenes.scene.description import Scene
+from scenes.scene.shapes import bounding_box
+from scenes.scene.tolerances import Tolerances
+from scenes.scene.unknowns import unknowns, varied
+from scenes.storage.scene_yaml import load_scene
+from simulate.dataset.dataset_folder import Dataset
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.evenly import evenly
+from simulate.spectra.spectrum import spectrum_of
+
+if TYPE_CHECKING:
+    from learn.twin.gauss_newton import Calibration
+    from simulate.rays.tracer import Tracer
+
+CALIBRATED_BY = 160
+"""Largest number of known spectra that the scene is corrected by; all of them are kriged."""
+
+GAINED_BY = 1000
+"""Largest number of known spectra that the gains of chains are found by."""
+
+SAME_RESPONSES = 1e-2
+"""Relative error of the responses at a known position by which a scene is no longer the one of the training."""
+
+TRUSTS = (1.0, 0.75, 0.5, 0.25, 0.0)
+"""Weights of the corrected scene that are tried."""
+
+LEAST_KNOWN, LEFT_OUT = 100, 64
+"""Number of known spectra below which the weight is 1, and number of them that are predicted from the others."""
+
+
+class Twin(SpectrumModel):
+    """Responses y(r) = w (f(r; θ, g) + e(r)) + (1 − w) a(r): traced in a corrected scene, and kriged.
+
+    ``fit`` finds θ, what the scene's description has wrong (``learn.twin.gauss_newton``), and then the complex gains g
+    of the chains of interactions (``learn.twin.gains``): f = Σ_c (1 + g_c) f_c. e is interpolated by ``KrigedField``
+    from what f leaves of the known responses, and a from the known ones themselves; where these are found behind
+    pictures, f tells their phases. Few spectra are enough for θ and g; e and a take over where many are known.
+
+    Args:
+        region: as for ``SpectrumModel``; this model does not use it.
+        beamformer: the dataset's array and grid.
+        wavelength: metres.
+        scene: built-in name or YAML file of the scene as described.
+        position: tolerance of the gateway's position, metres; this and the next as of ``Tolerances``.
+        turn: of its orientation, degrees.
+        objects: of the places of objects, metres.
+        materials: of the properties of materials, relative.
+
+    Attributes:
+        values: θ, of ``scenes.scene.unknowns.unknowns``.
+        gains: g (real, imaginary); none before ``fit``.
+        checked: f (real, imaginary) at the first known position, by which a loaded run tells a changed scene.
+        trust: w.
+        power: mean of |e|² over the known spectra and elements.
+        whole_power: the same of the known responses.
+        rest: interpolates e.
+        whole: interpolates a.
+        calibration: what ``fit`` corrected, with standard deviations; None before, and in a loaded run.
+
+    Raises:
+        ParameterError: there is no scene.
+        InputError: the scene cannot be read.
+    """
+
+    values: Tensor
+    gains: Tensor
+    checked: Tensor
+    trust: Tensor
+    power: Tensor
+    whole_power: Tensor
+
+    def __init__(
+        self,
+        region: Float[np.ndarray, "2 3"],
+        beamformer: Beamformer,
+        wavelength: float,
+        scene: str = "",
+        position: float = Tolerances.position,
+        turn: float = Tolerances.turn,
+        objects: float = Tolerances.objects,
+        materials: float = Tolerances.materials,
+    ):
+        super().__init__(region, wavelength)
+        if not scene:
+            raise ParameterError("scene", "expected the scene that the twin traces, found none")
+        self._described = load_scene(scene)
+        self._unexplained = 1.0
+        self.calibration: Calibration | None = None
+        self._tolerances = Tolerances(position, turn, objects, materials)
+        self._which = unknowns(self._described, self._tolerances)
+        self.register_buffer("values", torch.zeros(len(self._which), dtype=torch.float64))
+        self.register_buffer("gains", torch.zeros(0, 2))
+        self.register_buffer("checked", torch.zeros(beamformer.array.elements, 2))
+        self.register_buffer("trust", torch.ones(()))
+        self.register_buffer("power", torch.zeros(()))
+        self.register_buffer("whole_power", torch.zeros(()))
+        self.rest = KrigedField(region, beamformer, wavelength, "responses")
+        self.whole = KrigedField(region, beamformer, wavelength, "responses")
+
+    @property
+    def has_responses(self) -> bool:
+        """Always: the twin predicts responses."""
+        return True
+
+    @property
+    def traces_rays(self) -> bool:
+        """Always, in the corrected scene."""
+        return True
+
+    @property
+    def beamforming(self) -> Any:  # type: ignore[override]
+        """That of the kriged field."""
+        return self.rest.beamforming
+
+    @property
+    def corrected(self) -> Scene:
+        """The scene as corrected; before ``fit`` as described."""
+        return varied(self._described, self._which, self.values.cpu().numpy())
+
+    def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
+        """Predicted spectrum: that of the predicted responses."""
+        return self.beamforming(self.responses(positions))
+
+    def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
+        """Element responses y (real, imaginary): traced, and mixed with what is interpolated after ``fit``."""
+        trust = float(self.trust)
+        if not trust:
+            return self.whole_power.sqrt() * self.whole.responses(positions)
+        traced = _pairs(self._traced(positions.cpu().numpy())).to(positions.device)
+        if not len(self.rest.places):
+            return traced
+        rest = self.rest.responses(positions)
+        return self._mixed(traced, rest, self.whole.responses(positions) if trust < 1 else rest, trust)
+
+    def _mixed(
+        self,
+        traced: Float[Tensor, "B elements 2"],
+        rest: Float[Tensor, "B elements 2"],
+        whole: Float[Tensor, "B elements 2"],
+        trust: float,
+    ) -> Float[Tensor, "B elements 2"]:
+        """w (f + e) + (1 − w) a, with e and a scaled to a mean square magnitude of 1."""
+        return trust * (traced + self.power.sqrt() * rest) + (1 - trust) * self.whole_power.sqrt() * whole
+
+    def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"]:
+        """Variance of w e + (1 − w) a, which are taken for independent, relative to the power of the responses."""
+        trust, total = float(self.trust), torch.zeros(len(positions), device=positions.device)
+        for weight, field, power in ((trust, self.rest, self.power), (1 - trust, self.whole, self.whole_power)):
+            if weight:
+                total = total + weight**2 * power / self.whole_power.clamp(min=1e-30) * field.uncertainty(positions)
+        return total.clamp(0, 1)
+
+    def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
+        """Correct the scene by known spectra, and keep what it leaves of them.
+
+        Args:
+            dataset: a dataset, from whose responses or pictures the scene is corrected.
+            known: indices of the spectra.
+
+        Raises:
+            InputError: the scene has several gateways, another array or frequency than the dataset, nothing in it is
+                unknown, all spectra are black, or no path reaches any of their positions.
+
+        Returns:
+            How much of the power was and is unexplained, as a sentence for the user.
+        """
+        from learn.twin.calibrate import calibrate_by
+
+        def report(sentence: str) -> None:
+            self.report(f"calibration: {sentence}", 0, 1)
+
+        used = evenly(np.unique(known), CALIBRATED_BY)
+        found = calibrate_by(self._described, dataset, used, self._tolerances, report=report)
+        self.calibration = found
+        self.values, self.gains = torch.from_numpy(found.values), torch.zeros(0, 2)
+        self.__dict__.pop("_tracer", None)
+        self.refit(dataset, known)
+        chains = int(self.gains.any(dim=1).sum())
+        return (
+            f"corrected {len(self._which)} numbers of the scene: {found.misfit[1]:.1%} of the power of {len(used)} "
+            f"spectra was unexplained, {found.misfit[0]:.1%} is; with gains of {chains} chains, "
+            f"{self._unexplained:.1%} of the power of spectra that these were not found from is; "
+            f"the scene has a weight of {float(self.trust):g}"
+        )
+
+    def refit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
+        """Krige what the corrected scene leaves of other known spectra.
+
+        Args:
+            dataset: as for ``fit``.
+            known: indices of the spectra.
+
+        Raises:
+            InputError: all spectra are black.
+        """
+        from learn.twin.alignment import aligned_to, unexplained
+        from learn.twin.calibrate import measured_responses
+
+        known = np.unique(known)
+        measured, phases_known = measured_responses(dataset, known)
+        if not phases_known:  # a black picture says nothing of the field, only that its power is not known
+            seen = measured.any(axis=1)
+            if not seen.any():
+                raise InputError(f"{dataset.folder}: expected spectra with some power to learn from, found none")
+            known, measured = known[seen], measured[seen]
+        held_out = self._fit_gains(dataset.positions[known], measured, phases_known)
+        traced = self._traced(dataset.positions[known])
+        self.checked = _pairs(traced)[0]
+        aligned = aligned_to(measured, traced, phases_known)[0]
+        aligned_held_out = aligned_to(measured, held_out, phases_known)[0]
+        self._unexplained = unexplained(aligned_held_out - held_out, aligned_held_out)
+        self.power, self.whole_power = (
+            torch.tensor(float((np.abs(values) ** 2).mean())) for values in (aligned - traced, aligned)
+        )
+        for field, values in ((self.rest, aligned - traced), (self.whole, aligned)):
+            everywhere = np.zeros((len(dataset.positions), values.shape[1]), np.complex64)
+            everywhere[known] = values
+            field.report = self.report  # type: ignore[method-assign]
+            has_weight = field is self.rest or len(known) >= LEAST_KNOWN
+            (field.fit if has_weight else field.keep)(replace(dataset, responses=everywhere), known)
+        self.trust = torch.tensor(self._best_trust(_pairs(held_out), dataset.pictures[known]))
+
+    def _fit_gains(
+        self, positions: Float[np.ndarray, "n 3"], measured: Complex[np.ndarray, "n elements"], phases_known: bool
+    ) -> Complex[np.ndarray, "n elements"]:
+        """Find g from responses; arguments as of ``learn.twin.gains.aligned_gains``.
+
+        Returns:
+            f at the positions, each with gains that were found without a part of them that it belongs to.
+        """
+        from learn.twin.gains import aligned_gains
+
+        self.gains = torch.zeros(0, 2)
+        used = evenly(np.arange(len(positions)), GAINED_BY)
+        by_chain, traced = self._tracer.responses_by_chain(positions[used]), self._traced(positions[used])
+        gains, held_out_used = aligned_gains(by_chain, traced, measured[used], phases_known, self.report)
+        self.gains = _pairs(gains)
+        held_out = self._traced(positions)
+        held_out[used] = held_out_used
+        return held_out
+
+    def _best_trust(self, traced: Float[Tensor, "n elements 2"], pictures: UInt8[np.ndarray, "n 90 360"]) -> float:
+        """The w by which known spectra are best predicted from the others; of equally good ones the largest.
+
+        θ was found with the spectrum that is left out: it is few numbers beside so many spectra.
+
+        Args:
+            traced: f at the known positions, with gains found without them.
+            pictures: known spectra, 0…255.
+        """
+        if len(traced) < LEAST_KNOWN:
+            return 1.0
+        left_out = torch.from_numpy(evenly(np.arange(len(traced)), LEFT_OUT))
+        spectra = spectrum_of(pictures[left_out.numpy()])
+        with torch.inference_mode():
+            rest, whole = (
+                field.interpolated(field.places[left_out], left_out)[0].unflatten(-1, (-1, 2))
+                for field in (self.rest, self.whole)
+            )
+            scores = {}
+            for trust in TRUSTS:
+                found = self.beamforming(self._mixed(traced[left_out], rest, whole, trust)).numpy()
+                scores[trust] = float(ssim(found, spectra).mean())
+        return max(scores, key=lambda trust: scores[trust])
+
+    @cached_property
+    def _tracer(self) -> Tracer:
+        """Traces the corrected scene.
+
+        Raises:
+            InputError: it is not the one that this run was trained with.
+        """
+        from simulate.rays.core.propagation import Propagation
+        from simulate.rays.tracer import Tracer
+
+        everywhere = bounding_box(np.concatenate([self.region.cpu().numpy(), self._described.transmitter.region]))
+        tracer = Tracer(self.corrected, Propagation(), everywhere)
+        if len(self.gains):
+            place, expected = self.rest.places[:1].double().cpu().numpy(), self.checked.cpu()
+            same = tracer.chains == len(self.gains)
+            if same:
+                off = _pairs(tracer.responses(place, self._factors)) - expected
+                same = float(off.norm()) <= SAME_RESPONSES * float(expected.norm())
+            if not same:
+                raise InputError(
+                    f"{self._described.name}: expected the scene that the twin was trained with, found one of other "
+                    "paths; train it again"
+                )
+        return tracer
+
+    @property
+    def _factors(self) -> Complex[np.ndarray, " chains"] | None:
+        """1 + g; None before ``fit``."""
+        return 1 + torch.view_as_complex(self.gains.cpu()).numpy() if len(self.gains) else None
+
+    def _traced(self, positions: Float[np.ndarray, "B 3"]) -> Complex[np.ndarray, "B elements"]:
+        return self._tracer.responses(np.asarray(positions, float), self._factors)
+
+    def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
+        """As ``torch.nn.Module.load_state_dict``; the kriged fields take the number of spectra in the file."""
+        self.__dict__.pop("_tracer", None)
+        gains = state_dict.get("gains", self.gains)
+        self.gains = torch.zeros(len(gains) if gains.ndim == 2 else 0, 2)
+        for name, field in (("rest.", self.rest), ("whole.", self.whole)):
+            of_field = {key.removeprefix(name): each for key, each in state_dict.items() if key.startswith(name)}
+            field.load_state_dict(of_field, strict)
+        return super().load_state_dict(state_dict, strict, assign)
+
+
+def _pairs(responses: Complex[np.ndarray, "B elements"]) -> Float[Tensor, "B elements 2"]:
+    """Complex numbers as (real, imaginary)."""
+    return torch.view_as_real(torch.from_numpy(responses)).float()

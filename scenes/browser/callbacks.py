@@ -1,0 +1,52 @@
+"""Callbacks of a page whose errors the user sees: viser itself only prints a traceback, and the panel stands still."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import inspect
+import logging
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from viser import ClientHandle
+
+from scenes.files.errors import InputError, printable
+
+
+def shielded(client: ClientHandle, callback: Callable[..., Any]) -> Callable[..., Any]:
+    """A callback that shows its errors as a notification, and goes on working.
+
+    Args:
+        client: the browser tab.
+        callback: a function or a coroutine function.
+
+    Returns:
+        One of the same kind, which returns None after an error.
+    """
+    if inspect.iscoroutinefunction(callback):
+
+        @functools.wraps(callback)
+        async def shielded_coroutine(*arguments: Any) -> Any:
+            with _shown_errors(client):
+                return await callback(*arguments)
+
+        return shielded_coroutine
+
+    @functools.wraps(callback)
+    def shielded_function(*arguments: Any) -> Any:
+        with _shown_errors(client):
+            return callback(*arguments)
+
+    return shielded_function
+
+
+@contextlib.contextmanager
+def _shown_errors(client: ClientHandle) -> Iterator[None]:
+    try:
+        yield
+    except Exception as error:  # whatever it is, the tab must say it
+        if not isinstance(error, InputError | OSError):
+            logging.getLogger("bisplat").exception("an error in a browser tab")
+        name = "" if isinstance(error, InputError | OSError) else f"{type(error).__name__}: "
+        client.add_notification("That did not work", printable(f"{name}{error}"), color="red")

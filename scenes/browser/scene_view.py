@@ -1,0 +1,141 @@
+"""A scene in a browser, by viser: objects in their materials' colours, gateways, the transmitter region."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from scipy.spatial.transform import Rotation
+from viser import ClientHandle, FrameHandle, LineSegmentsHandle, SceneApi, SceneNodeHandle
+
+from scenes.checks.enclosure import enclosing
+from scenes.scene.description import Gateway, Quaternion, Scene
+
+GATEWAY, REGION = (220, 20, 60), (40, 160, 80)
+WALL_OPACITY = 0.18
+"""Opacity of floor, walls and ceiling, through which the inside is seen from outside."""
+
+FIELD_OF_VIEW = 45.0
+"""Vertical field of view of the camera, degrees."""
+
+
+def wxyz(orientation: Quaternion) -> tuple[float, float, float, float]:
+    """A quaternion in viser's order, from scipy's."""
+    x, y, z, w = orientation
+    return w, x, y, z
+
+
+def xyzw(orientation: np.ndarray) -> Quaternion:
+    """A quaternion in scipy's order, from viser's."""
+    w, x, y, z = (float(c) for c in orientation)
+    return x, y, z, w
+
+
+def add_objects(api: SceneApi, scene: Scene) -> dict[str, list[SceneNodeHandle]]:
+    """Draw the objects under /walls and /furniture; returns each object's nodes."""
+    api.add_frame("/walls", show_axes=False)
+    api.add_frame("/furniture", show_axes=False)
+    nodes: dict[str, list[SceneNodeHandle]] = {}
+    for item in scene.objects:
+        colour = np.array(scene.materials[item.material].color)
+        encloses = enclosing(scene, item, item.mesh.triangles)
+        nodes[item.name] = []
+        for group, chosen, opacity in (("walls", encloses, WALL_OPACITY), ("furniture", ~encloses, None)):
+            if chosen.any():
+                corners = np.asarray(item.mesh.triangles[chosen], np.float32).reshape(-1, 3)
+                nodes[item.name].append(
+                    api.add_mesh_simple(
+                        f"/{group}/{item.name}",
+                        corners,
+                        np.arange(len(corners), dtype=np.uint32).reshape(-1, 3),
+                        color=colour,
+                        opacity=opacity,
+                        flat_shading=True,
+                        side="double",
+                        cast_shadow=False,
+                        receive_shadow=False,
+                    )
+                )
+    return nodes
+
+
+def add_gateway(api: SceneApi, gateway: Gateway, wavelength: float, size: float, name: str = "/gateway") -> FrameHandle:
+    """Draw a gateway as the plate its array fills, with its boresight; children of the frame are in its frame.
+
+    Args:
+        wavelength: metres.
+        size: length of the boresight's arrow, metres.
+    """
+    frame = api.add_frame(
+        name, wxyz=wxyz(gateway.orientation), position=gateway.position, axes_length=size / 3, axes_radius=size / 120
+    )
+    pitch = gateway.spacing * wavelength
+    plate = (gateway.columns * pitch, gateway.rows * pitch, 0.01)
+    api.add_box(f"{name}/array", color=GATEWAY, dimensions=plate, opacity=0.5, cast_shadow=False)
+    arrow = np.array([[[0, 0, 0], [0, 0, size]]], np.float32)
+    api.add_arrows(f"{name}/boresight", arrow, GATEWAY, shaft_radius=size / 60, head_radius=size / 25)
+    return frame
+
+
+def add_region(api: SceneApi, region: Float[np.ndarray, "2 3"], name: str = "/region") -> LineSegmentsHandle:
+    """Draw a box by its edges.
+
+    Args:
+        region: lowest and highest corner, metres.
+    """
+    return api.add_line_segments(name, edges(region), REGION, thickness=2, thickness_units="screen")
+
+
+def edges(region: Float[np.ndarray, "2 3"]) -> Float[np.ndarray, "12 2 3"]:
+    """The edges of a box.
+
+    >>> edges(np.array([[0, 0, 0], [1, 1, 1]])).shape
+    (12, 2, 3)
+    """
+    corners = np.stack(np.meshgrid(*np.transpose(region), indexing="ij"), axis=-1).reshape(8, 3)
+    return np.array(
+        [(a, b) for i, a in enumerate(corners) for b in corners[i + 1 :] if np.sum(a != b) == 1], np.float32
+    )
+
+
+def from_outside(bounds: Float[np.ndarray, "2 3"]) -> tuple[np.ndarray, np.ndarray]:
+    """Where a camera of ``FIELD_OF_VIEW`` sees all of a box: its position and what it looks at, metres."""
+    low, high = bounds
+    size = float(np.linalg.norm(high - low))
+    direction = Rotation.from_euler("ZY", [-125.0, -45.0], degrees=True).apply([1, 0, 0])  # from low x and low y
+    return (low + high) / 2 + 1.3 * size * direction, (low + high) / 2
+
+
+def on_screen(
+    point: Float[np.ndarray, " 3"], bounds: Float[np.ndarray, "2 3"], width: float, height: float
+) -> tuple[float, float]:
+    """Pixel at which a page shows a point before its camera is moved (for those who work it with a mouse of their own).
+
+    Args:
+        point: world frame, metres.
+        bounds: what ``set_up`` was given.
+        width: of the canvas, pixels.
+        height: of the canvas, pixels.
+
+    >>> on_screen(np.array([1.0, 1.0, 1.0]), np.array([[0, 0, 0], [2, 2, 2]]), 800, 600)  # the middle
+    (400.0, 300.0)
+    """
+    camera, look_at = from_outside(bounds)
+    ahead = (look_at - camera) / np.linalg.norm(look_at - camera)
+    right = np.cross(ahead, [0, 0, 1])
+    right /= np.linalg.norm(right)
+    towards = np.subtract(point, camera)
+    pixels = height / 2 / np.tan(np.radians(FIELD_OF_VIEW) / 2) / (towards @ ahead)
+    x, y = width / 2 + pixels * (towards @ right), height / 2 - pixels * (towards @ np.cross(right, ahead))
+    return round(float(x), 3), round(float(y), 3)
+
+
+def set_up(client: ClientHandle, bounds: Float[np.ndarray, "2 3"]) -> None:
+    """Light, panel and camera of a tab, the whole box in view."""
+    client.scene.set_up_direction("+z")
+    client.scene.configure_default_lights(cast_shadow=False)
+    style: dict[str, Any] = {"control_layout": "fixed", "control_width": "large"}
+    client.gui.configure_theme(show_logo=False, show_share_button=False, **style)
+    client.camera.fov = np.radians(FIELD_OF_VIEW)
+    client.camera.position, client.camera.look_at = from_outside(bounds)

@@ -1,0 +1,144 @@
+"""What encloses a place: its floor, walls and ceiling, and where a drawing opens them so that the inside is seen."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Bool, Float
+from trimesh.intersections import slice_faces_plane
+
+from scenes.checks.depth_buffer import barycentric
+from scenes.scene.description import Scene, SceneObject
+from scenes.scene.shapes import bounding_box
+
+Plane = tuple[Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]]
+"""A point of a plane, metres, and the normal that points to the side that is drawn."""
+
+UNDER_CEILING = 0.05
+"""Metres below a ceiling at which a room is opened, so that ceilings that are not quite level go too."""
+
+WALL_REACH = 0.4
+"""Metres from the outermost surface within which a wall's inner side and its panes and doors lie."""
+
+
+def enclosing(scene: Scene, item: SceneObject, triangles: Float[np.ndarray, "n 3 3"]) -> Bool[np.ndarray, " n"]:
+    """Which triangles of an object enclose the place: floor, walls, ceiling, and panes and doors in them.
+
+    Args:
+        scene: the scene.
+        item: one of its objects.
+        triangles: triangles of the object, metres.
+    """
+    low, high = scene.bounds
+    box = item.mesh.bounds
+    wide = np.ptp(box, axis=0) > 0.5 * (high - low)
+    against = np.minimum(box[1] - low, high - box[0]) < 0.25  # m; a thick wall or slab at the edge
+    if any(against[axis] and np.delete(wide, axis).all() for axis in range(3)):
+        return np.ones(len(triangles), dtype=bool)
+    flush = (triangles.max(axis=1) < low + 0.06) | (triangles.min(axis=1) > high - 0.06)  # panes, doors
+    return flush[:, 2] | (flush[:, :2].any(axis=1) & wide[2])
+
+
+def cut(triangles: Float[np.ndarray, "n 3 3"], planes: Sequence[Plane]) -> Float[np.ndarray, "m 3 3"]:
+    """The parts of triangles on the drawn side of every plane.
+
+    Args:
+        triangles: metres.
+        planes: the planes.
+
+    >>> wall = np.array([[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 2.0]]])
+    >>> left = cut(wall, [(np.array([0.0, 0.0, 1.0]), np.array([0.0, 0.0, -1.0]))])
+    >>> len(left), float(left[..., 2].max())
+    (2, 1.0)
+    """
+    for origin, normal in planes:
+        corners, faces = triangles.reshape(-1, 3), np.arange(3 * len(triangles)).reshape(-1, 3)
+        corners, faces, _ = slice_faces_plane(corners, faces, normal, origin)
+        triangles = corners[faces]
+    return triangles
+
+
+def ceiling_height(scene: Scene, triangles: Float[np.ndarray, "n 3 3"]) -> float:
+    """Height of the ceiling over gateways and transmitter region, metres; infinite where one of them has none.
+
+    The roof of a building that no antenna is in is no ceiling.
+
+    Args:
+        scene: the scene.
+        triangles: of all its objects, metres.
+    """
+    low, high = scene.transmitter.region
+    steps = [(0.1, 0.3, 0.5, 0.7, 0.9)] * 2
+    spread = np.stack(np.meshgrid(*steps), axis=-1).reshape(-1, 2)
+    over_region = [
+        _lowest_above(np.array([*point, high[2]]), triangles) for point in low[:2] + spread * (high - low)[:2]
+    ]
+    gateways = (scene.gateway, *scene.further_gateways.values())
+    over_gateways = [_lowest_above(np.array(gateway.position), triangles) for gateway in gateways]
+    # The median, since a lamp or a duct over a part of the region is no ceiling.
+    heights = [float(np.median(over_region)), *over_gateways]
+    return min(heights) if max(heights) < np.inf else np.inf
+
+
+def _lowest_above(point: Float[np.ndarray, " 3"], triangles: Float[np.ndarray, "n 3 3"]) -> float:
+    """Height of the first surface straight above a point, metres; infinite where there is none."""
+    a, b, c = np.moveaxis(triangles[:, :, :2] - point[:2], 1, 0)
+    weights, covered = barycentric(a, b, c)
+    heights = (weights[covered] * triangles[covered][:, :, 2]).sum(axis=1)
+    return float(heights[heights > point[2]].min(initial=np.inf))
+
+
+def opened_ceiling(height: float) -> list[Plane]:
+    """The plane just below a ceiling at a height in metres; none for an infinite height."""
+    return [(np.array([0, 0, height - UNDER_CEILING]), np.array([0.0, 0.0, -1.0]))] if height < np.inf else []
+
+
+def opened_walls(
+    scene: Scene, triangles: Float[np.ndarray, "n 3 3"], viewer: Float[np.ndarray, " 3"], roofed: bool
+) -> list[Plane]:
+    """The inner sides of a room's outer walls that a viewer has before the inside.
+
+    A room is what has a ceiling, or at least three outer walls. An outer wall is upright surfaces in one plane that
+    together are long and high, with the antennas on one side and nothing else on the other.
+
+    Args:
+        scene: the scene.
+        triangles: of all its objects, metres.
+        viewer: direction to the viewer.
+        roofed: whether the antennas are below a ceiling.
+    """
+    walls = _outer_walls(scene, triangles)
+    if not roofed and len(walls) < 3:
+        return []
+    # A millimetre inside, so that the wall's own surface goes.
+    return [((offset - 1e-3) * out, -out) for out, offset in walls if out @ viewer > 0]
+
+
+def _outer_walls(scene: Scene, triangles: Float[np.ndarray, "n 3 3"]) -> list[tuple[np.ndarray, float]]:
+    """Outward normal and distance from the origin of each outer wall's inner side."""
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True).clip(1e-30)
+    upright = np.abs(normals[:, 2]) < 0.02
+    points = triangles.reshape(-1, 3)
+    gateways = (scene.gateway, *scene.further_gateways.values())
+    antennas = np.vstack([scene.transmitter.corners(), *(gateway.position for gateway in gateways)])
+    low, high = bounding_box(points)
+    inner: dict[int, tuple[np.ndarray, float]] = {}
+    for sign in (1, -1):
+        out = sign * normals[upright]
+        degrees = np.degrees(np.arctan2(out[:, 1], out[:, 0])).round().astype(int) % 360
+        for angle in np.unique(degrees):
+            chosen = triangles[upright][degrees == angle]
+            normal = np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle)), 0.0])
+            along = np.array([-normal[1], normal[0], 0.0])
+            centimetres = (100 * (chosen @ normal).mean(axis=1)).round().astype(int)
+            outermost, length = float((points @ normal).max()), np.ptp(points @ along)
+            for place in np.unique(centimetres[centimetres > 100 * (outermost - WALL_REACH)]):
+                wall = chosen[centimetres == place]
+                high_enough = np.ptp(wall[:, :, 2]) > 0.5 * (high - low)[2]
+                offset = float((wall @ normal).min())
+                if high_enough and np.ptp(wall @ along) > 0.5 * length and (antennas @ normal < offset).all():
+                    if angle not in inner or offset < inner[angle][1]:
+                        inner[int(angle)] = normal, offset
+    return list(inner.values())

@@ -1,0 +1,183 @@
+"""Check a scene: its numbers, names and materials, and that every gateway is in the open."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from typing import NoReturn
+
+import numpy as np
+
+from scenes.checks.array_clearance import element_positions, obstruction
+from scenes.checks.occupancy import blocking_object
+from scenes.files.errors import InputError, did_you_mean, named, shown
+from scenes.scene.description import (
+    FARTHEST,
+    HIGHEST_FREQUENCY,
+    LONGEST_NAME,
+    LOWEST_FREQUENCY,
+    MOST_ELEMENTS,
+    MOST_IN_A_ROW,
+    MOST_TRIANGLES,
+    PATTERNS,
+    POLARIZATIONS,
+    UNIT_TOLERANCE,
+    WIDEST_SPACING,
+    Gateway,
+    Scene,
+    Transmitter,
+)
+from scenes.scene.materials import THICKEST
+
+
+def validate(scene: Scene, source: str) -> None:
+    """Check a scene's numbers, names and materials, and that every gateway is in the open.
+
+    Args:
+        scene: the scene to check.
+        source: the start of every message: the file's name or the scene's.
+
+    Raises:
+        InputError: a number that is not finite or out of its range, a name that is empty, long or unprintable, an
+            unknown pattern or polarisation, an orientation that is not a unit quaternion, an empty or
+            inverted transmitter region, no objects, two of one name, one without triangles or without a
+            known material, a gateway inside an object, on a surface, or with elements behind one, or a transmitter
+            region inside an object.
+    """
+
+    def refuse(message: str) -> NoReturn:
+        raise InputError(f"{source}: {message}")
+
+    transmitter = scene.transmitter
+    gateways = {"gateway": scene.gateway}
+    for name, further in scene.further_gateways.items():
+        if name == "gateway1" or not re.fullmatch(r"[A-Za-z0-9_-]{1,100}", name):
+            refuse(f"further_gateways: expected a name of letters, digits, - and _, not gateway1, found {named(name)}")
+        gateways[f"further_gateways.{name}"] = further
+    if not LOWEST_FREQUENCY <= scene.frequency <= HIGHEST_FREQUENCY:
+        refuse(
+            f"frequency must be in hertz, from {LOWEST_FREQUENCY:g} to {HIGHEST_FREQUENCY:g}, found {scene.frequency}"
+        )
+    for label, vector in (
+        *((f"{name}.position", gateway.position) for name, gateway in gateways.items()),
+        *((f"{name}.orientation", gateway.orientation) for name, gateway in gateways.items()),
+        ("transmitter.orientation", transmitter.orientation),
+        ("transmitter.region.min", transmitter.region_min),
+        ("transmitter.region.max", transmitter.region_max),
+    ):
+        if not np.isfinite(vector).all():
+            refuse(f"{label} must be finite numbers, found {shown(list(vector))}")
+        if np.abs(vector).max() > FARTHEST:
+            refuse(f"{label} must be within {FARTHEST:g} m of the origin, found {shown(list(vector))}")
+    antennas: dict[str, Gateway | Transmitter] = {**gateways, "transmitter": transmitter}
+    for end, antenna in antennas.items():
+        norm = math.hypot(*antenna.orientation)
+        if abs(norm - 1) > UNIT_TOLERANCE:
+            refuse(
+                f"{end}.orientation must be a unit quaternion (x, y, z, w), found length {norm:.4g} "
+                f"for {list(antenna.orientation)}"
+            )
+        if antenna.pattern not in PATTERNS:
+            refuse(f"unknown {end}.pattern {named(antenna.pattern)}; {did_you_mean(antenna.pattern, PATTERNS)}")
+        if antenna.polarization not in POLARIZATIONS:
+            refuse(f'{end}.polarization must be "V" or "H", found {named(antenna.polarization)}')
+    for label, gateway in gateways.items():
+        if not (1 <= gateway.rows <= MOST_IN_A_ROW and 1 <= gateway.columns <= MOST_IN_A_ROW):
+            refuse(
+                f"{label}.rows and columns must be at least 1 and at most {MOST_IN_A_ROW}, "
+                f"found {gateway.rows} x {gateway.columns}"
+            )
+        if gateway.rows * gateway.columns > MOST_ELEMENTS:
+            refuse(
+                f"{label} must have at most {MOST_ELEMENTS} elements, found {gateway.rows} x {gateway.columns} of them"
+            )
+        if not 0 < gateway.spacing <= WIDEST_SPACING:
+            refuse(
+                f"{label}.spacing must be a positive number of wavelengths, at most {WIDEST_SPACING:g}, "
+                f"found {gateway.spacing}"
+            )
+    for axis, low, high in zip("xyz", transmitter.region_min, transmitter.region_max, strict=True):
+        if low >= high:
+            refuse(f"transmitter.region must have min below max, found {axis} from {low:g} to {high:g} m")
+
+    if not scene.objects:
+        refuse("a scene needs at least one object, found none")
+    require_name(scene.name, "name", refuse)
+    triangles = sum(len(item.mesh.faces) for item in scene.objects)
+    if triangles > MOST_TRIANGLES:
+        refuse(f"a scene may have at most {MOST_TRIANGLES} triangles, found {triangles}")
+    names: set[str] = set()
+    for index, item in enumerate(scene.objects):
+        require_name(item.name, f"objects[{index}].name", refuse)
+        require_name(item.material, f"objects[{index}].material", refuse)
+        label = f"objects[{index}] ({named(item.name)})"
+        if item.name in names:
+            refuse(f"{label}: every object needs a name of its own, and this one is taken")
+        names.add(item.name)
+        if item.material not in scene.materials:
+            suggestion = did_you_mean(item.material, scene.materials)
+            refuse(f"{label}: unknown material {named(item.material)}; {suggestion}")
+        if len(item.mesh.faces) == 0:
+            refuse(f"{label}: the mesh has no triangles")
+        if not np.isfinite(item.mesh.vertices).all():
+            refuse(f"{label}: the mesh has vertices that are not finite numbers")
+        if np.abs(item.mesh.bounds).max() > FARTHEST:
+            refuse(
+                f"{label}: the mesh must be within {FARTHEST:g} m of the origin, found it at "
+                f"{item.mesh.bounds.tolist()}"
+            )
+        if item.thickness is not None and not 0 < item.thickness <= THICKEST:
+            refuse(
+                f"{label}: thickness must be a positive number of metres, at most {THICKEST:g}, found {item.thickness}"
+            )
+    for label, gateway in gateways.items():
+        _check_place(replace(scene, gateway=gateway, further_gateways={}), label, refuse)
+
+
+def is_valid(scene: Scene) -> bool:
+    """Whether ``validate`` accepts a scene.
+
+    >>> from dataclasses import replace
+    >>> from scenes.places.closet import closet
+    >>> is_valid(closet()), is_valid(replace(closet(), frequency=0))
+    (True, False)
+    """
+    try:
+        validate(scene, scene.name)
+    except InputError:
+        return False
+    return True
+
+
+def require_name(name: str, label: str, refuse: Callable[[str], NoReturn]) -> None:
+    """Refuse an empty name, a long one, and one with characters that cannot be printed, which YAML may not keep."""
+    if not (name and len(name) <= LONGEST_NAME and name.isprintable()):
+        refuse(f"{label} must have 1 to {LONGEST_NAME} characters that can be printed, found {shown(name)}")
+
+
+def _check_place(scene: Scene, label: str, refuse: Callable[[str], NoReturn]) -> None:
+    """Refuse a gateway that is not in the open, and a transmitter region inside a solid, for a scene of one gateway."""
+    gateway, corners = scene.gateway, scene.transmitter.corners()
+    centre = corners.mean(axis=0)
+    middle = np.vstack([centre, corners + 1e-3 * (centre - corners)])  # a region may reach the walls
+    blocker, *blockers = blocking_object(scene, np.vstack([gateway.position, middle]))
+    if blocker is not None:
+        refuse(
+            f"{label}.position {list(gateway.position)} lies inside object {named(blocker)} "
+            "(a closed mesh counts as the room only where it also holds the whole transmitter region)"
+        )
+    found = obstruction(gateway, scene.wavelength, scene.objects)
+    if found is not None:
+        reach = np.linalg.norm(element_positions(gateway, scene.wavelength) - gateway.position, axis=1).max()
+        refuse(
+            f"{label}.position {list(gateway.position)}: expected an array in the open, found an element at "
+            f"{(found.element.round(3) + 0.0).tolist()}, {found.where} object {named(found.object)} "
+            f"(at {scene.frequency / 1e6:g} MHz the elements are up to {reach:.2g} m from the position)"
+        )
+    if blockers[0] is not None and set(blockers) == {blockers[0]}:
+        refuse(
+            f"transmitter.region lies inside object {named(blockers[0])} (a closed mesh counts as the room only where "
+            f"it also holds the {label}, which is at {list(gateway.position)})"
+        )

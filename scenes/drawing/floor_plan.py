@@ -1,0 +1,167 @@
+"""The plan of a scene: what is seen from above without the ceiling, and a section at the transmitter's height."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Float
+from trimesh import Trimesh
+from trimesh.grouping import group_rows
+from trimesh.intersections import mesh_plane
+
+from scenes.checks.enclosure import ceiling_height, cut, enclosing, opened_ceiling
+from scenes.checks.occupancy import closed_parts
+from scenes.scene.description import Scene, SceneObject
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.path import Path
+
+REGION = (0.1, 0.6, 0.2, 0.2)  # RGBA
+NUMBERED = 50  # objects; more numbers would hide the plan
+INK = (0.2, 0.2, 0.2)
+CREASE = np.radians(20)  # a bend between two triangles that is drawn as an edge
+
+
+def section_height(scene: Scene) -> float:
+    """Height at which the plan cuts the objects, the middle of the transmitter region, metres."""
+    return float(scene.transmitter.region[:, 2].mean())
+
+
+def draw_plan(axes: Axes, scene: Scene) -> list[str]:
+    """Draw a scene from above.
+
+    Args:
+        axes: what is drawn on, in metres.
+        scene: the scene.
+
+    Returns:
+        The names of the objects that are numbered 1, 2, …
+    """
+    from matplotlib.collections import LineCollection
+    from matplotlib.patches import PathPatch, Rectangle
+
+    low, high = scene.bounds
+    size = float(np.max(high - low))
+    many = len(scene.objects) > NUMBERED
+    ceiling = ceiling_height(scene, np.concatenate([item.mesh.triangles for item in scene.objects]))
+    _draw_from_above(axes, scene, ceiling, line=0.3 if many else 0.6)
+
+    antennas = np.vstack([scene.transmitter.region.mean(axis=0), scene.gateway.position])[:, :2]
+    for item in scene.objects:
+        color = scene.materials[item.material].color
+        lines, solids = section(item.mesh, section_height(scene))
+        dark = [0.6 * component for component in color]
+        axes.add_collection(LineCollection(list(lines), colors=[dark], linewidths=0.7 if many else 1.6, zorder=3))
+        # Walls that were opened below the ceiling are hollow. The section around the antennas is the room's own.
+        for solid in solids if ceiling < np.inf else []:
+            if not solid.contains_points(antennas).any():
+                axes.add_patch(PathPatch(solid, facecolor=color, edgecolor="none", zorder=2))
+
+    names: list[str] = []
+    taken: list[np.ndarray] = []
+    for item in scene.objects:
+        room = (item.mesh.extents[:2] > 0.9 * (high - low)[:2]).all()
+        shell = bool(enclosing(scene, item, item.mesh.triangles).all())
+        if many or room or shell or item.mesh.bounds[0, 2] > ceiling:
+            continue
+        names.append(item.name)
+        taken.append(_label_place(item, taken, apart=0.022 * size))
+        box = {"boxstyle": "circle,pad=0.15", "fc": "white", "ec": "none", "alpha": 0.75}
+        x, y = taken[-1]
+        axes.text(x, y, str(len(names)), ha="center", va="center", fontsize=7, zorder=5, bbox=box)
+
+    corners = scene.transmitter.corners()[:, :2]
+    axes.add_patch(Rectangle(corners[0], *np.ptp(corners, axis=0), fc=REGION, ec="green", lw=1.5, zorder=4))
+    arrow = {"color": "crimson", "lw": 2, "arrowstyle": "-|>"}
+    for gateway in (scene.gateway, *scene.further_gateways.values()):
+        x, y, _ = gateway.position
+        dx, dy, _ = 0.12 * size * gateway.boresight
+        axes.plot(x, y, "s", color="crimson", markersize=8, zorder=6)
+        axes.annotate("", (x + dx, y + dy), (x, y), arrowprops=arrow, zorder=6)
+    axes.autoscale_view()
+    axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
+    return names
+
+
+def _draw_from_above(axes: Axes, scene: Scene, ceiling: float, line: float) -> None:
+    """Triangles in their material's colour and their outlines, the higher over the lower."""
+    from matplotlib.collections import PolyCollection
+
+    shapes: list[np.ndarray] = []
+    edge_colors: list[tuple[float, float, float]] = []
+    heights: list[np.ndarray] = []
+    for item in scene.objects:
+        triangles = cut(item.mesh.triangles, opened_ceiling(ceiling))
+        outlines = _outlines(item.mesh)
+        outlines = outlines[outlines[:, :, 2].max(axis=1) < ceiling]
+        for parts, color in ((triangles, scene.materials[item.material].color), (outlines, INK)):
+            shapes += list(parts[:, :, :2])
+            edge_colors += [color] * len(parts)
+            heights.append(parts[:, :, 2].max(axis=1) + (1e-6 if parts is outlines else 0))
+    order = np.argsort(np.concatenate(heights), kind="stable")
+    drawn = [shapes[index] for index in order]
+    colors = [edge_colors[index] for index in order]
+    widths = [line if len(shape) == 2 else 1.5 for shape in drawn]
+    axes.add_collection(PolyCollection(drawn, facecolors=colors, edgecolors=colors, linewidths=widths, zorder=1))
+
+
+def _outlines(mesh: Trimesh) -> Float[np.ndarray, "n 2 3"]:
+    """The edges of the faces that are seen from above: where a surface ends or bends."""
+    upright = np.abs(mesh.face_normals[:, 2]) < 0.02
+    bent = (mesh.face_adjacency_angles > CREASE) & ~upright[mesh.face_adjacency].all(axis=1)
+    alone = group_rows(mesh.edges_sorted, require_count=1)
+    alone = alone[~upright[mesh.edges_face[alone]]]
+    return mesh.vertices[np.concatenate([mesh.face_adjacency_edges[bent], mesh.edges_sorted[alone]])]
+
+
+def section(mesh: Trimesh, height: float) -> tuple[Float[np.ndarray, "n 2 2"], list[Path]]:
+    """The horizontal section of a mesh, in plan.
+
+    Args:
+        mesh: metres.
+        height: of the section, metres.
+
+    Returns:
+        The lines of the section, each its two ends, metres; and the area of each closed part, holes left free.
+
+    >>> from scenes.scene.shapes import box
+    >>> lines, (solid,) = section(box((0, 0, 0), (2, 1, 1)), 0.5)
+    >>> lines.min(axis=(0, 1)).tolist(), lines.max(axis=(0, 1)).tolist()
+    ([0.0, 0.0], [2.0, 1.0])
+    >>> bool(solid.contains_point((1.5, 0.5)))
+    True
+    """
+    plane = {"plane_normal": (0, 0, 1), "plane_origin": (0, 0, height)}
+    low, high = mesh.bounds[:, 2]
+    if not low < height < high:
+        return np.zeros((0, 2, 2)), []
+    # Part by part, since lines of parts that touch would be joined in a wrong order.
+    sections = [part.section(**plane) for part in closed_parts(mesh)]
+    solids = [_area([line[:, :2] for line in each.discrete]) for each in sections if each is not None]
+    return mesh_plane(mesh, **plane)[:, :, :2], solids
+
+
+def _area(loops: list[Float[np.ndarray, "n 2"]]) -> Path:
+    """What closed lines bound; those within others are holes."""
+    from matplotlib.path import Path
+
+    paths = []
+    for loop in loops:
+        around = sum(other is not loop and bool(Path(other).contains_points(loop).all()) for other in loops)
+        x, y = loop.T
+        left_turning = np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]) > 0
+        # matplotlib knows a hole by its turning the other way than what it is in.
+        paths.append(Path(loop if left_turning == (around % 2 == 0) else loop[::-1], closed=True))
+    return Path.make_compound_path(*paths)
+
+
+def _label_place(item: SceneObject, taken: list[np.ndarray], apart: float) -> np.ndarray:
+    """The centre of the object in plan, or a point of it that is ``apart`` metres from the labels so far."""
+    low, high = item.mesh.bounds[:, :2]
+    for s, t in ((0.5, 0.5), (0.15, 0.15), (0.85, 0.85), (0.15, 0.85), (0.85, 0.15)):
+        place = low + (high - low) * [s, t]
+        if all(np.linalg.norm(place - other) > apart for other in taken):
+            return place
+    return (low + high) / 2

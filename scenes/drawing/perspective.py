@@ -1,0 +1,165 @@
+"""The view of a scene from above and aside: what is behind something is hidden, and a room is open to the viewer."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy.spatial.transform import Rotation
+from trimesh import Trimesh
+
+from scenes.checks.depth_buffer import DepthBuffer, depth_buffer
+from scenes.checks.enclosure import Plane, ceiling_height, cut, opened_ceiling, opened_walls
+from scenes.drawing.floor_plan import REGION
+from scenes.scene.description import Gateway, Scene
+from scenes.scene.shapes import bounding_box
+
+if TYPE_CHECKING:
+    from mpl_toolkits.mplot3d.axes3d import Axes3D
+
+LIGHT = np.array([0.3, -0.5, 0.8]) / np.linalg.norm([0.3, -0.5, 0.8])
+VIEW = {"elev": 38.0, "azim": -125.0}  # degrees, matplotlib's: from low x and low y
+COLUMNS = 1600  # pixels of the picture, twice those of the figure
+SAMPLES = 400  # points of a line at which it is found whether it is hidden
+CROP = 0.5  # of the scene's extent; a smaller neighbourhood of the antennas is drawn alone
+
+
+def draw_view(axes: Axes3D, scene: Scene) -> None:
+    """Draw a scene from low x and low y; what is hidden of the transmitter region and the gateways is dashed.
+
+    Of a scene that is much larger than the space between the antennas, only their neighbourhood is drawn.
+
+    Args:
+        axes: what is drawn on, in metres.
+        scene: the scene.
+    """
+    from matplotlib.image import AxesImage
+
+    gateways = (scene.gateway, *scene.further_gateways.values())
+    antennas = np.vstack([scene.transmitter.corners(), *(gateway.position for gateway in gateways)])
+    triangles, colors = _surfaces(scene, antennas)
+    shown = np.vstack([triangles.reshape(-1, 3), antennas])  # outdoors the antennas may be above all objects
+    low, high = bounding_box(shown)
+    _set_up(axes, low, high)
+
+    screen = _project(axes, triangles)
+    left, bottom = _project(axes, shown)[:, :2].min(axis=0)
+    right, top = _project(axes, shown)[:, :2].max(axis=0)
+    buffer = depth_buffer(screen, (left, right, bottom, top), COLUMNS)
+    tolerance = 2e-3 * float(np.ptp(screen[:, :, 2]))
+    picture = np.zeros((*buffer.depth.shape, 4))
+    filled = buffer.nearest >= 0
+    picture[filled] = np.column_stack([colors, np.ones(len(colors))])[buffer.nearest[filled]]
+    picture[_outlines(buffer, tolerance), :3] *= 0.6
+    region = Trimesh(scene.transmitter.corners()).convex_hull.triangles
+    before = depth_buffer(_project(axes, region), buffer.extent, COLUMNS)
+    _tint(picture, np.isfinite(before.depth) & (before.depth <= buffer.depth + tolerance))
+    image = AxesImage(axes, extent=buffer.extent, origin="lower", interpolation="antialiased", zorder=1)
+    image.set_data(picture)
+    axes.add_image(image)
+
+    corners = scene.transmitter.corners()
+    for i, a in enumerate(corners):
+        for b in corners[i + 1 :]:
+            if np.sum(a != b) == 1:
+                _draw_line(axes, buffer, np.array([a, b]), tolerance)
+    for gateway in gateways:
+        _draw_gateway(axes, buffer, gateway, 0.12 * float(np.max(high - low)), tolerance)
+
+
+def _surfaces(
+    scene: Scene, antennas: Float[np.ndarray, "n 3"]
+) -> tuple[Float[np.ndarray, "n 3 3"], Float[np.ndarray, "n 3"]]:
+    """The triangles that are drawn, metres, and their shaded colours (RGB)."""
+    everything = np.concatenate([item.mesh.triangles for item in scene.objects])
+    ceiling = ceiling_height(scene, everything)
+    viewer = Rotation.from_euler("ZY", [VIEW["azim"], -VIEW["elev"]], degrees=True).apply([1, 0, 0])
+    planes = opened_ceiling(ceiling) + opened_walls(scene, everything, viewer, roofed=ceiling < np.inf)
+    planes += _neighbourhood(scene, antennas)
+    parts = [cut(item.mesh.triangles, planes) for item in scene.objects]
+    colors = [scene.materials[item.material].color for item in scene.objects]
+    triangles = np.concatenate(parts)
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True).clip(1e-30)
+    shade = 0.65 + 0.35 * np.abs(normals @ LIGHT)
+    return triangles, np.clip(shade[:, None] * np.repeat(colors, [len(part) for part in parts], axis=0), 0, 1)
+
+
+def _neighbourhood(scene: Scene, antennas: Float[np.ndarray, "n 3"]) -> list[Plane]:
+    """The sides of the square around the antennas, three times as wide as the space between them."""
+    low, high = bounding_box(antennas[:, :2])
+    half = 1.5 * float(np.max(high - low))
+    if 2 * half > CROP * np.ptp(scene.bounds, axis=0)[:2].max():
+        return []
+    middle = np.array([*(low + high) / 2, 0.0])
+    return [(middle + half * side, -side) for side in np.vstack([np.eye(3)[:2], -np.eye(3)[:2]])]
+
+
+def _set_up(axes: Axes3D, low: Float[np.ndarray, " 3"], high: Float[np.ndarray, " 3"]) -> None:
+    from matplotlib.ticker import MaxNLocator
+
+    axes.computed_zorder = False
+    axes.view_init(**VIEW)
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+    axes.set_box_aspect(high - low, zoom=0.97)
+    extents = high - low
+    for axis, extent in zip((axes.xaxis, axes.yaxis, axes.zaxis), extents, strict=True):
+        # No more ticks than there is room for: a town is a hundred times as wide as it is high.
+        axis.set_major_locator(MaxNLocator(int(np.clip(14 * extent / extents.max(), 1, 8)), steps=[1, 2, 5, 10]))
+    axes.set_xlabel("x [m]", labelpad=8)
+    axes.set_ylabel("y [m]", labelpad=8)
+    axes.zaxis.set_rotate_label(False)
+    axes.set_zlabel("z [m]", labelpad=7, rotation=90)
+
+
+def _project(axes: Axes3D, points: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 3"]:
+    """Points in the units of the axes' picture: across, up, and depth, which is larger farther away."""
+    from mpl_toolkits.mplot3d.proj3d import proj_transform
+
+    return np.stack(proj_transform(*points.reshape(-1, 3).T, axes.get_proj()), axis=1).reshape(points.shape)
+
+
+def _outlines(buffer: DepthBuffer, step: float) -> Bool[np.ndarray, "rows columns"]:
+    """Where the depth jumps: on a plane it is linear, so its second difference is zero."""
+    seen = np.isfinite(buffer.depth)
+    depth = np.where(seen, buffer.depth, buffer.depth[seen].max(initial=0) + 2 * step)
+    jumps = np.zeros_like(seen)
+    jumps[1:-1] |= np.abs(np.diff(depth, 2, axis=0)) > step
+    jumps[:, 1:-1] |= np.abs(np.diff(depth, 2, axis=1)) > step
+    return jumps & seen
+
+
+def _tint(picture: Float[np.ndarray, "rows columns 4"], where: Bool[np.ndarray, "rows columns"]) -> None:
+    """Lay the region's colour over a picture."""
+    color, strength, under = np.array(REGION[:3]), REGION[3], picture[where]
+    alpha = strength + under[:, 3] * (1 - strength)
+    mixed = strength * color + (under[:, 3] * (1 - strength))[:, None] * under[:, :3]
+    picture[where] = np.column_stack([mixed / alpha[:, None], alpha])
+
+
+def _draw_line(axes: Axes3D, buffer: DepthBuffer, ends: Float[np.ndarray, "2 3"], tolerance: float) -> None:
+    """Draw an edge of the region, dashed where it is hidden."""
+    points = _project(axes, ends[0] + np.linspace(0, 1, SAMPLES)[:, None] * (ends[1] - ends[0]))
+    visible = buffer.shows(points, tolerance)
+    changes = np.flatnonzero(np.diff(visible)) + 1
+    for run in np.split(np.arange(SAMPLES), changes):
+        style = {"lw": 1.6} if visible[run[0]] else {"lw": 1.0, "ls": (0, (3, 2)), "alpha": 0.8}
+        to = run[-1] + 2  # to the first point of the next run, so that no gap is left
+        _flat_line(axes, points[run[0] : to], color="green", zorder=3, **style)
+
+
+def _flat_line(axes: Axes3D, points: Float[np.ndarray, "n 3"], **style) -> None:
+    from matplotlib.lines import Line2D
+
+    axes.add_artist(Line2D(points[:, 0], points[:, 1], **style))
+
+
+def _draw_gateway(axes: Axes3D, buffer: DepthBuffer, gateway: Gateway, length: float, tolerance: float) -> None:
+    """Draw a gateway and its boresight, hollow and dotted where something is before the gateway."""
+    place = np.array(gateway.position)
+    ends = _project(axes, np.array([place, place + length * gateway.boresight]))
+    visible = bool(buffer.shows(ends[:1], tolerance)[0])
+    _flat_line(axes, ends[:1], marker="s", ms=6.5, color="crimson", mfc="crimson" if visible else "none", zorder=4)
+    arrow = {"color": "crimson", "lw": 2, "arrowstyle": "-|>", "ls": "-" if visible else ":"}
+    axes.annotate("", ends[1, :2], ends[0, :2], arrowprops=arrow, zorder=4)

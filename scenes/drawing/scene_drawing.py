@@ -1,0 +1,119 @@
+"""A drawing of a scene, and its description as plain data, by which the user can check it."""
+
+from __future__ import annotations
+
+from io import BytesIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from trimesh import Trimesh
+
+from scenes.checks.occupancy import closed_parts
+from scenes.drawing.floor_plan import REGION, draw_plan, section_height
+from scenes.drawing.perspective import draw_view
+from scenes.files.atomic import write_atomically
+from scenes.files.plain_text import in_figure
+from scenes.scene.description import Gateway, Scene
+
+
+def describe_scene(scene: Scene) -> dict[str, Any]:
+    """A scene as data that ``json.dumps`` takes: lengths in metres, frequency in hertz."""
+    transmitter = scene.transmitter
+    return {
+        "name": scene.name,
+        "frequency": scene.frequency,
+        "wavelength": scene.wavelength,
+        "bounds": {"min": _rounded(scene.bounds[0]), "max": _rounded(scene.bounds[1])},
+        "gateway": _describe_gateway(scene.gateway),
+        "further_gateways": {name: _describe_gateway(gateway) for name, gateway in scene.further_gateways.items()},
+        "transmitter": {
+            "region": {"min": list(transmitter.region_min), "max": list(transmitter.region_max)},
+            "pattern": transmitter.pattern,
+            "polarization": transmitter.polarization,
+            "orientation": list(transmitter.orientation),
+        },
+        "objects": [
+            {
+                "name": item.name,
+                "material": item.material,
+                "size": _rounded(item.mesh.extents),
+                "triangles": len(item.mesh.faces),
+                "closed": _is_closed(item.mesh),
+            }
+            for item in scene.objects
+        ],
+        "materials": [
+            {
+                "name": material.name,
+                "relative_permittivity": material.relative_permittivity,
+                "conductivity": material.conductivity,
+                "thickness": material.thickness,
+            }
+            for material in scene.materials.values()
+        ],
+    }
+
+
+def _describe_gateway(gateway: Gateway) -> dict[str, Any]:
+    return {
+        "position": list(gateway.position),
+        "orientation": list(gateway.orientation),
+        "boresight": _rounded(gateway.boresight),
+        "rows": gateway.rows,
+        "columns": gateway.columns,
+        "spacing": gateway.spacing,
+        "pattern": gateway.pattern,
+        "polarization": gateway.polarization,
+    }
+
+
+def _rounded(vector: Float[np.ndarray, " 3"]) -> list[float]:
+    return [round(float(c), 4) + 0.0 for c in vector]  # + 0.0 turns -0.0 into 0.0
+
+
+def _is_closed(mesh: Trimesh) -> bool:
+    """Whether every triangle belongs to a part that bounds a volume."""
+    return sum(len(part.faces) for part in closed_parts(mesh)) == len(mesh.faces)
+
+
+def draw_scene(scene: Scene, path: str | Path) -> None:
+    """Write a PNG of the plan and of a view from above, objects in their materials' colours.
+
+    A ceiling over the antennas is left out, and so are the room's walls that face the viewer, so that the inside is
+    visible. Outdoors nothing is left out, and what is hidden of the transmitter region is dashed.
+
+    Args:
+        scene: the scene.
+        path: the PNG file.
+    """
+    from matplotlib.figure import Figure
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    figure = Figure(figsize=(15, 7.2), dpi=110, layout="constrained")
+    grid = figure.add_gridspec(1, 2, width_ratios=(1, 1.05))
+    left, right = figure.add_subfigure(grid[0]), figure.add_subfigure(grid[1])
+    plan = left.add_subplot()
+    names = draw_plan(plan, scene)
+    draw_view(right.add_subplot(projection="3d"), scene)
+    count = len(scene.objects)
+    plan.set_title(
+        f"{in_figure(scene.name)}: {scene.frequency / 1e6:g} MHz, λ = {scene.wavelength * 100:.1f} cm, "
+        f"{scene.gateway.rows} × {scene.gateway.columns} array, {count} {'object' if count == 1 else 'objects'}"
+    )
+    if names:
+        key = [Patch(alpha=0, label=f"{number} {in_figure(name)}") for number, name in enumerate(names, start=1)]
+        style: dict[str, Any] = {"ncols": 4, "frameon": False, "fontsize": 9}
+        left.legend(handles=key, loc="outside lower center", handlelength=0, handletextpad=0, **style)
+    handles: list[Any] = [
+        Patch(facecolor=m.color, edgecolor="0.3", label=in_figure(name)) for name, m in scene.materials.items()
+    ]
+    handles.append(Line2D([], [], color="0.3", lw=1.6, label=f"plan: section at z = {section_height(scene):.3g} m"))
+    handles.append(Patch(facecolor=REGION, edgecolor="green", label="transmitter region"))
+    handles.append(Patch(facecolor="crimson", label="gateway and boresight"))
+    right.legend(handles=handles, loc="outside upper center", ncols=4, frameon=False, fontsize=9)
+    content = BytesIO()
+    figure.savefig(content, format="png")
+    write_atomically(Path(path), content.getbuffer())

@@ -1,0 +1,201 @@
+"""Errors that the command line prints as one sentence, without a traceback."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from difflib import get_close_matches
+from numbers import Integral, Real
+
+
+class InputError(ValueError):
+    """A file, name or value that the user gave is wrong.
+
+    The message is one sentence that names the file and the key or row, says what was expected and what was
+    found. The command line prints it as it is and exits with status 1.
+
+    >>> import bisplat
+    >>> try:
+    ...     bisplat.load_scene("laboratory")
+    ... except bisplat.InputError as error:
+    ...     print(error)
+    unknown scene "laboratory"; known are bedroom, closet, conference, lab, office, workshop (or give a .yaml file)
+    """
+
+
+class ParameterError(InputError):
+    """A parameter of a function has a value it cannot have; the command line names its option instead.
+
+    Args:
+        parameter: its name in Python, e.g. ``batch_size``.
+        message: what was expected and what was found.
+
+    >>> str(ParameterError("batch_size", "expected a positive number, found 0"))
+    'batch_size: expected a positive number, found 0'
+    """
+
+    def __init__(self, parameter: str, message: str):
+        super().__init__(parameter, message)
+        self.parameter, self.message = parameter, message
+
+    def __str__(self) -> str:
+        return f"{self.parameter}: {self.message}"
+
+    def as_option(self) -> str:
+        """The same sentence for a reader of the command line.
+
+        >>> ParameterError("batch_size", "expected a positive number, found 0").as_option()
+        '--batch-size: expected a positive number, found 0'
+        """
+        dashes = "-" if len(self.parameter) == 1 else "--"
+        return f"{dashes}{self.parameter.replace('_', '-')}: {self.message}"
+
+
+def require_positive(**values: float) -> None:
+    """Refuse parameters that are not positive, finite numbers.
+
+    Args:
+        values: numbers by the names of their parameters.
+
+    Raises:
+        ParameterError: one of them is zero, negative, infinite or not a number.
+
+    >>> require_positive(budget=5.0, seeds=0)
+    Traceback (most recent call last):
+    ...
+    scenes.files.errors.ParameterError: seeds: expected a positive number, found 0
+    """
+    for name, value in values.items():
+        if not (_is_number(value) and 0 < value < math.inf):
+            raise ParameterError(name, f"expected a positive number, found {shown(value)}")
+
+
+SEED_MOST = 2**32 - 1
+"""Largest seed that NumPy, PyTorch and the ray tracer all take."""
+
+
+def require_whole(least: int, most: int, **values: int) -> None:
+    """Refuse parameters that are not whole numbers of a range.
+
+    Args:
+        least: smallest value.
+        most: largest value; absurd ones would exhaust the memory or never end.
+        values: numbers by the names of their parameters.
+
+    Raises:
+        ParameterError: one of them is no whole number, or is outside the range.
+
+    >>> require_whole(1, 100, seeds=3, steps=0)
+    Traceback (most recent call last):
+    ...
+    scenes.files.errors.ParameterError: steps: expected a whole number of at least 1, found 0
+    """
+    for name, value in values.items():
+        whole = isinstance(value, Integral) and not isinstance(value, bool)
+        if not (whole and value >= least):
+            raise ParameterError(name, f"expected a whole number of at least {least}, found {shown(value)}")
+        if value > most:
+            raise ParameterError(name, f"expected a whole number of at most {most}, found {shown(value)}")
+
+
+def require_seed(**values: int) -> None:
+    """Refuse seeds that are not whole numbers from 0 to ``SEED_MOST``; errors as those of ``require_whole``."""
+    require_whole(0, SEED_MOST, **values)
+
+
+def require_within(least: float, most: float, what: str, **values: float) -> None:
+    """Refuse parameters that are not numbers of a range.
+
+    Args:
+        least: smallest value.
+        most: largest value.
+        what: the quantity and its unit, for the message, e.g. "an SNR in dB".
+        values: numbers by the names of their parameters.
+
+    Raises:
+        ParameterError: one of them is no number, or is outside the range.
+
+    >>> require_within(-200, 200, "an SNR in dB", snr_db=float("nan"))
+    Traceback (most recent call last):
+    ...
+    scenes.files.errors.ParameterError: snr_db: expected an SNR in dB from -200 to 200, found nan
+    """
+    for name, value in values.items():
+        if not (_is_number(value) and least <= value <= most):
+            raise ParameterError(name, f"expected {what} from {least:g} to {most:g}, found {shown(value)}")
+
+
+def _is_number(value: object) -> bool:
+    return isinstance(value, Real) and not isinstance(value, bool)
+
+
+SHOWN = 80
+"""Largest number of characters of a value that a message shows."""
+
+
+LISTED = 40
+"""Largest number of known words that a message lists."""
+
+
+def shown(value: object) -> str:
+    r"""A value that the user gave, as error messages show it: on one line, without control characters, cut if long.
+
+    >>> print(shown(None), shown("concrete"), shown([1.0, "a\x1b[31mb"]))
+    nothing 'concrete' [1.0, 'a\x1b[31mb']
+    >>> len(shown("x" * 1000)), shown("x" * 1000)[-4:]
+    (80, 'xxx…')
+    """
+    if value is None:
+        return "nothing"
+    try:
+        text = repr(value)
+    except (ValueError, RecursionError):  # an integer of more digits than Python writes; a list within itself
+        text = f"a {type(value).__name__} that is too long to show"
+    return cut(text)
+
+
+def reason(error: BaseException) -> str:
+    r"""What an error of another library says, as part of our sentence: its first line, without control characters, cut.
+
+    >>> reason(OSError("no data\nat 12")), reason(KeyError())
+    ('no data', 'KeyError')
+    """
+    return cut((str(error).strip().splitlines() or [type(error).__name__])[0])
+
+
+def cut(text: str) -> str:
+    """Text as part of a sentence: without control characters, cut if long."""
+    return printable(text if len(text) <= SHOWN else text[: SHOWN - 1] + "…")
+
+
+def named(name: object) -> str:
+    r"""A name from a file or an option, as error messages show it: in double quotes, printable, cut if long.
+
+    >>> print(named("concrete"), named("a\x1b[2J"))
+    "concrete" "a\x1b[2J"
+    """
+    text = str(name)
+    return f'"{printable(text if len(text) <= SHOWN - 2 else text[: SHOWN - 3] + "…")}"'
+
+
+def printable(text: str) -> str:
+    r"""Text whose control characters, which a terminal would obey, are written as Python writes them.
+
+    >>> print(printable("a\x1b[2Jb\nc"))
+    a\x1b[2Jb\nc
+    """
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+def did_you_mean(word: object, known: Iterable[str]) -> str:
+    """The end of an error message about an unknown word: the nearest known word, or all of them.
+
+    >>> did_you_mean("concrte", ["concrete", "wood"])
+    'did you mean "concrete"?'
+    """
+    known = sorted(known)
+    nearest = get_close_matches(str(word)[:SHOWN], known, n=1)
+    if nearest:
+        return f"did you mean {named(nearest[0])}?"
+    more = ", …" if len(known) > LISTED else ""
+    return f"known are {', '.join(named(name)[1:-1] for name in known[:LISTED])}{more}"

@@ -1,0 +1,101 @@
+"""Read JSON that the user gave: the one place that parses it.
+
+Python's reader takes more than JSON has (NaN, Infinity), rounds 1e999 to infinity, keeps the last of two equal keys,
+and fails at deep nesting and long integers. Here all of these are refused in a sentence.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+from scenes.files.errors import InputError, printable, shown
+from scenes.files.input_file import MEGABYTE, read_text
+from scenes.files.nesting import DEEPEST, too_deep
+
+LIMIT = 16 * MEGABYTE
+"""Largest size of a JSON file, bytes; the largest of ours names the spectra of a split, 10 bytes each."""
+
+DIGITS = 300
+"""Most digits of an integer; a larger one is no number in double precision."""
+
+
+def read_json(path: Path, expected: str, nan: bool = False) -> Any:
+    """The value that a JSON file holds.
+
+    Args:
+        path: the file.
+        expected: what should be there, for the message, e.g. "the settings of a run".
+        nan: also take NaN, which Python writes: in our own results it is the score of a model that diverged.
+
+    Raises:
+        InputError: the file cannot be read, is larger than ``LIMIT``, or is no JSON.
+    """
+    return parse_json(read_text(path, expected, LIMIT), str(path), expected, nan)
+
+
+def parse_json(text: str, source: str, expected: str, nan: bool = False) -> Any:
+    """The value of a JSON text.
+
+    Args:
+        text: the text.
+        source: the start of every message.
+        expected: as of ``read_json``.
+        nan: as of ``read_json``.
+
+    Raises:
+        InputError: no JSON, a key twice in one object, a number too large, or values nested too deep.
+
+    >>> parse_json('{"rows": 4}', "metadata.json", "an array")
+    {'rows': 4}
+    >>> parse_json('{"rows": 4, "rows": 5}', "metadata.json", "an array")
+    Traceback (most recent call last):
+    scenes.files.errors.InputError: metadata.json: expected an array as JSON, found the key 'rows' twice
+    """
+    try:
+        value = json.loads(
+            text,
+            object_pairs_hook=_object,
+            parse_constant=float if nan else _constant,
+            parse_float=_float,
+            parse_int=_integer,
+        )
+    except json.JSONDecodeError as error:
+        found = f"malformed JSON, {printable(error.msg)} in line {error.lineno}, column {error.colno}"
+    except ValueError as error:
+        found = str(error)
+    except RecursionError:
+        found = f"values nested more than {DEEPEST} levels deep"
+    else:
+        if not too_deep(value):
+            return value
+        found = f"values nested more than {DEEPEST} levels deep"
+    raise InputError(f"{source}: expected {expected} as JSON, found {found}") from None
+
+
+def _object(pairs: list[tuple[str, Any]]) -> dict[str, Any]:
+    result = dict(pairs)
+    if len(result) < len(pairs):
+        seen: set[str] = set()
+        twice = next(key for key, _ in pairs if key in seen or seen.add(key))  # type: ignore[func-returns-value]
+        raise ValueError(f"the key {shown(twice)} twice")
+    return result
+
+
+def _constant(text: str) -> float:
+    raise ValueError(f"{text}, which JSON does not have")
+
+
+def _float(text: str) -> float:
+    value = float(text)
+    if math.isinf(value):
+        raise ValueError(f"the number {shown(text)}, which is too large")
+    return value
+
+
+def _integer(text: str) -> int:
+    if len(text) > DIGITS:
+        raise ValueError(f"an integer of {len(text)} digits, which is too large")
+    return int(text)

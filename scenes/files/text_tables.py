@@ -1,0 +1,60 @@
+"""Tables on stdout: folded to the width of a terminal, as wide as needed in a file or pipe, and never cut."""
+
+from __future__ import annotations
+
+import sys
+
+from rich.table import Table
+
+from scenes.files.errors import printable
+from scenes.files.plain_text import plain_console
+
+WIDEST = 80
+"""Characters per line of a cell; a longer sentence is folded."""
+
+UNLIMITED = 10_000
+"""Characters per line, more than any table has."""
+
+
+def print_table(title: str, columns: dict[str, dict]) -> None:
+    """Print a table.
+
+    Args:
+        title: of the table.
+        columns: the cells of each column by the name of their row; the first column has all rows.
+    """
+    table = Table(title=printable(title))
+    table.add_column("", overflow="fold", max_width=WIDEST)
+    for name in columns:
+        heading = printable(name.replace("_", " "))
+        if sys.stdout.isatty():  # a narrow terminal would cut inverse-distance in the middle of a word
+            heading = heading.replace("-", "-\n")
+        table.add_column(heading, overflow="fold", max_width=WIDEST)
+    for row in next(iter(columns.values())):
+        values = (column.get(row, "") for column in columns.values())
+        table.add_row(printable(row), *map(_cell, values))
+    _print(table)
+
+
+def print_rows(title: str, rows: list[dict]) -> None:
+    """Print a table.
+
+    Args:
+        title: of the table.
+        rows: the cells of each row by the name of their column; all rows have the same columns.
+    """
+    table = Table(title=printable(title))
+    for name in rows[0]:
+        table.add_column(printable(name), overflow="fold", max_width=WIDEST)
+    for row in rows:
+        table.add_row(*map(_cell, row.values()))
+    _print(table)
+
+
+def _cell(value: object) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else printable(str(value))
+
+
+def _print(table: Table) -> None:
+    # Where there is no terminal, rich would take the width for 80.
+    plain_console(width=None if sys.stdout.isatty() else UNLIMITED).print(table)

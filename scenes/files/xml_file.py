@@ -1,0 +1,54 @@
+"""Read XML that the user gave: no DOCTYPE, so no entities that grow or name other files, and a bounded depth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from xml.etree.ElementTree import Element, ParseError, TreeBuilder, XMLParser
+
+from scenes.files.errors import InputError, printable
+from scenes.files.input_file import MEGABYTE, read_bytes
+
+LIMIT = 64 * MEGABYTE
+"""Largest size of an XML file, bytes: about 200,000 shapes."""
+
+DEEPEST = 50
+"""Levels of elements; scene files have five."""
+
+
+class _PlainBuilder(TreeBuilder):
+    """Builds the tree of an XML file, and refuses a DOCTYPE, which alone can declare entities, and deep nesting."""
+
+    level = 0
+
+    def doctype(self, name: str, pubid: str | None, system: str | None) -> None:
+        raise InputError("a DOCTYPE, which is not read")
+
+    def start(self, tag: str, attrs: dict[str, str]) -> Element:  # type: ignore[override]
+        self.level += 1
+        if self.level > DEEPEST:
+            raise InputError(f"elements nested more than {DEEPEST} levels deep")
+        return super().start(tag, attrs)
+
+    def end(self, tag: str) -> Element:
+        self.level -= 1
+        return super().end(tag)
+
+
+def read_xml(path: Path, expected: str) -> Element:
+    """The root element of an XML file.
+
+    Args:
+        path: the file.
+        expected: what should be there, for the message, e.g. "a scene".
+
+    Raises:
+        InputError: the file cannot be read, is larger than ``LIMIT``, is malformed, has a DOCTYPE, or is nested too
+            deep.
+    """
+    data = read_bytes(path, f"{expected} as XML", LIMIT)
+    parser = XMLParser(target=_PlainBuilder())
+    try:
+        parser.feed(data)
+        return parser.close()
+    except (ParseError, InputError, LookupError, ValueError) as error:  # LookupError: an encoding that is not known
+        raise InputError(f"{path}: expected {expected} as XML, found {printable(str(error))}") from None

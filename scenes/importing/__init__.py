@@ -1,0 +1,1 @@
+"""Meshes and scene files of other programs, turned into scenes."""

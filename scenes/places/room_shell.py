@@ -1,0 +1,99 @@
+"""The shell of a built-in room: floor, ceiling, four walls, and what closes their openings.
+
+The floor is z = 0 with a corner at the origin; the room spans 0 … length along x, 0 … width along y.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from scenes.scene.description import SceneObject
+from scenes.scene.shapes import sheet
+
+Side = Literal["south", "north", "west", "east"]
+
+BEHIND = 0.05
+"""Metres that a pane sits behind its wall and reaches beyond its opening, so that nothing lies in the wall's plane and
+no ray passes between pane and wall."""
+
+GAP = 0.002
+"""Metres between objects that would touch, since surfaces in one plane would be hit in an arbitrary order."""
+
+
+@dataclass(frozen=True)
+class Opening:
+    """A window or door: a rectangle left out of a wall, and the sheet that closes it.
+
+    Attributes:
+        name: of the sheet.
+        side: the wall.
+        start: metres along the wall, from its low x (south, north) or low y (west, east) end.
+        end: likewise.
+        bottom: metres above the floor.
+        top: likewise.
+        material: the sheet's.
+        thickness: the sheet's, metres; the material's own if None.
+    """
+
+    name: str
+    side: Side
+    start: float
+    end: float
+    bottom: float
+    top: float
+    material: str = "glass"
+    thickness: float | None = None
+
+
+@dataclass(frozen=True)
+class Finish:
+    """What a floor, ceiling or wall is made of, and how thick (metres; the material's own if None)."""
+
+    material: str
+    thickness: float | None = None
+
+
+def shell(
+    size: tuple[float, float, float],
+    openings: Sequence[Opening],
+    *,
+    floor: Finish,
+    ceiling: Finish,
+    south: Finish,
+    north: Finish,
+    west: Finish,
+    east: Finish,
+) -> list[SceneObject]:
+    """Floor, ceiling, the four walls and the panes and doors in their openings.
+
+    Args:
+        size: length, width and height, metres.
+    """
+    length, width, height = size
+    x, y, up = np.array([length, 0.0, 0.0]), np.array([0.0, width, 0.0]), np.array([0.0, 0.0, height])
+    # Corner, edge along the wall, the way out, and the wall's finish.
+    walls: dict[Side, tuple[np.ndarray, np.ndarray, np.ndarray, Finish]] = {
+        "south": (np.zeros(3), x, -y / width, south),
+        "north": (y, x, y / width, north),
+        "west": (np.zeros(3), y, -x / length, west),
+        "east": (x, y, x / length, east),
+    }
+    objects = [
+        SceneObject("floor", sheet((0, 0, 0), x, y), floor.material, floor.thickness),
+        SceneObject("ceiling", sheet(up, y, x), ceiling.material, ceiling.thickness),
+    ]
+    for side, (corner, along, _, finish) in walls.items():
+        holes = [(o.start, o.end, o.bottom, o.top) for o in openings if o.side == side]
+        objects.append(SceneObject(f"wall {side}", sheet(corner, along, up, holes), finish.material, finish.thickness))
+    for o in openings:
+        corner, along, out, _ = walls[o.side]
+        direction = along / np.linalg.norm(along)
+        bottom = max(GAP, o.bottom - BEHIND)
+        start = corner + (o.start - BEHIND) * direction + BEHIND * out + [0, 0, bottom]
+        pane = sheet(start, (o.end - o.start + 2 * BEHIND) * direction, (0, 0, o.top + BEHIND - bottom))
+        objects.append(SceneObject(o.name, pane, o.material, o.thickness))
+    return objects

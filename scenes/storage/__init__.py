@@ -1,0 +1,1 @@
+"""A scene on disk: scene.yaml and the meshes in its folder."""

@@ -1,0 +1,92 @@
+"""The files of a scene's folder, scene.yaml and its meshes: their names and their bytes."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+import yaml
+from trimesh import Trimesh
+
+from scenes.scene.description import Scene
+
+LONGEST_STEM = 60
+"""Characters of a file's name without its suffix; at four bytes each, every file system takes that many."""
+
+
+def file_stem(name: str) -> str:
+    """A name from a file as the name of another file, in whatever folder that is: without slashes and the like.
+
+    Args:
+        name: any text.
+
+    >>> file_stem("../../etc/passwd"), file_stem("Büro 3"), file_stem("..")
+    ('_.._etc_passwd', 'Büro_3', 'object')
+    """
+    return re.sub(r"[^\w.-]+", "_", name).strip(".")[:LONGEST_STEM].strip(".") or "object"
+
+
+def mesh_names(scene: Scene) -> list[str]:
+    """For every object its mesh file, relative to the folder; no two are equal, in no case of letters."""
+    names: list[str] = []
+    used: set[str] = set()
+    count = Counter[str]()
+    for item in scene.objects:
+        first = stem = file_stem(item.name)
+        count[first.casefold()] += 1
+        while stem.casefold() in used:  # names that differ in case or punctuation only
+            stem = f"{first}_{count[first.casefold()]}"
+            count[first.casefold()] += 1
+        used.add(stem.casefold())
+        names.append(f"meshes/{stem}.ply")
+    return names
+
+
+def yaml_of(scene: Scene) -> bytes:
+    """The content of scene.yaml."""
+    further = {name: asdict(gateway) for name, gateway in scene.further_gateways.items()}
+    values = {
+        "name": scene.name,
+        "frequency": scene.frequency,
+        "gateway": asdict(scene.gateway),
+        **({"further_gateways": further} if further else {}),
+        "transmitter": {
+            "region": {"min": scene.transmitter.region_min, "max": scene.transmitter.region_max},
+            **{k: v for k, v in asdict(scene.transmitter).items() if not k.startswith("region")},
+        },
+        "materials": {
+            name: {k: v for k, v in asdict(material).items() if k != "name"}
+            for name, material in scene.materials.items()
+        },
+        "objects": [
+            {"name": item.name, "mesh": mesh, "material": item.material}
+            | ({} if item.thickness is None else {"thickness": item.thickness})
+            for item, mesh in zip(scene.objects, mesh_names(scene), strict=True)
+        ],
+    }
+    style: dict[str, Any] = {"sort_keys": False, "default_flow_style": None, "allow_unicode": True}
+    return yaml.safe_dump(_plain(values), width=110, **style).encode()
+
+
+def _plain(value: Any) -> Any:
+    """The value with tuples as lists and numpy scalars as Python's, since YAML has only these types."""
+    if isinstance(value, dict):
+        return {key: _plain(v) for key, v in value.items()}
+    if isinstance(value, list | tuple):
+        return [_plain(v) for v in value]
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def ply_of(mesh: Trimesh) -> bytes:
+    """Binary PLY in double precision; trimesh's writer rounds to single precision, which would change the scene."""
+    header = (
+        "ply\nformat binary_little_endian 1.0\n"
+        f"element vertex {len(mesh.vertices)}\nproperty double x\nproperty double y\nproperty double z\n"
+        f"element face {len(mesh.faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    )
+    faces = np.zeros(len(mesh.faces), dtype=[("count", "<u1"), ("index", "<i4", 3)])
+    faces["count"], faces["index"] = 3, mesh.faces
+    return header.encode() + np.asarray(mesh.vertices, dtype="<f8").tobytes() + faces.tobytes()

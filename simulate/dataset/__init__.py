@@ -1,0 +1,1 @@
+"""The NeRF² dataset folder: read, write, check, and complete with retrieved responses."""

@@ -1,0 +1,257 @@
+"""A NeRF² dataset folder in memory, and the check that it is one. docs/format.md describes every file.
+
+Rows of ``tx_pos.csv`` and pictures are numbered from 1; everything in memory is numbered from 0.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Complex, Float, Int, UInt8
+
+from scenes.files.errors import InputError
+from scenes.scene.description import SPEED_OF_LIGHT
+from simulate.dataset.dataset_reader import read_gateway, read_metadata, read_names
+from simulate.dataset.oddities import oddities
+from simulate.dataset.picture_files import read_pictures, what_is_at
+from simulate.dataset.responses_file import check_responses, read_responses
+from simulate.positions.given_positions import read_points
+from simulate.spectra.angular_grid import AngularGrid
+from simulate.spectra.array import PlanarArray
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.identification import Identification, identify
+from simulate.spectra.spectrum import spectrum_of
+
+NERF2_FREQUENCY = 915e6
+"""Hertz, of the RFID band that NeRF²'s folders were measured in; the folders themselves do not name it."""
+
+
+@dataclass(frozen=True)
+class Dataset:
+    """A NeRF² dataset folder in memory; K spectra.
+
+    Attributes:
+        folder: the folder that it was read from.
+        names: zero-padded names of the pictures, such as "00001".
+        pictures: 8-bit pictures, min–max normalised magnitude, on the grid of ``beamformer``.
+        positions: transmitter positions, metres, world frame.
+        gateway_position: metres, world frame.
+        gateway_orientation: unit quaternion (x, y, z, w), gateway frame to world.
+        train: indices of the folder's own training spectra.
+        test: indices of the folder's own test spectra.
+        responses: complex element responses; None where the folder has none (simulated folders have them).
+        retrieved: responses that ``bisplat responses`` found from the pictures, each up to a common phase and the flip
+            y_m -> y*_{MN−1−m} of its own; None where the folder has none.
+        metadata: content of metadata.json; empty where the folder has none (simulated folders have it).
+        identification: the array and the grid of the spectra, and how they are known.
+    """
+
+    folder: Path
+    names: list[str]
+    pictures: UInt8[np.ndarray, "K 90 360"]
+    positions: Float[np.ndarray, "K 3"]
+    gateway_position: Float[np.ndarray, 3]
+    gateway_orientation: Float[np.ndarray, 4]
+    train: Int[np.ndarray, " K_train"]
+    test: Int[np.ndarray, " K_test"]
+    responses: Complex[np.ndarray, "K elements"] | None = None
+    retrieved: Complex[np.ndarray, "K elements"] | None = None
+    metadata: dict[str, Any] = field(default_factory=dict)
+    identification: Identification = field(default_factory=Identification)
+
+    @property
+    def beamformer(self) -> Beamformer:
+        """The array and the grid that the spectra were made with."""
+        return self.identification.beamformer
+
+    @property
+    def array(self) -> PlanarArray:
+        """The gateway's array."""
+        return self.beamformer.array
+
+    @property
+    def grid(self) -> AngularGrid:
+        """Directions of the spectra's rows and columns."""
+        return self.beamformer.grid
+
+    @property
+    def wavelength(self) -> float:
+        """At the frequency of metadata.json, metres; at NeRF²'s 915 MHz for folders without any."""
+        return SPEED_OF_LIGHT / self.metadata.get("frequency_hz", NERF2_FREQUENCY)
+
+    @property
+    def spectra(self) -> Float[np.ndarray, "K 90 360"]:
+        """Pictures as numbers in 0…1, the way every published loader reads them."""
+        return spectrum_of(self.pictures)
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """Result of ``inspect``.
+
+    Attributes:
+        problems: sentences on errors that make the folder unusable.
+        warnings: sentences on oddities that do not.
+        dataset: the dataset, where there are no problems.
+    """
+
+    problems: list[str]
+    warnings: list[str]
+    dataset: Dataset | None
+
+
+def read_dataset(folder: Path | str) -> Dataset:
+    """Read and check a NeRF² dataset folder.
+
+    Args:
+        folder: the dataset folder.
+
+    Returns:
+        The dataset.
+
+    Raises:
+        InputError: the first problem that ``inspect`` finds.
+
+    >>> import tempfile
+    >>> from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
+    >>> from scenes.scene.materials import p2040_materials
+    >>> from scenes.scene.shapes import sheet
+    >>> from simulate.rays.core.propagation import Propagation
+    >>> from simulate.generation.simulation import simulate
+    >>> floor = SceneObject("floor", sheet((-5, -5, 0), (10, 0, 0), (0, 10, 0)), "concrete")
+    >>> gateway, region = Gateway((0, 0, 1.5), facing((-1, 0, 0))), Transmitter((-4, -1, 0.5), (-2, 1, 2))
+    >>> yard = Scene("yard", 915e6, gateway, region, (floor,), p2040_materials(["concrete"], 915e6))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = simulate(yard, folder, n=3, propagation=Propagation(max_depth=0))
+    ...     dataset = read_dataset(folder)
+    >>> dataset.names, dataset.spectra.shape, dataset.array.elements
+    (['00001', '00002', '00003'], (3, 90, 360), 16)
+    """
+    inspection = inspect(Path(folder))
+    if inspection.dataset is None:
+        more = f" ({len(inspection.problems) - 1} more problems)" if len(inspection.problems) > 1 else ""
+        raise InputError(inspection.problems[0] + more)
+    return inspection.dataset
+
+
+def inspect(folder: Path) -> Inspection:
+    """Read a folder, collecting every problem instead of stopping at the first.
+
+    Args:
+        folder: the dataset folder.
+
+    Returns:
+        The problems, the warnings, and the dataset where there are no problems.
+    """
+    problems: list[str] = []
+    warnings: list[str] = []
+    if not folder.is_dir():
+        return Inspection([f"{folder}: expected a dataset folder, found {what_is_at(folder)}"], [], None)
+
+    positions = None
+    try:
+        positions = read_points(folder / "tx_pos.csv")
+    except InputError as error:
+        problems.append(str(error))
+    names, pictures = read_pictures(folder / "spectrum", problems)
+    gateway_position, gateway_orientation = read_gateway(folder / "gateway_info.yml", problems)
+    metadata, stated = read_metadata(folder / "metadata.json", problems)
+    train, test = _read_split(folder, names, metadata, problems, warnings)
+
+    numbers = np.array([int(name) for name in names], dtype=int)
+    rows_known = None if positions is None else len(positions)
+    if positions is not None and len(names):
+        without_row = [name for name, number in zip(names, numbers, strict=True) if number > len(positions)]
+        if without_row:
+            rows_known = None  # a length of channels.npz can only be wrong for the same reason
+            problems.append(
+                f"{folder / 'tx_pos.csv'}: expected a row for each of the {len(names)} pictures, found "
+                f"{len(positions)} rows; spectrum/{without_row[0]}.png has none"
+            )
+        if len(positions) > len(names):
+            warnings.append(f"tx_pos.csv has {len(positions)} rows for {len(names)} pictures")
+
+    elements = (stated or Beamformer()).array.elements
+    responses, retrieved = read_responses(folder / "channels.npz", rows_known, elements, problems)
+    if problems or positions is None:
+        return Inspection(problems, warnings, None)
+    rows = numbers - 1
+    of_pictures = None
+    if responses is not None:
+        of_pictures = responses[rows]
+        check_responses(folder / "channels.npz", of_pictures, retrieved, problems)
+        if problems:
+            return Inspection(problems, warnings, None)
+        of_pictures = of_pictures.astype(np.complex64)
+    dataset = Dataset(
+        folder=folder,
+        names=names,
+        pictures=pictures,
+        positions=positions[rows],
+        gateway_position=gateway_position,
+        gateway_orientation=gateway_orientation,
+        train=np.array(train, dtype=int),
+        test=np.array(test, dtype=int),
+        responses=None if retrieved else of_pictures,
+        retrieved=of_pictures if retrieved else None,
+        metadata=metadata,
+        identification=identify(pictures, stated),
+    )
+    odd = oddities(positions[rows], pictures, dataset.identification, folder)
+    return Inspection(odd.problems, [*warnings, *odd.warnings], None if odd.problems else dataset)
+
+
+def _read_split(
+    folder: Path, names: list[str], metadata: dict[str, Any], problems: list[str], warnings: list[str]
+) -> tuple[list[int], list[int]]:
+    """Indices of the folder's own training and test spectra; both empty where the folder has no index files."""
+    files = {label: folder / f"{label}_index.txt" for label in ("train", "test")}
+    simulated = "scene_file" in metadata  # an unfinished simulation has no index files yet
+    if not simulated and not any(path.exists() for path in files.values()):
+        warnings.append("there is no train_index.txt and no test_index.txt: use the split random or blocked")
+        return [], []
+    train, test = (read_names(path, names, problems) for path in files.values())
+    for path, index in zip(files.values(), (train, test), strict=True):
+        repeated = len(index) - len(set(index))
+        if repeated:
+            warnings.append(f"{path.name} names {repeated} spectra more than once; each counts once")
+    train, test = list(dict.fromkeys(train)), list(dict.fromkeys(test))
+    both = sorted(set(train) & set(test))
+    if both:
+        problems.append(
+            f"{files['test']}: expected names that are not in train_index.txt, found "
+            f"{names[both[0]]} in both ({len(both)} in all)"
+        )
+    unused = len(names) - len(set(train) | set(test))
+    if unused and not problems:
+        warnings.append(f"{unused} spectra are in neither train_index.txt nor test_index.txt")
+    return train, test
+
+
+def read_index(path: Path, dataset: Dataset) -> Int[np.ndarray, " n"]:
+    """Read an index file.
+
+    Args:
+        path: one picture name per line.
+        dataset: the dataset that the names are of.
+
+    Returns:
+        Indices into the dataset.
+
+    Raises:
+        InputError: the file is missing, empty, or names a picture twice or one that is not there.
+    """
+    problems: list[str] = []
+    index = read_names(path, dataset.names, problems)
+    if not index and not problems:
+        problems.append(f"{path}: expected one picture name per line, found an empty file")
+    if len(set(index)) < len(index):
+        repeated = next(name for name, count in Counter(index).items() if count > 1)
+        problems.append(f"{path}: expected each name once, found {dataset.names[repeated]} more than once")
+    if problems:
+        raise InputError(problems[0])
+    return np.array(index, dtype=int)

@@ -1,0 +1,75 @@
+"""Write the files of a NeRF² dataset folder, each atomically. docs/format.md describes every file."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+from io import BytesIO, StringIO
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import yaml
+from jaxtyping import Complex, Float, UInt8
+from PIL import Image
+
+from scenes.files.atomic import write_atomically
+
+
+def encode_picture(picture: UInt8[np.ndarray, "90 360"]) -> bytes:
+    """A PNG file of one spectrum picture: 8-bit grey."""
+    buffer = BytesIO()
+    # Level 3 takes a third of the default level's time and gives a sixth more bytes.
+    Image.fromarray(picture).save(buffer, format="PNG", compress_level=3)
+    return buffer.getvalue()
+
+
+def encode_power(power_db: Float[np.ndarray, "90 360"]) -> bytes:
+    """A TIFF file of a spectrum's absolute power in dB: one channel of float32, rows as in the pictures."""
+    buffer = BytesIO()
+    # Uncompressed, since every reader takes that, and compression would shrink such floats by a fifth at most.
+    Image.fromarray(power_db.astype(np.float32)).save(buffer, format="TIFF")
+    return buffer.getvalue()
+
+
+def write_positions(path: Path, positions: Float[np.ndarray, "K 3"]) -> None:
+    """Write tx_pos.csv: metres with 6 decimals."""
+    text = StringIO()
+    text.write("x,y,z\n")
+    np.savetxt(text, positions, fmt="%.6f", delimiter=",")
+    write_atomically(path, text.getvalue().encode())
+
+
+def write_index(path: Path, names: Sequence[str]) -> None:
+    """Write train_index.txt or test_index.txt."""
+    write_atomically(path, "".join(f"{name}\n" for name in names).encode())
+
+
+def write_gateway(path: Path, dataset_name: str, position: Sequence[float], orientation: Sequence[float]) -> None:
+    """Write gateway_info.yml."""
+    name = yaml.safe_dump({"dataset_name": dataset_name}, allow_unicode=True, width=math.inf)  # quoted where it must be
+    text = (
+        f"{name}"
+        "gateway1:\n"
+        f"  position: [{', '.join(f'{value:.6f}' for value in position)}]\n"
+        f"  orientation: [{', '.join(f'{value:.9f}' for value in orientation)}]  # x, y, z, w\n"
+    )
+    write_atomically(path, text.encode())
+
+
+def write_responses(path: Path, responses: Complex[np.ndarray, "K elements"]) -> None:
+    """Write channels.npz: complex64 element responses, un-normalised."""
+    write_arrays(path, {"channels": responses.astype(np.complex64)})
+
+
+def write_arrays(path: Path, arrays: dict[str, np.ndarray]) -> None:
+    """Write an .npz of named arrays, atomically."""
+    buffer = BytesIO()
+    np.savez(buffer, **arrays)  # type: ignore[arg-type]
+    write_atomically(path, buffer.getvalue())
+
+
+def write_metadata(path: Path, metadata: dict[str, Any]) -> None:
+    """Write metadata.json."""
+    write_atomically(path, (json.dumps(metadata, indent=2, ensure_ascii=False) + "\n").encode())

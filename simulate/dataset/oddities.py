@@ -1,0 +1,82 @@
+"""What folders of other programs look like that pass for a dataset of this format but are none."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float, UInt8
+
+from simulate.spectra.identification import Identification
+
+EXAMINED = 200
+"""Number of pictures that are looked at."""
+
+
+@dataclass
+class Oddities:
+    """Sentences on a folder whose files can all be read.
+
+    Attributes:
+        problems: on errors that make the folder unusable.
+        warnings: on oddities that do not.
+    """
+
+    problems: list[str] = field(default_factory=list)
+    warnings: list[str] = field(default_factory=list)
+
+
+def oddities(
+    positions: Float[np.ndarray, "K 3"],
+    pictures: UInt8[np.ndarray, "K 90 360"],
+    identification: Identification,
+    folder: Path,
+) -> Oddities:
+    """Look for positions that several pictures share, and for upside-down pictures.
+
+    Args:
+        positions: transmitter positions, metres.
+        pictures: their pictures.
+        identification: array and grid of the pictures.
+        folder: the dataset's folder, for the sentences.
+    """
+    found = Oddities()
+    _look_for_shared_positions(positions, folder / "tx_pos.csv", found)
+    _look_for_upside_down_pictures(pictures, identification, folder / "spectrum", found)
+    return found
+
+
+def _look_for_shared_positions(positions: Float[np.ndarray, "K 3"], path: Path, found: Oddities) -> None:
+    """Of several pictures at one position, a model cannot learn which to predict."""
+    count = len(positions)
+    places, pictures_there = np.unique(positions, axis=0, return_counts=True)
+    sharing = int(pictures_there[pictures_there > 1].sum())
+    if count > 1 and len(places) == 1:
+        found.problems.append(f"{path}: expected positions that differ, found {places[0].tolist()} for all {count}")
+    elif sharing > count / 2:
+        found.problems.append(
+            f"{path}: expected one picture for each position, found {count} pictures of {len(places)} positions (of "
+            "several frequencies or gateways in one folder?); bisplat convert --one-per-position 1 keeps the first of "
+            "each"
+        )
+    elif sharing:
+        found.warnings.append(f"{sharing} of {count} pictures share their position with another picture")
+
+
+def _look_for_upside_down_pictures(
+    pictures: UInt8[np.ndarray, "K 90 360"], identification: Identification, path: Path, found: Oddities
+) -> None:
+    grid = identification.beamformer.grid
+    spread = pictures[:EXAMINED].std(axis=2).mean(axis=0)  # of each row, along azimuth
+    if grid.elevation_step_deg < 0:
+        found.problems.append(
+            f"{path}: expected row 0 at the horizon, found pictures upside down, with elevation "
+            f"{grid.elevation_first_deg:.0f}° in row 0 (so read, an array explains them to "
+            f"{identification.residual:.2f} grey levels); bisplat convert turns them over"
+        )
+    elif identification.source == "assumed" and spread[0] < 0.25 * spread.mean() < spread[-1]:
+        found.warnings.append(
+            "row 0 is nearly the same at all azimuths, as the row at boresight is, and the last row is not: are the "
+            "pictures upside down? bisplat convert --flip-elevation turns them over"
+        )

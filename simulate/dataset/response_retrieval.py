@@ -1,0 +1,86 @@
+"""Retrieve the element responses behind a folder's pictures, and keep them beside the pictures as channels.npz."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from scenes.files.errors import InputError
+from scenes.files.folder_lock import locked
+from scenes.files.npz_file import Expected, read_npz
+from scenes.files.plain_text import say
+from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset_writer import write_arrays
+from simulate.dataset.responses_file import LARGEST_NPZ
+from simulate.generation.generate import progress_bar
+from simulate.positions.given_positions import read_points
+from simulate.spectra.phase_retrieval import AT_ONCE, Retrieval, retrieve_responses
+from simulate.spectra.spectrum import spectrum_of
+
+
+def retrieve(dataset: Dataset) -> Retrieval:
+    """Write channels.npz with responses retrieved from the pictures; continue if it was interrupted.
+
+    After each ``AT_ONCE`` pictures the result so far is written, so that an interruption loses no more.
+
+    The file holds ``channels`` (complex64 [rows of tx_pos.csv, elements], not a number where a row has no picture),
+    ``residual`` (grey levels), and ``retrieved``, which is True: readers can tell them from recorded responses, whose
+    phases can be compared from one position to another.
+
+    Args:
+        dataset: a dataset; the file is written to its folder.
+
+    Returns:
+        The responses of the dataset's pictures.
+
+    Raises:
+        InputError: the dataset has recorded responses, its pictures are not those of a known array, or another process
+            writes to its folder.
+    """
+    folder, path = dataset.folder, dataset.folder / "channels.npz"
+    if dataset.responses is not None:
+        raise InputError(f"{path}: expected no responses yet, or retrieved ones, found recorded ones, which are better")
+    known = dataset.identification
+    if known.source == "assumed":
+        raise InputError(
+            f"{folder / 'spectrum'}: expected pictures that an array explains, found none that does (a 4 × 4 array "
+            f"leaves {known.residual:.1f} grey levels); bisplat check says more"
+        )
+    with locked(folder):
+        return _retrieve(dataset)
+
+
+def _retrieve(dataset: Dataset) -> Retrieval:
+    """Retrieve and write; the dataset can be retrieved, and no other process writes to its folder."""
+    folder, path = dataset.folder, dataset.folder / "channels.npz"
+    beamformer, count = dataset.beamformer, len(dataset.names)
+    partial = folder / "channels.npz.partial.npz"
+    responses = np.zeros((count, beamformer.array.elements), np.complex64)
+    residual = np.full(count, np.inf)
+    done = 0
+    if partial.exists():
+        expected = {
+            "channels": Expected(f"responses of {responses.shape[1]} elements", "c", (None, responses.shape[1])),
+            "residual": Expected("residuals", "f", (None,)),
+        }
+        try:
+            begun = read_npz(partial, "what an interrupted bisplat responses left", expected, LARGEST_NPZ)
+            if len(begun["channels"]) == len(begun["residual"]) <= count:
+                done = len(begun["channels"])
+                responses[:done], residual[:done] = begun["channels"], begun["residual"]
+        except InputError as error:
+            say(f"{error}; the pictures are retrieved from the first on")
+    with progress_bar() as progress:
+        bar = progress.add_task("pictures", total=count, completed=done)
+        for first in range(done, count, AT_ONCE):
+            batch = slice(first, min(first + AT_ONCE, count))
+            found = retrieve_responses(spectrum_of(dataset.pictures[batch]), beamformer, seed=first)
+            responses[batch], residual[batch] = found.responses, found.residual
+            write_arrays(partial, {"channels": responses[: batch.stop], "residual": residual[: batch.stop]})
+            progress.advance(bar, batch.stop - batch.start)
+    rows = np.array([int(name) for name in dataset.names]) - 1
+    all_responses = np.full((len(read_points(folder / "tx_pos.csv")), responses.shape[1]), np.nan, np.complex64)
+    all_residual = np.full(len(all_responses), np.nan, np.float32)
+    all_responses[rows], all_residual[rows] = responses, residual
+    write_arrays(path, {"channels": all_responses, "residual": all_residual, "retrieved": np.array(True)})
+    partial.unlink()
+    return Retrieval(responses, residual)

@@ -1,1 +1,0 @@
-"""Scenario folders of DeepMIMO 4: the paths of a simulated dataset, traced again, and its scene."""

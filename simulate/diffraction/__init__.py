@@ -1,1 +1,0 @@
-"""Diffraction at the edges of objects: chains of reflections around one edge or two, solved like reflections."""

@@ -1,0 +1,1 @@
+"""Datasets of other programs into this format, and datasets of this format into other programs'."""

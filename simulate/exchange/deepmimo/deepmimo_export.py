@@ -1,0 +1,101 @@
+"""Export of a simulated dataset's paths as a scenario folder of DeepMIMO 4. docs/format.md describes its content."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from scenes.files.errors import InputError, shown
+from scenes.files.new_folder import new_folder
+from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.metadata import read_metadata_file
+from simulate.dataset.picture_files import what_is_at
+from simulate.exchange.deepmimo.path_list import MOST_INTERACTIONS, PathList, joined, path_list, sorted_by_receiver
+from simulate.exchange.deepmimo.scenario import write_matrices, write_params
+from simulate.generation.generate import progress_bar, tracer_of
+from simulate.generation.request import Request, read_request
+
+AT_ONCE = 100
+"""Positions traced at a time."""
+
+NOT_IN_NAMES = "/\\:*?\"'<>|\n"
+"""DeepMIMO loads no scenario whose name has such a character."""
+
+
+def export_deepmimo(dataset: Dataset | Path | str, folder: Path | str, force: bool = False) -> None:
+    """Trace the paths of a simulated dataset again, and write them as a scenario folder of DeepMIMO 4.
+
+    By reciprocity the gateway is DeepMIMO's transmitter, and the dataset's positions are its receivers. The paths are
+    those of one element of the gateway, the first of those nearest the array's centre. They have none of the errors
+    that ``Measurement`` adds to a dataset's responses.
+
+    Args:
+        dataset: a dataset that was simulated by rays, or its folder.
+        folder: the folder to write, a new or an empty one. DeepMIMO takes its name as the scenario's.
+        force: it may hold other files, of which those of the same names are replaced.
+
+    Raises:
+        InputError: the dataset was not simulated by rays, its files are not those that it was made with any more,
+            DeepMIMO cannot have the folder's name or so many interactions, or the folder holds other files.
+
+    >>> import bisplat, numpy as np
+    >>> bisplat.export_deepmimo("data/lab", "lab_paths")
+    >>> np.load("lab_paths/power_t000_tx000_r001.npz")["power"].shape[0]  # of [positions, paths]
+    40
+    """
+    folder = Path(folder)
+    _check_name(folder)
+    with new_folder(folder, force) as unfinished:
+        request = _request(dataset.folder if isinstance(dataset, Dataset) else Path(dataset))
+        element, paths = _traced(request)
+        write_matrices(unfinished, paths, element, request.positions)
+        write_params(unfinished, request, len(np.unique(paths.receivers)))
+
+
+def _check_name(folder: Path) -> None:
+    name = folder.absolute().name
+    if name != name.lower() or set(name) & set(NOT_IN_NAMES):
+        raise InputError(
+            f"{folder}: expected a name in lower case, without : * ? \" ' < > | and \\, since DeepMIMO loads no other, "
+            f"found {shown(name)}"
+        )
+
+
+def _request(source: Path) -> Request:
+    """What the dataset was simulated by."""
+    if not source.is_dir():
+        raise InputError(f"{source}: expected a dataset folder, found {what_is_at(source)}")
+    path = source / "metadata.json"
+    of_gateways = sorted(path.parent for path in source.glob("*/metadata.json"))
+    if of_gateways and not path.exists():
+        raise InputError(f"{source}: expected one dataset, found one of each gateway; give {of_gateways[0]}")
+    if not path.exists() or "scene_file" not in read_metadata_file(path, "the metadata of a dataset"):
+        raise InputError(
+            f"{source}: expected a simulated dataset, in whose scene the paths are traced, found no metadata.json with "
+            "a scene; a measured dataset has none"
+        )
+    request = read_request(source)
+    if request.fullwave is not None:
+        raise InputError(f"{path}: expected a dataset simulated by rays, found a full-wave one, which has no paths")
+    if request.propagation.max_depth > MOST_INTERACTIONS:
+        raise InputError(
+            f"{path}: expected propagation.max_depth of at most {MOST_INTERACTIONS}, since DeepMIMO counts no more "
+            f"interactions on a path, found {request.propagation.max_depth}"
+        )
+    return request
+
+
+def _traced(request: Request) -> tuple[Float[np.ndarray, " 3"], PathList]:
+    """The element, metres, world frame, and its paths to all positions."""
+    positions, depth, found = request.positions, max(1, request.propagation.max_depth), []
+    with progress_bar() as progress:
+        tracer = tracer_of(request, progress)
+        bar = progress.add_task("positions", total=len(positions))
+        for start in range(0, len(positions), AT_ONCE):
+            part = positions[start : start + AT_ONCE]
+            for terms in tracer.middle_terms(part):
+                found.append(path_list(terms._replace(targets=terms.targets + start), depth))
+            progress.advance(bar, len(part))
+    return tracer.middle.positions[0], sorted_by_receiver(joined(found, depth))

@@ -1,0 +1,206 @@
+"""The files of a DeepMIMO 4 scenario folder: a matrix per quantity, params.json, and the scene."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from dataclasses import asdict
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from scenes.files.atomic import write_atomically, written_atomically
+from scenes.scene.description import Scene
+from simulate.exchange.deepmimo.path_list import PathList
+from simulate.generation.request import Request
+
+FORMAT = "4.0.5"
+"""The version of DeepMIMO whose folders these are."""
+
+PAIR = "t000_tx000_r001"
+"""In the names of matrices: transmitter 0 of the set 0, and the receivers of the set 1."""
+
+FLAT = 1e-3
+"""Metres: what is lower is flat, as DeepMIMO's test of points on the terrain has it."""
+
+
+def write_matrices(
+    folder: Path, paths: PathList, element: Float[np.ndarray, " 3"], positions: Float[np.ndarray, "K 3"]
+) -> None:
+    """Write the paths.
+
+    Args:
+        folder: the scenario folder.
+        paths: sorted as ``sorted_by_receiver`` does.
+        element: DeepMIMO's transmitter, metres, world frame.
+        positions: its receivers, metres, world frame.
+    """
+    for name, matrix in _matrices(paths, len(positions)):
+        write_matrix(folder / f"{name}_{PAIR}.npz", {name: matrix})
+    write_matrix(folder / f"tx_pos_{PAIR}.npz", {"tx_pos": element[None].astype(np.float32)})
+    write_matrix(folder / f"rx_pos_{PAIR}.npz", {"rx_pos": positions.astype(np.float32)})
+
+
+def _matrices(paths: PathList, receivers: int) -> Iterator[tuple[str, np.ndarray]]:
+    """Name and values of each matrix [receivers, paths, …], one at a time; not a number where a receiver has no more.
+
+    Angles are in the world frame: the azimuth from +x towards +y, the "elevation" from +z.
+    """
+    first = np.searchsorted(paths.receivers, paths.receivers)
+    place = paths.receivers, np.arange(len(paths.receivers)) - first
+    columns = place[1].max(initial=0) + 1
+
+    def matrix(values: np.ndarray, dtype: type = np.float32) -> np.ndarray:
+        table = np.full((receivers, columns, *values.shape[1:]), np.nan, dtype)
+        table[place] = values
+        return table
+
+    yield "power", matrix(20 * np.log10(np.abs(paths.responses)))
+    yield "phase", matrix(np.angle(paths.responses, deg=True))
+    yield "delay", matrix(paths.delays)
+    for angle, ways in (("aod", paths.departures), ("aoa", paths.arrivals)):
+        yield f"{angle}_az", matrix(np.degrees(np.arctan2(ways[:, 1], ways[:, 0])))
+        yield f"{angle}_el", matrix(np.degrees(np.arctan2(np.hypot(ways[:, 0], ways[:, 1]), ways[:, 2])))
+    yield "inter", matrix(paths.codes, np.float64)
+    used = max(1, int(np.isfinite(paths.points[..., 0]).sum(axis=1).max(initial=0)))
+    yield "inter_pos", matrix(paths.points[:, :used])
+
+
+def write_matrix(path: Path, arrays: dict[str, np.ndarray]) -> None:
+    """Write arrays as a compressed .npz, which is what DeepMIMO 4 itself writes for its matrices."""
+    with written_atomically(path) as temporary, temporary.open("wb") as file:
+        np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
+
+
+def write_params(folder: Path, request: Request, reached: int) -> None:
+    """Write params.json and the scene that it describes.
+
+    Args:
+        folder: the scenario folder.
+        request: what the dataset was simulated by.
+        reached: number of positions with at least one path.
+    """
+    scene = request.scene
+    kinds = sorted({(item.material, scene.thickness(item)) for item in scene.objects})
+    params = {
+        "version": FORMAT,
+        "rt_params": _ray_tracing(request),
+        "scene": _write_scene(folder, scene, kinds),
+        "materials": {f"material_{number}": _material(scene, number, kind) for number, kind in enumerate(kinds)},
+        "txrx_sets": {
+            "txrx_set_0": _antennas("gateway", 0, 1, 1),
+            "txrx_set_1": _antennas("positions", 1, len(request.positions), reached),
+        },
+    }
+    write_atomically(folder / "params.json", _json(params))
+
+
+def _json(content: Any) -> bytes:
+    return (json.dumps(content, indent=2) + "\n").encode()
+
+
+def _write_scene(folder: Path, scene: Scene, kinds: list[tuple[str, float]]) -> dict[str, Any]:
+    """Write the scene's triangles; DeepMIMO calls this the mesh representation."""
+    meshes = [item.mesh for item in scene.objects]
+    starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
+    numbers = [kinds.index((item.material, scene.thickness(item))) for item in scene.objects]
+    faces = {str(n): (mesh.faces + starts[n]).astype(np.int32) for n, mesh in enumerate(meshes)}
+    materials = {str(n): np.full(len(mesh.faces), numbers[n], np.int32) for n, mesh in enumerate(meshes)}
+    floor = _floor(scene)
+    objects = [
+        {"name": item.name, "label": "terrain" if n == floor else "objects", "id": n, "mesh_key": str(n)}
+        for n, item in enumerate(scene.objects)
+    ]
+    vertices = np.concatenate([mesh.vertices for mesh in meshes]).astype(np.float32)
+    write_matrix(folder / "vertices.npz", {"vertices": vertices})
+    write_matrix(folder / "faces.npz", faces)
+    write_matrix(folder / "materials.npz", materials)
+    write_atomically(folder / "objects.json", _json(objects))
+    triangles = sum(len(mesh.faces) for mesh in meshes)
+    return {
+        "num_scenes": 1,
+        "n_objects": len(objects),
+        "n_vertices": len(vertices),
+        "n_faces": triangles,
+        "n_triangular_faces": triangles,
+        "representation": "mesh",
+    }
+
+
+def _floor(scene: Scene) -> int | None:
+    """Index of the lowest object that is flat and level; None: there is no such object.
+
+    DeepMIMO tells which object turned a path only in scenes with one object that is terrain, and takes every point at
+    the height of the terrain for one of it.
+    """
+    boxes = [(n, *item.mesh.bounds[:, 2], item.mesh.area) for n, item in enumerate(scene.objects)]
+    level = [(low, -area, n) for n, low, high, area in boxes if high - low < FLAT]
+    return min(level)[2] if level else None
+
+
+def _material(scene: Scene, number: int, kind: tuple[str, float]) -> dict[str, Any]:
+    """A material of one thickness, metres."""
+    material = scene.materials[kind[0]]
+    return {
+        "id": number,
+        "name": kind[0],
+        "permittivity": material.relative_permittivity,
+        "conductivity": material.conductivity,
+        "scattering_model": "lambertian" if material.scattering_coefficient else "none",
+        "scattering_coefficient": material.scattering_coefficient,
+        "cross_polarization_coefficient": material.xpd_coefficient,
+        "thickness": kind[1],
+    }
+
+
+def _antennas(name: str, number: int, points: int, reached: int) -> dict[str, Any]:
+    """A set of transmitters (number 0) or receivers (1) of one antenna each."""
+    return {
+        "name": name,
+        "id_orig": number,
+        "id": number,
+        "is_tx": number == 0,
+        "is_rx": number == 1,
+        "num_points": points,
+        "num_active_points": reached,
+        "num_ant": 1,
+        "dual_pol": False,
+        "ant_rel_positions": [[0, 0, 0]],
+        "array_orientation": [0, 0, 0],
+        "grid_spacing": None,
+    }
+
+
+def _ray_tracing(request: Request) -> dict[str, Any]:
+    """How the paths were traced; ``raw_params`` are our own words for it, and the antennas at both ends."""
+    followed, scene = request.propagation, request.scene
+    depth = followed.max_depth
+    diffractions = (1 if followed.sionna else 2) if followed.diffraction else 0
+    return {
+        "raytracer_name": "bisplat-wrf",
+        "raytracer_version": version("bisplat-wrf"),
+        "frequency": scene.frequency,
+        "max_path_depth": depth,
+        "max_reflections": depth if followed.specular else 0,
+        "max_diffractions": min(depth, diffractions),
+        "max_scattering": min(depth, int(followed.diffuse)),
+        "max_transmissions": depth if followed.refraction else 0,
+        "diffuse_reflections": 0 if not followed.sionna_diffuse else max(0, depth - 1),
+        "diffuse_diffractions": 0,
+        "diffuse_transmissions": depth if followed.diffuse and followed.refraction else 0,
+        "diffuse_final_interaction_only": followed.sionna_diffuse,
+        "diffuse_random_phases": followed.diffuse,
+        "terrain_reflection": followed.specular,
+        "terrain_diffraction": followed.diffraction,
+        "terrain_scattering": followed.diffuse,
+        "num_rays": followed.rays,
+        "ray_casting_method": "uniform",
+        "synthetic_array": True,
+        "ray_casting_range_az": 360.0,
+        "ray_casting_range_el": 180.0,
+        "gps_bbox": [0, 0, 0, 0],
+        "raw_params": request.metadata() | {"gateway": asdict(scene.gateway), "transmitter": asdict(scene.transmitter)},
+    }

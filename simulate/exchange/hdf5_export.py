@@ -1,0 +1,129 @@
+"""Export of a dataset to one HDF5 file for other programs, such as MATLAB. docs/format.md describes its content."""
+
+from __future__ import annotations
+
+import json
+from io import FileIO
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from scenes.files.atomic import written_atomically
+from simulate.dataset.dataset_folder import NERF2_FREQUENCY, Dataset, read_dataset
+from simulate.generation.generate import progress_bar
+from simulate.spectra.angular_grid import COLUMNS, ROWS
+
+AT_ONCE = 100
+"""Spectra written at a time, which bounds the memory."""
+
+
+def export_hdf5(dataset: Dataset | Path | str, path: Path | str) -> None:
+    """Write a dataset, simulated or measured, as one HDF5 file.
+
+    Args:
+        dataset: the dataset, or its folder.
+        path: the file to write, whole or not at all; one that is there is replaced.
+
+    Raises:
+        InputError: the folder is not a valid dataset.
+        OSError: the file cannot be written.
+
+    >>> import bisplat, h5py
+    >>> bisplat.export_hdf5("data/lab", "lab.h5")
+    >>> with h5py.File("lab.h5") as file:
+    ...     file["spectra"].shape, file["responses"].dtype, int(file.attrs["frequency_hz"])
+    ((40, 90, 360), dtype('complex64'), 915000000)
+    """
+    path = Path(path)
+    if not isinstance(dataset, Dataset):
+        dataset = read_dataset(dataset)
+    with written_atomically(path) as unfinished, _Disk(unfinished, "w+") as disk:
+        try:
+            with h5py.File(disk, "w") as file:
+                _write_attributes(file, dataset)
+                _write_tables(file, dataset)
+                _write_spectra(file, dataset, disk)
+        except (OSError, RuntimeError, ValueError, KeyError):  # of HDF5, where it reads what could not be written
+            disk.check()
+            raise
+        disk.check()
+
+
+class _Disk(FileIO):
+    """A file for HDF5, which crashes the process if it learns that the disk is full; ``check`` raises the error."""
+
+    failure: OSError | None = None
+
+    def write(self, content: Any) -> int:
+        """Write all of the content, or keep the error."""
+        rest = memoryview(content).cast("B")
+        size = len(rest)
+        try:
+            while len(rest):
+                rest = rest[super().write(rest) :]
+        except OSError as error:
+            self.failure = self.failure or error
+        return size
+
+    def truncate(self, size: int | None = None) -> int:
+        """Change the size, or keep the error."""
+        try:
+            return super().truncate(size)
+        except OSError as error:
+            self.failure = self.failure or error
+            return size or 0
+
+    def check(self) -> None:
+        """Raise the first error there was.
+
+        Raises:
+            OSError: something could not be written.
+        """
+        if self.failure is not None:
+            raise self.failure
+
+
+def _write_attributes(file: h5py.File, dataset: Dataset) -> None:
+    """What is one number or text each; the names end with the unit."""
+    array, grid = dataset.array, dataset.grid
+    file.attrs.update(
+        {
+            "gateway_position_m": dataset.gateway_position,
+            "gateway_orientation_xyzw": dataset.gateway_orientation,
+            "frequency_hz": float(dataset.metadata.get("frequency_hz", NERF2_FREQUENCY)),
+            "frequency_source": "metadata" if "frequency_hz" in dataset.metadata else "assumed",
+            "array_rows": array.rows,
+            "array_columns": array.columns,
+            "array_spacing_wavelengths": array.spacing,
+            "array_source": dataset.identification.source,
+            "elevation_first_deg": grid.elevation_first_deg,
+            "elevation_step_deg": grid.elevation_step_deg,
+            "azimuth_step_deg": grid.azimuth_step_deg,
+        }
+    )
+
+
+def _write_tables(file: h5py.File, dataset: Dataset) -> None:
+    """Everything but the spectra."""
+    file["positions_m"] = dataset.positions
+    file["names"] = np.array(dataset.names, dtype="S")
+    file["train_index"], file["test_index"] = dataset.train, dataset.test
+    file["metadata_json"] = json.dumps(dataset.metadata, ensure_ascii=False)
+    for name, responses in (("responses", dataset.responses), ("retrieved_responses", dataset.retrieved)):
+        if responses is not None:
+            file.create_dataset(name, data=responses, chunks=True, compression="gzip", shuffle=True)
+
+
+def _write_spectra(file: h5py.File, dataset: Dataset, disk: _Disk) -> None:
+    """The pictures as they are stored, a chunk for each."""
+    pictures = dataset.pictures
+    spectra = file.create_dataset("spectra", pictures.shape, "u1", chunks=(1, ROWS, COLUMNS), compression="gzip")
+    with progress_bar() as progress:
+        bar = progress.add_task("spectra", total=len(pictures))
+        for start in range(0, len(pictures), AT_ONCE):
+            part = pictures[start : start + AT_ONCE]
+            spectra[start : start + len(part)] = part
+            disk.check()
+            progress.advance(bar, len(part))

@@ -1,0 +1,132 @@
+"""The full-wave engine: runs of a solver for some elements each, kept as they end, then the stored field of all."""
+
+from __future__ import annotations
+
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable, Generator
+from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import closing
+from dataclasses import replace
+from pathlib import Path
+from threading import Event
+
+import numpy as np
+
+from scenes.files.errors import InputError
+from scenes.scene.description import Scene
+from simulate.fullwave.cells import edge_materials
+from simulate.fullwave.cluster_runs import elements_of_cluster
+from simulate.fullwave.run_plan import Plan
+from simulate.fullwave.settings import OURS
+from simulate.fullwave.solver_runs import groups, run_of
+from simulate.fullwave.stored_field import StoredField, read_stored_field
+from simulate.spectra.array import PlanarArray
+
+WORKING = "running-"
+"""Beginning of the names of folders that runs work in."""
+
+Report = Callable[[int, int], None]
+"""Called with an element's number, and the number of its time steps done."""
+
+
+def stored_field(
+    scene: Scene,
+    planned: Plan,
+    folder: Path,
+    at_once: int = 1,
+    solver: str = OURS,
+    gpu: bool = False,
+    ray: str | None = None,
+    report: Report = lambda element, step: None,
+) -> StoredField:
+    """The responses of all elements in the region; the same call again continues an interrupted one.
+
+    Elements and transmitter are short dipoles, whatever antennas the scene names. An element's field does not depend on
+    which other elements run beside it.
+
+    Args:
+        scene: the scene.
+        planned: the runs.
+        folder: keeps ``element-NNN.npz`` of each element whose run has ended. A run is of up to eight elements.
+        at_once: number of runs at a time, on one core each.
+        solver: ``OURS``, or gprMax, which runs one element at a time.
+        gpu: run gprMax on an NVIDIA GPU, one run at a time.
+        ray: address of a running Ray cluster to run on.
+        report: tells the progress.
+
+    Raises:
+        InputError: the solver failed.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    for left in folder.glob(f"{WORKING}*"):  # by a run that was killed
+        shutil.rmtree(left)
+    count = PlanarArray.of(scene.gateway).elements
+    files = [folder / f"element-{number:03d}.npz" for number in range(count)]
+    missing = [number for number in range(count) if not _is_whole(files[number])]
+    if missing:
+        if ray is not None:
+            ended = elements_of_cluster(scene, planned, missing, solver, gpu, ray, report)
+        else:
+            ended = _elements_here(scene, planned, missing, folder, 1 if gpu else at_once, solver, gpu, report)
+        with closing(ended):  # an error here ends the runs
+            for number, each in ended:
+                each.write(files[number])
+    parts = [read_stored_field(file) for file in files]
+    field = replace(
+        parts[0],
+        values=np.concatenate([part.values for part in parts]),
+        unsettled=np.concatenate([part.unsettled for part in parts]),
+        steps=max(part.steps for part in parts),
+    )
+    # Between points twice as far apart the error is far more than between all points.
+    return replace(field, interpolation_error_db=field.thinned(2).interpolation_error_db)
+
+
+def _is_whole(file: Path) -> bool:
+    """Whether an element's run has ended and its file can be read; says so on stderr if it cannot."""
+    try:
+        read_stored_field(file)
+    except InputError as error:
+        if file.exists():
+            print(f"bisplat: {error}; it is made again", file=sys.stderr)
+        return False
+    return True
+
+
+def _elements_here(
+    scene: Scene,
+    planned: Plan,
+    numbers: list[int],
+    folder: Path,
+    at_once: int,
+    solver: str,
+    gpu: bool,
+    report: Report,
+) -> Generator[tuple[int, StoredField]]:
+    """Run elements on this machine; each one's field when its run has ended."""
+    materials = edge_materials(scene, planned.grid)
+    with tempfile.TemporaryDirectory(dir=folder, prefix=WORKING) as working:
+        run = run_of(solver, scene, planned, materials, Path(working), gpu)
+        stopped = Event()
+
+        def part(elements: list[int]) -> list[tuple[int, StoredField]]:
+            def told(step: int) -> None:
+                if stopped.is_set():
+                    raise InterruptedError
+                for element in elements:
+                    report(element, step)
+
+            return list(zip(elements, run(elements, told), strict=True))
+
+        with ThreadPoolExecutor(at_once) as pool:
+            try:
+                for done in as_completed(
+                    [pool.submit(part, elements) for elements in groups(numbers, at_once, solver)]
+                ):
+                    yield from done.result()
+            except BaseException:
+                stopped.set()
+                pool.shutdown(cancel_futures=True)
+                raise

@@ -1,0 +1,107 @@
+"""The responses of elements at every position of the region, from runs of a solver."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from scenes.checks.array_clearance import element_positions
+from scenes.scene.description import Scene
+from scenes.scene.permittivity import VACUUM_PERMEABILITY
+from simulate.fullwave.cells import EdgeMaterials
+from simulate.fullwave.dipole import GAIN, element_direction, transmitter_direction
+from simulate.fullwave.gprmax import run
+from simulate.fullwave.leapfrog import cells_at_rest
+from simulate.fullwave.run_plan import Plan
+from simulate.fullwave.settling import looks, still_to_come
+from simulate.fullwave.solver import SourceField, solve
+from simulate.fullwave.source import Source
+from simulate.fullwave.stored_field import LOST, StoredField, undo_mean_of_edges
+
+
+def element_fields(
+    scene: Scene,
+    planned: Plan,
+    numbers: list[int],
+    materials: EdgeMaterials,
+    report: Callable[[int], None] = lambda step: None,
+) -> list[StoredField]:
+    """Run our solver for some elements at once.
+
+    The response is
+
+        y_m = 1.5 λ / (−jωμ₀) · E_m·q / Iℓ,
+
+    E_m the field of a dipole of moment Iℓ at element m and q the transmitter's direction: |y_m|² is the channel gain,
+    as the ray tracer's is between two "dipole" antennas.
+
+    Args:
+        scene: the scene.
+        planned: the run.
+        numbers: of the elements.
+        materials: of the cells' edges.
+        report: called with the number of time steps done.
+    """
+    sources = [element_source(scene, planned, number) for number in numbers]
+    cells = cells_at_rest(materials, planned.grid, len(sources))
+    fields = solve(cells, planned.grid, sources, planned.box, planned.steps, planned.earliest, report)
+    return [_in_region(scene, planned, field) for field in fields]
+
+
+def element_field_by_gprmax(
+    scene: Scene,
+    planned: Plan,
+    number: int,
+    working: Path,
+    geometry: Path,
+    gpu: bool,
+    report: Callable[[int], None] = lambda step: None,
+) -> StoredField:
+    """Run gprMax for one element, for as many time steps as planned.
+
+    Args:
+        scene: the scene.
+        planned: the run.
+        number: of the element.
+        working: empty folder for the files of the run.
+        geometry: folder with the files of ``write_geometry``.
+        gpu: run on an NVIDIA GPU.
+        report: called with the number of time steps done.
+
+    Raises:
+        InputError: gprMax failed.
+    """
+    ends = looks(planned.steps)[-3:]
+    source = element_source(scene, planned, number)
+    fields = run(working, geometry, planned.grid, source, planned.box, ends, gpu, report)
+    return _in_region(scene, planned, SourceField(fields[-1], still_to_come(*fields), planned.steps))
+
+
+def element_source(scene: Scene, planned: Plan, number: int) -> Source:
+    """An element as a source.
+
+    Args:
+        scene: the scene.
+        planned: the run.
+        number: of the element.
+    """
+    position = element_positions(scene.gateway, scene.wavelength)[number]
+    return Source(position, element_direction(scene), planned.frequency)
+
+
+def _in_region(scene: Scene, planned: Plan, field: SourceField) -> StoredField:
+    """The response of one element, from the field at the middles of cells."""
+    direction = transmitter_direction(scene)
+    along = sum(share * undo_mean_of_edges(field.phasor[axis], axis) for axis, share in enumerate(direction) if share)
+    factor = GAIN * scene.wavelength / (-2j * np.pi * planned.frequency * VACUUM_PERMEABILITY)
+    grid = planned.grid
+    inner = slice(LOST, -LOST)
+    return StoredField(
+        np.asarray(grid.origin) + grid.cell * (planned.box[0] + LOST + 0.5),
+        grid.cell,
+        (factor * along)[None, inner, inner, inner].astype(np.complex64),
+        np.array([field.unsettled]),
+        field.steps,
+    )

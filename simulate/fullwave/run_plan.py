@@ -1,0 +1,185 @@
+"""What a full-wave run will be: its cells, its time steps, and what they cost."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+import trimesh
+from jaxtyping import Float, Int
+
+from scenes.checks.array_clearance import element_positions
+from scenes.files.errors import ParameterError
+from scenes.scene.description import SPEED_OF_LIGHT, Scene
+from scenes.scene.permittivity import refractive_index
+from scenes.scene.shapes import bounding_box
+from simulate.fullwave.absorber import ABSORBER
+from simulate.fullwave.lattice import SOURCE_REACH
+from simulate.fullwave.source import RISE
+from simulate.fullwave.stored_field import MARGIN
+from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency
+from simulate.rays.core.slabs import Slabs, conducting_triangles, dielectric_slabs, in_outer_wall
+
+CELLS_PER_WAVELENGTH, CELLS_PER_WAVELENGTH_IN_AIR = 7, 16
+"""Default number of cells per wavelength in a material, and in air."""
+
+FEWEST_CELLS_PER_WAVELENGTH = 4
+"""In a material; in air there are more in the same proportion. With fewer the grid hardly carries the wave."""
+
+CELLS_MOST = 1e10
+"""Largest number of cells, which take 600 GB."""
+
+CELLS_OF_AIR = 1
+"""Cells of air between the scene's outermost slab and the absorbing boundary."""
+
+THICKEST = 0.3
+"""Metres; outer walls and bodies behind them that are thicker run out into the absorbing boundary."""
+
+DECAY = math.log(1e6)
+"""The run lasts until a room's energy is 60 dB down."""
+
+BYTES_PER_CELL, BYTES_PER_SOURCE, BYTES_KEPT = 60, 30, 200
+"""Memory of a run for each cell, for each cell and source, and for each source and cell of the box that is kept."""
+
+CELLS_PER_SECOND = 120e6
+"""Cells times sources that one core advances in a second, with some caution (python benchmarks/solvers.py)."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """The runs for the elements of a scene.
+
+    Attributes:
+        grid: the cells.
+        frequency: of the source on the grid, hertz.
+        steps: largest number of time steps.
+        box: first cell and the one after the last, of the box around the region whose field is kept.
+        earliest: number of time steps before which no field can have settled: the source's rise, and twice the time in
+            which a wave crosses the scene.
+    """
+
+    grid: YeeGrid
+    frequency: float
+    steps: int
+    box: Int[np.ndarray, "2 3"]
+    earliest: int = 0
+
+    def memory(self, sources: int) -> int:
+        """Bytes that a run of some sources takes."""
+        kept = int(np.prod(self.box[1] - self.box[0]))
+        return (BYTES_PER_CELL + BYTES_PER_SOURCE * sources) * self.grid.cells + BYTES_KEPT * sources * kept
+
+    @property
+    def seconds(self) -> float:
+        """Estimated seconds of one source on one core, at most."""
+        return self.grid.cells * self.steps / CELLS_PER_SECOND
+
+
+def default_cell(scene: Scene) -> float:
+    """A seventh of the shortest wavelength in a slab, or in air a sixteenth; rounded down to two digits.
+
+    Slabs thinner than λ/28 (1.2 cm at 915 MHz) do not count: they act as equivalent sheets.
+
+    Args:
+        scene: the scene.
+
+    Returns:
+        Metres.
+    """
+    largest = _wavelength_to_resolve(scene, dielectric_slabs(scene)) / CELLS_PER_WAVELENGTH
+    digits = 1 - math.floor(math.log10(largest))
+    return round(math.floor(largest * 10**digits) / 10**digits, digits)
+
+
+def _wavelength_to_resolve(scene: Scene, objects: list[Slabs]) -> float:
+    """The wavelength that sets the cells, metres: the shortest in a thick slab, or 7/16 of that in air if shorter."""
+    thick = scene.wavelength / CELLS_PER_WAVELENGTH / 4
+    slabs = [each for each in objects if float((each.stop - each.start).max()) > thick]
+    indices = [refractive_index(each.material, scene.frequency).real for each in slabs]
+    return scene.wavelength / max([*indices, CELLS_PER_WAVELENGTH_IN_AIR / CELLS_PER_WAVELENGTH])
+
+
+def plan(scene: Scene, region: Float[np.ndarray, "2 3"], cell: float) -> Plan:
+    """Choose the cells and the number of time steps for a scene.
+
+    Args:
+        scene: the scene.
+        region: lowest and highest corner of the box that the responses are wanted in, metres.
+        cell: metres, for example ``default_cell``.
+
+    Raises:
+        ParameterError: cells too long for the wavelengths in the scene's materials and in air, longer than half of
+            the distance of an element from a conductor, or so short that there are more than ``CELLS_MOST``.
+    """
+    slabs, conductors = dielectric_slabs(scene), conducting_triangles(scene)
+    largest = _wavelength_to_resolve(scene, slabs) / FEWEST_CELLS_PER_WAVELENGTH
+    if cell > largest:
+        raise ParameterError(
+            "cell", f"expected at most {largest:.3g} m, for wavelengths in these materials and in air, found {cell}"
+        )
+    elements = element_positions(scene.gateway, scene.wavelength)
+    reach = cell * SOURCE_REACH * np.array([[-1.0], [1.0]])
+    _check_distance(elements, conductors, cell)
+    inner = bounding_box(np.vstack([scene.bounds, region, bounding_box(elements) + reach]))
+    kept = region + MARGIN * cell * np.array([[-1], [1]])
+    low, high = bounding_box(np.vstack([inner, kept, *(_behind(each) for each in slabs)]))
+    # Whole cells from the scene's lowest corner, so that faces at multiples of the cell from there are faces of cells.
+    before = np.ceil((inner[0] - low) / cell - 1e-6) + CELLS_OF_AIR + ABSORBER
+    origin = inner[0] - before * cell
+    if np.prod((high - low) / cell + 1) > CELLS_MOST:
+        least = (np.prod(high - low) / CELLS_MOST) ** (1 / 3)
+        raise ParameterError("cell", f"expected at least {least:.2g} m, for {CELLS_MOST:g} cells, found {cell}")
+    nx, ny, nz = (int(size) for size in np.ceil((high - origin) / cell - 1e-6).astype(int) + CELLS_OF_AIR + ABSORBER)
+    grid = YeeGrid((float(origin[0]), float(origin[1]), float(origin[2])), cell, (nx, ny, nz))
+    box = np.stack([np.floor((region[0] - origin) / cell) - MARGIN, np.ceil((region[1] - origin) / cell) + MARGIN])
+    frequency = numerical_frequency(scene.wavelength, cell)
+    crossing = 2 * float(np.linalg.norm(inner[1] - inner[0])) / SPEED_OF_LIGHT
+    earliest = RISE / frequency + crossing
+    steps = math.ceil((earliest + _decay_time(scene, slabs, conductors)) / grid.time_step)
+    return Plan(grid, frequency, steps, box.astype(int), math.ceil(earliest / grid.time_step))
+
+
+def _check_distance(
+    elements: Float[np.ndarray, "elements 3"], conductors: Float[np.ndarray, "n 3 3"], cell: float
+) -> None:
+    """A source that is spread over conducting edges, or over both sides of a sheet, would not radiate as it should."""
+    for number, element in enumerate(elements):
+        nearest = trimesh.triangles.closest_point(conductors, np.tile(element, (len(conductors), 1)))
+        distance = float(np.linalg.norm(nearest - element, axis=1).min(initial=np.inf))
+        if distance < SOURCE_REACH * cell:
+            raise ParameterError(
+                "cell",
+                f"expected at most {distance / SOURCE_REACH:.3g} m, element {number + 1} being {distance:.3g} m from "
+                f"a conductor, found {cell}",
+            )
+
+
+def _behind(slabs: Slabs) -> Float[np.ndarray, "n 3"]:
+    """Corners of the backs of outer walls, metres, as far as they are not left to the absorbing boundary."""
+    depth = np.minimum(slabs.stop[slabs.outer], THICKEST)[:, None, None]
+    return (slabs.triangles[slabs.outer] + depth * slabs.normals[slabs.outer][:, None]).reshape(-1, 3)
+
+
+def _decay_time(scene: Scene, slabs: list[Slabs], conductors: Float[np.ndarray, "n 3 3"]) -> float:
+    """Time in which the energy in a scene falls by 60 dB (Sabine): 4V/cA · ln 10⁶.
+
+    A is the sum of the absorbing surfaces: of outer walls the share 1 − |R|² of their area, at normal incidence of a
+    half-space, all of what is open, and of boards within the room what they absorb of waves that pass through them.
+    """
+    extent = np.ptp(scene.extent, axis=0)
+    volume = float(np.prod(extent))
+    surface = 2 * float(extent[0] * extent[1] + extent[1] * extent[2] + extent[2] * extent[0])
+    absorbing, closed = 0.0, 0.0
+    for each in slabs:
+        area = trimesh.triangles.area(each.triangles)
+        index = refractive_index(each.material, scene.frequency)
+        reflected = abs((index - 1) / (index + 1)) ** 2
+        outer = float(area[each.outer].sum())
+        closed += outer
+        absorbing += (1 - reflected) * outer
+        depth = -4 * np.pi / scene.wavelength * index.imag * (each.stop - each.start)
+        absorbing += 2 * float(((1 - np.exp(-depth)) * area)[~each.outer].sum())
+    closed += float(trimesh.triangles.area(conductors)[in_outer_wall(scene, conductors)].sum())
+    open_surface = max(surface - closed, 0.02 * surface)  # 2 %, for the gaps that even metal rooms have
+    return 4 * volume / (SPEED_OF_LIGHT * (absorbing + open_surface)) * DECAY

@@ -1,0 +1,1 @@
+"""From a request to a dataset folder: in parts, on many workers, interruptible at any moment."""

@@ -1,0 +1,56 @@
+"""A part of a dataset: consecutive positions traced, measured and drawn; the same bytes on every machine."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from jaxtyping import Complex, Float
+
+from simulate.dataset.dataset_writer import encode_picture, encode_power
+from simulate.generation.request import Request
+from simulate.spectra.spectrum import picture
+
+
+class ResponseSource(Protocol):
+    """A tracer of rays, or a stored field."""
+
+    def responses(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements"]: ...
+
+
+@dataclass(frozen=True)
+class Part:
+    """The contents of the files of consecutive positions.
+
+    Attributes:
+        responses: complex element responses, as measured.
+        pictures: content of a PNG file for each position.
+        power: content of a TIFF file for each position, in dB; empty where the request wants none.
+    """
+
+    responses: Complex[np.ndarray, "n elements"]
+    pictures: list[bytes]
+    power: list[bytes]
+
+
+def make_part(request: Request, source: ResponseSource, start: int, size: int) -> Part:
+    """Find the responses to consecutive positions of a request, and draw them.
+
+    Args:
+        request: the dataset to make.
+        source: of the responses in the request's scene.
+        start: index of the first position.
+        size: number of positions; fewer are traced at the end of the request.
+
+    Returns:
+        The part.
+    """
+    positions = request.positions[start : start + size]
+    numbers = np.arange(start, start + len(positions))
+    responses = request.measurement.apply(source.responses(positions), numbers, request.measurement_seed)
+    with ThreadPoolExecutor() as pool:
+        pictures = list(pool.map(encode_picture, picture(request.beamformer.spectrum(responses))))
+        power = list(pool.map(encode_power, request.beamformer.power_db(responses))) if request.power else []
+    return Part(responses, pictures, power)

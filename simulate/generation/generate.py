@@ -1,0 +1,238 @@
+"""Simulate a dataset: positions -> traced responses -> spectra -> a NeRF² folder, interruptible at any moment.
+
+A run first writes ``metadata.json``, which records the request, then works through the positions in parts. Each
+finished part leaves its pictures and, as ``parts/NNNNN.npy``, its responses. The same request again finds the metadata
+equal, skips the parts whose files are whole and ends with the same bytes; so it mends a finished dataset too. The index
+files are written last, so that no loader takes an unfinished folder for a dataset.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from jaxtyping import Complex
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    ProgressColumn,
+    Task,
+    TextColumn,
+    TimeRemainingColumn,
+)
+from rich.text import Text
+
+from scenes.files.atomic import sync_folder
+from scenes.files.errors import InputError, ParameterError
+from scenes.files.folder_lock import LOCK, locked
+from scenes.files.plain_text import plain_console, say
+from scenes.storage.scene_yaml import write_scene
+from simulate.dataset.dataset_writer import (
+    write_gateway,
+    write_index,
+    write_metadata,
+    write_positions,
+    write_responses,
+)
+from simulate.dataset.metadata import read_metadata_file
+from simulate.fullwave.stored_field import StoredField
+from simulate.generation.dataset_field import damage_of_field, field_of
+from simulate.generation.dataset_part import Part, make_part
+from simulate.generation.request import Request
+from simulate.generation.workers import parts_of_workers
+from simulate.generation.written_parts import WrittenParts
+from simulate.parallel.ray_cluster import require_ray
+
+if TYPE_CHECKING:  # needs the ray tracer
+    from simulate.rays.tracer import Tracer
+
+PART = 100
+"""Positions per part. A run that is killed loses one part at most."""
+
+TEST_FRACTION = 0.2
+
+LAST_FILE = "test_index.txt"
+"""The file of a dataset that is written last."""
+
+
+def generate(
+    request: Request, folder: Path, workers: int | None = None, ray: str | None = None, gpu: bool = False
+) -> None:
+    """Simulate a dataset into a folder, or finish one that the same request began.
+
+    Args:
+        request: the dataset to make.
+        folder: the dataset folder: a new one, an empty one, or one that the same request began.
+        workers: number of Ray workers that trace at a time; this process traces if neither this nor ``ray`` is given.
+            In full wave, the number of the solver's runs at a time; one per core if None.
+        ray: address of a running Ray cluster.
+        gpu: in full wave, run gprMax on an NVIDIA GPU.
+
+    Raises:
+        InputError: the folder holds something else, or a dataset of another request, or another process writes to it.
+        ParameterError: less than one worker, no Ray cluster at the address, or a GPU for rays.
+    """
+    if workers is not None and workers < 1:
+        raise ParameterError("workers", f"expected at least 1, found {workers}")
+    if gpu and request.fullwave is None:
+        raise ParameterError("gpu", "expected none, or the engine fullwave, found it for rays")
+    metadata = request.metadata()
+    if _begun(folder, metadata) and _is_finished(request, folder):
+        return
+    if request.fullwave is None:
+        import simulate.rays.core.ray_tracer  # noqa: F401  a ray tracer that cannot be used is refused before anything is written
+    if ray is not None or (request.fullwave is None and workers is not None):
+        require_ray(ray)
+
+    folder.mkdir(parents=True, exist_ok=True)
+    with locked(folder):
+        if not _begun(folder, metadata):  # once more, since another process may have begun in the meantime
+            write_metadata(folder / "metadata.json", metadata)
+        if not _is_finished(request, folder):
+            _generate(request, folder, workers, ray, gpu)
+
+
+def _generate(request: Request, folder: Path, workers: int | None, ray: str | None, gpu: bool) -> None:
+    """Make what a folder with the request's metadata lacks."""
+    (folder / "spectrum").mkdir(exist_ok=True)
+    (folder / "parts").mkdir(exist_ok=True)
+    if not (folder / "scene").exists():
+        shutil.rmtree(folder / "scene.tmp", ignore_errors=True)
+        write_scene(request.scene, folder / "scene.tmp")
+        (folder / "scene.tmp").rename(folder / "scene")
+    parts = WrittenParts(request, folder, PART)
+    kept = parts.whole()
+    for sentence in parts.damage:
+        say(sentence)
+    _trace_parts(request, parts, kept, workers, ray, gpu)
+
+    write_responses(folder / "channels.npz", np.concatenate([kept[start] for start in sorted(kept)]))
+    scene, names = request.scene, parts.names
+    write_positions(folder / "tx_pos.csv", request.positions)
+    write_gateway(folder / "gateway_info.yml", scene.name, scene.gateway.position, scene.gateway.orientation)
+    order = np.random.default_rng(request.seed).permutation(len(names))
+    held_out = max(1, round(TEST_FRACTION * len(names)))
+    for name, part in (("train_index.txt", order[held_out:]), (LAST_FILE, order[:held_out])):
+        if not _has_content(folder / name):  # a finished dataset that is mended keeps its split
+            sync_folder(folder)
+            write_index(folder / name, [names[i] for i in sorted(part)])
+    shutil.rmtree(folder / "parts")
+
+
+def _is_finished(request: Request, folder: Path) -> bool:
+    """Whether a folder with the request's metadata holds the whole dataset, and no file of it is damaged."""
+    files = ("tx_pos.csv", "gateway_info.yml", "train_index.txt", LAST_FILE)
+    if (folder / "parts").exists() or not all(_has_content(folder / name) for name in files):
+        return False
+    if request.fullwave is not None and damage_of_field(folder) is not None:
+        return False
+    parts = WrittenParts(request, folder, PART)
+    return len(parts.whole()) == len(parts.starts)
+
+
+def _has_content(path: Path) -> bool:
+    """Whether there is a file that is not empty, as a crash of the machine may leave one."""
+    return path.is_file() and path.stat().st_size > 0
+
+
+def _begun(folder: Path, metadata: dict[str, Any]) -> bool:
+    """Whether the folder was begun by a request of the same metadata; False if it is new or empty."""
+    # A run killed in its first moment leaves no more than the unfinished metadata.
+    if not folder.exists() or (folder.is_dir() and {p.name for p in folder.iterdir()} <= {"metadata.json.tmp", LOCK}):
+        return False
+    path = folder / "metadata.json"
+    if not path.is_file():
+        raise InputError(f"{folder}: expected a new folder or one this command began, found other files in it")
+    found = read_metadata_file(path, "the settings of a dataset")
+    found.setdefault("engine", "rays")  # of version 0.1, which had no other
+    # As JSON, so that numbers compare as they were written.
+    wanted = json.loads(json.dumps(metadata))
+    for key in ("seed", *wanted):  # the seed first, since propagation and measurement hold seeds too
+        if found.get(key) != wanted[key]:
+            raise InputError(
+                f"{folder}: expected a new folder or one this command began, found a dataset whose {key} is "
+                f"{found.get(key)}, not {wanted[key]}"
+            )
+    return True
+
+
+def _trace_parts(
+    request: Request,
+    parts: WrittenParts,
+    kept: dict[int, Complex[np.ndarray, "n elements"]],
+    workers: int | None,
+    ray: str | None,
+    gpu: bool,
+) -> None:
+    """Make and write the parts that are missing, and add their responses to those that were kept.
+
+    In full wave, the field that the folder keeps is made even if no part is missing.
+    """
+    todo = [start for start in parts.starts if start not in kept]
+    if not todo and request.fullwave is None:
+        return
+    with progress_bar() as progress:
+        source = _source(request, parts.folder, workers, ray, gpu, progress)
+        bar = progress.add_task("spectra", total=len(parts.names), completed=sum(map(len, kept.values())))
+        if isinstance(source, StoredField) or (workers is None and ray is None):
+            made: Iterator[tuple[int, Part]] = ((start, make_part(request, source, start, PART)) for start in todo)
+        else:
+            made = parts_of_workers(request, source.found, todo, PART, workers, ray)
+        for start, part in made:
+            parts.write(start, part)
+            kept[start] = part.responses
+            progress.advance(bar, len(part.responses))
+
+
+def _source(
+    request: Request, folder: Path, workers: int | None, ray: str | None, gpu: bool, progress: Progress
+) -> Tracer | StoredField:
+    """What tells the responses to any position: a tracer of rays, or the stored field of a full-wave simulation."""
+    if request.fullwave is not None:
+        return field_of(request, folder, workers, ray, gpu, progress)
+    return tracer_of(request, progress)
+
+
+def tracer_of(request: Request, progress: Progress) -> Tracer:
+    """The tracer that the spectra of a request are made by.
+
+    Args:
+        request: a dataset to simulate by rays.
+        progress: shows what the search for paths does.
+    """
+    from simulate.rays.tracer import Tracer  # needs the ray tracer
+
+    search = progress.add_task("finding paths", total=None)
+    tracer = Tracer(
+        request.scene,
+        request.propagation,
+        request.region,
+        request.seed,
+        lambda sentence: progress.update(search, description=f"finding paths, {sentence}"),
+    )
+    progress.update(search, total=1, completed=1)
+    return tracer
+
+
+class RateColumn(ProgressColumn):
+    """Spectra per second."""
+
+    def render(self, task: Task) -> Text:
+        return Text(f"{task.speed:.1f}/s" if task.speed else "")
+
+
+def progress_bar() -> Progress:
+    """Progress on stderr: description, bar, count, spectra per second, time remaining."""
+    return Progress(
+        TextColumn("{task.description}", markup=False),
+        BarColumn(),
+        MofNCompleteColumn(),
+        RateColumn(),
+        TimeRemainingColumn(),
+        console=plain_console(stderr=True),
+    )

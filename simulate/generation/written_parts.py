@@ -1,0 +1,136 @@
+"""The files of a dataset's parts: which of them are whole, and how a new one is written."""
+
+from __future__ import annotations
+
+from concurrent.futures import ThreadPoolExecutor
+from io import BytesIO
+from itertools import zip_longest
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Complex
+from PIL import Image
+
+from scenes.files.atomic import sync_folder, write_atomically
+from scenes.files.errors import InputError
+from simulate.dataset.responses_file import read_responses
+from simulate.generation.dataset_part import Part
+from simulate.generation.request import Request
+from simulate.spectra.angular_grid import COLUMNS, ROWS
+
+
+def picture_names(count: int) -> list[str]:
+    """Zero-padded names from 1 on, of five digits, or of more if needed."""
+    digits = max(5, len(str(count)))
+    return [f"{number:0{digits}d}" for number in range(1, count + 1)]
+
+
+class WrittenParts:
+    """The parts of a dataset folder.
+
+    Args:
+        request: the dataset.
+        folder: its folder, of this request.
+        size: positions per part.
+
+    Attributes:
+        folder: the folder.
+        names: of all pictures.
+        starts: index of each part's first position.
+        damage: sentences on finished parts that have a damaged file, after a call of ``whole``.
+    """
+
+    def __init__(self, request: Request, folder: Path, size: int):
+        self.folder, self.names = folder, picture_names(len(request.positions))
+        self.starts = range(0, len(self.names), size)
+        self.damage: list[str] = []
+        self._size, self._power, self._elements = size, request.power, request.beamformer.array.elements
+
+    def write(self, start: int, part: Part) -> None:
+        """Write the files of a part.
+
+        Args:
+            start: index of its first position.
+            part: their contents.
+        """
+        for name, picture, power in zip_longest(self._names(start), part.pictures, part.power):
+            write_atomically(self._picture(name), picture)
+            if power is not None:
+                write_atomically(self._level(name), power)
+        sync_folder(self.folder / "spectrum")
+        # Written last, since this file marks the part as finished.
+        buffer = BytesIO()
+        np.save(buffer, part.responses)
+        write_atomically(self._marker(start), buffer.getvalue())
+
+    def whole(self) -> dict[int, Complex[np.ndarray, "n elements"]]:
+        """The responses of the finished parts whose files are all whole, by index of the first position."""
+        problems: list[str] = []
+        recorded, retrieved = read_responses(self.folder / "channels.npz", len(self.names), self._elements, problems)
+        self.damage = [f"{problem}; it is made again" for problem in problems]
+        with ThreadPoolExecutor() as pool:
+            found = {start: self._whole(start, None if retrieved else recorded, pool) for start in self.starts}
+        return {start: responses for start, responses in found.items() if responses is not None}
+
+    def _whole(
+        self, start: int, recorded: Complex[np.ndarray, "K elements"] | None, pool: ThreadPoolExecutor
+    ) -> Complex[np.ndarray, "n elements"] | None:
+        """The responses of a part; None: it is not finished, or one of its files is damaged.
+
+        A finished dataset has its responses in channels.npz, an unfinished one in a file for each part.
+        """
+        names = self._names(start)
+        if self._marker(start).exists():
+            try:
+                responses = self._marked(start)
+            except InputError as error:
+                self._tell(start, str(error))
+                return None
+        elif recorded is not None:
+            responses = recorded[start : start + self._size]
+        else:
+            return None
+        faults = [fault for fault in pool.map(self._fault, names) if fault is not None]
+        if faults:
+            self._tell(start, faults[0])
+            return None
+        return responses
+
+    def _marked(self, start: int) -> Complex[np.ndarray, "n elements"]:
+        path, count = self._marker(start), len(self._names(start))
+        try:
+            responses = np.load(path)
+        except (OSError, ValueError, EOFError) as error:
+            raise InputError(f"{path}: expected the responses of a part, found a damaged file ({error})") from error
+        if not (isinstance(responses, np.ndarray) and responses.shape == (count, self._elements)):
+            raise InputError(f"{path}: expected responses of {count} positions × {self._elements} elements")
+        return responses
+
+    def _fault(self, name: str) -> str | None:
+        """What is wrong with the picture of a name, or with its power; None: nothing."""
+        kinds = {self._picture(name): "PNG", **({self._level(name): "TIFF"} if self._power else {})}
+        for path, kind in kinds.items():
+            try:
+                with Image.open(path) as image:
+                    if (image.format, image.size) != (kind, (COLUMNS, ROWS)):
+                        raise ValueError(f"{image.format} of {image.width} × {image.height} pixels")
+                    image.verify() if kind == "PNG" else image.load()  # checksums, which only PNG has
+            except (OSError, SyntaxError, ValueError) as error:
+                return f"{path}: expected a whole {kind} file, found a damaged one ({error})"
+        return None
+
+    def _tell(self, start: int, fault: str) -> None:
+        names = self._names(start)
+        self.damage.append(f"{fault}; the spectra {names[0]} to {names[-1]} are made again")
+
+    def _names(self, start: int) -> list[str]:
+        return self.names[start : start + self._size]
+
+    def _picture(self, name: str) -> Path:
+        return self.folder / "spectrum" / f"{name}.png"
+
+    def _level(self, name: str) -> Path:
+        return self.folder / "power_db" / f"{name}.tif"
+
+    def _marker(self, start: int) -> Path:
+        return self.folder / "parts" / f"{start:010d}.npy"

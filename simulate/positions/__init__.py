@@ -1,0 +1,1 @@
+"""Where transmitters are: placed in a scene's region, or given by the user."""

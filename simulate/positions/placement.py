@@ -1,0 +1,150 @@
+"""Transmitter positions: uniform, on a grid, along a smooth path, or given in a CSV; never inside an object."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+from scipy.interpolate import CubicSpline
+
+from scenes.checks.occupancy import blocking_object, inside_object
+from scenes.files.errors import InputError, ParameterError
+from scenes.scene.description import Scene
+from simulate.positions.given_positions import check_points, read_points
+from simulate.positions.placement_kind import Placement
+
+PATH_STEP = 0.008
+"""Metres between consecutive positions of ``path``: the median step of the measured RFID data."""
+
+
+def place(scene: Scene, kind: Placement, count: int, seed: int) -> Float[np.ndarray, "count 3"]:
+    """Transmitter positions in the scene's region, metres, world frame; none inside an object.
+
+    Args:
+        scene: the scene that the positions are in.
+        kind: ``uniform`` draws them at random; ``grid`` fills the region evenly, then drops positions inside objects;
+            ``path`` walks a smooth random curve through the region, as a measurement does.
+        count: number of positions. ``grid`` returns fewer where some of its positions are inside objects.
+        seed: seed of the random choices.
+
+    Returns:
+        The positions.
+
+    Raises:
+        InputError: the region has no free place.
+    """
+    generator = np.random.default_rng(seed)
+    region = scene.transmitter.region
+    if kind == "uniform":
+        return free_positions(scene, region, count, generator)
+    if kind == "grid":
+        positions = _grid(region, count)
+        positions = positions[~inside_object(scene, positions)]
+        if not len(positions):
+            raise _no_free_place(scene)
+        return positions
+    return _smooth_path(scene, region, count, generator)
+
+
+def free_positions(
+    scene: Scene, region: Float[np.ndarray, "2 3"], count: int, generator: np.random.Generator
+) -> Float[np.ndarray, "count 3"]:
+    """Uniform positions in a box, outside every object.
+
+    Args:
+        scene: the scene that the positions are in.
+        region: lowest and highest corner of the box, metres, world frame.
+        count: number of positions.
+        generator: draws them.
+
+    Returns:
+        The positions, metres, world frame.
+
+    Raises:
+        InputError: fewer than one in a hundred tries is free.
+    """
+    low, high = region
+    free = np.zeros((0, 3))
+    for _ in range(100):
+        tries = low + (high - low) * generator.random((count, 3))
+        free = np.concatenate([free, tries[~inside_object(scene, tries)]])
+        if len(free) >= count:
+            return free[:count]
+    raise _no_free_place(scene)
+
+
+def _no_free_place(scene: Scene) -> InputError:
+    return InputError(f"{scene.name}: the transmitter region has no room outside the objects in it")
+
+
+def _grid(region: Float[np.ndarray, "2 3"], count: int) -> Float[np.ndarray, "n 3"]:
+    """Cell centres of the finest nearly cubic grid with at most ``count`` cells, and at least one."""
+    size = region[1] - region[0]
+    cubic = (size.prod() / count) ** (1 / 3)
+    finer = (np.maximum(1, size // (cubic * shrink)).astype(int) for shrink in np.linspace(1, 0.75, 100))
+    cells = max((number for number in finer if number.prod() <= count), key=np.prod, default=np.ones(3, int))
+    axes = [low + (np.arange(n) + 0.5) * extent / n for low, extent, n in zip(region[0], size, cells, strict=True)]
+    return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+
+
+def _smooth_path(
+    scene: Scene, region: Float[np.ndarray, "2 3"], count: int, generator: np.random.Generator
+) -> Float[np.ndarray, "count 3"]:
+    """Points ``PATH_STEP`` apart on a cubic spline through random way points, skipping what is inside objects."""
+    low, high = region
+    positions = np.zeros((0, 3))
+    for _ in range(20):
+        # The curve is about as long as the region's diagonal per two way points; if it is too short, the next pass of
+        # the loop adds another curve.
+        needed = (count - len(positions)) * PATH_STEP
+        way_points = 4 + int(3 * needed / np.linalg.norm(high - low))
+        spline = CubicSpline(np.arange(way_points), low + (high - low) * generator.random((way_points, 3)))
+        fine = spline(np.linspace(0, way_points - 1, 400 * way_points)).clip(low, high)
+        arc_length = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(fine, axis=0), axis=1))])
+        stops = np.arange(0, arc_length[-1], PATH_STEP)
+        path = np.stack([np.interp(stops, arc_length, fine[:, axis]) for axis in range(3)], axis=-1)
+        positions = np.concatenate([positions, path[~inside_object(scene, path)]])
+        if len(positions) >= count:
+            return positions[:count]
+    raise _no_free_place(scene)
+
+
+def check_positions(positions: Float[np.ndarray, "n 3"], scene: Scene) -> Float[np.ndarray, "n 3"]:
+    """Positions in double precision, once they are known to be finite, not too far away, and outside every object.
+
+    Args:
+        positions: metres, world frame.
+        scene: the scene that they are in.
+
+    Returns:
+        The positions.
+
+    Raises:
+        ParameterError: positions that ``check_points`` refuses, or a position inside an object.
+    """
+    positions = check_points(positions)
+    for row, blocker in enumerate(blocking_object(scene, positions)):
+        if blocker is not None:
+            raise ParameterError("positions", f'expected a free place in row {row}, found one inside "{blocker}"')
+    return positions
+
+
+def read_positions(path: Path, scene: Scene) -> Float[np.ndarray, "n 3"]:
+    """Read the positions of a CSV, none of them inside an object.
+
+    Args:
+        path: a CSV with the header x,y,z; metres, world frame.
+        scene: the scene that the positions are in.
+
+    Returns:
+        The positions, metres, world frame.
+
+    Raises:
+        InputError: a file that ``read_points`` refuses, or a position inside an object; names the line.
+    """
+    positions = read_points(path)
+    for index, blocker in enumerate(blocking_object(scene, positions)):
+        if blocker is not None:
+            raise InputError(f'{path}, line {index + 2}: expected a free place, found one inside "{blocker}"')
+    return positions

@@ -1,0 +1,1 @@
+"""What every mechanism of the ray tracer needs: the scene in Sionna RT, slabs, planes, reflections, electric field."""

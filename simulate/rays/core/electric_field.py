@@ -1,0 +1,110 @@
+"""The electric field of a wave on its way: out of an antenna, through objects, and into an antenna.
+
+Wherever a wave meets an object it is multiplied by the coefficients of a slab (ITU-R P.2040). A conductor blocks it.
+"""
+
+from __future__ import annotations
+
+from sionna.rt.utils import phi_hat, rotation_matrix, theta_hat, theta_phi_from_unit_vec
+
+from simulate.rays.core.ray_tracer import dr, mi
+from simulate.rays.core.sionna_scene import Antennas
+from simulate.rays.core.surfaces import Surfaces
+
+NEAR = 1e-4
+"""Metres from a vertex within which a surface does not block a path: it is the vertex's own."""
+
+Field = tuple[mi.Vector3f, mi.Vector3f]
+"""Real and imaginary part of the electric field, world frame."""
+
+
+def pattern(antennas: Antennas, towards: mi.Vector3f) -> Field:
+    """The field that antennas send towards some directions of the world frame, without phase and spreading.
+
+    Args:
+        antennas: of one pattern and orientation.
+        towards: unit vectors away from them, world frame.
+    """
+    # Constants would be part of Dr.Jit's kernels, which would be compiled anew for every other orientation.
+    rotation = rotation_matrix(mi.Point3f(*(dr.opaque(mi.Float, float(angle)) for angle in antennas.angles)))
+    theta, phi = theta_phi_from_unit_vec(rotation.T @ towards)
+    c_theta, c_phi = antennas.pattern(theta, phi)
+    return composed(c_theta, rotation @ theta_hat(theta, phi), c_phi, rotation @ phi_hat(phi))
+
+
+def component(field: Field, axis: mi.Vector3f) -> mi.Complex2f:
+    """The field's component along a unit vector."""
+    return mi.Complex2f(dr.dot(field[0], axis), dr.dot(field[1], axis))
+
+
+def composed(first: mi.Complex2f, axis: mi.Vector3f, second: mi.Complex2f, other: mi.Vector3f) -> Field:
+    """The field that has two components along two unit vectors."""
+    return (
+        mi.Vector3f(first.real * axis + second.real * other),
+        mi.Vector3f(first.imag * axis + second.imag * other),
+    )
+
+
+def across(direction: mi.Vector3f, normal: mi.Vector3f) -> mi.Vector3f:
+    """A unit vector perpendicular to both, or any that is perpendicular to the direction if they are parallel."""
+    found = dr.cross(direction, normal)
+    other = dr.cross(direction, dr.select(dr.abs(direction.x) < 0.9, mi.Vector3f(1, 0, 0), mi.Vector3f(0, 1, 0)))
+    return dr.normalize(dr.select(dr.squared_norm(found) > 1e-10, found, other))
+
+
+def slab(field: Field, way_in: mi.Vector3f, way_out: mi.Vector3f, normal: mi.Vector3f, te, tm) -> Field:
+    """The field after a slab with the coefficients for the electric field across (TE) and in the plane of incidence."""
+    axis = across(way_in, normal)
+    return composed(
+        te * component(field, axis),
+        axis,
+        tm * component(field, dr.cross(axis, way_in)),
+        dr.cross(axis, way_out),
+    )
+
+
+@dr.syntax
+def passed(
+    surfaces: Surfaces,
+    start: mi.Point3f,
+    direction: mi.Vector3f,
+    length: mi.Float,
+    field: Field,
+    passes: mi.UInt,
+    blocked: mi.Bool,
+) -> tuple[Field, mi.UInt, mi.Bool]:
+    """The field behind all objects on a straight line, without the phase and the spreading of the way.
+
+    Args:
+        surfaces: of the scene.
+        start: where the lines begin, metres.
+        direction: unit vectors.
+        length: metres.
+        field: before the objects.
+        passes: how many objects a path may pass through.
+        blocked: whether a path is blocked already.
+
+    Returns:
+        The field, how many more objects may be passed, and whether the path is blocked: by a conductor, or by more
+        objects than it may pass.
+    """
+    real, imaginary = field
+    passes, blocked = mi.UInt(passes), mi.Bool(blocked)  # copies, since Dr.Jit changes arrays in place
+    travelled = mi.Float(NEAR)
+    active = ~blocked & (length > 2 * NEAR)
+    while active:
+        ray = mi.Ray3f(start + travelled * direction, direction)
+        ray.maxt = length - NEAR - travelled
+        hit = surfaces.scene.ray_intersect_preliminary(ray, active=active)
+        active &= hit.is_valid()
+        face = surfaces.face(hit, active)
+        blocked |= active & (surfaces.conducts(face, active) | (passes == 0))
+        active &= ~blocked
+        passes -= dr.select(active, 1, 0)
+        if active:
+            normal = surfaces.normal(face)
+            _, _, te, tm = surfaces.coefficients(face, direction)
+            real, imaginary = slab((real, imaginary), direction, direction, normal, te, tm)
+            travelled += hit.t + NEAR
+        active &= travelled < length - NEAR
+    return (real, imaginary), passes, blocked

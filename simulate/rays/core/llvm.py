@@ -1,0 +1,159 @@
+"""Find the libLLVM that Dr.Jit's CPU backend compiles with, before Dr.Jit is imported.
+
+Dr.Jit loads libLLVM at run time. With LLVM older than 16 it does not raise: the code generator aborts the whole
+process ("Cannot select: fmaximum"), which no ``try`` can catch. So an old library is refused here, in one sentence.
+
+Only the standard library is imported: set-up calls ``python -m simulate.rays.core.llvm --install``.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+from scenes.files.errors import InputError, printable
+
+OLDEST_LLVM = 16
+DEBIAN_PACKAGES = ("libllvm19", "libllvm20", "libllvm18", "libllvm17", "libllvm16")
+FIX = (
+    f"install LLVM {OLDEST_LLVM} or newer (Debian and Ubuntu, as root: apt-get install libllvm19; "
+    "anyone: make setup, which unpacks it into .venv) or name one in DRJIT_LIBLLVM_PATH"
+)
+
+
+def llvm_version(library: Path) -> int | None:
+    """Major version of a libLLVM, from its (resolved) file name, e.g. libLLVM-15.so.1 or libLLVM.so.19.1.
+
+    A library whose name has no version is loaded and asked by ``LLVMGetVersion``, which exists since LLVM 16.
+
+    Args:
+        library: path of the library.
+
+    Returns:
+        The major version; None if the library cannot be used.
+    """
+    for name in (library.name, library.resolve().name):
+        found = re.search(r"libLLVM(?:-|\.so\.)(\d+)", name)
+        if found:
+            return int(found.group(1))
+    major = ctypes.c_uint(0)
+    try:
+        ctypes.CDLL(str(library)).LLVMGetVersion(ctypes.byref(major), None, None)
+    except (OSError, AttributeError):
+        return None
+    return major.value
+
+
+def installed_libraries() -> list[Path]:
+    """Every libLLVM on this machine: unpacked by our set-up, known to the loader, or in the usual folders."""
+    found = list(unpacked_folder().rglob("libLLVM*.so*"))
+    ldconfig = shutil.which("ldconfig") or "/sbin/ldconfig"
+    if os.path.exists(ldconfig):
+        listing = subprocess.run([ldconfig, "-p"], capture_output=True, text=True, check=False).stdout
+        found += [Path(path) for path in re.findall(r"=> (\S*libLLVM[-.]\S*)", listing)]
+    for pattern in ("lib/*/libLLVM*.so*", "lib/llvm-*/lib/libLLVM*.so*", "local/lib/libLLVM*.so*"):
+        found += Path("/usr").glob(pattern)
+    return [path for path in dict.fromkeys(found) if path.exists()]
+
+
+def unpacked_folder() -> Path:
+    """Where set-up unpacks Debian's package when it may not install it: inside the virtual environment."""
+    return Path(sys.prefix) / "lib" / "llvm"
+
+
+def find_libllvm() -> Path:
+    """The libLLVM to use: the user's ``DRJIT_LIBLLVM_PATH`` if set, else the newest one that is new enough.
+
+    Raises:
+        InputError: the named library is missing or too old, or none on the machine is new enough.
+    """
+    named = os.environ.get("DRJIT_LIBLLVM_PATH")
+    if named:
+        path = Path(named)
+        if not path.exists():
+            raise InputError(f"DRJIT_LIBLLVM_PATH names {named}, which does not exist; {FIX}")
+        version = llvm_version(path)
+        if version is None or version < OLDEST_LLVM:
+            raise InputError(f"DRJIT_LIBLLVM_PATH names {named}, LLVM {version or 'older than 16'}; {FIX}")
+        return path
+    versions = {path: llvm_version(path) or 0 for path in installed_libraries()}
+    if not versions:
+        raise InputError(f"the ray tracer needs libLLVM and this machine has none; {FIX}")
+    newest = max(versions, key=lambda path: versions[path])
+    if versions[newest] < OLDEST_LLVM:
+        raise InputError(f"the newest libLLVM here is {newest} (LLVM {versions[newest]}), too old; {FIX}")
+    return newest
+
+
+def use_libllvm() -> None:
+    """Point Dr.Jit at a good libLLVM; call before the first ``import drjit``, ``mitsuba`` or ``sionna.rt``."""
+    path = find_libllvm()
+    if path.is_relative_to(unpacked_folder()):
+        # Debian's library finds its own dependencies by soname: once loaded, the loader need not search for them.
+        for dependency in sorted(unpacked_folder().rglob("lib*.so*")):
+            if not dependency.name.startswith("libLLVM"):
+                ctypes.CDLL(str(dependency), mode=ctypes.RTLD_GLOBAL)
+    os.environ["DRJIT_LIBLLVM_PATH"] = str(path)
+
+
+def install_libllvm() -> None:
+    """Install Debian's libLLVM as root, or else unpack it into the virtual environment.
+
+    Raises:
+        InputError: no package manager, or none of the packages can be downloaded.
+    """
+    apt = shutil.which("apt-get")
+    if apt is None:
+        raise InputError(f"this machine has no apt-get to install libLLVM with; {FIX}")
+    if os.geteuid() == 0:
+        subprocess.run([apt, "update", "-qq"], check=False)
+        for package in DEBIAN_PACKAGES:
+            if subprocess.run([apt, "install", "-y", "-qq", package], check=False).returncode == 0:
+                return
+    for package in DEBIAN_PACKAGES:
+        if _unpack([package, "libz3-4", "libedit2", "libbsd0", "libmd0"]):
+            return
+    raise InputError(f"could not get libLLVM from this machine's package index; {FIX}")
+
+
+def _unpack(packages: list[str]) -> bool:
+    """Download Debian packages and unpack their libraries without installing; the first one must succeed."""
+    with tempfile.TemporaryDirectory() as folder:
+        for package in packages:
+            got = subprocess.run(["apt-get", "download", "-qq", package], cwd=folder, check=False)
+            if got.returncode != 0 and package == packages[0]:
+                return False
+        for archive in Path(folder).glob("*.deb"):
+            subprocess.run(["dpkg-deb", "-x", str(archive), f"{folder}/root"], check=True)
+        unpacked_folder().mkdir(parents=True, exist_ok=True)
+        for library in Path(folder, "root").rglob("lib*.so*"):
+            if not library.is_symlink() or library.resolve().exists():
+                shutil.copy2(library, unpacked_folder() / library.name)
+    return True
+
+
+def main() -> int:
+    """``python -m simulate.rays.core.llvm [--install]``: print the libLLVM in use, or install one."""
+    try:
+        try:
+            path = find_libllvm()
+        except InputError:
+            if "--install" not in sys.argv[1:]:
+                raise
+            install_libllvm()
+            path = find_libllvm()
+    except InputError as error:
+        print(printable(f"bisplat: {error}"), file=sys.stderr)
+        return 1
+    print(f"libLLVM {llvm_version(path)}: {path}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

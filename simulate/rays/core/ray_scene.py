@@ -1,0 +1,104 @@
+"""A scene in the ray tracer's form, with what is followed in it: what every step of the tracing needs."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from scenes.scene.description import Scene
+from simulate.rays.core.planes import Planes
+from simulate.rays.core.propagation import Propagation
+from simulate.rays.core.ray_tracer import dr, mi, rt
+from simulate.rays.core.sionna_scene import build_scene, sionna_names
+from simulate.rays.core.slabs import FaceSlabs, face_slabs
+
+
+@dataclass(frozen=True)
+class RayScene:
+    """A scene, the same scene in Sionna RT, and the propagation that is followed in it.
+
+    Attributes:
+        description: the scene as the user described it.
+        sionna: its objects and radio materials in Sionna RT.
+        propagation: the mechanisms that are followed, and how far.
+    """
+
+    description: Scene
+    sionna: rt.Scene
+    propagation: Propagation
+
+    @classmethod
+    def of(cls, scene: Scene, propagation: Propagation) -> RayScene:
+        """Build a scene in Sionna RT.
+
+        Args:
+            scene: the scene's description.
+            propagation: the mechanisms to follow.
+
+        Returns:
+            Both, with the Sionna RT scene.
+        """
+        return cls(scene, build_scene(scene), propagation)
+
+    @cached_property
+    def identifiers(self) -> Int[np.ndarray, " objects"]:
+        """Sionna RT's identifier of each object of the description, in the description's order."""
+        return np.array([int(self.sionna.objects[name].object_id) for name in sionna_names(self.description)])
+
+    @cached_property
+    def object_of_identifier(self) -> Int[np.ndarray, " identifiers"]:
+        """Index of the object of each of Sionna RT's identifiers."""
+        index = np.zeros(self.identifiers.max() + 1, dtype=np.int64)
+        index[self.identifiers] = np.arange(len(self.identifiers))
+        return index
+
+    @cached_property
+    def object_of_face(self) -> Int[np.ndarray, " faces"]:
+        """Index of each triangle's object; the triangles are counted through the objects of the description."""
+        return np.repeat(
+            np.arange(len(self.description.objects)), [len(item.mesh.faces) for item in self.description.objects]
+        )
+
+    @cached_property
+    def normals(self) -> Float[np.ndarray, "faces 3"]:
+        """Unit normal of each triangle, as the object's mesh has it."""
+        return np.concatenate([item.mesh.face_normals for item in self.description.objects])
+
+    @cached_property
+    def slabs(self) -> FaceSlabs:
+        """The slab of each triangle."""
+        return face_slabs(self.description)
+
+    @cached_property
+    def planes(self) -> Planes:
+        """The planes that the objects' triangles lie in."""
+        return Planes(self.description, self.identifiers.tolist())
+
+
+def first_hits(
+    ray_scene: RayScene, starts: Float[np.ndarray, "n 3"], steps: Float[np.ndarray, "n 3"], reach: float
+) -> tuple[Int[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+    """The first triangle that each straight line meets.
+
+    Args:
+        ray_scene: the scene.
+        starts: where the lines begin, metres.
+        steps: their directions.
+        reach: their lengths, in lengths of ``steps``.
+
+    Returns:
+        Numbers of triangles, counted through the objects of the description, −1 where a line meets none; and how far
+        away they are, in lengths of ``steps``.
+    """
+    if not len(starts):  # the ray tracer would abort the process
+        return np.zeros(0, np.int64), np.zeros(0)
+    points, directions = (np.array(each.T, np.float32, order="C") for each in (starts, steps))
+    lines = mi.Ray3f(mi.Point3f(points), mi.Vector3f(directions))
+    lines.maxt = mi.Float(reach)  # type: ignore[assignment]
+    hit = ray_scene.sionna.mi_scene.ray_intersect_preliminary(lines)
+    shape = mi.UInt(dr.reinterpret_array(mi.UInt, hit.shape)).numpy()
+    face = ray_scene.planes.first_face[shape] + hit.prim_index.numpy()
+    return np.where(hit.is_valid().numpy(), face, -1), hit.t.numpy()

@@ -1,0 +1,16 @@
+"""Dr.Jit, Mitsuba and Sionna RT, imported only after a good libLLVM has been found; import them from here."""
+# ruff: noqa: E402  (the order matters)
+
+from simulate.rays.core.llvm import use_libllvm
+
+use_libllvm()
+
+import drjit as dr
+import mitsuba as mi
+import sionna.rt as rt
+from sionna.rt.path_solvers.field_calculator import FieldCalculator
+from sionna.rt.path_solvers.image_method import ImageMethod
+from sionna.rt.path_solvers.paths_buffer import PathsBuffer
+from sionna.rt.path_solvers.sb_deterministic import SBDeterministicCandidateGenerator
+
+__all__ = ["FieldCalculator", "ImageMethod", "PathsBuffer", "SBDeterministicCandidateGenerator", "dr", "mi", "rt"]

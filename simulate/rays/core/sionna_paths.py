@@ -1,0 +1,275 @@
+"""Everything that touches Sionna RT's internals: candidate chains in, element responses out.
+
+``PathSolver`` is three steps: a generator shoots rays to find candidate chains of interactions, the image method
+turns each candidate into an exact path or discards it, the field calculator gives its coefficient and delay. We call
+the steps one by one, so that chains found once serve every element and transmitter (``reflection_chains``).
+
+Sionna RT is pinned to 2.2.0 for this file; tests/simulate/rays/core/test_sionna_paths.py compares it with the public
+``PathSolver``.
+"""
+
+from __future__ import annotations
+
+from copy import copy
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Complex, Float, Int, UInt32
+
+from simulate.parallel.threads import ONE_KERNEL
+from simulate.rays.core.ray_scene import RayScene
+from simulate.rays.core.ray_tracer import (
+    FieldCalculator,
+    ImageMethod,
+    PathsBuffer,
+    SBDeterministicCandidateGenerator,
+    dr,
+    mi,
+    rt,
+)
+from simulate.rays.core.sionna_scene import Antennas
+from simulate.rays.core.slab_phase import shortened
+from simulate.rays.core.terms import STRAIGHT, Terms
+
+SPECULAR = int(rt.InteractionType.SPECULAR)
+REFRACTION = int(rt.InteractionType.REFRACTION)
+NONE = int(rt.InteractionType.NONE)
+
+
+@dataclass(frozen=True)
+class Interactions:
+    """Chains of interactions, source to target; unused depths at the end hold ``NONE``.
+
+    Attributes:
+        types: Sionna's ``InteractionType`` of each.
+        shapes: Sionna's object identifier.
+        triangles: index of the object's triangle.
+    """
+
+    types: UInt32[np.ndarray, "n depth"]
+    shapes: UInt32[np.ndarray, "n depth"]
+    triangles: UInt32[np.ndarray, "n depth"]
+
+    def __len__(self) -> int:
+        return len(self.types)
+
+
+def shoot(ray_scene: RayScene, sources: Antennas, targets: Antennas, seed: int, most_paths: int) -> PathsBuffer:
+    """Shoot and bounce rays from the sources: candidate paths to the targets.
+
+    The same arguments give the same candidates.
+
+    Args:
+        ray_scene: the scene, with the propagation to follow.
+        sources: where the rays begin.
+        targets: where the paths end.
+        seed: seed of the rays' directions.
+        most_paths: the largest number of candidates kept per source. Above a million it is also the size of the table
+            in which Sionna tells new chains from known ones by their hash: two chains that collide in one table rarely
+            do in a table of another size.
+
+    Returns:
+        The candidates, for ``refine``.
+    """
+    propagation = ray_scene.propagation
+    buffer = SBDeterministicCandidateGenerator()(
+        mi_scene=ray_scene.sionna.mi_scene,
+        src_positions=sources.points,
+        tgt_positions=targets.points,
+        samples_per_src=propagation.rays,
+        max_num_paths_per_src=most_paths,
+        max_depth=propagation.max_depth,
+        los=propagation.los,
+        specular_reflection=propagation.specular,
+        diffuse_reflection=propagation.sionna_diffuse,
+        refraction=propagation.refraction,
+        diffraction=propagation.sionna_diffraction,
+        edge_diffraction=False,
+        seed=seed,
+    )
+    buffer.schedule()
+    dr.eval()
+    buffer.shrink()
+    return buffer
+
+
+def candidates(
+    interactions: Interactions,
+    vertices: dict[int, Float[np.ndarray, "triangles 3"]],
+    chain: Int[np.ndarray, " paths"],
+    source: Int[np.ndarray, " paths"],
+    target: Int[np.ndarray, " paths"],
+) -> PathsBuffer:
+    """Chains between sources and targets, as candidates for ``refine``.
+
+    Args:
+        interactions: the chains.
+        vertices: for each object identifier, one vertex of each of its triangles, metres.
+        chain: index into ``interactions`` of each path.
+        source: index of each path's source.
+        target: index of each path's target.
+
+    Returns:
+        One candidate for each of the paths.
+    """
+    count, depth = interactions.types.shape
+    on_plane = np.zeros((count, depth, 3), np.float32)
+    for shape in np.unique(interactions.shapes[interactions.types == SPECULAR]):
+        of_shape = interactions.shapes == shape
+        on_plane[of_shape] = vertices[int(shape)][interactions.triangles[of_shape]]
+
+    buffer = PathsBuffer(len(chain), depth, diffraction=False)
+    buffer._src_indices, buffer._tgt_indices = mi.UInt(source), mi.UInt(target)
+    entries = dr.repeat(mi.UInt(chain), depth) * depth + dr.tile(dr.arange(mi.UInt, depth), len(chain))
+    shape = (len(chain), depth)
+
+    def spread(kind, tensor, table):
+        return tensor(dr.gather(kind, kind(np.ascontiguousarray(table).ravel()), entries), shape=shape)
+
+    buffer._interaction_types = spread(mi.UInt, mi.TensorXu, interactions.types)
+    buffer._shapes = spread(mi.UInt, mi.TensorXu, interactions.shapes)
+    buffer._primitives = spread(mi.UInt, mi.TensorXu, interactions.triangles)
+    buffer._vertices_x = spread(mi.Float, mi.TensorXf, on_plane[..., 0])
+    buffer._vertices_y = spread(mi.Float, mi.TensorXf, on_plane[..., 1])
+    buffer._vertices_z = spread(mi.Float, mi.TensorXf, on_plane[..., 2])
+    buffer.schedule()
+    dr.eval()
+    return buffer
+
+
+def refine(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets: Antennas) -> PathsBuffer:
+    """Turn candidates into exact paths by the image method.
+
+    Args:
+        ray_scene: the scene, with the propagation to follow.
+        buffer: the candidates.
+        sources: where the paths begin.
+        targets: where they end.
+
+    Returns:
+        The buffer, in which candidates that are blocked or miss their surfaces are marked invalid.
+    """
+    return ImageMethod()(
+        scene=ray_scene.sionna.mi_scene,
+        paths=buffer,
+        diffraction=ray_scene.propagation.sionna_diffraction,
+        diffraction_lit_region=True,
+        src_positions=sources.points,
+        tgt_positions=targets.points,
+    )
+
+
+def interactions_of(buffer: PathsBuffer) -> Interactions:
+    """The buffer's chains as arrays; after ``refine``, the surfaces that the valid paths really hit."""
+    return Interactions(buffer.interaction_types.numpy(), buffer.shapes.numpy(), buffer.primitives.numpy())
+
+
+def keep(buffer: PathsBuffer, wanted: Bool[np.ndarray, " paths"]) -> PathsBuffer:
+    """The valid paths of the buffer that a mask selects."""
+    buffer.valid = buffer.valid & mi.Bool(wanted)
+    buffer.discard_invalid()
+    return buffer
+
+
+@dataclass(frozen=True)
+class Paths:
+    """Exact paths with what each contributes.
+
+    Attributes:
+        targets: index of each path's target.
+        sources: index of its source.
+        responses: a e^{-j2πfτ}, complex128. a is Sionna's coefficient, which contains the free-space factor λ/4π: |y|²
+            of a sum y of paths is the channel gain.
+    """
+
+    targets: Int[np.ndarray, " paths"]
+    sources: Int[np.ndarray, " paths"]
+    responses: Complex[np.ndarray, " paths"]
+
+    def add_to(self, total: Complex[np.ndarray, "targets sources"]) -> None:
+        """Add every path to its target's and source's response, one after another."""
+        np.add.at(total, (self.targets, self.sources), self.responses)
+
+
+def terms(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets: Antennas) -> Terms:
+    """What each valid path of the buffer contributes (arguments and order as of ``fields``), with its course."""
+    paths = fields(ray_scene, buffer, sources, targets)
+    hit = interactions_of(buffer)
+    starts, ends = sources.positions[paths.sources][:, None], targets.positions[paths.targets][:, None]
+    happened, turned = hit.types != NONE, (hit.types != NONE) & (hit.types != REFRACTION)
+    vertices = np.concatenate([starts, np.where(happened[..., None], _vertices(buffer), ends), ends], axis=1)
+    objects = np.full(hit.types.shape, STRAIGHT)
+    objects[turned] = ray_scene.object_of_identifier[hit.shapes[turned]]
+    return Terms(paths.targets, paths.sources, paths.responses, vertices, objects, hit.types.astype(np.int64))
+
+
+def fields(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets: Antennas) -> Paths:
+    """The complex response that each valid path of the buffer contributes.
+
+    Args:
+        ray_scene: the scene, with the propagation to follow.
+        buffer: exact paths, of ``refine``.
+        sources: where the paths begin.
+        targets: where they end.
+
+    Returns:
+        The paths, in the buffer's order.
+    """
+    if buffer.buffer_size == 0:
+        nothing = np.zeros(0, np.int64)
+        return Paths(nothing, nothing, np.zeros(0, np.complex128))
+    buffer = FieldCalculator()(
+        wavelength=ray_scene.sionna.wavelength,
+        paths=buffer,
+        samples_per_src=ray_scene.propagation.rays,
+        diffraction=ray_scene.propagation.sionna_diffraction,
+        src_positions=sources.points,
+        tgt_positions=targets.points,
+        src_orientations=sources.orientations,
+        tgt_orientations=targets.orientations,
+        src_antenna_patterns=[sources.pattern],
+        tgt_antenna_patterns=[targets.pattern],
+    )
+    coefficient = buffer.a[0][0]
+    amplitude = np.where(buffer.valid.numpy(), coefficient.real.numpy() + 1j * coefficient.imag.numpy(), 0)
+    # fτ is some tens of carrier periods over a room, so single precision would lose digits of the phase.
+    periods = float(ray_scene.sionna.frequency[0]) * buffer.tau.numpy().astype(np.float64)
+    response = amplitude * np.exp(-2j * np.pi * periods)
+    if ray_scene.propagation.counts_slabs_once:
+        response *= np.exp(2j * np.pi / ray_scene.description.wavelength * _shortened(ray_scene, buffer, sources))
+    return Paths(buffer.target_indices.numpy(), buffer.source_indices.numpy(), response)
+
+
+def with_materials_of(buffer: PathsBuffer, ray_scene: RayScene, other: RayScene) -> PathsBuffer:
+    """The buffer's paths in another scene, which differs from theirs in nothing but its materials.
+
+    Args:
+        buffer: exact paths, of ``refine``; stays as it is.
+        ray_scene: their scene.
+        other: the other one.
+    """
+    hit = interactions_of(buffer)
+    happened = hit.types != NONE
+    shapes = hit.shapes.copy()
+    shapes[happened] = other.identifiers[ray_scene.object_of_identifier[hit.shapes[happened]]]
+    found = copy(buffer)
+    found.valid, found._shapes = mi.Bool(buffer.valid), mi.TensorXu(shapes)  # type: ignore[operator]
+    return found
+
+
+def _shortened(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas) -> Float[np.ndarray, " paths"]:
+    """By how much the slabs on each path of the buffer shorten it, metres."""
+    hit = interactions_of(buffer)
+    reflected, passed = hit.types == SPECULAR, hit.types == REFRACTION
+    faces = np.zeros(hit.types.shape, np.int64)
+    happened = reflected | passed
+    faces[happened] = ray_scene.planes.first_face[hit.shapes[happened]] + hit.triangles[happened]
+    starts = sources.positions[buffer.source_indices.numpy()]
+    with ONE_KERNEL:
+        return shortened(reflected, passed, faces, _vertices(buffer), starts, ray_scene.normals, ray_scene.slabs.fronts)
+
+
+def _vertices(buffer: PathsBuffer) -> Float[np.ndarray, "paths depth 3"]:
+    """Where the interactions of each path of the buffer are, metres, world frame."""
+    axes = buffer.vertices_x, buffer.vertices_y, buffer.vertices_z
+    return np.stack([axis.numpy() for axis in axes], axis=-1).astype(float)

@@ -1,0 +1,154 @@
+"""A scene description as Sionna RT objects: meshes with radio materials, and the antennas at both ends of the paths.
+
+Frames: Sionna's devices look along their local +x and are vertically polarised along local +z; the gateway looks
+along +z and is vertically polarised along +y (docs/physics.md, Frames). The cyclic permutation (x, y, z)_gateway =
+(y, z, x)_Sionna maps one frame on the other.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import trimesh
+from jaxtyping import Float, Int
+from scipy.spatial.transform import Rotation
+
+from scenes.scene.description import Scene
+from scenes.scene.materials import RadioMaterial
+from simulate.rays.core.ray_tracer import dr, mi, rt
+from simulate.spectra.array import PlanarArray
+
+GATEWAY_FROM_SIONNA = Rotation.from_matrix([[0, 1, 0], [0, 0, 1], [1, 0, 0]])
+"""Rotation taking a vector's Sionna-device coordinates to gateway coordinates."""
+
+
+def build_scene(scene: Scene) -> rt.Scene:
+    """Build a scene's meshes and radio materials in Sionna RT.
+
+    Args:
+        scene: the description.
+
+    Returns:
+        The Sionna RT scene, whose objects have the names that ``sionna_names`` gives them.
+    """
+    sionna = rt.Scene()
+    sionna.frequency = scene.frequency
+    materials: dict[tuple[str, float], rt.RadioMaterial] = {}
+    objects = []
+    for name, item in zip(sionna_names(scene), scene.objects, strict=True):
+        material = scene.materials[item.material]
+        thickness = scene.thickness(item)
+        key = (material.name, thickness)
+        if key not in materials:
+            materials[key] = _radio_material(material, thickness)
+        shape = _mesh(name, item.mesh)
+        objects.append(rt.SceneObject(mi_mesh=shape, name=name, radio_material=materials[key]))
+    sionna.edit(add=objects)
+    return sionna
+
+
+def sionna_names(scene: Scene) -> list[str]:
+    """Names of the scene's objects in Sionna RT, which allows no dots (Blender's ``Cube.001`` has one).
+
+    Args:
+        scene: the scene.
+    """
+    names: list[str] = []
+    taken = {item.name for item in scene.objects}
+    for item in scene.objects:
+        name = item.name.replace(".", "_")
+        while name != item.name and name in taken:
+            name += "_"
+        taken.add(name)
+        names.append(name)
+    return names
+
+
+@dataclass(frozen=True)
+class Antennas:
+    """One end of the paths: antennas of one pattern and orientation at given positions.
+
+    Attributes:
+        positions: metres, world frame.
+        angles: Sionna's orientation angles (α, β, γ), radians.
+        pattern: Sionna's antenna pattern, a single polarisation.
+    """
+
+    positions: Float[np.ndarray, "n 3"]
+    angles: Float[np.ndarray, 3]
+    pattern: Callable
+
+    def __len__(self) -> int:
+        return len(self.positions)
+
+    def subset(self, index: Int[np.ndarray, " k"]) -> Antennas:
+        """The antennas at these indices."""
+        return replace(self, positions=self.positions[index])
+
+    @property
+    def points(self) -> mi.Point3f:
+        """The positions as Sionna takes them."""
+        return mi.Point3f(np.ascontiguousarray(self.positions.T, dtype=np.float32))
+
+    @property
+    def orientations(self) -> mi.Point3f:
+        """The angles, once per antenna."""
+        return mi.Point3f(np.tile(np.asarray(self.angles, dtype=np.float32)[:, None], len(self)))
+
+
+def gateway_antennas(scene: Scene) -> Antennas:
+    """The gateway's elements at their true positions, numbered as ``PlanarArray`` numbers them."""
+    gateway = scene.gateway
+    rotation = Rotation.from_quat(gateway.orientation)
+    offsets = rotation.apply(PlanarArray.of(gateway).positions) * scene.wavelength
+    return Antennas(
+        np.asarray(gateway.position) + offsets,
+        sionna_angles(rotation * GATEWAY_FROM_SIONNA),
+        _pattern(gateway.pattern, gateway.polarization),
+    )
+
+
+def transmitter_antennas(scene: Scene, positions: Float[np.ndarray, "n 3"]) -> Antennas:
+    """The transmitter's antenna at each of its positions."""
+    transmitter = scene.transmitter
+    angles = sionna_angles(Rotation.from_quat(transmitter.orientation))
+    return Antennas(positions, angles, _pattern(transmitter.pattern, transmitter.polarization))
+
+
+def sionna_angles(rotation: Rotation) -> Float[np.ndarray, 3]:
+    """Sionna's orientation angles (α, β, γ) about z, y, x, in radians, of a device-to-world rotation."""
+    with warnings.catch_warnings():
+        # With the boresight straight up or down, α and γ turn about the same axis, and any split of them is right.
+        warnings.filterwarnings("ignore", message="Gimbal lock")
+        return rotation.as_euler("ZYX")
+
+
+def _pattern(pattern: str, polarization: str) -> Callable:
+    array = rt.PlanarArray(num_rows=1, num_cols=1, pattern=pattern, polarization=polarization)
+    return array.antenna_pattern.patterns[0]
+
+
+def _radio_material(material: RadioMaterial, thickness: float) -> rt.RadioMaterial:
+    sionna = rt.RadioMaterial(
+        f"{material.name}-{thickness:g}",
+        scattering_coefficient=material.scattering_coefficient,
+        xpd_coefficient=material.xpd_coefficient,
+        color=material.color,
+    )
+    # A constant would be part of Dr.Jit's kernels, which take a second to compile, for every other value anew.
+    sionna.thickness = dr.opaque(mi.Float, thickness)
+    sionna.relative_permittivity = dr.opaque(mi.Float, material.relative_permittivity)
+    sionna.conductivity = dr.opaque(mi.Float, material.conductivity)
+    return sionna
+
+
+def _mesh(name: str, mesh: trimesh.Trimesh) -> mi.Mesh:
+    shape = mi.Mesh(name, vertex_count=len(mesh.vertices), face_count=len(mesh.faces))
+    parameters = mi.traverse(shape)
+    parameters["vertex_positions"] = np.asarray(mesh.vertices, dtype=np.float32).ravel()
+    parameters["faces"] = np.asarray(mesh.faces, dtype=np.uint32).ravel()
+    parameters.update()
+    return shape

@@ -1,0 +1,155 @@
+"""What a scene's surfaces are made of in space: slabs of dielectric beside or around them, and conducting sheets.
+
+A scene's surfaces have no thickness. The slab that a surface stands for lies
+
+- behind an outer wall: everything else, antennas included, is on one side of the wall, and the slab on the other;
+- inside a closed body, under its surface, unless the gateway and the region are within it (a room drawn as a box);
+- half on either side of every other sheet.
+
+A conductor reflects at its surface, whatever its thickness: it is a sheet of no thickness at the surface.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy.spatial import ConvexHull, cKDTree
+from trimesh import Trimesh
+
+from scenes.checks.enclosure import WALL_REACH
+from scenes.checks.occupancy import closed_parts, holds_antennas, merged
+from scenes.scene.description import Scene, SceneObject
+from scenes.scene.materials import RadioMaterial
+from scenes.scene.permittivity import is_conductor
+
+
+@dataclass(frozen=True)
+class Slabs:
+    """Triangles of one dielectric, and where its slab lies at each.
+
+    Attributes:
+        material: the dielectric.
+        triangles: corners, metres, world frame.
+        normals: unit normals.
+        start: where the slab begins along the normal, metres from the triangle.
+        stop: where it ends.
+        outer: whether the slab is that of an outer wall, which is continued around the corners of the scene.
+    """
+
+    material: RadioMaterial
+    triangles: Float[np.ndarray, "n 3 3"]
+    normals: Float[np.ndarray, "n 3"]
+    start: Float[np.ndarray, " n"]
+    stop: Float[np.ndarray, " n"]
+    outer: Bool[np.ndarray, " n"]
+
+
+def conducting_triangles(scene: Scene) -> Float[np.ndarray, "n 3 3"]:
+    """Corners of the triangles of all conductors, metres, world frame."""
+    found = [item.mesh.triangles for item in scene.objects if is_conductor(_material(scene, item), scene.frequency)]
+    return np.concatenate(found) if found else np.zeros((0, 3, 3))
+
+
+def dielectric_slabs(scene: Scene) -> list[Slabs]:
+    """The slabs of all objects that are no conductors."""
+    return [
+        _slabs_of(scene, item) for item in scene.objects if not is_conductor(_material(scene, item), scene.frequency)
+    ]
+
+
+def _material(scene: Scene, item: SceneObject) -> RadioMaterial:
+    return scene.materials[item.material]
+
+
+def _slabs_of(scene: Scene, item: SceneObject) -> Slabs:
+    material = _material(scene, item)
+    thickness = scene.thickness(item)
+    closed = closed_parts(item.mesh)
+    pieces = [_of_closed_part(scene, part, thickness) for part in closed]
+    if sum(len(part.faces) for part in closed) < len(item.mesh.faces):
+        parts = merged(item.mesh).split(only_watertight=False, repair=False)  # repairing would close open boxes
+        open_parts = [part for part in parts if not part.is_watertight]
+        pieces += [_of_sheet(scene, part.triangles, thickness) for part in open_parts]
+    triangles, normals, start, stop, outer = (np.concatenate(values) for values in zip(*pieces, strict=True))
+    return Slabs(material, triangles, normals, start, stop, outer)
+
+
+def _of_closed_part(scene: Scene, part: Trimesh, thickness: float) -> tuple[np.ndarray, ...]:
+    """The slab under a body's surface, or behind a room's."""
+    room = holds_antennas(scene, part)
+    normals = part.face_normals * np.sign(part.volume)
+    zero, full = np.zeros(len(normals)), np.full(len(normals), thickness)
+    inside, outside = (-full, zero), (zero, full)
+    start, stop = outside if room else inside
+    return part.triangles, normals, start, stop, np.full(len(normals), room)
+
+
+def _of_sheet(scene: Scene, triangles: Float[np.ndarray, "n 3 3"], thickness: float) -> tuple[np.ndarray, ...]:
+    """The slab behind an outer wall's sheet, or on both sides of another's."""
+    normals, front, back = _scene_beyond(scene, triangles)
+    outer = in_outer_wall(scene, triangles)
+    away = np.where(front < back, 1.0, -1.0)  # the normal points away from the scene
+    normals = np.where(outer[:, None], away[:, None] * normals, normals)
+    start = np.where(outer, 0.0, -thickness / 2)
+    return triangles, normals, start, start + thickness, outer
+
+
+@dataclass(frozen=True)
+class FaceSlabs:
+    """The slab of every triangle of a scene, counted through its objects.
+
+    Attributes:
+        fronts: how far it reaches to the side that the mesh's normal points to, and to the other side, metres; 0 for
+            conductors.
+        outer: whether it is that of an outer wall.
+    """
+
+    fronts: Float[np.ndarray, "faces 2"]
+    outer: Bool[np.ndarray, " faces"]
+
+
+def face_slabs(scene: Scene) -> FaceSlabs:
+    """The slab of every triangle.
+
+    Args:
+        scene: the scene.
+    """
+    fronts, outer = [], []
+    for item in scene.objects:
+        if is_conductor(_material(scene, item), scene.frequency):
+            fronts.append(np.zeros((len(item.mesh.faces), 2)))
+            outer.append(in_outer_wall(scene, item.mesh.triangles))
+            continue
+        slabs = _slabs_of(scene, item)
+        _, which = cKDTree(slabs.triangles.mean(axis=1)).query(item.mesh.triangles_center)
+        along = (slabs.normals[which] * item.mesh.face_normals).sum(axis=1) > 0
+        reach = np.column_stack([slabs.stop[which], -slabs.start[which]])
+        fronts.append(np.where(along[:, None], reach, reach[:, ::-1]))
+        outer.append(slabs.outer[which])
+    return FaceSlabs(np.concatenate(fronts), np.concatenate(outer))
+
+
+def in_outer_wall(scene: Scene, triangles: Float[np.ndarray, "n 3 3"]) -> Bool[np.ndarray, " n"]:
+    """Whether the scene is on one side of each triangle's plane, to within ``WALL_REACH``.
+
+    Args:
+        scene: the scene.
+        triangles: corners, metres, world frame.
+    """
+    _, front, back = _scene_beyond(scene, triangles)
+    return np.minimum(front, back) < WALL_REACH
+
+
+def _scene_beyond(
+    scene: Scene, triangles: Float[np.ndarray, "n 3 3"]
+) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+    """Unit normals, and how far objects and antennas reach to either side, metres."""
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normals = normals / np.linalg.norm(normals, axis=1, keepdims=True).clip(1e-30)
+    gateways = [gateway.position for gateway in (scene.gateway, *scene.further_gateways.values())]
+    points = np.vstack([*(item.mesh.vertices for item in scene.objects), scene.transmitter.corners(), gateways])
+    points = points[ConvexHull(points, qhull_options="QJ").vertices]
+    beyond = normals @ points.T - (normals * triangles[:, 0]).sum(axis=1, keepdims=True)
+    return normals, beyond.max(axis=1), -beyond.min(axis=1)

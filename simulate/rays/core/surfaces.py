@@ -1,0 +1,91 @@
+"""What the surfaces of a scene are made of, on the ray tracer's device."""
+
+from __future__ import annotations
+
+import numpy as np
+from sionna.rt.utils import itu_coefficients_single_layer_slab
+
+from scenes.scene.permittivity import conducting_objects, relative_permittivity
+from simulate.rays.core.ray_scene import RayScene
+from simulate.rays.core.ray_tracer import dr, mi
+
+
+class Surfaces:
+    """What the triangles of a scene are made of, on the ray tracer's device.
+
+    Args:
+        ray_scene: the scene.
+    """
+
+    def __init__(self, ray_scene: RayScene):
+        scene = ray_scene.description
+        materials = [scene.materials[item.material] for item in scene.objects]
+        permittivity = np.array([relative_permittivity(material, scene.frequency) for material in materials])
+        self.wavelength = scene.wavelength
+        self.scene = ray_scene.sionna.mi_scene
+        self._permittivity = mi.Float(permittivity.real), mi.Float(permittivity.imag)
+        self._thickness = mi.Float([scene.thickness(item) for item in scene.objects])
+        self._scattering = mi.Float([material.scattering_coefficient for material in materials])
+        self._conducts = mi.Bool(conducting_objects(scene))
+        self._normals = [mi.Float(axis) for axis in ray_scene.normals.T]
+        self._fronts = [mi.Float(side) for side in ray_scene.slabs.fronts.T]
+        self._object = mi.UInt(ray_scene.object_of_face)
+        self._first_face = mi.UInt(ray_scene.planes.first_face)
+
+    def face(self, hit: mi.PreliminaryIntersection3f, active: mi.Bool) -> mi.UInt:
+        """Number of the triangle that a ray has hit."""
+        shape = dr.reinterpret_array(mi.UInt, hit.shape)
+        return dr.gather(mi.UInt, self._first_face, shape, active) + hit.prim_index
+
+    def normal(self, face: mi.UInt, active: mi.Bool | bool = True) -> mi.Vector3f:
+        """Unit normal of a triangle."""
+        return mi.Vector3f(*(dr.gather(mi.Float, axis, face, active) for axis in self._normals))
+
+    def conducts(self, face: mi.UInt, active: mi.Bool | bool = True) -> mi.Bool:
+        """Whether a triangle is of a conductor."""
+        return dr.gather(mi.Bool, self._conducts, dr.gather(mi.UInt, self._object, face, active), active)
+
+    def scattering(self, face: mi.UInt) -> mi.Float:
+        """S of a triangle's material: the fraction of the reflected amplitude that is scattered diffusely."""
+        return dr.gather(mi.Float, self._scattering, dr.gather(mi.UInt, self._object, face))
+
+    def coefficients(
+        self, face: mi.UInt, way: mi.Vector3f, active: mi.Bool | bool = True
+    ) -> tuple[mi.Complex2f, mi.Complex2f, mi.Complex2f, mi.Complex2f]:
+        """Reflection TE and TM, transmission TE and TM of a smooth slab, with the phase of the way it shortens.
+
+        Args:
+            face: number of the triangle.
+            way: direction of the wave that comes to it.
+            active: for which lanes.
+        """
+        along = dr.dot(way, self.normal(face, active))
+        r_te, r_tm, t_te, t_tm = self._slab(face, dr.abs(along), active)
+        fronts = [dr.gather(mi.Float, side, face, active) for side in self._fronts]
+        reflected = self._turned(dr.abs(along), 2 * dr.select(along < 0, *fronts))
+        passed = self._turned(dr.abs(along), fronts[0] + fronts[1])
+        return reflected * r_te, reflected * r_tm, passed * t_te, passed * t_tm
+
+    def centred_coefficients(
+        self, face: mi.UInt, cosine: mi.Float
+    ) -> tuple[mi.Complex2f, mi.Complex2f, mi.Complex2f, mi.Complex2f]:
+        """The same of a slab whose middle is at the triangle.
+
+        Args:
+            face: number of the triangle.
+            cosine: of the angle of incidence.
+        """
+        turned = self._turned(cosine, dr.gather(mi.Float, self._thickness, dr.gather(mi.UInt, self._object, face)))
+        r_te, r_tm, t_te, t_tm = self._slab(face, cosine)
+        return turned * r_te, turned * r_tm, turned * t_te, turned * t_tm
+
+    def _slab(self, face: mi.UInt, cosine: mi.Float, active: mi.Bool | bool = True):
+        """Coefficients of ITU-R P.2040, with the faces of the slab as the places of phase 0."""
+        item = dr.gather(mi.UInt, self._object, face, active)
+        permittivity = mi.Complex2f(*(dr.gather(mi.Float, part, item, active) for part in self._permittivity))
+        thickness = dr.gather(mi.Float, self._thickness, item, active)
+        return itu_coefficients_single_layer_slab(cosine, permittivity, thickness, self.wavelength)
+
+    def _turned(self, cosine: mi.Float, shortened: mi.Float) -> mi.Complex2f:
+        """Phase factor of a way that is shorter along the normal, metres."""
+        return dr.exp(mi.Complex2f(0, 2 * dr.pi / self.wavelength * cosine * shortened))

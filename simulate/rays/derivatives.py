@@ -1,0 +1,87 @@
+"""Derivatives of the responses by where the gateway is and looks, by the frequency, and by where objects are.
+
+By the derivatives of the paths' lengths (``simulate.rays.core.terms``), ∂y/∂θ = Σ −jk ∂L/∂θ a e^{−jkL}: one solution
+of all paths gives the derivatives by everything that moves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Complex, Float, Int
+
+from simulate.rays.tracer import Tracer
+
+
+class Derivatives(NamedTuple):
+    """Responses y of M elements to K transmitters, and their derivatives.
+
+    Attributes:
+        responses: y, as of ``Tracer.responses`` but without diffuse reflection.
+        position: ∂y by the gateway's position, 1/m; axes of the world frame.
+        turn: ∂y by a turn of the gateway about its position, 1/rad; axes of the world frame.
+        frequency: ∂y by the logarithm of the frequency, the array's size in metres being kept.
+        objects: ∂y by the position of each of the given objects, 1/m.
+    """
+
+    responses: Complex[np.ndarray, "K M"]
+    position: Complex[np.ndarray, "K M 3"]
+    turn: Complex[np.ndarray, "K M 3"]
+    frequency: Complex[np.ndarray, "K M"]
+    objects: Complex[np.ndarray, "K M objects 3"]
+
+
+def derivatives(tracer: Tracer, positions: Float[np.ndarray, "K 3"], objects: Sequence[int]) -> Derivatives:
+    """The responses to transmitters, and their derivatives.
+
+    Args:
+        tracer: traces the scene.
+        positions: of the transmitters, metres, world frame.
+        objects: indices of objects of the scene.
+    """
+    shape = len(positions), len(tracer.elements)
+    result = Derivatives(
+        np.zeros(shape, complex),
+        np.zeros((*shape, 3), complex),
+        np.zeros((*shape, 3), complex),
+        np.zeros(shape, complex),
+        np.zeros((*shape, len(objects), 3), complex),
+    )
+    wavenumber = 2 * np.pi / tracer.ray_scene.description.wavelength
+    for batch in tracer.terms(positions):
+        place = batch.targets * shape[1] + batch.sources
+        np.add.at(result.responses.reshape(-1), place, batch.responses)
+        by_length = -1j * wavenumber * batch.responses
+        by_element, by_interaction = batch.turns()
+        _add(result.position, place, by_length, by_element)
+        _add(result.turn, place, by_length, by_turn(tracer, batch.sources, by_element))
+        _add(result.frequency, place, by_length, batch.lengths())
+        for column, number in enumerate(objects):
+            touches = (batch.objects == number).any(axis=1)
+            by_object = (by_interaction * (batch.objects == number)[..., None]).sum(axis=1)
+            _add(result.objects[:, :, column], place[touches], by_length[touches], by_object[touches])
+    return result
+
+
+def by_turn(
+    tracer: Tracer, sources: Int[np.ndarray, " paths"], by_element: Float[np.ndarray, "paths 3"]
+) -> Float[np.ndarray, "paths 3"]:
+    """Derivatives of paths' lengths by a turn of the gateway about its position, m/rad; axes of the world frame.
+
+    Args:
+        tracer: traces the scene.
+        sources: index of each path's element.
+        by_element: derivatives by the element's position.
+    """
+    arms = tracer.elements.positions - np.asarray(tracer.ray_scene.description.gateway.position)
+    return np.cross(arms[sources], by_element)
+
+
+def _add(total: np.ndarray, place: np.ndarray, by_length: np.ndarray, by_what: np.ndarray) -> None:
+    """Add each path's derivative to those of its transmitter and element."""
+    count = total.shape[0] * total.shape[1]
+    columns = np.atleast_2d(by_what.T) * by_length
+    summed = [np.bincount(place, c.real, count) + 1j * np.bincount(place, c.imag, count) for c in columns]
+    total += np.stack(summed, axis=-1).reshape(total.shape)

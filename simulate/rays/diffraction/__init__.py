@@ -1,0 +1,1 @@
+"""Diffraction at edges: chains with one or two edges, found, solved and evaluated."""

@@ -1,0 +1,141 @@
+"""What the uniform theory needs to know of a chain's way around its edges.
+
+Of every edge: the angles φ′ and φ, the sine of β₀, the detours through the edge's start and its end, the excess, and L,
+as ``Courses`` explains them; of the whole way: its length, and the spreading of the wave, whose amplitude behind the
+edges is that times λ/4π.
+"""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from simulate.rays.diffraction.cylindrical import (
+    about,
+    angle_about,
+    cross,
+    diffraction_point,
+    distance,
+    dot,
+    hypotenuse,
+    minus,
+    on_edge,
+)
+from simulate.rays.diffraction.links import THROUGH_SPACE
+
+APART = 1 / 4
+"""Wavelengths. Two points of diffraction that are nearer belong to a corner, which two edges do not describe; from
+there to twice as far the wave's weight rises from 0 to 1."""
+
+
+@numba.njit(cache=True)
+def around_one(wedge, begin, end, phi_begin, phi_end):
+    """Length of the way by an edge, its spreading, and the edge's figures, twice (as ``around_two`` has two).
+
+    Args:
+        wedge: the edge.
+        begin: image of the source.
+        end: image of the target.
+        phi_begin: angle of ``begin`` about the edge.
+        phi_end: angle of ``end`` about it.
+    """
+    before, behind, sine, by_start, by_end, excess = _around_edge(wedge, begin, end, phi_begin, phi_end)
+    whole = before + behind
+    figures = phi_begin, phi_end, sine, by_start, by_end, excess, before * behind / whole * sine**2
+    return whole, 1 / np.sqrt(before * behind * whole), (figures, figures)
+
+
+@numba.njit(cache=True)
+def around_two(first, second, faces, s, t, begin, end, phi_begin, phi_end, wavelength):
+    """Length of the way by two edges, its spreading, and each edge's figures.
+
+    Args:
+        first: the edge that the wave comes to first.
+        second: the other edge.
+        faces: the face of each edge that the way between them runs along, or ``THROUGH_SPACE``.
+        s: the point of diffraction along the first edge's line.
+        t: that along the second one's.
+        begin: image of the source.
+        end: image of the target.
+        phi_begin: angle of ``begin`` about the first edge.
+        phi_end: angle of ``end`` about the second one.
+        wavelength: metres.
+    """
+    p, q = on_edge(first, s), on_edge(second, t)
+    if faces[0] == THROUGH_SPACE:
+        phi_behind, phi_before = angle_about(first, q), angle_about(second, p)
+    else:
+        phi_behind, phi_before = faces[0] * first[5], faces[1] * second[5]
+    before, apart, sine, by_start, by_end, excess = _around_edge(first, begin, q, phi_begin, phi_behind)
+    _, behind, other_sine, other_by_start, other_by_end, other_excess = _around_edge(
+        second, p, end, phi_before, phi_end
+    )
+    whole = before + apart + behind
+    weight = min(max(apart / (APART * wavelength) - 1, 0.0), 1.0)
+    if faces[0] != THROUGH_SPACE:
+        weight /= 2  # the field on a face is the incident and the reflected one, which are one wave here
+    # Behind the first edge the wavefront has the radii s₁₂ across it and s′ + s₁₂ along it.
+    twist = _sine_between(first, second, p, q)
+    spreading = weight / np.sqrt(before * behind * (apart * whole + before * behind * twist**2))
+    # Near a boundary of the second edge (share 1) the first is as for a wave that goes on to the target, and the second
+    # has its wavefront; near one of the first edge it is the other way round.
+    share = excess / (excess + other_excess + 1e-12)
+    length = share * before * (apart + behind) / whole + (1 - share) * _length_between(behind, apart, before, twist)
+    other_length = (
+        share * _length_between(before, apart, behind, twist) + (1 - share) * (before + apart) * behind / whole
+    )
+    # At a shadow boundary the other edge's wave has the ends that it has alone.
+    wavenumber = 2 * np.pi / wavelength
+    here = share * np.exp(-wavenumber * (apart + behind - distance(p, end)))
+    there = (1 - share) * np.exp(-wavenumber * (before + apart - distance(begin, q)))
+    _, _, _, start_alone, end_alone, alone = _around_edge(first, begin, end, phi_begin, phi_behind)
+    by_start += here * (start_alone - by_start)
+    by_end += here * (end_alone - by_end)
+    excess += here * (alone - excess)
+    _, _, _, start_alone, end_alone, alone = _around_edge(second, begin, end, phi_before, phi_end)
+    other_by_start += there * (start_alone - other_by_start)
+    other_by_end += there * (end_alone - other_by_end)
+    other_excess += there * (alone - other_excess)
+    return (
+        whole,
+        spreading,
+        (
+            (phi_begin, phi_behind, sine, by_start, by_end, excess, length * sine**2),
+            (phi_before, phi_end, other_sine, other_by_start, other_by_end, other_excess, other_length * other_sine**2),
+        ),
+    )
+
+
+@numba.njit(cache=True)
+def _around_edge(wedge, before, behind, angle, other_angle):
+    """Distances s′ and s to the edge, sin β₀, the detours by the edge's start and end, and the excess."""
+    z1, rho1 = about(wedge, before)
+    z2, rho2 = about(wedge, behind)
+    z, by_start, by_end = diffraction_point(z1, rho1, z2, rho2, wedge[4])
+    ahead, after = hypotenuse(rho1, z1 - z), hypotenuse(rho2, z2 - z)
+    # The smallest of the cosines belongs to the nearest boundary.
+    total = angle + other_angle
+    cosine = min(np.cos(angle - other_angle), np.cos(total), np.cos(2 * wedge[5] - total))
+    whole = ahead + after
+    excess = whole - np.sqrt(max(whole**2 - 2 * rho1 * rho2 * (1 + cosine), 0.0))
+    return ahead, after, rho1 / ahead, by_start, by_end, excess
+
+
+@numba.njit(cache=True)
+def _sine_between(first, second, p, q):
+    """Sine of the angle between two edges as seen along the way between points on them."""
+    way = minus(q, p)
+    a, b = cross(way, first[1]), cross(way, second[1])
+    squares = dot(a, a) * dot(b, b)
+    return np.sqrt(max(1 - dot(a, b) ** 2 / squares, 0.0)) if squares > 1e-24 else 0.0
+
+
+@numba.njit(cache=True)
+def _length_between(before, apart, behind, twist):
+    """L at the second of two edges, over sin² β₀ (Kouyoumjian and Pathak 1974, equation 33).
+
+    The wavefront has the radii ρ₁ = s₁₂ and ρ₂ = s′ + s₁₂, and ρ along the second edge.
+    """
+    whole = before + apart
+    along = 1 / ((1 - twist**2) / whole + twist**2 / apart)
+    return behind * (along + behind) * apart * whole / (along * (apart + behind) * (whole + behind))

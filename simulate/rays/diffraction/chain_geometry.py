@@ -1,0 +1,265 @@
+"""Where a chain with one or two diffractions touches its surfaces and its edges.
+
+The antenna at the end of an arm, mirrored at the arm's planes in turn, has the image I. Seen from the edge, the wave
+comes straight from there. With the edge as the axis of cylindrical coordinates, source image (z₁, ρ₁) and target image
+(z₂, ρ₂), the angles to the edge are equal (Keller's cone) at
+
+    z = z₁ + (z₂ − z₁) ρ₁ / (ρ₁ + ρ₂).
+
+Two points of diffraction are where the whole way is shortest, which Newton's method finds.
+
+A chain is a path if both antennas' waves are in the open space around their edges, and every reflection is on a
+surface. Whether something blocks a path is tested later. A point beyond an end of the edge counts, too, as long as the
+way by the end is not much longer (see ``simulate.rays.diffraction.corners``); the path then passes through the end.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from jaxtyping import Complex, Float32, Int, UInt32
+
+from simulate.parallel.threads import ONE_KERNEL
+from simulate.rays.core.planes import Planes
+from simulate.rays.diffraction.around import around_one, around_two
+from simulate.rays.diffraction.cylindrical import on_edge_or_end, wedge_of
+from simulate.rays.diffraction.diffraction_chains import NO_LINK, DiffractedChains
+from simulate.rays.diffraction.edges import Edges
+from simulate.rays.diffraction.ends import Ends, follow, legs_of, surfaces_of
+from simulate.rays.diffraction.links import THROUGH_SPACE, lift_of
+from simulate.rays.diffraction.points import points_of_diffraction, shortest
+
+BLOCK = 1024
+"""Paths that one thread places at a time."""
+
+
+@dataclass(frozen=True)
+class Courses:
+    """The ways of paths that have as many reflections and diffractions, in single precision.
+
+    Attributes:
+        sources: index of each path's source.
+        targets: index of its target.
+        vertices: reflections, points on edges, reflections, in the order from source to target, metres.
+        faces: number of the triangle of each reflection, counted through the scene's objects; meaningless at an edge.
+        edges: index of each edge.
+        angles: φ′ and φ at it, radians.
+        length: L at it (wedge.py), metres.
+        sin_beta: sine of the angle β₀ between path and edge.
+        detours: by how much the ways through the edge's start and end are longer, from the vertex before the edge to
+            the one after it; negative where the point of diffraction lies beyond that end, metres.
+        excess: by how much the way by the edge is longer than that of a wave that goes straight or is reflected at a
+            face of the edge, whichever is the longest; 0 at a shadow or reflection boundary, metres.
+        propagation: λ/4π, the spreading, and e^{−jk(length of the path)}, in double precision, since the path is many
+            wavelengths long.
+    """
+
+    sources: UInt32[np.ndarray, " paths"]
+    targets: UInt32[np.ndarray, " paths"]
+    vertices: Float32[np.ndarray, "interactions 3 paths"]
+    faces: UInt32[np.ndarray, "interactions paths"]
+    edges: UInt32[np.ndarray, "diffractions paths"]
+    angles: Float32[np.ndarray, "diffractions 2 paths"]
+    length: Float32[np.ndarray, "diffractions paths"]
+    sin_beta: Float32[np.ndarray, "diffractions paths"]
+    detours: Float32[np.ndarray, "diffractions 2 paths"]
+    excess: Float32[np.ndarray, "diffractions paths"]
+    propagation: Complex[np.ndarray, " paths"]
+
+
+@dataclass(frozen=True)
+class Combinations:
+    """Every combination of a target, a chain and a source.
+
+    Attributes:
+        planes: the scene's planes.
+        edges: the scene's edges.
+        chains: the chains, all of one shape.
+        near: the sources' images by the near arms.
+        far: the targets' images by the far arms.
+        wavelength: metres.
+    """
+
+    planes: Planes
+    edges: Edges
+    chains: DiffractedChains
+    near: Ends
+    far: Ends
+    wavelength: float
+
+    def possible(self) -> Int[np.ndarray, "3 paths"]:
+        """Those whose vertices are all where they should be: target, chain and source, in lexical order."""
+        possible = np.zeros((len(self.far.last), len(self.chains), len(self.near.last)), np.bool_)
+        with ONE_KERNEL:
+            _mark(*self._arrays, possible)  # type: ignore[call-arg]
+        return np.stack(np.nonzero(possible))
+
+    def courses(self, paths: Int[np.ndarray, "3 paths"], first_target: int) -> Courses:
+        """The ways of some of the possible combinations.
+
+        Args:
+            paths: of ``possible``.
+            first_target: index of target 0 among all targets.
+        """
+        before, diffractions, after = (int(number) for number in self.chains.shapes[0])
+        interactions, count = before + diffractions + after, paths.shape[1]
+        courses = Courses(
+            sources=_aligned(np.uint32, count),
+            targets=_aligned(np.uint32, count),
+            vertices=_aligned(np.float32, interactions, 3, count),
+            faces=_aligned(np.uint32, interactions, count),
+            edges=_aligned(np.uint32, diffractions, count),
+            angles=_aligned(np.float32, diffractions, 2, count),
+            length=_aligned(np.float32, diffractions, count),
+            sin_beta=_aligned(np.float32, diffractions, count),
+            detours=_aligned(np.float32, diffractions, 2, count),
+            excess=_aligned(np.float32, diffractions, count),
+            propagation=np.empty(count, np.complex128),
+        )
+        courses.sources[:], courses.targets[:], courses.faces[:] = paths[2], paths[0] + first_target, 0
+        filled = _Filled(**{name: getattr(courses, name) for name in _Filled._fields})
+        with ONE_KERNEL:
+            _place(*self._arrays, paths, filled)  # type: ignore[call-arg]
+        return courses
+
+    @cached_property
+    def _arrays(self) -> tuple:
+        """What the kernels need."""
+        chains = self.chains
+        twice = chains.link != NO_LINK
+        faces = np.full((len(chains), 2), THROUGH_SPACE)
+        faces[twice] = chains.links.faces[chains.link[twice]]
+        edges = chains.edges
+        lifts = np.stack([lift_of(self.edges.subset(edges[:, end]), faces[:, end]) for end in (0, 1)], axis=1)
+        route = _Route(chains.pairs, edges, twice, faces, lifts)
+        near, far = legs_of(chains.near, self.near), legs_of(chains.far, self.far)
+        wedges = _Wedges(*(getattr(self.edges, name) for name in _Wedges._fields))
+        return surfaces_of(self.planes), wedges, route, near, far, self.wavelength
+
+
+ALIGNMENT = 64
+"""Bytes. Dr.Jit uses numpy's memory as it is, and compiles a kernel anew for arrays that begin elsewhere."""
+
+
+def _aligned(kind: type, *shape: int) -> np.ndarray:
+    """An array of four-byte numbers, each row of which begins at a multiple of ``ALIGNMENT``."""
+    columns = -(-shape[-1] * 4 // ALIGNMENT) * ALIGNMENT
+    size = int(np.prod(shape[:-1])) * columns
+    memory = np.empty(size + ALIGNMENT, np.uint8)
+    start = -memory.ctypes.data % ALIGNMENT
+    return memory[start : start + size].view(kind).reshape(*shape[:-1], columns // 4)[..., : shape[-1]]
+
+
+class _Filled(NamedTuple):
+    """Fields of ``Courses`` that ``_place`` fills."""
+
+    vertices: np.ndarray
+    faces: np.ndarray
+    edges: np.ndarray
+    angles: np.ndarray
+    length: np.ndarray
+    sin_beta: np.ndarray
+    detours: np.ndarray
+    excess: np.ndarray
+    propagation: np.ndarray
+
+
+class _Wedges(NamedTuple):
+    """Arrays of ``Edges``."""
+
+    starts: np.ndarray
+    directions: np.ndarray
+    lengths: np.ndarray
+    exterior: np.ndarray
+    normals: np.ndarray
+    tangents: np.ndarray
+
+
+class _Route(NamedTuple):
+    """Arrays of ``DiffractedChains``: arms, edges, and the face that the way between the edges runs along."""
+
+    pairs: np.ndarray
+    edges: np.ndarray
+    twice: np.ndarray
+    faces: np.ndarray
+    lifts: np.ndarray
+
+
+@numba.njit(cache=True, parallel=True)
+def _mark(surfaces, wedges, route, near, far, wavelength, possible):
+    """Fill ``possible`` [targets, chains, sources]."""
+    for target in numba.prange(len(far.last)):
+        _mark_target(surfaces, wedges, route, near, far, wavelength, target, possible[target])
+
+
+@numba.njit(cache=True)
+def _mark_target(surfaces, wedges, route, near, far, wavelength, target, possible):
+    """Fill ``possible`` [chains, sources] of one target."""
+    nothing, none = np.empty((0, 3), np.float32), np.empty(0, np.uint32)
+    for chain in range(len(route.pairs)):
+        a, b = route.pairs[chain, 0], route.pairs[chain, 1]
+        if not far.open[target, b]:
+            continue
+        first, second = wedge_of(wedges, route.edges[chain, 0]), wedge_of(wedges, route.edges[chain, 1])
+        twice, face = route.twice[chain], route.faces[chain, 0]
+        end = (far.last[target, b, 0], far.last[target, b, 1], far.last[target, b, 2])
+        for source in range(len(near.last)):
+            if not near.open[source, a]:
+                continue
+            begin = (near.last[source, a, 0], near.last[source, a, 1], near.last[source, a, 2])
+            s, t = points_of_diffraction(first, second, twice, face, begin, end, wavelength)
+            if np.isnan(s):
+                continue
+            p, q = on_edge_or_end(first, s), on_edge_or_end(second, t)
+            possible[chain, source] = follow(
+                surfaces, far, target, b, q[0], q[1], q[2], nothing, none, 0, 0
+            ) and follow(surfaces, near, source, a, p[0], p[1], p[2], nothing, none, 0, 0)
+
+
+@numba.njit(cache=True, parallel=True)
+def _place(surfaces, wedges, route, near, far, wavelength, paths, filled):
+    """Fill the fields of ``Courses``."""
+    for block in numba.prange(-(-paths.shape[1] // BLOCK)):
+        _place_block(surfaces, wedges, route, near, far, wavelength, paths, block * BLOCK, filled)
+
+
+@numba.njit(cache=True)
+def _place_block(surfaces, wedges, route, near, far, wavelength, paths, start, filled):
+    """Fill the fields of ``Courses`` for ``BLOCK`` paths."""
+    for path in range(start, min(start + BLOCK, paths.shape[1])):
+        target, chain, source = paths[0, path], paths[1, path], paths[2, path]
+        a, b = route.pairs[chain, 0], route.pairs[chain, 1]
+        first, second = wedge_of(wedges, route.edges[chain, 0]), wedge_of(wedges, route.edges[chain, 1])
+        twice, face = route.twice[chain], route.faces[chain, 0]
+        begin = (near.last[source, a, 0], near.last[source, a, 1], near.last[source, a, 2])
+        end = (far.last[target, b, 0], far.last[target, b, 1], far.last[target, b, 2])
+        phi_begin, phi_end = near.angle[source, a], far.angle[target, b]
+        s, t = shortest(first, second, twice, face, begin, end)
+        if twice:
+            faces = face, route.faces[chain, 1]
+            whole, spreading, figures = around_two(
+                first, second, faces, s, t, begin, end, phi_begin, phi_end, wavelength
+            )
+        else:
+            whole, spreading, figures = around_one(first, begin, end, phi_begin, phi_end)
+        for number in range(2 if twice else 1):
+            phi_before, phi_behind, sine, by_start, by_end, excess, length = figures[number]
+            filled.edges[number, path] = route.edges[chain, number]
+            filled.angles[number, 0, path], filled.angles[number, 1, path] = phi_before, phi_behind
+            filled.sin_beta[number, path] = sine
+            filled.detours[number, 0, path], filled.detours[number, 1, path] = by_start, by_end
+            filled.excess[number, path], filled.length[number, path] = excess, length
+        phase, amplitude = -2 * np.pi * (whole / wavelength % 1), wavelength / (4 * np.pi) * spreading
+        filled.propagation[path] = amplitude * complex(np.cos(phase), np.sin(phase))
+        p, q = on_edge_or_end(first, s), on_edge_or_end(second, t)
+        middle, last = near.reflections[a], near.reflections[a] + (1 if twice else 0)
+        for axis in range(3):
+            filled.vertices[middle, axis, path] = p[axis] + route.lifts[chain, 0, axis]
+            filled.vertices[last, axis, path] = q[axis] + route.lifts[chain, 1, axis]
+        vertices, faces = filled.vertices[:, :, path], filled.faces[:, path]
+        follow(surfaces, near, source, a, p[0], p[1], p[2], vertices, faces, middle - 1, -1)
+        follow(surfaces, far, target, b, q[0], q[1], q[2], vertices, faces, last + 1, 1)

@@ -1,0 +1,244 @@
+"""The edges of a scene that diffract: of conductors, wedges and free edges of sheets; of all else, edges of boards.
+
+Two triangles of one plane meet in no edge, and neither do facets of a curved surface, whose normals differ by less than
+``SMOOTH``. An edge ends where another body touches it (a cabinet on the floor, a panel against a wall): there is no
+open space around it.
+
+Waves pass through a board, so that the whole space is around its edge: each of two boards that meet at an angle is a
+half-plane of its own. Outer walls are left out, with their openings and what fills these.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import trimesh
+from jaxtyping import Bool, Float, Int
+
+from scenes.scene.description import Scene
+from scenes.scene.permittivity import conducting_objects
+from scenes.scene.shapes import union
+from simulate.rays.core.ray_scene import RayScene, first_hits
+
+SMOOTH = np.radians(30)
+"""Faces whose normals differ by less are parts of a curved surface."""
+
+TOUCHING = 1 / 50
+"""Wavelengths: another body that comes nearer than this to an edge touches it."""
+
+SHORTEST = 1 / 4
+"""Wavelengths: shorter edges are left out."""
+
+PIECES = 16
+"""Pieces of an edge that are each examined for a body that touches them."""
+
+MOST = 300
+"""Edges that are followed; of more, those that matter most."""
+
+
+@dataclass(frozen=True)
+class Edges:
+    """Straight edges, each with the open space around it from one face (0) to the other (n).
+
+    Attributes:
+        starts: one end of each edge, metres, world frame.
+        directions: unit vectors from there along the edge.
+        lengths: metres.
+        exterior: the angle of the open space, radians: 2π at the edge of a sheet, 3π/2 at that of a box.
+        normals: unit normals of face 0, towards the open space.
+        tangents: unit vectors from the edge along face 0, perpendicular to the edge.
+        faces: number of one of face 0's triangles, counted through the scene's objects.
+        boards: whether the edge is that of a board, which is no conductor.
+    """
+
+    starts: Float[np.ndarray, "edges 3"]
+    directions: Float[np.ndarray, "edges 3"]
+    lengths: Float[np.ndarray, " edges"]
+    exterior: Float[np.ndarray, " edges"]
+    normals: Float[np.ndarray, "edges 3"]
+    tangents: Float[np.ndarray, "edges 3"]
+    faces: Int[np.ndarray, " edges"]
+    boards: Bool[np.ndarray, " edges"]
+
+    def __len__(self) -> int:
+        return len(self.lengths)
+
+    def subset(self, index: Int[np.ndarray, " k"] | Bool[np.ndarray, " edges"]) -> Edges:
+        """The edges at these indices, or those of a mask."""
+        return Edges(**{name: values[index] for name, values in vars(self).items()})
+
+    def points(self, share: Float[np.ndarray, " k"]) -> Float[np.ndarray, "edges k 3"]:
+        """Points of the edges at shares of their lengths from the start, metres."""
+        return self.starts[:, None] + (self.lengths[:, None] * share)[..., None] * self.directions[:, None]
+
+    def around(self, angles: Float[np.ndarray, "edges k"]) -> Float[np.ndarray, "edges k 3"]:
+        """Unit vectors perpendicular to each edge at angles from its face 0 on, radians."""
+        cosine, sine = np.cos(angles)[..., None], np.sin(angles)[..., None]
+        return cosine * self.tangents[:, None] + sine * self.normals[:, None]
+
+
+def diffracting_edges(ray_scene: RayScene) -> Edges:
+    """The edges of the scene's conductors, then those of its boards.
+
+    Args:
+        ray_scene: the scene.
+
+    >>> from scenes.places.closet import closet
+    >>> from simulate.rays.core.propagation import Propagation
+    >>> edges = diffracting_edges(RayScene.of(closet(), Propagation()))
+    >>> metal = edges.subset(~edges.boards)
+    >>> len(metal), np.unique(np.degrees(metal.exterior).round()).tolist()  # all but the four on the floor
+    (12, [270.0, 360.0])
+    """
+    scene = ray_scene.description
+    conducts = conducting_objects(scene)
+    chosen = conducts[ray_scene.object_of_face]
+    mesh = union(*(item.mesh for item in scene.objects))
+    mesh.update_faces(chosen)
+    mesh.merge_vertices(digits_vertex=4)
+    body_of_face = -1 - ray_scene.object_of_face  # of what is no conductor: its object
+    body_of_face[chosen] = trimesh.graph.connected_component_labels(mesh.face_adjacency, node_count=len(mesh.faces))
+    found = [_edges_of(mesh, np.nonzero(chosen)[0], boards=False)]
+    for number in np.nonzero(~conducts)[0]:
+        board = scene.objects[number].mesh.copy()
+        board.merge_vertices(digits_vertex=4)
+        pieces = _edges_of(board, np.nonzero(ray_scene.object_of_face == number)[0], boards=True)
+        found.append(pieces.subset(~ray_scene.slabs.outer[pieces.faces]))
+    edges = _untouched(_joined(_together(*found), body_of_face), body_of_face, ray_scene)
+    return edges.subset(edges.lengths >= SHORTEST * scene.wavelength)
+
+
+def _together(*pieces: Edges) -> Edges:
+    """Several sets of edges as one."""
+    return Edges(**{name: np.concatenate([getattr(each, name) for each in pieces]) for name in vars(pieces[0])})
+
+
+def _edges_of(mesh: trimesh.Trimesh, numbers: Int[np.ndarray, " faces"], boards: bool) -> Edges:
+    """Every edge of one triangle or of two that meet at an angle.
+
+    Edges of three triangles or more are left out: where a sheet stands on another, no angle is open by more than 180°.
+
+    Args:
+        mesh: conductors, or boards.
+        numbers: the numbers of its triangles in the scene.
+        boards: whether each face of an edge is a half-plane of its own, with the whole space around it.
+    """
+    corners, index, count = np.unique(mesh.edges_sorted, axis=0, return_inverse=True, return_counts=True)
+    order = np.argsort(index.ravel(), kind="stable")
+    first = np.cumsum(count) - count
+    faces = mesh.edges_face[order]
+    third = mesh.faces.sum(axis=1)[faces] - corners.sum(axis=1)[index.ravel()[order]]  # the triangle's other corner
+    vertices = np.asarray(mesh.vertices)
+    starts, ends = vertices[corners[:, 0]], vertices[corners[:, 1]]
+    lengths = np.linalg.norm(ends - starts, axis=1)
+    directions = (ends - starts) / lengths[:, None].clip(1e-12)
+
+    def inwards(which: Int[np.ndarray, " k"], of: Int[np.ndarray, " k"]) -> Float[np.ndarray, "k 3"]:
+        """Unit vectors perpendicular to edges ``of``, along the triangles that are entries ``which`` of ``faces``."""
+        towards = vertices[third[which]] - starts[of]
+        towards = towards - (towards * directions[of]).sum(1, keepdims=True) * directions[of]
+        return towards / np.linalg.norm(towards, axis=1, keepdims=True).clip(1e-12)
+
+    free, shared = np.nonzero(count == 1)[0], np.nonzero(count == 2)[0]
+    along, across = inwards(first[shared], shared), inwards(first[shared] + 1, shared)
+    interior = np.arccos(np.clip((along * across).sum(axis=1), -1, 1))
+    sharp = interior < np.pi - SMOOTH
+    shared, along, across, interior = shared[sharp], along[sharp], across[sharp], interior[sharp]
+    # Half-planes: free edges, and of boards both faces of the shared ones.
+    of = np.concatenate([free, shared, shared]) if boards else free
+    which = np.concatenate([first[free], first[shared], first[shared] + 1]) if boards else first[free]
+    tangents = inwards(which, of)
+    planes = Edges(
+        starts[of],
+        directions[of],
+        lengths[of],
+        np.full(len(of), 2 * np.pi),
+        np.cross(tangents, directions[of]),
+        tangents,
+        numbers[faces[which]],
+        np.full(len(of), boards),
+    )
+    if boards:
+        return planes.subset(planes.lengths > 0)
+    # Of the two normals of face 0, the one that points away from the other face.
+    normals = np.cross(along, directions[shared])
+    normals *= np.where((normals * across).sum(axis=1) > 0, -1, 1)[:, None]
+    wedges = Edges(
+        starts[shared],
+        directions[shared],
+        lengths[shared],
+        2 * np.pi - interior,
+        normals,
+        along,
+        numbers[faces[first[shared]]],
+        np.full(len(shared), False),
+    )
+    both = _together(planes, wedges)
+    return both.subset(both.lengths > 0)
+
+
+def _joined(edges: Edges, body_of_face: Int[np.ndarray, " faces"]) -> Edges:
+    """Edges of one body that continue one another in a line, between the same faces, as one."""
+    if not len(edges):
+        return edges
+    largest = np.abs(edges.directions).argmax(axis=1)
+    sign = np.sign(edges.directions[np.arange(len(edges)), largest])
+    directions = edges.directions * sign[:, None]
+    along = (edges.starts * directions).sum(axis=1)
+    feet = edges.starts - along[:, None] * directions
+    first = np.where(sign > 0, along, along - edges.lengths)
+    middle = edges.around(edges.exterior[:, None] / 2)[:, 0]  # the same whichever face is face 0
+    key = np.column_stack([directions, feet, middle, edges.exterior, body_of_face[edges.faces]]).round(3)
+    line = np.unique(key, axis=0, return_inverse=True)[1].ravel()
+    order = np.lexsort([first, line])
+    line, first, last = line[order], first[order], (first + edges.lengths)[order]
+    begins = np.r_[True, (np.diff(line) != 0) | (first[1:] > last[:-1] + 1e-4)]
+    ends = np.r_[begins[1:], True]
+    kept = order[begins]
+    starts, lengths = feet[kept] + first[begins][:, None] * directions[kept], last[ends] - first[begins]
+    joined = replace(edges.subset(kept), starts=starts, directions=directions[kept], lengths=lengths)
+    return joined.subset(kept.argsort())  # as the given edges, whose order does not depend on where objects stand
+
+
+def _untouched(edges: Edges, body_of_face: Int[np.ndarray, " faces"], ray_scene: RayScene) -> Edges:
+    """The stretches of edges around which no other body is nearer than ``TOUCHING``.
+
+    The sides of a polygon around each piece of an edge, from near face 0 to near face n, must meet no other body.
+    """
+    shares = (np.arange(PIECES) + 0.5) / PIECES
+    around = edges.around(edges.exterior[:, None] * np.linspace(0.05, 0.95, 9))
+    corners = edges.points(shares)[:, :, None] + TOUCHING * ray_scene.description.wavelength * around[:, None]
+    starts, sides = corners[:, :, :-1], np.diff(corners, axis=2)
+    face, _ = first_hits(ray_scene, starts.reshape(-1, 3), sides.reshape(-1, 3), 1.0)
+    face = face.reshape(starts.shape[:3])
+    touched = ((face >= 0) & (body_of_face[face] != body_of_face[edges.faces][:, None, None])).any(axis=2)
+    # Where each stretch of untouched pieces begins and ends.
+    change = np.diff(np.pad(~touched, ((0, 0), (1, 1))).astype(int), axis=1)
+    edge, begin = np.nonzero(change == 1)
+    end = np.nonzero(change == -1)[1]
+    chosen = edges.subset(edge)
+    piece = chosen.lengths / PIECES
+    return replace(
+        chosen, starts=chosen.starts + (begin * piece)[:, None] * chosen.directions, lengths=(end - begin) * piece
+    )
+
+
+def foremost(edges: Edges, scene: Scene) -> Edges:
+    """The ``MOST`` edges that matter most, in their order.
+
+    The field of a wave behind an edge falls with its distances d₁ from the gateway and d₂ from the transmitter about
+    like 1/√(d₁ d₂ (d₁ + d₂)), and grows with the edge's length up to about √(λ d₁ d₂/(d₁ + d₂)) (Fresnel's zone).
+
+    Args:
+        edges: all edges of the scene.
+        scene: tells where the gateway is, and the middle of the transmitters' region.
+    """
+    if len(edges) <= MOST:
+        return edges
+    middle = edges.points(np.array([0.5]))[:, 0]
+    places = np.asarray(scene.gateway.position), scene.transmitter.region.mean(axis=0)
+    first, second = (np.maximum(np.linalg.norm(middle - place, axis=1), scene.wavelength) for place in places)
+    zone = np.sqrt(scene.wavelength * first * second / (first + second))
+    amplitude = np.minimum(edges.lengths, zone) / zone / np.sqrt(first * second * (first + second))
+    return edges.subset(np.sort(np.argsort(-amplitude, kind="stable")[:MOST]))

@@ -1,0 +1,153 @@
+"""The images of antennas that arms mirror, and where an arm's reflections lie."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numba
+import numpy as np
+from jaxtyping import Bool, Float
+
+from simulate.parallel.threads import ONE_KERNEL
+from simulate.rays.core.planes import Planes
+from simulate.rays.core.reflections import mirror, on_surface
+from simulate.rays.diffraction.arms import Arms
+from simulate.rays.diffraction.edges import Edges
+
+MARGIN = 1e-6
+"""Metres by which triangles are enlarged, so that no point is lost between two of them."""
+
+TOO_NEAR = 1e-4
+"""Metres and radians: an antenna that is nearer to an edge or to the plane of its face is not diffracted there."""
+
+POINTS = 16
+"""Points of an edge at which an arm is tried."""
+
+
+@dataclass(frozen=True)
+class Ends:
+    """The images of antennas by arms, seen from the arms' edges.
+
+    Attributes:
+        images: antenna mirrored at the first, the first two … planes of each arm, metres.
+        last: the image by all planes, metres.
+        angle: φ of the last image around the edge, from face 0 on, radians.
+        open: whether the last image's direction is in the open space around the edge.
+    """
+
+    images: Float[np.ndarray, "antennas arms most 3"]
+    last: Float[np.ndarray, "antennas arms 3"]
+    angle: Float[np.ndarray, "antennas arms"]
+    open: Bool[np.ndarray, "antennas arms"]
+
+
+def ends_of(planes: Planes, edges: Edges, arms: Arms, antennas: Float[np.ndarray, "antennas 3"]) -> Ends:
+    """Mirror antennas at the planes of arms.
+
+    Args:
+        planes: the scene's planes.
+        edges: the scene's edges.
+        arms: the arms.
+        antennas: metres, world frame.
+    """
+    images = np.empty((len(arms), len(antennas), arms.planes.shape[1], 3))
+    mirror(planes.normals, planes.offsets, arms.planes, arms.reflections, antennas, images)
+    last = np.broadcast_to(antennas[:, None], (len(antennas), len(arms), 3)).copy()
+    images = np.ascontiguousarray(images.swapaxes(0, 1))
+    for count in range(1, arms.planes.shape[1] + 1):
+        of = arms.reflections == count
+        last[:, of] = images[:, of, count - 1]
+    own = edges.subset(arms.edges)
+    offset = last - own.starts
+    x, y = (offset * own.tangents).sum(axis=-1), (offset * own.normals).sum(axis=-1)
+    angle = np.arctan2(y, x) % (2 * np.pi)
+    open_space = (angle > TOO_NEAR) & (angle < own.exterior - TOO_NEAR) & (np.hypot(x, y) > TOO_NEAR)
+    return Ends(images, last, angle, open_space)
+
+
+def reaches(planes: Planes, edges: Edges, arms: Arms, ends: Ends) -> Bool[np.ndarray, " arms"]:
+    """Whether each arm's reflections are on surfaces for one of the antennas and one of some points of its edge.
+
+    Args:
+        planes: the scene's planes.
+        edges: the scene's edges.
+        arms: the arms.
+        ends: the antennas' images by the arms.
+    """
+    points = edges.points((np.arange(POINTS) + 0.5) / POINTS)[arms.edges]
+    found = np.zeros(len(arms), np.bool_)
+    with ONE_KERNEL:
+        _try(surfaces_of(planes), legs_of(arms, ends), points, found)
+    return found
+
+
+class Surfaces(NamedTuple):
+    """Arrays of ``Planes`` that the kernels need."""
+
+    normals: np.ndarray
+    offsets: np.ndarray
+    first: np.ndarray
+    sides: np.ndarray
+    faces: np.ndarray
+
+
+class Legs(NamedTuple):
+    """Arrays of ``Arms`` and ``Ends`` that the kernels need."""
+
+    planes: np.ndarray
+    reflections: np.ndarray
+    images: np.ndarray
+    last: np.ndarray
+    angle: np.ndarray
+    open: np.ndarray
+
+
+def surfaces_of(planes: Planes) -> Surfaces:
+    """A scene's planes for the kernels."""
+    return Surfaces(planes.normals, planes.offsets, planes.first, planes.sides, planes.faces)
+
+
+def legs_of(arms: Arms, ends: Ends) -> Legs:
+    """Arms and the images by them, for the kernels."""
+    return Legs(arms.planes, arms.reflections, ends.images, ends.last, ends.angle, ends.open)
+
+
+@numba.njit(cache=True, inline="always")
+def follow(surfaces, legs, antenna, arm, x, y, z, vertices, hit, where, step):
+    """Follow an arm from a point on its edge to the antenna; False where a reflection is on no surface.
+
+    Fills ``vertices[where]`` and ``hit[where]``, ``vertices[where + step]`` …, unless ``step`` is 0.
+    """
+    for k in range(legs.reflections[arm] - 1, -1, -1):
+        plane = legs.planes[arm, k]
+        nx, ny, nz = surfaces.normals[plane]
+        ix, iy, iz = legs.images[antenna, arm, k]
+        dx, dy, dz = ix - x, iy - y, iz - z
+        rise = nx * dx + ny * dy + nz * dz
+        distance = surfaces.offsets[plane] - (nx * x + ny * y + nz * z)
+        # The plane must lie between the point and the image; an edge is on no plane that it sees a reflection of.
+        if distance * rise <= 0 or abs(distance) >= abs(rise) or abs(distance) < TOO_NEAR:
+            return False
+        share = distance / rise
+        x, y, z = x + share * dx, y + share * dy, z + share * dz
+        triangle = on_surface(surfaces.first, surfaces.sides, plane, x, y, z, MARGIN)
+        if triangle < 0:
+            return False
+        if step != 0:
+            vertices[where, 0], vertices[where, 1], vertices[where, 2] = x, y, z
+            hit[where] = surfaces.faces[triangle]
+            where += step
+    return True
+
+
+@numba.njit(cache=True, parallel=True)
+def _try(surfaces, legs, points, found):
+    """Fill ``found`` [arms]."""
+    nothing, none = np.empty((0, 3), np.float32), np.empty(0, np.uint32)
+    for arm in numba.prange(len(found)):
+        for antenna in range(len(legs.last)):
+            for point in range(points.shape[1]):
+                x, y, z = points[arm, point]
+                if not found[arm] and legs.open[antenna, arm]:
+                    found[arm] = follow(surfaces, legs, antenna, arm, x, y, z, nothing, none, 0, 0)

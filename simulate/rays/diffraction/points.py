@@ -1,0 +1,106 @@
+"""Where the shortest way from one antenna's image to the other's, by one edge or two, touches the edges."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+
+from simulate.rays.diffraction.corners import REACH
+from simulate.rays.diffraction.cylindrical import (
+    about,
+    angle_about,
+    diffraction_point,
+    dot,
+    hypotenuse,
+    minus,
+    on_edge,
+    on_edge_or_end,
+)
+from simulate.rays.diffraction.ends import TOO_NEAR
+from simulate.rays.diffraction.links import THROUGH_SPACE
+
+CORNER = 1 / 50
+"""Wavelengths; a point of diffraction that is nearer to the other edge's line is at their common corner."""
+
+ROUNDS = 12
+"""Steps of Newton's method; five or six suffice."""
+
+CONVERGED = 1e-7
+"""Metres; the next step is of the order of its square."""
+
+
+@numba.njit(cache=True)
+def _two_points(first, second, source, target):
+    """Where the way from a source by two edges to a target is shortest, along each edge; nan if Newton fails."""
+    z1, rho1 = about(first, source)
+    z2, rho2 = about(second, target)
+    between = minus(second[0], first[0])
+    between_d, between_e = dot(between, first[1]), dot(between, second[1])
+    parallel, square = dot(first[1], second[1]), dot(between, between)
+    # Begin where Keller's cone is right for the middle of the other edge.
+    along, away = about(first, on_edge(second, second[4] / 2))
+    s = z1 + (along - z1) * rho1 / (rho1 + away)
+    along, away = about(second, on_edge(first, s))
+    t = z2 + (along - z2) * rho2 / (rho2 + away)
+    for _ in range(ROUNDS):
+        a, b = hypotenuse(rho1, s - z1), hypotenuse(rho2, t - z2)
+        c = np.sqrt(max(square + s * s + t * t - 2 * s * t * parallel - 2 * s * between_d + 2 * t * between_e, 1e-12))
+        cs, ct = (s - t * parallel - between_d) / c, (t - s * parallel + between_e) / c
+        slope_s, slope_t = (s - z1) / a + cs, (t - z2) / b + ct
+        ss = rho1**2 / a**3 + (1 - cs * cs) / c
+        tt = rho2**2 / b**3 + (1 - ct * ct) / c
+        st = -(parallel + cs * ct) / c
+        determinant = ss * tt - st * st
+        if determinant <= 0:
+            return np.nan, np.nan
+        step_s, step_t = (tt * slope_s - st * slope_t) / determinant, (ss * slope_t - st * slope_s) / determinant
+        s, t = s - min(max(step_s, -1.0), 1.0), t - min(max(step_t, -1.0), 1.0)
+        if abs(step_s) + abs(step_t) < CONVERGED:
+            return s, t
+    return np.nan, np.nan
+
+
+@numba.njit(cache=True)
+def shortest(first, second, twice, face, source, target):
+    """The points of diffraction along the edges of a chain; nan where no wave goes from edge to edge."""
+    if not twice:
+        z1, rho1 = about(first, source)
+        z2, rho2 = about(first, target)
+        s = z1 + (z2 - z1) * rho1 / (rho1 + rho2)
+        return s, s
+    s, t = _two_points(first, second, source, target)
+    if not np.isnan(s) and face == THROUGH_SPACE:
+        behind, before = angle_about(first, on_edge(second, t)), angle_about(second, on_edge(first, s))
+        if not (TOO_NEAR < behind < first[5] - TOO_NEAR and TOO_NEAR < before < second[5] - TOO_NEAR):
+            return np.nan, np.nan
+    return s, t
+
+
+@numba.njit(cache=True)
+def _beyond(wedge, before, along, behind):
+    """How much longer the way through the edge's nearer end is than the shortest; −1 if the shortest is on the edge."""
+    if 0 <= along <= wedge[4]:
+        return -1.0
+    z1, rho1 = about(wedge, before)
+    z2, rho2 = about(wedge, behind)
+    _, by_start, by_end = diffraction_point(z1, rho1, z2, rho2, wedge[4])
+    return -min(by_start, by_end)
+
+
+@numba.njit(cache=True)
+def points_of_diffraction(first, second, twice, face, begin, end, wavelength):
+    """The points of diffraction along the edges of a chain; nan where they are too far beyond the edges' ends."""
+    s, t = shortest(first, second, twice, face, begin, end)
+    if np.isnan(s):
+        return s, t
+    if twice:
+        p, q = on_edge(first, s), on_edge(second, t)
+        beyond = max(_beyond(first, begin, s, q), _beyond(second, p, t, end))
+        p, q = on_edge_or_end(first, s), on_edge_or_end(second, t)
+        if min(about(second, p)[1], about(first, q)[1]) < CORNER * wavelength:
+            return np.nan, np.nan
+    else:
+        beyond = _beyond(first, begin, s, end)
+    if beyond > REACH * wavelength:
+        return np.nan, np.nan
+    return s, t

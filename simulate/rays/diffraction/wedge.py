@@ -1,0 +1,71 @@
+"""The uniform theory of diffraction at a conducting wedge (Kouyoumjian and Pathak 1974).
+
+Around an edge with the open angle nπ, the source is at the angle φ′ from face 0, the target at φ. With the distances s′
+and s to the edge, the angle β₀ between ray and edge, and L = s s′/(s + s′) · sin² β₀,
+
+    D_s, D_h = −e^{−jπ/4} / (2n √(2πk) sin β₀) · [d₁ + d₂ ∓ (d₃ + d₄)],
+    d₁, d₂ = cot((π ± (φ − φ′))/2n) F(kL a±(φ − φ′)),    d₃, d₄ = cot((π ± (φ + φ′))/2n) F(kL a±(φ + φ′)),
+
+with the transition function F and a±(β) = 2 cos²((2nπN± − β)/2), N± the integer nearest to (β ± π)/2πn. D_s is that of
+an electric field along the edge (soft), D_h that of one across it (hard).
+"""
+
+from __future__ import annotations
+
+from sionna.rt.utils import cot_times_f_utd
+
+from simulate.rays.core.ray_tracer import dr, mi
+
+
+def transition_pairs(
+    phi: mi.Float, phi_source: mi.Float, n: mi.Float, length: mi.Float, wavenumber: float
+) -> tuple[mi.Complex2f, mi.Complex2f]:
+    """d₁ + d₂, which is singular but for F at the shadow boundary, and d₃ + d₄, at the reflection boundary.
+
+    Args:
+        phi: φ, radians.
+        phi_source: φ′, radians.
+        n: open angle over π.
+        length: L, metres.
+        wavenumber: k, radians per metre.
+    """
+
+    def pair(beta: mi.Float) -> mi.Complex2f:
+        result = mi.Complex2f(0)
+        for sign in (1, -1):
+            turns = dr.round((beta + sign * dr.pi) / (2 * dr.pi * n))
+            a = 2 * dr.square(dr.cos((2 * dr.pi * n * turns - beta) / 2))
+            psi = (dr.pi + sign * beta) / (2 * n)
+            result += cot_times_f_utd(psi, wavenumber * length * a, n, wavenumber * length)
+        return result
+
+    return pair(phi - phi_source), pair(phi + phi_source)
+
+
+def common_factor(n: mi.Float, sin_beta: mi.Float, wavenumber: float) -> mi.Complex2f:
+    """−e^{−jπ/4} / (2n √(2πk) sin β₀), √metres.
+
+    Args:
+        n: open angle over π.
+        sin_beta: sin β₀.
+        wavenumber: k, radians per metre.
+    """
+    return mi.Complex2f(-1, 1) / dr.sqrt(2) / (2 * n * dr.sqrt(2 * dr.pi * wavenumber) * sin_beta)
+
+
+def wedge_coefficients(
+    phi: mi.Float, phi_source: mi.Float, n: mi.Float, length: mi.Float, sin_beta: mi.Float, wavenumber: float
+) -> tuple[mi.Complex2f, mi.Complex2f]:
+    """D_s and D_h, √metres.
+
+    Args:
+        phi: φ, radians.
+        phi_source: φ′, radians.
+        n: open angle over π.
+        length: L, metres.
+        sin_beta: sin β₀.
+        wavenumber: k, radians per metre.
+    """
+    direct, reflected = transition_pairs(phi, phi_source, n, length, wavenumber)
+    factor = common_factor(n, sin_beta, wavenumber)
+    return factor * (direct - reflected), factor * (direct + reflected)

@@ -1,0 +1,1 @@
+"""Diffuse reflection off rough surfaces."""

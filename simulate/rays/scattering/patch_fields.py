@@ -1,0 +1,126 @@
+"""The waves between antennas and the patches of rough surfaces.
+
+The effective-roughness model (Degli-Esposti et al. 2007) with Lambert's pattern, as Sionna RT has it. A wave of the
+field strength E that meets a patch of area A at the angle of incidence θ is scattered into every direction of the side
+that it came from, at the angle θ' and the distance r with the field strength
+
+    E S Γ √(A cos θ) √(cos θ' / π) / r,
+
+where Γ² is the share of its power that a smooth surface would reflect. Its polarisation, in the spherical unit vectors
+of the world frame, is turned by arcsin √K_x.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Complex, Int
+from sionna.rt.utils import phi_hat, theta_hat, theta_phi_from_unit_vec
+
+from simulate.rays.core.electric_field import Field, across, component, passed, pattern
+from simulate.rays.core.ray_scene import RayScene
+from simulate.rays.core.ray_tracer import dr, mi
+from simulate.rays.core.sionna_scene import Antennas
+from simulate.rays.core.surfaces import Surfaces
+from simulate.rays.scattering.patches import Patches
+
+
+def _power(amplitude: mi.Complex2f) -> mi.Float:
+    return amplitude.real**2 + amplitude.imag**2
+
+
+@dataclass(frozen=True)
+class PatchFields:
+    """What antennas send to patches, or receive from them.
+
+    Attributes:
+        components: along θ̂ and φ̂, with amplitude and phase of the way: what a patch scatters from each source, or what
+            each target receives of a unit wave that a patch scatters; 0 where the way is blocked.
+        side: 1 where the antenna is on the side that the patch's normal points to, otherwise −1.
+        passed: number of objects that the way passes through.
+    """
+
+    components: Complex[np.ndarray, "antennas patches 2"]
+    side: Int[np.ndarray, "antennas patches"]
+    passed: Int[np.ndarray, "antennas patches"]
+
+
+class PatchScene:
+    """A scene with the patches of its rough surfaces.
+
+    Args:
+        ray_scene: the scene, with the propagation to follow.
+        patches: the patches.
+    """
+
+    def __init__(self, ray_scene: RayScene, patches: Patches):
+        scene = ray_scene.description
+        self.patches = patches
+        self.wavelength = scene.wavelength
+        self.most_passes = ray_scene.propagation.max_depth - 1 if ray_scene.propagation.refraction else 0
+        self._surfaces = Surfaces(ray_scene)
+        turned = np.array([scene.materials[item.material].xpd_coefficient for item in scene.objects])
+        self._turn = np.arcsin(np.sqrt(turned[ray_scene.object_of_face[patches.faces]]))
+
+    def scattered(self, sources: Antennas) -> PatchFields:
+        """The waves that the patches scatter when each source sends, with the phases of the patches.
+
+        Args:
+            sources: the antennas that send.
+        """
+        field, way, face, cosine, passes = self._at_patches(sources, pattern)
+        te, tm, _, _ = self._surfaces.coefficients(face, way)
+        axis = across(way, self._surfaces.normal(face))
+        in_te, in_tm = _power(component(field, axis)), _power(component(field, dr.cross(axis, way)))
+        reflected = (_power(te) * in_te + _power(tm) * in_tm) / dr.maximum(in_te + in_tm, 1e-30)
+        weight = self._surfaces.scattering(face) * dr.sqrt(reflected * self.patches.area * dr.abs(cosine))
+        found = self._fields(sources, field, way, weight, cosine, passes)
+        along, across_it = np.cos(self._turn), np.sin(self._turn)
+        theta, phi = found.components[..., 0], found.components[..., 1]
+        turned = np.stack([along * theta - across_it * phi, across_it * theta + along * phi], axis=-1)
+        return PatchFields(turned * np.exp(-1j * self.patches.phases)[:, None], found.side, found.passed)
+
+    def received(self, targets: Antennas) -> PatchFields:
+        """What each target receives of a unit wave that a patch scatters.
+
+        Args:
+            targets: the antennas that receive.
+        """
+
+        def receiving(antennas: Antennas, towards: mi.Vector3f) -> Field:
+            real, imaginary = pattern(antennas, towards)
+            return real, -imaginary
+
+        # By reciprocity the wave passes the objects from the target to the patch.
+        field, way, _, cosine, passes = self._at_patches(targets, receiving)
+        return self._fields(targets, field, -way, dr.sqrt(dr.abs(cosine) / np.pi), cosine, passes)
+
+    def _at_patches(self, antennas, send):
+        """The antennas' fields at the patches, their direction, the triangle, cos θ, and the objects passed."""
+        count = len(self.patches)
+        patch = dr.tile(dr.arange(mi.UInt, count), len(antennas))
+        points = np.ascontiguousarray(self.patches.points.T, dtype=np.float32)
+        start = dr.gather(mi.Point3f, antennas.points, dr.repeat(dr.arange(mi.UInt, len(antennas)), count))
+        step = dr.gather(mi.Point3f, mi.Point3f(points), patch) - start
+        length = dr.norm(step)
+        way = mi.Vector3f(step / length)
+        most = mi.UInt(self.most_passes)
+        field, left, blocked = passed(self._surfaces, start, way, length, send(antennas, way), most, mi.Bool(False))
+        face = dr.gather(mi.UInt, mi.UInt(self.patches.faces.astype(np.uint32)), patch)
+        field = tuple(dr.select(blocked, 0, part) for part in field)
+        return field, way, face, -dr.dot(way, self._surfaces.normal(face)), most - left
+
+    def _fields(self, antennas, field, direction, weight, cosine, passes) -> PatchFields:
+        """Components in the spherical unit vectors of a direction, with amplitude and phase of the way."""
+        theta, phi = theta_phi_from_unit_vec(direction)
+        parts = [weight * component(field, axis) for axis in (theta_hat(theta, phi), phi_hat(phi))]
+        dr.eval(parts, cosine, passes)
+        shape = (len(antennas), len(self.patches))
+        components = np.stack([(part.real.numpy() + 1j * part.imag.numpy()).reshape(shape) for part in parts], axis=-1)
+        distance = np.linalg.norm(self.patches.points - antennas.positions[:, None], axis=-1)
+        # The share of a patch's power that meets a small surface before it is A cos θ' / π (r² + A/π) for a disc.
+        spreading = 1 / np.sqrt(distance**2 + self.patches.area / np.pi)
+        phase = -2j * np.pi * (distance / self.wavelength % 1)
+        side = np.where(cosine.numpy() > 0, 1, -1).reshape(shape)
+        return PatchFields(components * (spreading * np.exp(phase))[..., None], side, passes.numpy().reshape(shape))

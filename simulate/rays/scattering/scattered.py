@@ -1,0 +1,103 @@
+"""What diffuse reflection adds to the responses: every source, patch and target once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from jaxtyping import Complex, Int
+
+from simulate.rays.core.ray_scene import RayScene
+from simulate.rays.core.sionna_scene import Antennas
+from simulate.rays.core.terms import Interaction, Terms
+from simulate.rays.scattering.patch_fields import PatchFields, PatchScene
+from simulate.rays.scattering.patches import patches_of
+
+LANES = 400_000
+"""Ways between a target and a patch followed at once: bounds the memory."""
+
+
+class Scattering:
+    """Waves that are reflected diffusely once on their way, and otherwise go straight, also through objects.
+
+    The field at a target is a function of its position alone: the patches and their phases are drawn once.
+
+    Args:
+        ray_scene: the scene, with the propagation to follow.
+        seed: of the patches.
+    """
+
+    def __init__(self, ray_scene: RayScene, seed: int):
+        patches = patches_of(ray_scene, ray_scene.propagation.patches, seed)
+        self._scene = PatchScene(ray_scene, patches)
+        self._objects = ray_scene.object_of_face[patches.faces]
+        self._most_passes = self._scene.most_passes
+
+    def responses(self, sources: Antennas, targets: Antennas) -> Complex[np.ndarray, "targets sources"]:
+        """The sum of all paths from each source to each target.
+
+        Args:
+            sources: where the paths begin.
+            targets: where they end.
+        """
+        result = np.zeros((len(targets), len(sources)), np.complex128)
+        for start, _, sent, taken in self._batches(sources, targets):
+            for number, each in enumerate(taken, start):
+                result[number] += (sent * each).sum(axis=(1, 2))
+        return result * self._scene.wavelength / (4 * np.pi)
+
+    def terms(self, sources: Antennas, targets: Antennas) -> Iterator[Terms]:
+        """Batches of the paths whose sum ``responses`` returns.
+
+        Args:
+            sources: where the paths begin.
+            targets: where they end.
+        """
+        for start, patches, sent, taken in self._batches(sources, targets):
+            for number, each in enumerate(taken, start):
+                responses = (sent * each).sum(axis=2) * self._scene.wavelength / (4 * np.pi)
+                source, which = np.nonzero(responses)
+                ends = sources.positions[source], targets.positions[np.full(len(source), number)]
+                yield Terms(
+                    targets=np.full(len(source), number),
+                    sources=source,
+                    responses=responses[source, which],
+                    vertices=np.stack([ends[0], self._scene.patches.points[patches[which]], ends[1]], axis=1),
+                    objects=self._objects[patches[which], None],
+                    kinds=np.full((len(source), 1), int(Interaction.SCATTERING)),
+                )
+
+    def _batches(
+        self, sources: Antennas, targets: Antennas
+    ) -> Iterator[
+        tuple[int, Int[np.ndarray, " k"], Complex[np.ndarray, "sources k 2"], Complex[np.ndarray, "batch k 2"]]
+    ]:
+        """What ``_pairs`` yields for batches of targets, and the index of the first of these."""
+        if not len(self._scene.patches):
+            return
+        scattered = self._scene.scattered(sources)
+        batch = max(1, LANES // len(self._scene.patches))
+        for start in range(0, len(targets), batch):
+            received = self._scene.received(targets.subset(np.arange(start, min(start + batch, len(targets)))))
+            for found in self._pairs(scattered, received):
+                yield start, *found
+
+    def _pairs(
+        self, scattered: PatchFields, received: PatchFields
+    ) -> Iterator[tuple[Int[np.ndarray, " k"], Complex[np.ndarray, "sources k 2"], Complex[np.ndarray, "targets k 2"]]]:
+        """Patches, what they scatter and what of it is received, for all ways that are allowed.
+
+        A patch scatters to the side that its wave came from, and a path passes through so many objects at most.
+        """
+        for side in (1, -1):
+            for passed in range(self._most_passes + 1):
+                first = (scattered.side == side) & (scattered.passed == passed)
+                patches = np.nonzero(first.any(axis=0))[0]
+                if not len(patches):
+                    continue
+                second = (received.side == side) & (received.passed <= self._most_passes - passed)
+                yield (
+                    patches,
+                    np.where(first[:, patches, None], scattered.components[:, patches], 0),
+                    np.where(second[:, patches, None], received.components[:, patches], 0),
+                )

@@ -1,1 +1,0 @@
-"""Diffuse reflection: rough surfaces as patches that each scatter a wave into all directions."""

@@ -1,0 +1,173 @@
+"""The lags of an array, and which array and angular grid a folder of spectra was made with.
+
+The square of a magnitude spectrum is a sum over the differences (lags) Δ of two element positions,
+
+    S(φ,θ)² = 1/MN Σ_Δ R_Δ e^{-jk u·Δ},   R_Δ = Σ_{m−n=Δ} y_m y_n*,   R_{−Δ} = R_Δ*,
+
+so that an M × N array can only measure a space of (2M−1)(2N−1) dimensions: 49 for 4 × 4. A min–max normalised spectrum
+p is S up to a scale and an offset, S ∝ p + b with b ≥ 0, and p² + 2bp + b² is linear in the R_Δ. A least-squares fit of
+p² by the lag functions and p tells whether an array with a given grid can have measured p: of the right one only the
+rounding to 8 bits is left, 0.29 grey levels (root mean square).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cache
+from operator import attrgetter
+
+import numpy as np
+from jaxtyping import Complex, Float, Int
+from scipy.optimize import minimize_scalar
+from threadpoolctl import threadpool_limits
+
+from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid, direction
+from simulate.spectra.array import PlanarArray
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.spectrum import LARGEST_GREY
+
+VALUES_PER_FUNCTION = 8
+"""The fit looks at about so many pixels of a spectrum per lag function; a 4 × 4 array has 49 functions."""
+
+EXAMINED = 16
+"""Number of spectra, evenly spread over a folder, that the grid and the spacing are found from."""
+
+SPACING_STEP = 0.02
+SPACINGS = np.arange(0.30, 0.71, SPACING_STEP)
+"""Spacings that are tried first, wavelengths."""
+
+SPACING_DIGITS = 3
+"""Decimals of a spacing that is found; a few pictures do not determine more."""
+
+GRIDS = AngularGrid(0.0), AngularGrid(1.0), AngularGrid(89.0, -1.0), AngularGrid(90.0, -1.0)
+"""Grids that are tried: rows from the horizon on, as NeRF²'s measured pictures have them, from 1° on, as NeRF²'s own
+generator has them, and both upside down."""
+
+LEAST_AMPLITUDE = 0.02
+"""Smallest p + b by which an error of p² is divided to make it an error of p."""
+
+
+@cache
+def lag_vectors(array: PlanarArray) -> Int[np.ndarray, "L 2"]:
+    """The lags Δ of an array in units of its spacing, (column, row); of Δ and −Δ only one, zero first.
+
+    >>> lag_vectors(PlanarArray()).shape
+    (25, 2)
+    """
+    rows, columns = np.meshgrid(np.arange(array.rows), np.arange(1 - array.columns, array.columns), indexing="ij")
+    lags = np.stack([columns.ravel(), rows.ravel()], axis=-1)
+    return np.concatenate([[[0, 0]], lags[(lags[:, 1] > 0) | (lags[:, 0] > 0)]])
+
+
+def lag_functions(
+    array: PlanarArray, azimuth: Float[np.ndarray, " P"], elevation: Float[np.ndarray, " P"]
+) -> Float[np.ndarray, "P F"]:
+    """The real functions that squared spectra are sums of: 1, cos(k u·Δ), sin(k u·Δ) for each lag Δ.
+
+    Args:
+        array: the array.
+        azimuth: φ in radians.
+        elevation: θ in radians.
+    """
+    phase = 2 * np.pi * array.spacing * direction(azimuth, elevation)[:, :2] @ lag_vectors(array)[1:].T
+    return np.concatenate([np.ones((len(phase), 1)), np.cos(phase), np.sin(phase)], axis=1)
+
+
+@dataclass(frozen=True)
+class LagFit:
+    """How well an array with a grid explains K spectra.
+
+    Attributes:
+        beamformer: the array and the grid.
+        lags: R_Δ for each of ``lag_vectors``, in units in which S = p + b.
+        offset: b, the smallest magnitude of each spectrum over its span before it was normalised.
+        residual: root mean square error of each spectrum, grey levels of 255.
+    """
+
+    beamformer: Beamformer
+    lags: Complex[np.ndarray, "K L"]
+    offset: Float[np.ndarray, " K"]
+    residual: Float[np.ndarray, " K"]
+
+    @property
+    def median_residual(self) -> float:
+        """Median of the residuals, grey levels."""
+        return float(np.median(self.residual))
+
+
+def fit_lags(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamformer) -> LagFit:
+    """Fit the lags of an array to normalised spectra.
+
+    Args:
+        spectra: min–max normalised spectra, 0…1.
+        beamformer: the array and the grid to try.
+
+    >>> from simulate.spectra.spectrum import normalise
+    >>> beamformer = Beamformer()
+    >>> spectrum = beamformer.spectrum(np.random.default_rng(0).standard_normal((1, 16, 2)) @ [1, 1j])
+    >>> bool(fit_lags(normalise(spectrum), beamformer).residual[0] < 1e-6)
+    True
+    """
+    array, grid = beamformer.array, beamformer.grid
+    count = len(lag_vectors(array)) - 1
+    every = max(2, int(math.sqrt(ROWS * COLUMNS / (VALUES_PER_FUNCTION * (2 * count + 1)))))
+    rows, columns = np.arange(0, ROWS, every), np.arange(0, COLUMNS, every)
+    elevation, azimuth = np.meshgrid(
+        np.radians(grid.elevations_deg[rows]), np.radians(grid.azimuths_deg[columns]), indexing="ij"
+    )
+    functions = lag_functions(array, azimuth.ravel(), elevation.ravel())
+    values = spectra[:, rows][:, :, columns].reshape(len(spectra), -1).astype(np.float64)
+    orthonormal, triangular = np.linalg.qr(functions)
+
+    def remainder(x: np.ndarray) -> np.ndarray:
+        return x - (x @ orthonormal) @ orthonormal.T
+
+    # Least squares over the lags leave these; b then follows from a single unknown.
+    square, linear = remainder(values**2), remainder(values)
+    offset = np.maximum(-(square * linear).sum(axis=1) / (2 * np.maximum((linear**2).sum(axis=1), 1e-30)), 0)
+    left = square + 2 * offset[:, None] * linear
+    errors = LARGEST_GREY * left / (2 * np.maximum(values + offset[:, None], LEAST_AMPLITUDE))
+    coefficients = np.linalg.solve(triangular, orthonormal.T @ (values**2 + 2 * offset[:, None] * values).T).T
+    lags = np.empty((len(spectra), count + 1), complex)
+    lags[:, 0] = coefficients[:, 0] + offset**2
+    # R e^{-jx} + R* e^{jx} = 2 Re R cos x + 2 Im R sin x
+    lags[:, 1:] = (coefficients[:, 1 : count + 1] + 1j * coefficients[:, count + 1 :]) / 2
+    freedom = values.shape[1] - functions.shape[1] - 1  # the fit takes up a share of the errors
+    return LagFit(beamformer, array.elements * lags, offset, np.sqrt((errors**2).sum(axis=1) / freedom))
+
+
+@threadpool_limits.wrap(1)  # threads that wait for each other take far longer over such small matrices
+def fit_grids(
+    spectra: Float[np.ndarray, "K 90 360"], rows: int = 4, columns: int = 4, grids: Sequence[AngularGrid] = GRIDS
+) -> list[LagFit]:
+    """Find the spacing that explains spectra best on some grids, in half a second for a 4 × 4 array.
+
+    Args:
+        spectra: min–max normalised spectra, 0…1; about ``EXAMINED`` of a folder are enough.
+        rows: number of the array's elements along y.
+        columns: number of the array's elements along x.
+        grids: the grids to try.
+
+    Returns:
+        The fits on the two best grids, the best first.
+    """
+
+    by_residual = attrgetter("median_residual")
+
+    def fitted(spacing: float, grid: AngularGrid) -> LagFit:
+        return fit_lags(spectra, Beamformer(PlanarArray(rows, columns, float(spacing)), grid))
+
+    coarse = [min((fitted(spacing, grid) for spacing in SPACINGS), key=by_residual) for grid in grids]
+    refined = []
+    for fit in sorted(coarse, key=by_residual)[:2]:
+        grid, near = fit.beamformer.grid, fit.beamformer.array.spacing
+        spacing = minimize_scalar(
+            lambda spacing, grid=grid: fitted(spacing, grid).median_residual,
+            bounds=(near - SPACING_STEP, near + SPACING_STEP),
+            method="bounded",
+            options={"xatol": 1e-4},
+        ).x
+        refined.append(fitted(round(spacing, SPACING_DIGITS), grid))
+    return sorted(refined, key=by_residual)

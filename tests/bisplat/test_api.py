@@ -1,0 +1,49 @@
+"""``import bisplat``: light, complete, and every name documented with an example."""
+
+import doctest
+import inspect
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import bisplat
+
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.mark.parametrize("name", bisplat.__all__)
+def test_every_name_has_an_example(name):
+    """Of its own, or in a method's docstring; test_docstring_examples.py runs them."""
+    thing = getattr(bisplat, name)
+    found = doctest.DocTestFinder().find(thing, name, module=inspect.getmodule(thing))
+    assert any(each.examples for each in found), f"{name} has no example"
+    assert (inspect.getdoc(thing) or "").strip()
+
+
+def test_the_import_is_light():
+    code = "import sys, bisplat; print('\\n'.join(sys.modules))"
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT).stdout
+    roots = {line.split(".")[0] for line in loaded.splitlines()}
+    assert "bisplat" in roots
+    assert not roots & {"torch", "drjit", "mitsuba", "sionna", "numpy", "scenes", "simulate", "learn", "tyro"}
+
+
+def test_help_needs_neither_torch_nor_the_ray_tracer_nor_scipy():
+    code = (
+        "import sys\nfrom bisplat.__main__ import main\nsys.argv = ['bisplat', 'train', '--help']\n"
+        "try:\n    main()\nfinally:\n    print('\\n'.join(sys.modules), file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT)
+    assert done.returncode == 0 and "helmholtz" in done.stdout
+    roots = {line.split(".")[0] for line in done.stderr.splitlines()}
+    assert not roots & {"torch", "drjit", "mitsuba", "sionna", "scipy", "trimesh", "matplotlib", "lightning"}
+
+
+def test_names_of_type_checkers_are_the_names_there_are():
+    block = (ROOT / "bisplat" / "__init__.py").read_text().split("if TYPE_CHECKING")[1].split("\n\n")[0]
+    typed = {line.split(" as ")[-1] for line in block.splitlines() if " import " in line}
+    assert typed == set(bisplat.__all__) <= set(dir(bisplat))
+    with pytest.raises(AttributeError, match="nothing"):
+        _ = bisplat.nothing

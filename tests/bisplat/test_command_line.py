@@ -1,0 +1,389 @@
+"""The command line's contract: what comes on stdout, what on stderr, the exit status, and the files left behind."""
+
+import json
+import os
+import signal
+import sys
+
+import h5py
+import numpy as np
+import pytest
+
+from bisplat.__main__ import main
+from learn.training.lightning_module import Training
+from learn.training.run_folder import load_run
+from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.dataset_writer import write_positions
+
+pytestmark = pytest.mark.usefixtures("small_models")
+
+SUMMARY = {"ssim_median", "ssim_mean", "psnr_mean", "mae_mean", "aoa_error_median_deg"}
+
+
+@pytest.fixture
+def command(monkeypatch, capsys):
+    """Function: runs ``bisplat`` with these arguments -> exit status, stdout, stderr."""
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["bisplat", *map(str, arguments)])
+        capsys.readouterr()
+        status = 0
+        try:
+            main()
+        except SystemExit as leaving:
+            status = leaving.code
+        out, err = capsys.readouterr()
+        assert "Traceback" not in out + err
+        return status, out, err
+
+    return run
+
+
+def assert_one_sentence(err, *parts):
+    assert err.startswith("bisplat: ") and err.endswith("\n") and err.count("\n") == 1, err
+    for part in parts:
+        assert str(part) in err
+
+
+# check
+
+
+def test_check_of_a_good_folder(command, tiny):
+    status, out, err = command("check", tiny, "--json")
+    assert status == 0 and err == ""
+    found = json.loads(out)
+    assert found.keys() == {
+        "valid", "spectra", "problems", "warnings", "array", "grid", "fit_residual_grey_levels",
+    }  # fmt: skip
+    assert found["array"] == {"rows": 4, "columns": 4, "spacing": 0.5, "source": "fitted"}
+    assert found["grid"] == {"elevation_first_deg": 0.0, "elevation_step_deg": 1.0, "azimuth_step_deg": 1.0}
+    assert found["fit_residual_grey_levels"] < 0.5
+    assert found["valid"] is True and found["spectra"] == 24 and found["problems"] == []
+
+    status, out, _ = command("check", tiny)
+    assert status == 0 and "24" in out and "problem" not in out
+
+
+def test_check_of_a_bad_folder_names_every_problem_and_exits_1(command, write_folder, tmp_path):
+    folder = write_folder(tmp_path / "bad", count=8)
+    (folder / "spectrum" / "00003.png").write_bytes(b"not a picture")
+    (folder / "tx_pos.csv").unlink()
+    status, out, _ = command("check", folder, "--json")
+    found = json.loads(out)
+    assert status == 1 and found["valid"] is False and found["spectra"] == 0
+    assert len(found["problems"]) == 2
+    for name in ("00003.png", "tx_pos.csv"):
+        assert any(name in problem for problem in found["problems"])
+
+    status, out, _ = command("check", folder)
+    assert status == 1 and out.count("problem: ") == 2
+
+    status, out, _ = command("check", tmp_path / "nowhere", "--json")
+    assert status == 1 and "nowhere" in json.loads(out)["problems"][0]
+
+
+def test_check_warns_of_a_split_that_leaks_and_only_of_that(command, write_folder, tmp_path):
+    folder = write_folder(tmp_path / "path", count=60)
+    status, out, _ = command("check", folder, "--json")
+    assert status == 0
+    (warning,) = json.loads(out)["warnings"]
+    assert "use the split blocked" in warning
+
+    index = [f"{number:05d}\n" for number in range(1, 61)]
+    (folder / "train_index.txt").write_text("".join(index[:40]))
+    (folder / "test_index.txt").write_text("".join(index[40:]))
+    assert json.loads(command("check", folder, "--json")[1])["warnings"] == []
+
+
+# train, evaluate, predict
+
+
+@pytest.mark.usefixtures("no_ceiling")
+def test_train_evaluate_predict(command, tiny, tmp_path):
+    run = tmp_path / "run"
+    training = ("train", tiny, "-o", run, "--model", "bisplat-aperture", "--steps", "6", "--batch-size", "5")
+    status, out, err = command(*training)
+    assert status == 0 and str(run) in out and "training" in err and "training" not in out
+    before = (run / "weights.safetensors").stat().st_mtime_ns
+    assert command(*training)[0] == 0
+    assert (run / "weights.safetensors").stat().st_mtime_ns == before
+
+    status, out, _ = command("evaluate", run, "--json")
+    found = json.loads(out)
+    assert status == 0 and found == json.loads((run / "evaluation" / "metrics.json").read_text())
+    assert SUMMARY | {"test_spectra", "baselines"} <= found.keys()
+    assert found["test_spectra"] == 5
+    assert found["baselines"].keys() >= {"mean_picture", "nearest"}
+    for baseline in found["baselines"].values():
+        assert baseline.keys() >= SUMMARY
+
+    points = read_dataset(tiny).positions[:3] + 0.01
+    write_positions(tmp_path / "points.csv", points)
+    status, out, _ = command("predict", run, "--positions", tmp_path / "points.csv", "-o", tmp_path / "out.npz")
+    assert status == 0 and "3 spectra" in out
+    with np.load(tmp_path / "out.npz") as archive:
+        assert set(archive) == {"spectra", "channels"}
+        spectra, responses = archive["spectra"], archive["channels"]
+    assert (spectra.shape, spectra.dtype) == ((3, 90, 360), np.float32)
+    assert (responses.shape, responses.dtype) == ((3, 16), np.complex64)
+    np.testing.assert_array_equal(spectra, load_run(run).predict(points).spectra)
+
+
+@pytest.mark.usefixtures("no_ceiling")
+def test_evaluate_prints_a_table_of_model_and_baselines(command, finished_run):
+    status, out, _ = command("evaluate", finished_run)
+    assert status == 0 and "5 test spectra" in out
+    for word in ("model", "nearest", "ssim_median", "ssim_mean"):
+        assert word in out
+
+
+def test_model_without_an_aperture_predicts_spectra_alone(command, tiny, tmp_path, monkeypatch):
+    monkeypatch.setattr("learn.training.by_steps.STEPS_PER_VALIDATION", 1)
+    run = tmp_path / "run"
+    assert command("train", tiny, "-o", run, "--model", "bisplat", "--steps", 1, "--batch-size", 17)[0] == 0
+    assert command("predict", run, "--positions", tiny / "tx_pos.csv", "-o", tmp_path / "out.npz")[0] == 0
+    with np.load(tmp_path / "out.npz") as archive:
+        assert set(archive) == {"spectra"} and archive["spectra"].shape == (24, 90, 360)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_interrupted_training_says_so_and_exits_130(command, tiny, tmp_path, monkeypatch, number):
+    whole = Training.training_step
+
+    def training_step(self, *arguments):
+        if self.trainer.global_step == 1:
+            signal.raise_signal(number)
+        return whole(self, *arguments)
+
+    monkeypatch.setattr(Training, "training_step", training_step)
+    status, out, err = command(
+        "train", tiny, "-o", tmp_path / "run", "--model", "bisplat-aperture", "--steps", 6, "--batch-size", 5
+    )
+    assert status == 130 and "run: " not in out
+    assert err.splitlines()[-1] == "bisplat: interrupted; run the same command again to continue"
+
+
+# Files
+
+
+@pytest.mark.parametrize("failing", ["fsync", "replace"])
+def test_predict_that_cannot_write_leaves_the_old_file_as_it_was(
+    command, finished_run, tiny, tmp_path, monkeypatch, failing
+):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    output = tmp_path / "out.npz"
+    output.write_bytes(b"old")
+    with monkeypatch.context() as patch:
+        patch.setattr(os, failing, full)
+        status, out, err = command("predict", finished_run, "--positions", tiny / "tx_pos.csv", "-o", output, "--force")
+    assert status == 1 and out == ""
+    assert_one_sentence(err, output, "No space left on device")
+    assert [path.name for path in tmp_path.iterdir()] == ["out.npz"] and output.read_bytes() == b"old"
+
+
+@pytest.mark.parametrize(
+    ("name", "arguments"),
+    [
+        ("out.npz", ("predict", "RUN", "--positions", "nowhere.csv", "-o", "FILE")),
+        ("out.onnx", ("export", "RUN", "-o", "FILE")),
+        ("out.pt2", ("export", "RUN", "-o", "FILE")),
+        ("out.h5", ("export", "RUN", "--hdf5", "FILE")),
+        ("lab.png", ("scene", "lab")),
+        ("drawing.png", ("scene", "lab", "-o", "FILE")),
+        ("engines/engines_plane.pdf", ("engines", "RUN", "-o", "FOLDER")),
+    ],
+)
+def test_file_that_is_there_is_refused_before_any_work(command, finished_run, tmp_path, monkeypatch, name, arguments):
+    monkeypatch.chdir(tmp_path)
+    file = tmp_path / name
+    file.parent.mkdir(exist_ok=True)
+    file.write_text("precious")
+    places = {"RUN": finished_run, "FILE": file, "FOLDER": file.parent}
+    status, out, err = command(*(places.get(argument, argument) for argument in arguments))
+    assert status == 1 and out == ""
+    assert_one_sentence(err, file.name, "expected no such file yet, found one; --force replaces it")
+    assert file.read_text() == "precious" and [path for path in tmp_path.rglob("*") if path.is_file()] == [file]
+
+
+@pytest.mark.parametrize(
+    ("outputs", "found"),
+    [
+        ((), "none"),
+        (("-o", "x.onnx", "--hdf5", "x.h5"), "--output and --hdf5"),
+        (("--deepmimo", "x", "--hdf5", "x"), "and"),
+    ],
+)
+def test_export_writes_one_kind_of_file(command, finished_run, tmp_path, monkeypatch, outputs, found):
+    monkeypatch.chdir(tmp_path)
+    status, out, err = command("export", finished_run, *outputs)
+    assert status == 1 and out == "" and not list(tmp_path.iterdir())
+    assert_one_sentence(err, "expected one of --output, --hdf5, --deepmimo, found", found)
+
+
+def test_export_of_a_dataset(command, tiny, tmp_path):
+    """As HDF5; a measured one has no scene to trace the paths of."""
+    status, out, _ = command("export", tiny, "--hdf5", tmp_path / "out.h5")
+    assert status == 0 and out == f"dataset: {tmp_path / 'out.h5'}\n"
+    with h5py.File(tmp_path / "out.h5") as file:
+        assert file["spectra"].shape == (24, 90, 360) and file.attrs["array_source"] == "fitted"
+    status, out, err = command("export", tiny, "--deepmimo", tmp_path / "paths")
+    assert status == 1 and out == ""
+    assert_one_sentence(err, tiny, "expected a simulated dataset", "a measured dataset has none")
+    assert [path.name for path in tmp_path.iterdir()] == ["out.h5"]
+
+
+def test_demo_takes_no_folder_of_other_files_and_no_other_demo(command, tmp_path):
+    (tmp_path / "report.html").write_text("precious")
+    status, out, err = command("demo", "-o", tmp_path)
+    assert status == 1 and out == ""
+    assert_one_sentence(err, tmp_path, "expected a new folder or an earlier demo, found other files")
+    assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
+    (tmp_path / "demo.json").write_text('{"spectra": 11, "steps": null}')
+    status, _, err = command("demo", "-o", tmp_path, "-n", 12)
+    assert status == 1
+    assert_one_sentence(err, "with spectra 12, found one with spectra 11")
+
+
+def test_force_replaces_a_file_but_no_folder(command, finished_run, tiny, tmp_path, monkeypatch):
+    (tmp_path / "out.npz").write_text("old")
+    given = ("predict", finished_run, "--positions", tiny / "tx_pos.csv", "--force", "-o")
+    assert command(*given, tmp_path / "out.npz")[0] == 0
+    assert np.load(tmp_path / "out.npz")["spectra"].shape == (24, 90, 360)
+    (tmp_path / "folder.npz").mkdir()
+    status, _, err = command(*given, tmp_path / "folder.npz")
+    assert status == 1
+    assert_one_sentence(err, tmp_path / "folder.npz", "found a folder")
+
+
+@pytest.mark.parametrize("name", ["out.npy", "out", "out.npz.bak"])
+def test_predict_refuses_a_name_of_another_kind_of_file(command, finished_run, tiny, tmp_path, name):
+    status, out, err = command("predict", finished_run, "--positions", tiny / "tx_pos.csv", "-o", tmp_path / name)
+    assert status == 1 and out == "" and not list(tmp_path.iterdir())
+    assert_one_sentence(err, tmp_path / name, "expected a name that ends in .npz")
+
+
+def test_predict_counts_the_positions_far_outside_the_training_box(command, finished_run, tiny, tmp_path):
+    low, high = load_run(finished_run).model.region.cpu().numpy()
+    near, far = 0.09 * np.linalg.norm(high - low), 0.11 * np.linalg.norm(high - low)
+    points = np.array([low, high, high, low])
+    points += [[0, 0, 0], [0, near, 0], [0, far, 0], [0, 0, -50]]
+    write_positions(tmp_path / "points.csv", points)
+    status, out, err = command(
+        "predict", finished_run, "--positions", tmp_path / "points.csv", "-o", tmp_path / "o.npz"
+    )
+    assert status == 0 and "4 spectra" in out
+    assert_one_sentence(
+        err, tmp_path / "points.csv: 2 of 4 positions are far outside", "the farthest, number 4, by 50 m"
+    )
+    status, _, err = command("predict", finished_run, "--positions", tiny / "tx_pos.csv", "-o", tmp_path / "p.npz")
+    assert status == 0 and err == ""
+
+
+def test_predict_killed_while_writing_leaves_the_old_file_as_it_was(command, finished_run, tiny, tmp_path, monkeypatch):
+    def killed(*_):
+        raise KeyboardInterrupt
+
+    output = tmp_path / "out.npz"
+    output.write_bytes(b"old")
+    with monkeypatch.context() as patch:
+        patch.setattr(os, "fsync", killed)
+        given = ("--positions", tiny / "tx_pos.csv", "-o", output, "--force")
+        assert command("predict", finished_run, *given)[0] == 130
+    assert output.read_bytes() == b"old"
+
+
+# Errors
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        (),
+        ("fly",),
+        ("train",),
+        ("train", "data"),
+        ("train", "data", "-o", "run", "--model", "nerf"),
+        ("train", "data", "-o", "run", "--steps", "many"),
+        ("evaluate", "run", "--fast"),
+        ("check",),
+        ("predict", "run"),
+    ],
+    ids=" ".join,
+)
+def test_wrong_usage_exits_2(command, arguments):
+    status, out, err = command(*arguments)
+    assert status == 2 and out == "" and err
+
+
+def test_the_traceback_behind_a_sentence_is_shown_when_asked_for(monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr(sys, "argv", ["bisplat", "evaluate", str(tmp_path / "nowhere")])
+    for asked, wanted in (("0", False), ("1", True)):
+        monkeypatch.setenv("BISPLAT_TRACEBACK", asked)
+        with pytest.raises(SystemExit) as leaving:
+            main()
+        err = capsys.readouterr().err
+        assert leaving.value.code == 1
+        assert ("Traceback" in err and "read_config" in err) == wanted
+        assert err.splitlines()[-1].startswith(f"bisplat: {tmp_path / 'nowhere'}: expected a run folder")
+        assert ("BISPLAT_TRACEBACK=1" in err) != wanted
+
+
+def test_a_file_that_cannot_be_written_is_named(command, finished_run, tiny, tmp_path):
+    (tmp_path / "file").write_text("")
+    output = tmp_path / "file" / "out.npz"
+    status, _, err = command("predict", finished_run, "--positions", tiny / "tx_pos.csv", "-o", output)
+    assert status == 1
+    assert_one_sentence(err, tmp_path / "file")
+
+
+def test_unknown_dataset_is_one_sentence(command, tmp_path):
+    status, out, err = command("train", tmp_path / "nowhere", "-o", tmp_path / "run")
+    assert status == 1 and out == ""
+    assert_one_sentence(err, tmp_path / "nowhere", "expected a dataset folder")
+    assert not (tmp_path / "run").exists()
+
+
+def test_split_that_needs_more_spectra_is_one_sentence(command, write_folder, tmp_path):
+    folder = write_folder(tmp_path / "few", count=9)
+    status, _, err = command("train", folder, "-o", tmp_path / "run", "--split", "blocked")
+    assert status == 1
+    assert_one_sentence(err, folder, "blocked", "found 9")
+
+
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [("--steps", "0"), ("--batch-size", "-1"), ("--learning-rate", "0"), ("--weight-decay", "-1")],
+)
+def test_number_out_of_range_is_one_sentence(command, tiny, tmp_path, option, value):
+    status, _, err = command("train", tiny, "-o", tmp_path / "run", "--model", "mlp", option, value)
+    assert status in (1, 2)
+    assert_one_sentence(err, option, value)
+
+
+def test_steps_of_a_model_that_takes_none_are_refused(command, tiny, tmp_path):
+    status, _, err = command("train", tiny, "-o", tmp_path / "run", "--steps", "100")
+    assert status == 1 and not (tmp_path / "run").exists()
+    assert_one_sentence(err, "--steps", "expected a model trained by steps, found helmholtz")
+
+
+def test_folder_that_is_no_run_is_one_sentence(command, tiny, tmp_path):
+    for arguments in (("evaluate", tiny), ("predict", tiny, "--positions", "p.csv", "-o", tmp_path / "out.npz")):
+        status, _, err = command(*arguments)
+        assert status == 1
+        assert_one_sentence(err, tiny, "expected a run folder")
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [("a,b,c\n1,2,3\n", "line 1"), ("x,y,z\n1,2,3\n1,2\n", "position 2"), ("x,y,z\n1,2,nan\n", "position 1")],
+    ids=["header", "columns", "nan"],
+)
+def test_bad_positions_are_one_sentence_that_names_the_row(command, finished_run, tmp_path, text, found):
+    (tmp_path / "points.csv").write_text(text)
+    status, _, err = command(
+        "predict", finished_run, "--positions", tmp_path / "points.csv", "-o", tmp_path / "out.npz"
+    )
+    assert status == 1 and not (tmp_path / "out.npz").exists()
+    assert_one_sentence(err, tmp_path / "points.csv", found)

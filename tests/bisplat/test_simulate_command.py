@@ -1,0 +1,127 @@
+"""``bisplat simulate`` as a user types it: several gateways, a receiver's errors, a folder made once more."""
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+from unittest import mock
+
+import numpy as np
+import pytest
+
+from bisplat.__main__ import main
+from bisplat.commands.simulate_command import MeasurementOptions, PropagationOptions, simulate
+from scenes.files.errors import InputError
+from scenes.scene.description import facing
+from scenes.storage.scene_yaml import write_scene
+from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.dataset_writer import write_positions
+
+DIRECT = PropagationOptions(max_depth=0)
+
+
+@pytest.fixture(scope="module")
+def two_gateways(make_scene, floor, tmp_path_factory) -> Path:
+    """A scene YAML of two gateways over a floor."""
+    scene = make_scene(floor)
+    second = replace(scene.gateway, position=(-7.0, 0.0, 1.5), orientation=facing((1, 0, 0)), rows=2)
+    return write_scene(replace(scene, further_gateways={"west": second}), tmp_path_factory.mktemp("scene"))
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def test_each_gateway_gets_a_folder_of_the_same_positions(two_gateways, tmp_path):
+    simulate(str(two_gateways), tmp_path, spectra=5, propagation=DIRECT)
+    first, second = read_dataset(tmp_path / "gateway1"), read_dataset(tmp_path / "west")
+    assert (first.positions == second.positions).all()
+    assert first.responses is not None and second.responses is not None
+    assert first.responses.shape == (5, 16)
+    assert second.responses.shape == (5, 8)
+    np.testing.assert_allclose(second.gateway_position, [-7, 0, 1.5])
+
+
+def test_receivers_errors_are_as_large_as_asked_for_and_each_arrays_own(two_gateways, tmp_path):
+    simulate(str(two_gateways), tmp_path / "ideal", spectra=5, propagation=DIRECT)
+    erring = MeasurementOptions(phase_error_deg=10.0)
+    simulate(str(two_gateways), tmp_path / "real", spectra=5, propagation=DIRECT, measurement=erring)
+    errors = []
+    for name in ("gateway1", "west"):
+        ideal, real = (read_dataset(tmp_path / kind / name).responses for kind in ("ideal", "real"))
+        errors.append(np.angle(real / ideal, deg=True))
+        assert np.ptp(errors[-1], axis=0).max() < 1e-3  # the same in every spectrum
+        assert 4 < errors[-1][0].std() < 20
+    assert np.abs(errors[0][0, :8] - errors[1][0]).max() > 1
+
+
+def test_folder_made_once_more_is_the_same_with_its_own_settings(two_gateways, tmp_path):
+    noisy = MeasurementOptions(snr_db=10.0)
+    simulate(str(two_gateways), tmp_path / "a", 5, seed=4, propagation=DIRECT, measurement=noisy, power_db=True)
+    simulate(str(tmp_path / "a" / "west"), tmp_path / "again")
+    assert contents(tmp_path / "again") == contents(tmp_path / "a" / "west")
+    assert (tmp_path / "again" / "power_db" / "00005.tif").exists()
+
+
+def test_folder_of_a_scene_is_not_taken_for_a_dataset(two_gateways, tmp_path):
+    with pytest.raises(InputError, match=r"found the folder of a scene; give .*scene.yaml"):
+        simulate(str(two_gateways.parent), tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_positions_in_millimetres_are_a_warning(two_gateways, tmp_path, capsys):
+    points = np.array([[-3.0, 0.5, 1.0], [-3.1, 0.5, 1.0]])
+    for name, unit in (("m", 1), ("mm", 1000)):
+        write_positions(tmp_path / f"{name}.csv", unit * points)
+        simulate(str(two_gateways), tmp_path / name, positions=tmp_path / f"{name}.csv", propagation=DIRECT)
+        warnings = [line for line in capsys.readouterr().err.splitlines() if "warning" in line]
+        assert len(warnings) == (unit > 1)  # once, not for each gateway
+    assert "mm.csv: 2 of 2 positions are far outside the box around the scene, " in warnings[0]
+
+
+def test_no_workers_is_wrong(two_gateways, tmp_path):
+    with pytest.raises(InputError, match="workers: expected a whole number of at least 1, found 0"):
+        simulate(str(two_gateways), tmp_path / "out", workers=0)
+
+
+def test_old_and_new_spellings_of_the_options_are_the_same(two_gateways, tmp_path):
+    common = ["simulate", str(two_gateways), "--max-depth", "0", "--no-specular", "--rays", "500"]
+    old = ["-n", "3", "--snr", "12", "--gain-error", "1", "--phase-error", "2", "--phase-noise", "3"]
+    new = [
+        "--spectra",
+        "3",
+        "--snr-db",
+        "12",
+        "--gain-error-db",
+        "1",
+        "--phase-error-deg",
+        "2",
+        "--phase-noise-deg",
+        "3",
+    ]
+    for name, options in (("old", old), ("new", new)):
+        with mock.patch.object(sys, "argv", ["bisplat", *common, "-o", str(tmp_path / name), *options]):
+            main()
+    assert contents(tmp_path / "old") == contents(tmp_path / "new")
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "sentence"),
+    [
+        ("--workers", "0", "--workers: expected a whole number of at least 1, found 0"),
+        ("-n", "1", "-n: expected a whole number of at least 2, found 1"),
+        ("--snr", "nan", "--snr-db: expected an SNR in dB from -200 to 200, found nan"),
+        (
+            "--phase-noise",
+            "-1",
+            "--phase-noise-deg: expected a standard deviation in degrees from 0 to 360, found -1.0",
+        ),
+        ("--max-depth", "-1", "--max-depth: expected a whole number of at least 0, found -1"),
+        ("--seed", "-1", "--seed: expected a whole number of at least 0, found -1"),
+    ],
+)
+def test_bad_value_is_one_sentence_that_names_the_option(option, value, sentence, two_gateways, tmp_path, capsys):
+    command = ["bisplat", "simulate", str(two_gateways), "-o", str(tmp_path / "out"), option, value]
+    with mock.patch.object(sys, "argv", command), pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 1
+    assert capsys.readouterr().err.startswith(f"bisplat: {sentence} (")

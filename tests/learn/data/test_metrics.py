@@ -1,0 +1,173 @@
+"""Scores, baselines, leakage and the array's ceiling against hand values and closed forms."""
+
+import numpy as np
+import pytest
+from skimage.metrics import structural_similarity
+
+from learn.baselines.array_ceiling import array_ceiling
+from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
+from learn.data.metrics import aoa_error, score, ssim
+from learn.evaluation.leakage import leakage
+from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.dataset_writer import write_index
+from simulate.spectra.angular_grid import AngularGrid
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.spectrum import normalise
+
+GRID = AngularGrid()
+
+# Scores
+
+
+@pytest.fixture
+def pictures():
+    generator = np.random.default_rng(0)
+    y = generator.normal(size=(3, 16)) + 1j * generator.normal(size=(3, 16))
+    truth = normalise(Beamformer().spectrum(y))
+    return np.clip(truth + 0.1 * generator.normal(size=truth.shape), 0, 1), truth
+
+
+def test_ssim_is_scikit_images_with_a_data_range_of_1(pictures):
+    expected = [structural_similarity(p, t, data_range=1) for p, t in zip(*pictures, strict=True)]
+    np.testing.assert_array_equal(ssim(*pictures), expected)
+    np.testing.assert_array_equal(score(*pictures, GRID).ssim, expected)
+    assert ssim(pictures[1], pictures[1]) == pytest.approx(1)
+
+
+def test_scores_of_single_precision_pictures_are_computed_in_double(pictures):
+    prediction, truth = (x.astype(np.float32) for x in pictures)
+    expected = [structural_similarity(p, t, data_range=1) for p, t in zip(prediction * 1.0, truth * 1.0, strict=True)]
+    np.testing.assert_allclose(score(prediction, truth, GRID).ssim, expected, atol=1e-6)
+
+
+def test_psnr_and_mean_absolute_error_by_hand():
+    truth = np.zeros((3, 90, 360))
+    prediction = truth.copy()
+    prediction[0] += 0.1  # squared error 0.01: 20 dB
+    prediction[1, :45] += 0.2  # half of the pixels: 0.02
+    scores = score(prediction, truth, GRID)
+    np.testing.assert_allclose(scores.psnr, [20, -10 * np.log10(0.02), 100])  # a perfect one is cut off at 100 dB
+    np.testing.assert_allclose(scores.mae, [0.1, 0.1, 0])
+
+
+def test_summary_is_of_the_test_spectra(pictures):
+    scores = score(*pictures, GRID)
+    summary = scores.summary()
+    assert summary["ssim_median"] == sorted(scores.ssim)[1]
+    assert summary["ssim_mean"] == pytest.approx(sum(scores.ssim) / 3)
+    assert summary["psnr_mean"] == pytest.approx(sum(scores.psnr) / 3)
+    assert summary["mae_mean"] == pytest.approx(sum(scores.mae) / 3)
+    assert summary["aoa_error_median_deg"] == sorted(scores.aoa_error)[1]
+
+
+def bright(azimuth, elevation):
+    """A picture whose maximum is at a whole degree of azimuth and elevation."""
+    picture = np.zeros((1, 90, 360))
+    picture[0, elevation - 1, azimuth] = 1  # on the grid that reaches boresight
+    return picture
+
+
+@pytest.mark.parametrize(
+    ("one", "other", "expected"),
+    [
+        ((120, 40), (120, 40), 0.0),
+        ((120, 40), (120, 55), 15.0),  # along a meridian
+        ((359, 1), (1, 1), 2 * np.degrees(np.arcsin(np.cos(np.radians(1)) * np.sin(np.radians(1))))),  # about 2°
+        ((0, 60), (180, 60), 60.0),  # over the zenith, not half a turn
+        ((10, 90), (250, 90), 0.0),  # at boresight azimuth means nothing
+        ((10, 89), (190, 89), 2.0),
+        ((0, 45), (90, 45), 60.0),  # (1, 0, 1) · (0, 1, 1) / 2 = 1/2
+    ],
+)
+def test_angle_of_arrival_error_of_known_directions(one, other, expected):
+    for pair in ((one, other), (other, one)):
+        assert aoa_error(*(bright(*where) for where in pair), AngularGrid(1.0))[0] == pytest.approx(expected, abs=1e-5)
+
+
+def test_angle_of_arrival_error_of_plane_waves_across_the_seam(plane_waves):
+    spectra = Beamformer().spectrum(np.array([plane_waves((1, azimuth, 30)) for azimuth in (359, 1)]))
+    assert aoa_error(spectra[:1], spectra[1:], GRID)[0] == pytest.approx(2 * np.cos(np.radians(30)), abs=1e-3)
+
+
+# Baselines
+
+
+@pytest.fixture
+def known():
+    positions = np.array([[0.0, 0, 0], [1, 0, 0], [0, 2, 0], [0, 0, 4], [9, 9, 9]])
+    return positions, np.random.default_rng(0).uniform(0, 1, (5, 90, 360))
+
+
+def test_mean_picture_is_the_mean_everywhere(known):
+    found = mean_picture(known[1], np.zeros((3, 3)))
+    np.testing.assert_allclose(found, np.stack([sum(known[1]) / 5] * 3))
+
+
+def test_nearest_copies_the_picture_of_the_nearest_position(known):
+    found = nearest(*known, np.array([[0.6, 0, 0], [0.4, 0, 0], [0, 0, 3.5], [100, 100, 100]]))
+    np.testing.assert_array_equal(found, known[1][[1, 0, 3, 4]])
+
+
+def test_inverse_distance_weighs_the_four_nearest_pictures(known):
+    # at distances 1, 2, 1 and 5 from (0, 0, 0), (1, 0, 0)… : from (-1, 0, 0): 1, 2, √5, √17
+    found = inverse_distance(*known, np.array([[-1.0, 0, 0]]))[0]
+    weights = np.array([1, 1 / 2, 5**-0.5, 17**-0.5])
+    expected = sum(w * p for w, p in zip(weights / weights.sum(), known[1][:4], strict=True))
+    np.testing.assert_allclose(found, expected)
+
+
+def test_inverse_distance_at_a_known_position_is_its_picture(known):
+    np.testing.assert_allclose(inverse_distance(*known, known[0]), known[1], atol=1e-7)
+
+
+def test_inverse_distance_does_with_fewer_than_four_pictures(known):
+    positions, pictures = known[0][:2], known[1][:2]
+    found = inverse_distance(positions, pictures, np.array([[0.25, 0, 0]]))[0]
+    np.testing.assert_allclose(found, 0.75 * pictures[0] + 0.25 * pictures[1])
+
+
+# Leakage
+
+
+def test_leak_is_found_in_a_split_that_interleaves_a_path_and_not_in_one_that_cuts_it(tmp_path, write_folder):
+    folder = write_folder(tmp_path / "path", count=60)
+    found = leakage(read_dataset(folder))
+    assert found.leaks and "blocked" in found.sentence()
+    dataset = read_dataset(folder)
+    step = np.linalg.norm(np.diff(dataset.positions, axis=0), axis=1)
+    assert step.min() <= np.median(found.distance) <= step.max()
+
+    names = dataset.names
+    write_index(folder / "train_index.txt", names[:40])
+    write_index(folder / "test_index.txt", names[40:])
+    cut = leakage(read_dataset(folder))
+    assert not cut.leaks and "blocked" not in cut.sentence()
+    # nearest of all is the last training position, for every test position
+    copied = ssim(np.stack([dataset.spectra[39]] * 20).astype(float), dataset.spectra[40:].astype(float))
+    assert cut.ssim_median == pytest.approx(np.median(copied), abs=1e-6)
+
+
+def test_folder_without_a_test_part_has_no_leakage(tmp_path, write_folder):
+    folder = write_folder(tmp_path / "path", count=5)
+    write_index(folder / "test_index.txt", [])
+    assert leakage(read_dataset(folder)) is None
+
+
+# The array's ceiling
+
+
+def test_picture_that_the_array_can_make_is_under_its_ceiling(plane_waves):
+    generator = np.random.default_rng(1)
+    y = np.stack(
+        [plane_waves((1, 200, 40), (0.6j, 60, 25)), generator.normal(size=16) + 1j * generator.normal(size=16)]
+    )
+    truth = normalise(Beamformer().spectrum(y))
+    assert ssim(array_ceiling(truth, Beamformer()), truth).min() > 0.99
+
+
+def test_picture_that_the_array_cannot_make_is_above_its_ceiling():
+    """A beam of 5°, far narrower than a half-wavelength 4 × 4 array's 26°."""
+    azimuth, elevation = np.meshgrid(np.arange(360), np.arange(1, 91))
+    truth = np.exp(-((azimuth - 180) ** 2 + (elevation - 45) ** 2) / (2 * 2.5**2))[None]
+    fitted = array_ceiling(truth, Beamformer())
+    assert fitted.shape == truth.shape and ssim(fitted, truth)[0] < 0.9

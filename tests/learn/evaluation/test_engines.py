@@ -1,0 +1,123 @@
+"""Rays against a full-wave dataset, and cross-validation by its stored field; the solver is replaced by a formula."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from learn.evaluation.crossvalidate import crossvalidate
+from learn.evaluation.engines import compare_engines
+from learn.evaluation.engines_plane import compare_on_plane
+from learn.reports.engines_report import draw_plane, write_engines
+from learn.training.train import train
+from scenes.checks.array_clearance import element_positions
+from scenes.files.errors import InputError, ParameterError
+from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.scene.materials import p2040_materials
+from scenes.scene.shapes import sheet
+from simulate.fullwave.dipole import free_space_response
+from simulate.fullwave.stored_field import StoredField
+from simulate.generation.simulation import simulate
+from simulate.rays.core.propagation import Propagation
+
+LINE_OF_SIGHT = Propagation(max_depth=0, rays=1000)
+
+
+@pytest.fixture
+def in_free_space(monkeypatch):
+    """The solver's field is that in free space."""
+
+    def field(scene, planned, folder, at_once, solver, gpu, ray, report):
+        low, high = scene.transmitter.region + np.array([[-0.2], [0.2]])
+        size = np.ceil((high - low) / 0.02).astype(int) + 1
+        index = np.stack(np.meshgrid(*(np.arange(count) for count in size), indexing="ij"), axis=-1)
+        points, up = low + 0.02 * index.reshape(-1, 3), np.array([0.0, 0.0, 1.0])
+        values = [
+            free_space_response(each, up, points, up, scene.frequency)
+            for each in element_positions(scene.gateway, scene.wavelength)
+        ]
+        folder.mkdir()
+        return StoredField(low, 0.02, np.stack(values).reshape(-1, *size), np.zeros(16), 900)
+
+    monkeypatch.setattr("simulate.generation.dataset_field.stored_field", field)
+
+
+@pytest.fixture
+def yard() -> Scene:
+    """A floor, and patch-like elements, which full wave makes short dipoles."""
+    floor = SceneObject("floor", sheet((-5, -5, 0), (10, 0, 0), (0, 10, 0)), "concrete")
+    gateway = Gateway((0, 0, 1.5), facing((-1, 0, 0)), pattern="tr38901")
+    region = Transmitter((-2.5, -0.5, 0.8), (-1.5, 0.5, 1.4))
+    return Scene("yard", 915e6, gateway, region, (floor,), p2040_materials(["concrete"], 915e6))
+
+
+@pytest.fixture
+def full_wave(yard, in_free_space, tmp_path):
+    return simulate(yard, tmp_path / "yard", n=24, engine="fullwave", cell=0.03)
+
+
+def test_line_of_sight_is_the_field_in_free_space(full_wave, tmp_path):
+    compared = compare_engines(full_wave.folder, LINE_OF_SIGHT, 20)
+    assert len(compared.positions) == 20
+    assert compared.correlation.min() > 0.999
+    assert np.abs(compared.level_error_db).max() < 0.2
+    write_engines(compared, tmp_path / "report")
+    metrics = json.loads((tmp_path / "report" / "engines.json").read_text())
+    assert metrics["correlation_rays_together"] > 0.999 and metrics["ssim_rays"] > 0.97
+    assert (tmp_path / "report" / "engines_map.png").stat().st_size > 10_000
+
+
+def test_reflection_that_the_field_lacks_is_seen(full_wave):
+    without = compare_engines(full_wave.folder, LINE_OF_SIGHT, 20).metrics()
+    with_floor = compare_engines(
+        full_wave.folder, Propagation(max_depth=1, diffraction=False, rays=20_000), 20
+    ).metrics()
+    assert 1 - with_floor["correlation_rays_together"] > 3 * (1 - without["correlation_rays_together"])
+    assert with_floor["level_error_db"] > 3 * without["level_error_db"]
+
+
+def test_plane_shows_each_depths_error_and_counts_paths(yard, full_wave, tmp_path):
+    plane = compare_on_plane(full_wave.folder, Propagation(max_depth=1, diffraction=False, rays=20_000))
+    assert plane.errors_db[0].max() < -25  # the field is that in free space, near field included
+    assert plane.errors_db[1].mean() > plane.errors_db[0].max() + 4  # and lacks the reflection
+    assert (plane.paths == 2).all()
+    draw_plane(replace(plane, paths=plane.paths + (plane.x > -2)), tmp_path)
+    assert (tmp_path / "engines_plane.png").stat().st_size > 10_000
+
+
+def test_other_datasets_are_refused(yard, full_wave, tmp_path, in_free_space):
+    rays = simulate(yard, tmp_path / "rays", n=4, propagation=LINE_OF_SIGHT)
+    with pytest.raises(InputError, match="expected a dataset simulated with --engine fullwave"):
+        compare_engines(rays.folder, LINE_OF_SIGHT, 4)
+    with pytest.raises(ParameterError, match="positions: expected a whole number of at least 1, found 0"):
+        compare_engines(full_wave.folder, LINE_OF_SIGHT, 0)
+    metadata = json.loads((full_wave.folder / "metadata.json").read_text())
+    metadata["measurement"]["snr_db"] = 20.0
+    (full_wave.folder / "metadata.json").write_text(json.dumps(metadata))
+    with pytest.raises(InputError, match="expected a dataset without measurement errors"):
+        compare_engines(full_wave.folder, LINE_OF_SIGHT, 4)
+
+
+def test_run_on_full_wave_is_validated_by_the_stored_field(yard, full_wave, tmp_path):
+    run = train(full_wave, tmp_path / "run")
+    fresh = crossvalidate(run, yard, positions=8)
+    assert fresh.truth_by == "full wave"
+    assert np.median(fresh.correlation) > 0.99
+
+
+def test_run_on_rays_is_validated_by_full_wave_if_asked(yard, full_wave, tmp_path, monkeypatch):
+    dipoles = replace(
+        yard,
+        gateway=replace(yard.gateway, pattern="dipole"),
+        transmitter=replace(yard.transmitter, pattern="dipole"),
+    )
+    rays = simulate(dipoles, tmp_path / "rays", n=24, propagation=LINE_OF_SIGHT)
+    run = train(rays, tmp_path / "run")
+    fresh = crossvalidate(run, yard, positions=8, field=full_wave.folder)
+    assert fresh.truth_by == "full wave" and np.median(fresh.correlation) > 0.99
+    monkeypatch.setattr("simulate.generation.simulation.default_cell", lambda scene: 0.03)  # which the formula ignores
+    solved = crossvalidate(run, dipoles, positions=8, engine="fullwave")
+    assert solved.truth_by == "full wave" and (tmp_path / "run" / "fullwave" / "field.npz").is_file()
+    np.testing.assert_allclose(solved.correlation, fresh.correlation)
+    assert crossvalidate(run, dipoles, positions=8, engine="rays").truth_by == "fresh ray tracing"

@@ -1,0 +1,190 @@
+"""Planned positions: free, in the region, better than uniform ones, beside what a run knows, in a CSV."""
+
+import shutil
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import torch
+
+import bisplat
+from bisplat.__main__ import main
+from learn.planning.candidates import candidates_among
+from learn.planning.next_positions import plan
+from learn.planning.planned_fields import Field, fields_of_model, fields_of_run
+from learn.training.run_folder import Run
+from scenes.checks.occupancy import inside_object
+from scenes.files.errors import InputError
+from scenes.scene.description import Scene, SceneObject
+from scenes.scene.shapes import box
+from scenes.storage.scene_yaml import write_scene
+from simulate.positions.given_positions import read_points
+from simulate.positions.placement import place
+from simulate.rays.core.propagation import Propagation
+from tests.yard import yard
+
+COARSE = Propagation(max_depth=1, rays=10_000, diffraction=False)
+TWO = np.array([[[2.1, 0.0, 1.5]], [[2.4, 0.1, 1.4]]])
+CRATE = SceneObject("crate", box((2.0, -0.5, 0.001), (2.5, 0.5, 1.3)), "metal")
+
+
+@pytest.fixture(autouse=True)
+def fewer(monkeypatch):
+    """Fewer candidates and traced positions, which take less time."""
+    monkeypatch.setattr("learn.planning.candidates.CANDIDATES", 400)
+    monkeypatch.setattr("learn.planning.planned_fields.TRACED", 40)
+
+
+@pytest.fixture(scope="module")
+def scene() -> Scene:
+    return yard(CRATE)
+
+
+@pytest.fixture(scope="module")
+def traced_run(scene, tmp_path_factory) -> Run:
+    folder = tmp_path_factory.mktemp("plan")
+    dataset = bisplat.simulate(scene, folder / "data", n=16, propagation=COARSE)
+    return bisplat.train(dataset, folder / "run")
+
+
+@pytest.fixture
+def command(monkeypatch, capsys):
+    """Function: runs ``bisplat`` with these arguments -> exit status, stdout, stderr."""
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["bisplat", *map(str, arguments)])
+        status = 0
+        try:
+            main()
+        except SystemExit as leaving:
+            status = leaving.code
+        return status, *capsys.readouterr()
+
+    return run
+
+
+def variance_left(field: Field, where: np.ndarray, measured: np.ndarray) -> float:
+    return float(field.open_at(where, measured).covariance.diagonal().real.mean())
+
+
+def assert_free_and_in_the_region(positions: np.ndarray, scene: Scene) -> None:
+    low, high = scene.transmitter.region
+    assert ((positions >= low) & (positions <= high)).all()
+    assert not inside_object(scene, positions).any()
+    assert len(np.unique(positions, axis=0)) == len(positions)
+
+
+def test_positions_in_a_scene_are_free_and_most_useful_first(scene):
+    planned = plan(scene, 12, propagation=COARSE)
+    assert planned.positions.shape == (12, 3) and planned.tour is None
+    assert_free_and_in_the_region(planned.positions, scene)
+    assert planned.open_variance[0] == pytest.approx(1, abs=1e-3)
+    gains = -np.diff(planned.open_variance)
+    assert (gains > 0).all() and (np.diff(gains) < 0.01).all()
+
+
+def test_all_gateways_of_a_scene_count(scene, monkeypatch):
+    planned_for = []
+
+    def fields(of_one, *options):
+        planned_for.append(of_one.gateway.position)
+        length = 0.1 * len(planned_for)
+        return [Field(lambda a, b: np.exp(-((np.linalg.norm(a[:, None] - b, axis=-1) / length) ** 2)), 0.01)]
+
+    monkeypatch.setattr("learn.planning.next_positions.fields_of_scene", fields)
+    other = replace(scene.gateway, position=(0.0, 0.3, 1.5))
+    both = plan(replace(scene, further_gateways={"other": other}), 3)
+    assert planned_for == [scene.gateway.position, other.position]
+    slowest = plan(scene, 3)  # its field is the third one, which varies most slowly over the positions
+    assert both.open_variance[0] == pytest.approx(1) and slowest.open_variance[0] == pytest.approx(1)
+    assert both.open_variance[3] > slowest.open_variance[3] + 0.001
+
+
+def test_planned_positions_leave_less_open_than_uniform_ones(scene, traced_run):
+    dataset = traced_run.dataset()
+    known = dataset.positions[traced_run.split(dataset).known]
+    planned = plan(traced_run, 10).positions
+    assert_free_and_in_the_region(planned, scene)
+    field = fields_of_run(traced_run, dataset, lambda *_: None)[0]
+    where = place(scene, "uniform", 300, 9)
+    left = variance_left(field, where, np.vstack([known, planned]))
+    np.testing.assert_array_equal(planned, plan(traced_run.folder, 10).positions)
+    for seed in range(3):
+        assert left < variance_left(field, where, np.vstack([known, place(scene, "uniform", 10, seed)]))
+    assert left < variance_left(field, where, known)
+
+
+def test_open_variance_is_that_of_the_model(scene, traced_run):
+    """There are so few known positions that the model predicts from all of them."""
+    kriged = traced_run.model.fields["responses"]
+    (field,) = (each for each in fields_of_model(traced_run.model) if np.iscomplexobj(each.covariance(*TWO)))
+    where = place(scene, "uniform", 50, 9)
+    found = replace(field, nugget=float(kriged.nugget)).open_at(where, kriged.places.double().numpy())
+    expected = kriged.uncertainty(torch.from_numpy(where).float()).numpy()
+    np.testing.assert_allclose(found.covariance.diagonal().real, expected, atol=2e-3)
+
+
+@pytest.mark.usefixtures("small_models")
+def test_run_of_another_model_on_measured_spectra_has_candidates_among_its_positions(finished_run, tiny):
+    planned = plan(finished_run, 5, tour=True)
+    known = read_points(tiny / "tx_pos.csv")
+    assert (planned.positions >= known.min(axis=0) - 1e-6).all()
+    assert (planned.positions <= known.max(axis=0) + 1e-6).all()
+    assert planned.positions[:, 2] == pytest.approx(1)  # all are at this height
+    assert planned.tour is not None and planned.tour.crossings == 0
+    assert planned.open_variance[-1] < planned.open_variance[0] < 0.9
+
+
+def test_candidates_are_in_the_hull_of_measured_positions():
+    corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    found = candidates_among(corners, 0, "run")
+    assert len(found) == 400 and (found >= -1e-9).all() and (found.sum(axis=1) <= 1 + 1e-9).all()
+    turned = candidates_among(np.array([[0.0, 0, 0], [1, 1, 1], [3, 3, 3]]), 0, "run")
+    assert np.ptp(turned, axis=1).max() < 1e-9 and turned.min() >= -1e-9 and turned.max() <= 3 + 1e-9
+    with pytest.raises(InputError, match="run: expected at least two different positions, found one"):
+        candidates_among(np.ones((4, 3)), 0, "run")
+
+
+def test_command_writes_a_csv_that_simulate_reads(scene, traced_run, command, tmp_path):
+    csv, file = tmp_path / "positions.csv", write_scene(scene, tmp_path / "yard")
+    status, out, err = command("plan", traced_run.folder, "-n", 6, "-o", csv, "--tour")
+    assert status == 0 and "6 positions: " in out and "open variance" in out and "tour: " in out
+    assert "plan: positions" in err
+    assert csv.read_text().startswith("x,y,z\n")
+    simulated = ("simulate", file, "-o", tmp_path / "data", "--positions", csv, "--max-depth", 0)
+    assert command(*simulated)[0] == 0
+    np.testing.assert_array_equal(bisplat.read_dataset(tmp_path / "data").positions, read_points(csv))
+
+    before = csv.read_bytes()
+    status, _, err = command("plan", traced_run.folder, "-n", 2, "-o", csv)
+    assert status == 1 and "--force replaces it" in err and csv.read_bytes() == before
+    assert command("plan", traced_run.folder, "-n", 2, "-o", csv, "--force")[0] == 0
+    assert len(read_points(csv)) == 2
+
+
+@pytest.mark.parametrize(
+    ("subject", "found"),
+    [
+        ("nowhere", '"nowhere": expected a run folder, a scene YAML or one of lab, .*, found nothing there'),
+        ("no\nwhere", r'"no\\nwhere": expected a run folder'),
+        ("folder", "expected a run folder made by bisplat train, found no config.json in it"),
+        ("data.csv", "not a scene description"),
+    ],
+)
+def test_bad_input_is_one_sentence(subject, found, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "data.csv").write_text("x,y,z\n")
+    with pytest.raises(InputError, match=found):
+        plan(subject)
+
+
+@pytest.mark.usefixtures("small_models")
+def test_run_without_its_dataset_is_refused(finished_run, tiny, tmp_path):
+    copy = tmp_path / "run"
+    shutil.copytree(finished_run, copy)
+    config = copy / "config.json"
+    config.write_text(config.read_text().replace(str(tiny), str(tmp_path / "gone")))
+    with pytest.raises(InputError, match="gone: expected a dataset folder, found nothing there"):
+        plan(copy)

@@ -1,0 +1,158 @@
+"""The picture shows what is there, and the description is plain data."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+from matplotlib.patches import Rectangle
+
+from scenes.checks.enclosure import ceiling_height
+from scenes.drawing.floor_plan import draw_plan
+from scenes.drawing.perspective import draw_view
+from scenes.drawing.scene_drawing import describe_scene, draw_scene
+from scenes.scene.description import SceneObject, Transmitter
+from scenes.scene.materials import p2040_material
+from scenes.scene.shapes import box, sheet, turned, union
+from scenes.storage.scene_yaml import load_scene
+
+
+def colored(image, color):
+    return np.mean(np.all(np.abs(image[..., :3] - np.array(color)) < 0.02, axis=-1))
+
+
+def test_lab_is_drawn(tmp_path):
+    lab = load_scene("lab")
+    draw_scene(lab, tmp_path / "lab.png")
+    image = imread(tmp_path / "lab.png")
+    assert image.shape[1] > image.shape[0] > 500
+    assert colored(image, lab.materials["concrete"].color) > 0.1  # the floor, seen from above: no ceiling
+    assert colored(image, lab.materials["wood"].color) > 0.005
+
+
+def share(image, color):
+    """Share of the picture in this hue, however it is shaded."""
+    pixels = image[..., :3] / np.linalg.norm(image[..., :3], axis=-1, keepdims=True).clip(1e-6)
+    return np.mean(pixels @ (np.array(color) / np.linalg.norm(color)) > 0.9995)
+
+
+def test_one_can_look_in(scene, tmp_path):
+    """The ceiling and the near walls are left out, whether the room is one mesh or many."""
+    materials = {name: p2040_material(name, 915e6) for name in ("brick", "marble", "metal", "wood")}
+    crate = SceneObject("crate", box((-3, -3, 0.1), (-1, -1, 1)), "wood")
+    sheets = (
+        SceneObject("floor", sheet((-5, -5, 0), (10, 0, 0), (0, 10, 0)), "marble"),
+        SceneObject("ceiling", sheet((-5, -5, 3), (10, 0, 0), (0, 10, 0)), "metal"),
+        SceneObject("near", sheet((-5, -5, 0), (10, 0, 0), (0, 0, 3)), "brick"),
+    )
+    draw_scene(replace(scene, objects=(*sheets, crate), materials=materials), tmp_path / "many.png")
+    image = imread(tmp_path / "many.png")
+    assert share(image, materials["metal"].color) < 0.01 and share(image, materials["brick"].color) < 0.01
+
+    shell = SceneObject("room", box((-5, -5, -0.01), (5, 5, 3)), "brick")
+    draw_scene(replace(scene, objects=(shell, crate), materials=materials), tmp_path / "one.png")
+    for file in ("many.png", "one.png"):
+        assert share(imread(tmp_path / file), materials["wood"].color) > 0.003
+
+
+def street(scene, region_min, region_max):
+    """A brick building with a metal roof on a square; the viewer sees its south and west sides."""
+    building = union(*(sheet((-2, y, 0), (4, 0, 0), (0, 0, 3)) for y in (-2, 2)))
+    sides = union(*(sheet((x, -2, 0), (0, 4, 0), (0, 0, 3)) for x in (-2, 2)))
+    objects = (
+        SceneObject("ground", sheet((-10, -10, 0), (20, 0, 0), (0, 20, 0)), "concrete"),
+        SceneObject("front and back", building, "brick"),
+        SceneObject("sides", sides, "brick"),
+        SceneObject("roof", sheet((-2, -2, 3), (4, 0, 0), (0, 4, 0)), "metal"),
+    )
+    materials = {name: p2040_material(name, 915e6) for name in ("brick", "concrete", "metal")}
+    return replace(scene, objects=objects, materials=materials, transmitter=Transmitter(region_min, region_max))
+
+
+def test_roofs_are_drawn(scene, tmp_path):
+    place = street(scene, (-8, -8, 0.5), (-6, -6, 1.5))
+    draw_scene(place, tmp_path / "street.png")
+    image = imread(tmp_path / "street.png")
+    plan, view = np.split(image, [image.shape[1] // 2], axis=1)
+    assert share(plan, place.materials["metal"].color) > 0.005
+    assert share(view, place.materials["metal"].color) > 0.005
+    assert share(view, place.materials["brick"].color) > 0.005
+
+
+def test_only_what_covers_gateway_and_region_is_a_ceiling(scene):
+    triangles = np.concatenate([item.mesh.triangles for item in load_scene("lab").objects])
+    assert ceiling_height(load_scene("lab"), triangles) == pytest.approx(3)
+    place = street(scene, (-1, -1, 0.5), (1, 1, 1.5))  # the region is in the building, the gateway is not
+    assert ceiling_height(place, np.concatenate([item.mesh.triangles for item in place.objects])) == np.inf
+
+
+def view_of(place):
+    figure = Figure(figsize=(7, 7), dpi=110, layout="constrained")
+    axes = figure.add_subplot(projection="3d")
+    draw_view(axes, place)
+    figure.draw_without_rendering()
+    return figure, axes
+
+
+def green_lines(place):
+    """Line styles of the edges of the region."""
+    return {line.get_linestyle() for line in view_of(place)[1].lines if line.get_color() == "green"}
+
+
+def test_what_a_building_hides_of_the_region_is_dashed(scene):
+    assert green_lines(street(scene, (-8, -8, 0.5), (-6, -6, 1.5))) == {"-"}  # before it
+    assert green_lines(street(scene, (2.5, 2.1, 0.1), (3, 3, 0.3))) == {"--"}  # behind it
+    assert green_lines(street(scene, (-1, -4, 0.5), (1, 0, 1.5))) == {"-", "--"}  # reaches into it
+
+
+@pytest.mark.parametrize("height", [0.3, 3, 30])
+def test_labels_of_the_axes_are_beside_their_ticks(scene, height):
+    mast = SceneObject("mast", box((0, 0, 0), (0.1, 0.1, height)), "wood")
+    _, axes = view_of(replace(scene, objects=(*scene.objects, mast)))
+    for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+        low, high = axis.get_view_interval()
+        ticks = [tick for tick in axis.get_major_ticks() if low <= tick.get_loc() <= high]
+        boxes = [tick.label1.get_window_extent() for tick in ticks]
+        assert boxes and not any(a.overlaps(b) for i, a in enumerate(boxes) for b in boxes[i + 1 :])
+        if axis is axes.zaxis:  # the others are slanted, and so are less than the boxes around them
+            assert not any(axis.label.get_window_extent().overlaps(each) for each in boxes)
+
+
+def test_plan_shows_furniture_of_a_room_that_is_one_mesh(scene):
+    """A section at 1 m, the height of the region: walls and wardrobe; the table below it by its outline."""
+    walls = [box((-5, y, 0), (5, y + 0.1, 3)) for y in (-5, 4.9)]
+    wardrobe, table = turned(box((-4, 2, 0), (-2, 3, 2)), 30), turned(box((2, 2, 0.7), (4, 3, 0.8)), 20)
+    room = union(box((-5, -5, -0.1), (5, 5, -0.01)), *walls, wardrobe, table)
+    axes = Figure().add_subplot()
+    draw_plan(axes, replace(scene, objects=(SceneObject("room", room, "wood"),)))
+    (lines,) = (each for each in axes.collections if isinstance(each, LineCollection))
+    ends = np.concatenate(lines.get_segments())
+    for solid in (*walls, wardrobe):
+        assert all(np.linalg.norm(ends - corner, axis=1).min() < 1e-6 for corner in solid.vertices[:, :2])
+    (seen,) = (each for each in axes.collections if not isinstance(each, LineCollection))
+    outlines = [path.vertices for path in seen.get_paths() if len(path.vertices) == 3]  # two ends, closed
+    assert all(
+        np.linalg.norm(np.concatenate(outlines) - corner, axis=1).min() < 1e-6 for corner in table.vertices[:, :2]
+    )
+    assert sum(isinstance(each, Rectangle) for each in axes.patches) == 1  # the region alone
+
+
+def test_description_is_json(scene):
+    description = json.loads(json.dumps(describe_scene(scene)))
+    assert description["frequency"] == 915e6
+    assert description["bounds"] == {"min": [-5, -5, 0], "max": [5, 5, 0.3333]}
+    assert description["gateway"]["boresight"] == [-1, 0, 0]
+    floor, crate = description["objects"]
+    assert floor == {
+        "name": "floor",
+        "material": "concrete",
+        "size": [10, 10, 0],
+        "triangles": 2,
+        "closed": False,
+    }
+    assert crate["closed"] and crate["triangles"] == 12
+    wood = description["materials"][1]
+    assert wood["name"] == "wood" and wood["relative_permittivity"] == pytest.approx(1.99)

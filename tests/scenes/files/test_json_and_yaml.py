@@ -1,0 +1,109 @@
+"""JSON and YAML from anywhere: what is neither, or too much of it, gets one sentence, soon."""
+
+import time
+
+import msgspec
+import pytest
+
+from scenes.files.errors import InputError
+from scenes.files.json_file import read_json
+from scenes.files.schema import conform
+from scenes.files.yaml_file import read_yaml
+from tests import hostile_files as hostile
+
+
+def write(path, content):
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    return path
+
+
+@pytest.mark.parametrize(
+    ("read", "content"),
+    [
+        *(pytest.param(read_json, content, id=f"JSON: {case}") for case, content in hostile.JSON.items()),
+        *(pytest.param(read_yaml, content, id=f"YAML: {case}") for case, content in hostile.YAML.items()),
+    ],
+)
+def test_damaged_files(tmp_path, read, content):
+    path = write(tmp_path / "given", content)
+    began = time.perf_counter()
+    with pytest.raises(InputError, match=r"given(, line \d+)?: expected a thing.*found ") as caught:
+        read(path, "a thing")
+    assert time.perf_counter() - began < 5
+    assert str(caught.value).isprintable() and len(str(caught.value)) < 600
+
+
+@pytest.mark.parametrize("read", [read_json, read_yaml])
+@pytest.mark.parametrize("kind", hostile.SPECIAL)
+def test_what_is_no_ordinary_file_is_not_opened(tmp_path, read, kind):
+    hostile.SPECIAL[kind](tmp_path / "given")
+    with pytest.raises(InputError, match="given: expected a thing"):
+        read(tmp_path / "given", "a thing")
+
+
+@pytest.mark.parametrize(
+    ("content", "value"),
+    [
+        ("\ufeff{}", {}),
+        ('{"a": [1, 2.5, null, true, "ü"]}', {"a": [1, 2.5, None, True, "ü"]}),
+        ("[" * 50 + "]" * 50, None),
+        (str(10**30), 10**30),
+    ],
+)
+def test_json_is_read_as_it_is(tmp_path, content, value):
+    found = read_json(write(tmp_path / "given", content), "a thing")
+    assert value is None or found == value
+
+
+def test_nan_is_read_where_a_model_may_have_diverged(tmp_path):
+    assert read_json(write(tmp_path / "given", "[NaN]"), "scores", nan=True) != [0]
+
+
+@pytest.mark.parametrize(
+    ("content", "value"),
+    [
+        ("\ufeffa: 1\n", {"a": 1}),
+        ("a: 2024-01-31\n", {"a": "2024-01-31"}),  # a text, since nothing of ours is a date
+        ("a: 2024-13-45\n", {"a": "2024-13-45"}),
+        ("a: {b: [1, 2.5, null, x]}\n", {"a": {"b": [1, 2.5, None, "x"]}}),
+        ("", None),
+    ],
+)
+def test_yaml_is_read_as_it_is(tmp_path, content, value):
+    assert read_yaml(write(tmp_path / "given", content), "a thing") == value
+
+
+class Inner(msgspec.Struct, forbid_unknown_fields=True):
+    rows: int
+    size: tuple[float, float] = (0.0, 0.0)
+
+
+class Outer(msgspec.Struct):
+    inner: Inner
+    many: list[Inner] = []
+    maybe: int | None = None
+    names: dict[str, str] = {}
+
+
+@pytest.mark.parametrize(
+    ("value", "sentence"),
+    [
+        (None, "expected a mapping, found nothing"),
+        ([], r"expected a mapping, found \[\]"),
+        ({}, "expected the key inner, found none"),
+        ({"inner": 3}, "inner: expected a mapping, found 3"),
+        ({"inner": {"rows": True}}, "inner.rows: expected a whole number, found True"),
+        ({"inner": {"rows": 4.5}}, "inner.rows: expected a whole number, found 4.5"),
+        ({"inner": {"row": 4}}, "inner: expected no keys but rows, size, found 'row'"),
+        ({"inner": {"rows": 4, "size": [1]}}, r"inner.size: expected a list of 2, found \[1\]"),
+        ({"inner": {"rows": 4, "size": [1, "x"]}}, r"inner.size\[1\]: expected a number, found 'x'"),
+        ({"inner": {"rows": 4, "size": [1, 10**400]}}, r"inner.size\[1\]: expected another value, found 1000.*range\)"),
+        ({"inner": {"rows": 4}, "many": [{"rows": 1}, {}]}, r"many\[1\]: expected the key rows, found none"),
+        ({"inner": {"rows": 4}, "maybe": "x"}, "maybe: expected a whole number or nothing, found 'x'"),
+        ({"inner": {"rows": 4}, "names": {"a": 1}}, "names: expected a text, found {'a': 1}"),
+        ({"inner": {"rows": "x\x1b[2J"}}, r"inner.rows: expected a whole number, found 'x\\x1b\[2J'"),
+    ],
+)
+def test_schema_names_the_key_and_the_value(value, sentence):
+    with pytest.raises(InputError, match=f"^file: {sentence}$"):
+        conform(value, Outer, "file")

@@ -1,0 +1,160 @@
+"""Files of other programs land where they should, named, scaled, upright and of the right material."""
+
+import numpy as np
+import pytest
+import trimesh
+from trimesh import Trimesh
+
+from scenes.checks.occupancy import closed_parts
+from scenes.files.errors import InputError
+from scenes.importing.mesh_import import import_mesh
+from scenes.scene.shapes import box
+
+OBJ = """\
+o table
+v 0 0 0
+v 2 0 0
+v 0 3 0
+v 0 0 1
+g top
+usemtl oak
+f 1 2 3
+usemtl pine
+f 1 2 4
+o chair
+g seat
+f 1 3 4
+"""
+
+
+@pytest.fixture
+def glb(tmp_path):
+    """A box 1 x 2 x 3 in a node that turns it 90° about y and moves it, as an exporter would."""
+    scene = trimesh.Scene()
+    place = trimesh.transformations.rotation_matrix(np.pi / 2, [0, 1, 0])
+    place[:3, 3] = [100, 0, 50]
+    scene.add_geometry(box((0, 0, 0), (1, 2, 3)), node_name="Desk.001", geom_name="mesh", transform=place)
+    scene.export(tmp_path / "room.glb")
+    return tmp_path / "room.glb"
+
+
+def test_glb_transform_unit_and_axes(glb):
+    (desk,), report = import_mesh(glb, [("Desk*", "wood")], unit="cm")
+    # about y: (x, y, z) -> (z, y, -x); moved; then y up to z up: (x, y, z) -> (x, -z, y); then centimetres
+    np.testing.assert_allclose(desk.mesh.bounds, np.array([[100, -50, 0], [103, -49, 2]]) / 100, atol=1e-6)
+    assert (desk.name, desk.material) == ("Desk.001", "wood")
+    assert desk.mesh.is_watertight and desk.mesh.volume > 0
+    assert report.degenerate == {} and report.sizes["Desk.001"] == pytest.approx((0.03, 0.01, 0.02))
+
+
+def test_glb_z_up_when_told(glb):
+    (desk,), _ = import_mesh(glb, [], "metal", up="z")
+    np.testing.assert_allclose(desk.mesh.bounds, [[100, 0, 49], [103, 2, 50]], atol=1e-5)
+
+
+UNITS = [("m", 1), ("cm", 0.01), ("mm", 1e-3), ("in", 0.0254), ("ft", 0.3048)]
+
+
+@pytest.mark.parametrize(("unit", "metres"), UNITS)
+def test_units(tmp_path, unit, metres):
+    box((0, 0, 0), (10, 20, 30)).export(tmp_path / "crate.ply")
+    (crate,), _ = import_mesh(tmp_path / "crate.ply", [], "wood", unit=unit)
+    np.testing.assert_allclose(crate.mesh.extents, np.array([10, 20, 30]) * metres)
+
+
+def test_obj_groups_are_objects(tmp_path):
+    (tmp_path / "room.obj").write_text(OBJ)
+    objects, _ = import_mesh(tmp_path / "room.obj", [("chair*", "plywood")], "wood")
+    assert [(o.name, o.material, len(o.mesh.faces)) for o in objects] == [
+        ("chair_seat", "plywood", 1),
+        ("table_top", "wood", 2),
+    ]
+    np.testing.assert_allclose(objects[1].mesh.bounds, [[0, 0, 0], [2, 3, 1]])  # z up, as it is
+
+
+@pytest.mark.parametrize("suffix", [".stl", ".ply", ".off"])
+def test_single_meshes_are_named_after_the_file(tmp_path, suffix):
+    box((0, 0, 0), (1, 1, 1)).export(tmp_path / f"locker{suffix}")
+    (locker,), _ = import_mesh(tmp_path / f"locker{suffix}", [("lock*", "metal")])
+    assert (locker.name, locker.material) == ("locker", "metal")
+    assert len(closed_parts(locker.mesh)) == 1 and len(locker.mesh.vertices) == 8
+
+
+def test_first_pattern_wins_and_node_name_goes_before_file_name(glb):
+    patterns = [("room", "brick"), ("Desk.*", "wood"), ("Desk.001", "metal")]
+    assert import_mesh(glb, patterns)[0][0].material == "wood"
+    assert import_mesh(glb, patterns[:1])[0][0].material == "brick"
+
+
+def test_y_up_keeps_normals_outwards(tmp_path):
+    box((0, 0, 0), (1, 2, 3)).export(tmp_path / "crate.stl")
+    (crate,), _ = import_mesh(tmp_path / "crate.stl", [], "wood", up="y")
+    assert crate.mesh.volume == pytest.approx(6)
+    np.testing.assert_allclose(crate.mesh.bounds, [[0, -3, 0], [1, 0, 2]])
+
+
+def test_degenerate_triangles_are_dropped_and_reported(tmp_path):
+    vertices = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [2, 0, 0]]
+    faces = [[0, 1, 2], [0, 1, 3], [1, 1, 2]]  # one good, one of collinear corners, one with a corner twice
+    Trimesh(vertices, faces, process=False).export(tmp_path / "sliver.ply")
+    (sliver,), report = import_mesh(tmp_path / "sliver.ply", [], "wood")
+    assert report.degenerate == {"sliver": 2}
+    np.testing.assert_allclose(sliver.mesh.triangles, [[[0, 0, 0], [1, 0, 0], [0, 1, 0]]])
+    assert len(sliver.mesh.vertices) == 3
+
+
+def test_solids_of_one_stl_are_numbered(tmp_path):
+    solids = [trimesh.exchange.stl.export_stl_ascii(box((2 * k, 0, 0), (2 * k + 1, 1, 1))) for k in range(2)]
+    (tmp_path / "crates.stl").write_text("\n".join(solids))
+    objects, report = import_mesh(tmp_path / "crates.stl", [], "wood")
+    assert [o.name for o in objects] == list(report.sizes) == ["crates", "crates_2"]
+
+
+def test_unmatched_objects_are_listed(tmp_path):
+    (tmp_path / "room.obj").write_text(OBJ)
+    with pytest.raises(InputError, match=r"no material for chair_seat, table_top; add a pattern"):
+        import_mesh(tmp_path / "room.obj", [("sofa*", "wood")])
+
+
+def test_rule_that_matches_nothing_is_a_warning(tmp_path):
+    (tmp_path / "room.obj").write_text(OBJ)
+    rules = [("sofa*", "wood"), ("chair*", "plywood"), ("chair_seat", "metal"), ("room", "wood")]
+    _, report = import_mesh(tmp_path / "room.obj", rules)
+    (warning,) = report.warnings  # not of one that an earlier rule leaves nothing to, nor of one for the whole file
+    assert warning.endswith('the material rule "sofa*=wood" matches no object; the objects are chair_seat, table_top')
+
+
+def test_long_lists_of_objects_are_cut(tmp_path):
+    (tmp_path / "room.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\n" + "".join(f"o o{k}\nf 1 2 3\n" for k in range(20)))
+    with pytest.raises(InputError, match=r"no material for o0, o1, o10, .* and 12 more; add a pattern"):
+        import_mesh(tmp_path / "room.obj", [])
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"materials": [("*", "wod")]}, 'unknown material "wod"; did you mean "wood"'),
+        ({"materials": [], "default_material": "metall"}, 'unknown material "metall"; did you mean "metal"'),
+        ({"materials": [("*", "wood")], "unit": "inch"}, 'unknown unit "inch"; did you mean "in"|known are'),
+        ({"materials": [("*", "wood")], "up": "x"}, 'up must be "y" or "z", found "x"'),
+    ],
+)
+def test_wrong_options(glb, options, sentence):
+    with pytest.raises(InputError, match=f"room.glb: {sentence}"):
+        import_mesh(glb, **options)
+
+
+def test_wrong_files(tmp_path):
+    with pytest.raises(InputError, match=r"gone.ply: expected a mesh, found no such file"):
+        import_mesh(tmp_path / "gone.ply", [], "wood")
+    with pytest.raises(InputError, match=r'room.ifc: ".ifc" is not a mesh format we read; expected one of .glb'):
+        import_mesh(tmp_path / "room.ifc", [], "wood")
+    trimesh.PointCloud(np.eye(3)).export(tmp_path / "cloud.ply")
+    with pytest.raises(InputError, match=r"cloud.ply: holds no triangles"):
+        import_mesh(tmp_path / "cloud.ply", [], "wood")
+    (tmp_path / "bad.glb").write_bytes(b"glTF nonsense")
+    with pytest.raises(InputError, match=r"bad.glb: not a readable GLB file"):
+        import_mesh(tmp_path / "bad.glb", [], "wood")
+    Trimesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]], process=False).export(tmp_path / "line.ply")
+    with pytest.raises(InputError, match=r'"line" has no triangle with an area; is the unit really m'):
+        import_mesh(tmp_path / "line.ply", [], "wood")

@@ -1,0 +1,334 @@
+"""Scene files of Mitsuba and Sionna RT become the places they describe, or one sentence that says why not."""
+
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from scenes.files.errors import InputError
+from scenes.importing.mesh_import import import_mitsuba, import_scene
+from scenes.importing.mitsuba_xml import SIONNA, read_mitsuba, sionna_scene
+from scenes.scene.description import Gateway, Transmitter, facing
+from scenes.scene.materials import p2040_material
+from scenes.scene.shapes import box
+from scenes.storage.scene_yaml import load_scene, read_scene, write_scene
+
+GHZ = 3.5e9
+CONCRETE = '<bsdf type="diffuse" id="mat-itu_concrete"/>'
+BUILT_IN = [
+    *("box", "box_knife", "box_one_screen", "box_two_screens", "double_reflector", "etoile", "floor_wall", "florence"),
+    *("munich", "san_francisco", "simple_reflector", "simple_street_canyon", "simple_street_canyon_with_cars"),
+    *("simple_wedge", "triple_reflector"),
+]
+needs_sionna = pytest.mark.skipif(find_spec("sionna") is None, reason="Sionna RT is not installed")
+
+
+@pytest.fixture
+def write(tmp_path):
+    """Writes a scene of the given elements and returns its path."""
+
+    def write(*elements: str) -> Path:
+        path = tmp_path / "yard.xml"
+        path.write_text(f'<scene version="2.1.0">{"".join(elements)}</scene>')
+        return path
+
+    return write
+
+
+def shape(inside="", kind="rectangle", name="mesh-wall"):
+    return f'<shape type="{kind}" id="{name}">{inside}</shape>'
+
+
+def moved(steps, inside=""):
+    return shape(f'<transform name="to_world">{steps}</transform>{inside}')
+
+
+def material(path, *rules, default=None, frequency=GHZ):
+    """The material of the only shape."""
+    (item,), materials, _ = import_mitsuba(path, frequency, rules, default)
+    return materials[item.material]
+
+
+# --- shapes ------------------------------------------------------------------------------------------------
+
+RIGHT = [[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]]
+TRANSFORMS = {
+    "none": ("", RIGHT),
+    "translate": ('<translate x="1" z="-2"/>', [[0, -1, -2], [2, -1, -2], [2, 1, -2], [0, 1, -2]]),
+    "translate by value": ('<translate value="1, 0, -2"/>', [[0, -1, -2], [2, -1, -2], [2, 1, -2], [0, 1, -2]]),
+    # a quarter turn about z: (x, y) -> (-y, x)
+    "rotate": ('<rotate z="2" angle="90"/>', [[1, -1, 0], [1, 1, 0], [-1, 1, 0], [-1, -1, 0]]),
+    # about x: (y, z) -> (-z, y)
+    "rotate by value": ('<rotate value="1 0 0" angle="90"/>', [[-1, 0, -1], [1, 0, -1], [1, 0, 1], [-1, 0, 1]]),
+    "scale": ('<scale x="3" y="0.5"/>', [[-3, -0.5, 0], [3, -0.5, 0], [3, 0.5, 0], [-3, 0.5, 0]]),
+    "scale by one value": ('<scale value="3"/>', [[-3, -3, 0], [3, -3, 0], [3, 3, 0], [-3, 3, 0]]),
+    "matrix": (
+        '<matrix value="0 0 1 5  1 0 0 6  0 1 0 7  0 0 0 1"/>',  # (x, y, z) -> (z + 5, x + 6, y + 7)
+        [[5, 5, 6], [5, 7, 6], [5, 7, 8], [5, 5, 8]],
+    ),
+    "matrix of nine": ('<matrix value="0 0 1 1 0 0 0 1 0"/>', [[0, -1, -1], [0, 1, -1], [0, 1, 1], [0, -1, 1]]),
+    # moved by 1, turned (2, 1) -> (-1, 2), doubled, moved by 5, x doubled; Mitsuba 3.9 finds the box 6..14, 0..4, 7
+    "in the order of the file": (
+        '<translate x="1"/><rotate z="1" angle="90"/><scale value="2"/>'
+        '<matrix value="1 0 0 5 0 1 0 0 0 0 1 0 0 0 0 1"/><scale x="2"/><translate value="0 0 7"/>',
+        [[14, 0, 7], [14, 4, 7], [6, 4, 7], [6, 0, 7]],
+    ),
+}
+
+
+@pytest.mark.parametrize("case", TRANSFORMS)
+def test_transforms(write, case):
+    steps, corners = TRANSFORMS[case]
+    (wall,) = read_mitsuba(write(moved(steps)))
+    assert wall.name == "wall"
+    np.testing.assert_allclose(wall.mesh.vertices, corners, atol=1e-12)
+
+
+def test_a_mirrored_cube_stays_the_right_way_out(write):
+    (cube,) = read_mitsuba(write(moved('<scale x="-2"/>').replace("rectangle", "cube")))
+    np.testing.assert_allclose(cube.mesh.bounds, [[-2, -1, -1], [2, 1, 1]])
+    assert cube.mesh.is_watertight and cube.mesh.volume == pytest.approx(16)
+
+
+def test_mesh_files_are_beside_the_xml(write, tmp_path):
+    (tmp_path / "meshes").mkdir()
+    box((0, 0, 0), (1, 2, 3)).export(tmp_path / "meshes/crate.ply")
+    (tmp_path / "two.obj").write_text("o a\nv 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\no b\nv 0 0 9\nf 1 2 4\n")
+    lift = '<transform name="to_world"><translate z="1"/></transform>'
+    crate, two = read_mitsuba(
+        write(
+            shape(f'<string name="filename" value="meshes/crate.ply"/>{lift}', "ply", "crate"),
+            shape('<string name="filename" value="two.obj"/>', "obj", "two"),
+        )
+    )
+    np.testing.assert_allclose(crate.mesh.bounds, [[0, 0, 1], [1, 2, 4]])
+    assert len(two.mesh.faces) == 2  # the groups of an OBJ are one shape
+    np.testing.assert_allclose(two.mesh.bounds, [[0, 0, 0], [1, 1, 9]])
+
+
+def test_unit_axes_names_and_slivers(write, tmp_path):
+    vertices = "0 0 0\n100 0 0\n0 200 0\n300 0 0\n"
+    header = "ply\nformat ascii 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n"
+    header += "element face 2\nproperty list uchar int vertex_indices\nend_header\n"
+    (tmp_path / "tile.ply").write_text(f"{header}{vertices}3 0 1 2\n3 0 1 3\n")
+    tile = shape(f'<string name="filename" value="tile.ply"/>{CONCRETE}', "ply", "tile")
+    objects, materials, report = import_mitsuba(write(tile, tile), GHZ, unit="cm", up="y")
+    np.testing.assert_allclose(objects[0].mesh.bounds, [[0, 0, 0], [1, 0, 2]])  # y up to z up
+    assert [o.name for o in objects] == ["tile", "tile_2"]
+    assert report.degenerate == {"tile": 1, "tile_2": 1}
+    assert materials["concrete"].thickness == 0.1  # metres, whatever the unit of the shapes
+
+
+def test_defaults_replace_names(write):
+    path = write(
+        '<default name="w" value="2"/><default name="wide" value="$w"/><default name="kind" value="glass"/>',
+        moved('<scale x="$wide" y="$w.5"/>', '<bsdf type="diffuse" id="mat-itu_$kind"/>'),
+    )
+    (wall,) = read_mitsuba(path)
+    np.testing.assert_allclose(wall.mesh.extents, [4, 5, 0])
+    assert material(path).name == "glass"
+
+
+def test_what_is_no_shape_is_ignored(write):
+    camera = '<integrator type="path"/><sensor type="perspective"><film type="hdrfilm"/></sensor>'
+    light = '<emitter type="constant"/>'
+    assert len(read_mitsuba(write(camera, light, shape('<emitter type="area"/>')))) == 1
+
+
+# --- materials ---------------------------------------------------------------------------------------------
+
+
+def bsdf(kind, values, name="mat-screen"):
+    floats = "".join(f'<float name="{key}" value="{value}"/>' for key, value in values.items() if key != "type")
+    texts = f'<string name="type" value="{values["type"]}"/>' if "type" in values else ""
+    return f'<bsdf type="{kind}" id="{name}">{texts}{floats}</bsdf>'
+
+
+def test_itu_radio_material(write):
+    values = {"type": "glass", "thickness": 0.02, "scattering_coefficient": 0.3, "xpd_coefficient": 0.1}
+    glass, found = p2040_material("glass", GHZ), material(write(shape(bsdf("itu-radio-material", values))))
+    assert (found.name, found.thickness, found.scattering_coefficient, found.xpd_coefficient) == (
+        "screen",
+        0.02,
+        0.3,
+        0.1,
+    )
+    assert (found.relative_permittivity, found.conductivity) == (glass.relative_permittivity, glass.conductivity)
+
+
+def test_radio_material(write):
+    values = {"relative_permittivity": 2.5, "conductivity": 0.04, "thickness": 0.3, "scattering_coefficient": 0.5}
+    found = material(write(shape(bsdf("radio-material", values))))
+    assert (found.name, found.relative_permittivity, found.conductivity) == ("screen", 2.5, 0.04)
+    assert (found.thickness, found.scattering_coefficient, found.xpd_coefficient) == (0.3, 0.5, 0)
+
+
+@pytest.mark.parametrize("prefix", ["mat-itu_", "itu_", "itu-", "mat-", ""])
+def test_ids_that_are_materials(write, prefix):
+    found = material(write(shape(bsdf("twosided", {"thickness": 0.4}, f"{prefix}medium dry ground"))))
+    ground = p2040_material("medium_dry_ground", GHZ)
+    assert (found.relative_permittivity, found.thickness) == (ground.relative_permittivity, 0.4)
+
+
+def test_references_are_shared_and_thickness_is_sionnas_by_default(write):
+    ref = '<ref id="mat-itu_concrete" name="bsdf"/>'
+    path = write(CONCRETE, shape(ref, name="a"), shape(ref, name="b"))
+    objects, materials, _ = import_mitsuba(path, GHZ)
+    assert [o.material for o in objects] == ["concrete", "concrete"]
+    assert list(materials) == ["concrete"] and materials["concrete"].thickness == 0.1
+
+
+def test_rules_override_the_file_and_keep_the_name(write):
+    metal = bsdf("itu-radio-material", {"type": "metal", "thickness": 0.5}, "metal")
+    path = write(shape(metal, name="mesh-a"), shape(CONCRETE, name="b"), shape(name="c"))
+    objects, materials, _ = import_mitsuba(path, GHZ, [("b", "metal")], "wood")
+    assert [o.material for o in objects] == ["metal_2", "metal", "wood"]
+    assert materials["metal"] == p2040_material("metal", GHZ) and materials["metal"].thickness != 0.5
+    assert (materials["metal_2"].name, materials["metal_2"].thickness) == ("metal_2", 0.5)
+    assert material(write(shape(bsdf("diffuse", {}, "mat-paint"))), default="brick").name == "brick"
+
+
+def test_a_rule_saves_what_the_frequency_would_refuse(write):
+    path = write(shape(bsdf("itu-radio-material", {"type": "floorboard"})))
+    with pytest.raises(InputError, match=r'shape "wall": material "floorboard" at 3.5 GHz: .* for 50 to 100 GHz'):
+        import_mitsuba(path, GHZ)
+    assert material(path, ("wall", "wood")).name == "wood"
+
+
+# --- refusals ----------------------------------------------------------------------------------------------
+
+FILENAME = '<string name="filename" value="{}"/>'
+REFUSED = {
+    "sphere": (shape(kind="sphere"), 'shape "wall": expected one of ply, obj, rectangle, cube, found type "sphere"'),
+    "missing mesh": (
+        shape(FILENAME.format("gone.ply"), "ply"),
+        "gone.ply: expected a mesh, found no such file",
+    ),
+    "no file name": (shape(kind="ply"), 'shape "wall": expected the filename of a .ply mesh, found ""'),
+    "wrong mesh": (shape(FILENAME.format("a.obj"), "ply"), 'expected the filename of a .ply mesh, found "a.obj"'),
+    "lookat": (moved('<lookat origin="0 0 1"/>'), "expected translate, rotate, scale or matrix, found <lookat>"),
+    "other transform": (
+        shape('<transform name="to_uv"/>'),
+        'expected a transform to_world, found <transform name="to_uv">',
+    ),
+    "flat": (moved('<scale z="0"/>'), "expected a transform that keeps three dimensions"),
+    "perspective": (moved('<matrix value="1 0 0 0 0 1 0 0 0 0 1 0 0 0 1 1"/>'), "keeps three dimensions"),
+    "no axis": (moved('<rotate angle="90"/>'), "<rotate>: expected an axis as x, y and z, found none"),
+    "no angle": (moved('<rotate x="1"/>'), 'expected 1 numbers as angle, found ""'),
+    "matrix of four": (moved('<matrix value="1 0 0 1"/>'), 'expected 9 or 16 numbers as value, found "1 0 0 1"'),
+    "not a number": (moved('<translate x="one"/>'), 'expected 1 numbers as x, found "one"'),
+    "not finite": (moved('<translate x="nan"/>'), 'expected 1 numbers as x, found "nan"'),
+    "no bsdf": (shape(), 'shape "wall": expected an itu-radio-material.* found no bsdf; or .* material rule'),
+    "looks only": (shape('<bsdf type="diffuse" id="mat-paint"/>'), 'found <bsdf type="diffuse" id="mat-paint">'),
+    "misspelt id": (shape('<bsdf type="diffuse" id="mat-itu_bric"/>'), 'found "bric"; did you mean "brick"'),
+    "unknown type": (
+        shape(bsdf("itu-radio-material", {"type": "vacuum"})),
+        'shape "wall": bsdf "mat-screen": expected a material of ITU-R P.2040, found "vacuum"',
+    ),
+    "unknown property": (
+        shape(bsdf("radio-material", {"permittivity": 3})),
+        'unknown property "permittivity"; did you mean "relative_permittivity"',
+    ),
+    "value out of range": (
+        shape(bsdf("radio-material", {"relative_permittivity": 0.5})),
+        'shape "wall": material "screen": relative_permittivity must be at least 1 and .*, found 0.5',
+    ),
+    "dangling reference": (CONCRETE + shape('<ref id="mat-itu_concret"/>'), 'did you mean "mat-itu_concrete"'),
+    "two materials": (shape(CONCRETE + CONCRETE), "expected one bsdf, found 2"),
+    "undefined name": (moved('<scale value="$size"/>'), 'expected a <default> before "\\$size", found none'),
+    "include": ('<include filename="more.xml"/>', "expected shapes and what they are made of, found <include>"),
+    "no shapes": (CONCRETE, "expected at least one shape, found none"),
+    "malformed": ("<shape>", "expected a Mitsuba scene as XML, found mismatched tag: line 1"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_refusals(write, case):
+    elements, sentence = REFUSED[case]
+    with pytest.raises(InputError, match=f"yard.xml: .*{sentence}") as refusal:
+        import_mitsuba(write(elements), GHZ)
+    assert "\n" not in str(refusal.value)
+
+
+def test_other_files_are_refused(tmp_path):
+    with pytest.raises(InputError, match=r"gone.xml: expected a Mitsuba scene as XML, found no such file"):
+        read_mitsuba(tmp_path / "gone.xml")
+    (tmp_path / "page.xml").write_text("<html/>")
+    with pytest.raises(InputError, match=r"page.xml: expected a Mitsuba <scene>, found <html>"):
+        read_mitsuba(tmp_path / "page.xml")
+
+
+@pytest.mark.parametrize(
+    ("options", "sentence"),
+    [
+        ({"materials": [("*", "wod")]}, 'unknown material "wod"; did you mean "wood"'),
+        ({"unit": "yd"}, 'unknown unit "yd"'),
+        ({"up": "x"}, 'up must be "y" or "z", found "x"'),
+    ],
+)
+def test_wrong_options(write, options, sentence):
+    with pytest.raises(InputError, match=f"yard.xml: {sentence}"):
+        import_mitsuba(write(shape(CONCRETE)), GHZ, **options)
+
+
+@pytest.mark.parametrize("name", ["yard.xml", "sionna:etoile"])
+def test_load_scene_says_to_import_it_first(name):
+    with pytest.raises(InputError, match=f"{name}: has no gateway and no .* with bisplat scene {name} -o FOLDER"):
+        load_scene(name)
+
+
+# --- Sionna RT's own ---------------------------------------------------------------------------------------
+
+
+@needs_sionna
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_built_in_scenes_of_sionna(name, monkeypatch):
+    path = sionna_scene(SIONNA + name)
+    # Meshes of a city take seconds to read, and etoile's are read below: here only whether each is there.
+    monkeypatch.setattr(
+        "scenes.importing.mitsuba_xml.read_meshes", lambda path: [("", box((0, 0, 0), (1, 1, 1)))] * path.is_file()
+    )
+    shapes = read_mitsuba(path)
+    assert {shape.radio_material(GHZ).conductivity > 0 for shape in shapes} == {True}
+
+
+@needs_sionna
+def test_every_built_in_scene_of_sionna_is_tested():
+    assert {path.parent.name for path in sionna_scene("sionna:box").parents[1].glob("*/*.xml")} == set(BUILT_IN)
+
+
+@needs_sionna
+def test_etoile_end_to_end(tmp_path):
+    gateway = Gateway((0.0, -150.0, 30.0), facing((0.0, 1.0, 0.0)))
+    region = Transmitter((-50.0, -50.0, 1.0), (-20.0, -20.0, 2.0))
+    rules = [("Plane", "medium_dry_ground")]
+    scene, report = import_scene("sionna:etoile", rules, frequency=GHZ, gateway=gateway, transmitter=region)
+    assert scene.name == "etoile" and len(scene.objects) == len(report.sizes) == 565
+    assert set(scene.materials) == {"medium_dry_ground", "marble", "metal", "wood", "concrete"}
+    assert scene.materials["marble"] == p2040_material("marble", GHZ, thickness=0.1)
+    assert {o.name: o.material for o in scene.objects}["Plane"] == "medium_dry_ground"
+    np.testing.assert_allclose(scene.bounds, [[-426.83, -338.06, 0], [426.83, 338.06, 50]], atol=0.01)
+    assert read_scene(write_scene(scene, tmp_path / "etoile")) == scene
+
+
+def test_names_of_sionna_without_the_ray_tracer(monkeypatch):
+    code = (
+        "import sys\nfrom scenes.files.errors import InputError\n"
+        "from scenes.importing.mitsuba_xml import sionna_scene\n"
+        "try: sionna_scene('sionna:etoile')\nexcept InputError: pass\nprint('\\n'.join(sys.modules))"
+    )
+    loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
+    roots = {line.split(".")[0] for line in loaded.splitlines()}
+    assert "scenes" in roots and not roots & {"sionna", "mitsuba", "drjit"}
+    monkeypatch.setattr("scenes.importing.mitsuba_xml.find_spec", lambda name: None)
+    with pytest.raises(InputError, match=r"sionna:etoile: the scenes of Sionna RT come with it, and it is not inst"):
+        sionna_scene("sionna:etoile")
+
+
+@needs_sionna
+def test_unknown_scenes_of_sionna():
+    with pytest.raises(InputError, match=r'sionna:etoil: Sionna RT has no such scene; did you mean "sionna:etoile"'):
+        sionna_scene("sionna:etoil")

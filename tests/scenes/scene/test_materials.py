@@ -1,0 +1,89 @@
+"""ITU-R P.2040 against the recommendation and against Sionna's copy of it."""
+
+import ast
+import importlib.util
+from pathlib import Path
+
+import pytest
+
+from scenes.files.errors import InputError
+from scenes.scene.materials import P2040, RadioMaterial, material_names, p2040_material
+
+
+@pytest.mark.parametrize(
+    ("name", "permittivity", "conductivity"),
+    [
+        # At 2.4 GHz by hand from P.2040-3, Table 3.
+        ("concrete", 5.24, 0.0462 * 2.4**0.7822),
+        ("brick", 3.91, 0.0238 * 2.4**0.16),
+        ("glass", 6.31, 0.0036 * 2.4**1.3394),
+        ("metal", 1.0, 1e7),
+        ("wet_ground", 30 * 2.4**-0.4, 0.15 * 2.4**1.3),
+    ],
+)
+def test_power_law(name, permittivity, conductivity):
+    material = p2040_material(name, 2.4e9)
+    assert material.relative_permittivity == pytest.approx(permittivity)
+    assert material.conductivity == pytest.approx(conductivity)
+    assert material.name == name and material.thickness > 0
+
+
+def test_table_is_sionnas():
+    """Every row is among Sionna's, read from its source so that no ray tracer starts."""
+    package = importlib.util.find_spec("sionna")
+    if package is None or not package.submodule_search_locations:
+        pytest.skip("sionna is not installed")
+    source = Path(package.submodule_search_locations[0], "rt", "radio_materials", "itu.py").read_text()
+    table = next(
+        ast.literal_eval(node.value)
+        for node in ast.parse(source).body
+        if isinstance(node, ast.Assign) and node.targets[0].id == "ITU_MATERIALS_PROPERTIES"
+    )
+    for name, row in P2040.items():
+        assert table[name][row.range_ghz] == (row.a, row.b, row.c, row.d), name
+
+
+def test_options_override_the_defaults():
+    material = p2040_material("brick", 1e9, thickness=0.3, scattering_coefficient=0.2)
+    assert (material.thickness, material.scattering_coefficient) == (0.3, 0.2)
+
+
+def test_every_material_covers_915_mhz_but_floorboard():
+    for name in set(material_names()) - {"floorboard"}:
+        p2040_material(name, 915e6)
+    with pytest.raises(InputError, match=r'"floorboard" at 0\.915 GHz.* for 50 to 100 GHz'):
+        p2040_material("floorboard", 915e6)
+
+
+@pytest.mark.parametrize("frequency", [0.9e9, 110e9])
+def test_extrapolates_to_ten_percent(frequency):
+    p2040_material("concrete", frequency)
+
+
+@pytest.mark.parametrize("frequency", [0.89e9, 111e9, 0.0, -1e9, float("nan")])
+def test_refuses_further_out(frequency):
+    with pytest.raises(InputError, match=r"for 1 to 100 GHz.*give its relative_permittivity and conductivity"):
+        p2040_material("concrete", frequency)
+
+
+def test_unknown_name_suggests():
+    with pytest.raises(InputError, match=r'unknown material "wod"; did you mean "wood"'):
+        p2040_material("wod", 1e9)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [
+        ("relative_permittivity", 0.5),
+        ("conductivity", -1.0),
+        ("thickness", 0.0),
+        ("thickness", float("nan")),
+        ("scattering_coefficient", 1.5),
+        ("xpd_coefficient", -0.1),
+        ("color", (0.0, 0.0, 2.0)),
+    ],
+)
+def test_impossible_values(key, value):
+    good = {"name": "felt", "relative_permittivity": 1.3, "conductivity": 0.0, "thickness": 0.01}
+    with pytest.raises(InputError, match=f'material "felt": {key} must be'):
+        RadioMaterial(**(good | {key: value}))

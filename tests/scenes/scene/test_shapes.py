@@ -1,0 +1,36 @@
+"""Solids are closed with normals outwards; sheets have the area they should."""
+
+import numpy as np
+import pytest
+
+from scenes.scene.shapes import box, sheet, turned, union
+
+
+def test_box():
+    mesh = box((1, 2, 3), (2, 4, 6))
+    assert mesh.is_watertight and mesh.volume == pytest.approx(6)
+    np.testing.assert_allclose(mesh.bounds, [[1, 2, 3], [2, 4, 6]])
+
+
+def test_sheet_normal_is_u_cross_v():
+    mesh = sheet((0, 1, 0), (2, 0, 0), (0, 0, 3))
+    assert mesh.area == pytest.approx(6)
+    np.testing.assert_allclose(mesh.face_normals, [[0, -1, 0]] * 2)
+
+
+def test_sheet_openings_are_holes():
+    mesh = sheet((0, 0, 0), (8, 0, 0), (0, 0, 3), [(1, 2, 1, 2), (4, 6, 0, 2)])
+    assert mesh.area == pytest.approx(24 - 1 - 4)
+    centres = mesh.triangles_center[:, [0, 2]]
+    assert not np.any(np.all((centres > [1, 1]) & (centres < [2, 2]), axis=1))
+    assert not np.any(np.all((centres > [4, 0]) & (centres < [6, 2]), axis=1))
+
+
+def test_union_keeps_every_part():
+    mesh = union(box((0, 0, 0), (1, 1, 1)), box((2, 0, 0), (3, 1, 1)))
+    assert len(mesh.faces) == 24 and mesh.volume == pytest.approx(2)
+
+
+def test_turned_about_its_own_centre():
+    mesh = turned(box((1, 1, 0), (3, 2, 1)), 90)
+    np.testing.assert_allclose(mesh.bounds, [[1.5, 0.5, 0], [2.5, 2.5, 1]])

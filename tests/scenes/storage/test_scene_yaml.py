@@ -1,0 +1,341 @@
+"""A scene on disk: it comes back equal, and every mistake in it is told with its place."""
+
+import os
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+
+from scenes.checks.validation import validate
+from scenes.files.claimed_folder import FilesInTheWay, claimed
+from scenes.files.errors import InputError
+from scenes.scene.shapes import box
+from scenes.storage.scene_yaml import load_scene, read_scene, write_scene
+
+YARD = """\
+name: yard
+frequency: 915 MHz
+gateway:
+  position: [4, 0, 1]
+  orientation: [0.5, -0.5, -0.5, 0.5]
+transmitter:
+  region: {min: [-1, -1, 0.5], max: [1, 1, 1.5]}
+materials:
+  felt: {relative_permittivity: 1.3, conductivity: 1e-3, thickness: 0.01}
+  block: {p2040: concrete, thickness: 0.3, scattering_coefficient: 0.2}
+objects:
+  - {name: crate, mesh: crate.obj, material: wood}
+  - {name: wall, mesh: wall.stl, material: block}
+  - {name: mat, mesh: mat.ply, material: felt, thickness: 0.02}
+"""
+
+
+@pytest.fixture
+def folder(tmp_path) -> Path:
+    box((0, 0, 0.1), (1, 1, 0.4)).export(tmp_path / "crate.obj")
+    box((-5, 3, 0.1), (5, 3.2, 3)).export(tmp_path / "wall.stl")
+    box((-5, -5, 0), (5, 5, 0.05)).export(tmp_path / "mat.ply")
+    return tmp_path
+
+
+def read(folder: Path, text: str):
+    (folder / "yard.yaml").write_text(text)
+    return load_scene(str(folder / "yard.yaml"))
+
+
+def test_reads_every_key(folder):
+    scene = read(folder, YARD)
+    assert (scene.name, scene.frequency) == ("yard", 915e6)
+    assert scene.gateway.position == (4, 0, 1) and scene.gateway.rows == 4 and scene.gateway.pattern == "iso"
+    assert scene.transmitter.region_max == (1, 1, 1.5)
+    assert [o.name for o in scene.objects] == ["crate", "wall", "mat"]
+    assert scene.objects[2].thickness == 0.02 and scene.objects[0].thickness is None
+    assert set(scene.materials) == {"wood", "block", "felt"}
+    assert scene.materials["felt"].conductivity == 1e-3
+    block = scene.materials["block"]
+    assert (block.name, block.thickness, block.scattering_coefficient) == ("block", 0.3, 0.2)
+    assert block.conductivity == pytest.approx(0.0462 * 0.915**0.7822)
+    np.testing.assert_allclose(scene.objects[0].mesh.bounds, [[0, 0, 0.1], [1, 1, 0.4]])
+
+
+def test_reads_antenna_options(folder):
+    text = YARD.replace("[4, 0, 1]\n", "[4, 0, 1]\n  rows: 2\n  columns: 8\n  spacing: 0.4\n  pattern: tr38901\n")
+    text = text.replace("1.5]}\n", "1.5]}\n  pattern: dipole\n  polarization: H\n  orientation: [0, 0, 0.6, 0.8]\n")
+    scene = read(folder, text)
+    gateway, transmitter = scene.gateway, scene.transmitter
+    assert (gateway.rows, gateway.columns, gateway.spacing, gateway.pattern) == (2, 8, 0.4, "tr38901")
+    assert (transmitter.pattern, transmitter.polarization) == ("dipole", "H")
+    assert transmitter.orientation == pytest.approx((0, 0, 0.6, 0.8))
+
+
+@pytest.mark.parametrize(
+    "text", ["915 MHz", "915e6", "915000000", "0.915 GHz", "915.0e+6 Hz", '"915000 kHz"', "915mhz"]
+)
+def test_frequency_in_any_unit(folder, text):
+    assert read(folder, YARD.replace("915 MHz", text)).frequency == pytest.approx(915e6)
+
+
+def test_gltf_is_y_up(folder):
+    box((0, 0, 0), (1, 2, 3)).export(folder / "crate.glb")
+    scene = read(folder, YARD.replace("crate.obj", "crate.glb"))
+    np.testing.assert_allclose(scene.objects[0].mesh.bounds, [[0, -3, 0], [1, 0, 2]], atol=1e-6)
+
+
+def test_round_trip_is_exact(scene, tmp_path):
+    path = write_scene(scene, tmp_path / "out")
+    assert path == tmp_path / "out" / "scene.yaml"
+    assert read_scene(path) == scene
+    lab = load_scene("lab")
+    assert read_scene(write_scene(lab, tmp_path / "lab")) == lab
+
+
+def test_same_scene_same_bytes(scene, tmp_path):
+    for name in ("a", "b"):
+        write_scene(scene, tmp_path / name)
+    files = sorted(p.relative_to(tmp_path / "a") for p in (tmp_path / "a").rglob("*") if p.is_file())
+    assert [str(f) for f in files] == [
+        "meshes/crate.ply",
+        "meshes/floor.ply",
+        "scene.yaml",
+    ]  # nothing temporary
+    for file in files:
+        assert (tmp_path / "a" / file).read_bytes() == (tmp_path / "b" / file).read_bytes()
+
+
+def test_names_that_are_no_file_names(scene, tmp_path):
+    floor, crate = scene.objects
+    names = [
+        "a/b",
+        "A b",
+        "a_b",
+        "a_b_1",
+        "é",
+        "É",
+        "...",
+        "???",
+        "!!!",
+        "2024-01-01",
+        "yes",
+        "1e5",
+        "{a: b}",
+        "ü" * 200,
+    ]
+    crates = tuple(replace(crate, name=name) for name in names)
+    awkward = replace(scene, name="- #1: 'x", objects=(floor, *crates))
+    assert read_scene(write_scene(awkward, tmp_path)) == awkward
+
+
+def test_many_names_of_no_letters_have_short_file_names(scene, tmp_path):
+    floor, crate = scene.objects
+    crates = tuple(replace(crate, name="!" * (number + 1)) for number in range(150))
+    folder = write_scene(replace(scene, objects=(floor, *crates)), tmp_path).parent
+    assert max(len(path.name) for path in (folder / "meshes").iterdir()) < 20
+
+
+def test_never_overwrites(scene, tmp_path):
+    (tmp_path / "scene.yaml").write_text("mine")
+    with pytest.raises(InputError, match=r"exists already"):
+        write_scene(scene, tmp_path)
+    assert (tmp_path / "scene.yaml").read_text() == "mine"
+    assert not (tmp_path / "meshes").exists()
+
+
+def test_never_overwrites_a_mesh_but_continues_its_own(scene, tmp_path):
+    write_scene(scene, tmp_path / "whole")
+    (tmp_path / "begun" / "meshes").mkdir(parents=True)
+    begun, floor = (tmp_path / name / "meshes" / "floor.ply" for name in ("begun", "whole"))
+    begun.write_text("mine")
+    with pytest.raises(FilesInTheWay, match=r"floor\.ply exists already and is never overwritten; give another folder"):
+        write_scene(scene, tmp_path / "begun")
+    assert begun.read_text() == "mine" and len([*(tmp_path / "begun").rglob("*")]) == 2
+    begun.write_bytes(floor.read_bytes())  # of a write that was killed
+    assert read_scene(write_scene(scene, tmp_path / "begun")) == scene
+
+
+def test_folder_is_claimed_before_anything_is_written(scene, tmp_path):
+    with claimed(tmp_path / "both"), pytest.raises(InputError, match="another program or tab is writing to it"):
+        write_scene(scene, tmp_path / "both")
+    assert not [*(tmp_path / "both").iterdir()]
+    write_scene(scene, tmp_path / "both")
+
+
+def test_what_is_no_file_is_not_replaced(scene, tmp_path):
+    (tmp_path / "a" / "scene.yaml").mkdir(parents=True)
+    (tmp_path / "b" / "meshes").mkdir(parents=True)
+    os.mkfifo(tmp_path / "b" / "meshes" / "floor.ply")
+    (tmp_path / "c").write_text("a file")
+    for name, sentence in (
+        ("a", "found a folder"),
+        ("b", "found a named pipe"),
+        ("c", "expected a folder"),
+    ):
+        with pytest.raises(InputError, match=sentence):
+            write_scene(scene, tmp_path / name)
+
+
+BAD = [
+    # what to replace, by what, the sentence
+    ("frequency: 915 MHz\n", "", 'yard.yaml: missing key "frequency"'),
+    ("915 MHz", "915 MHzz", "yard.yaml: frequency must be in hertz .* found '915 MHzz'"),
+    ("915 MHz", "-915e6", "yard.yaml: frequency must be in hertz"),
+    ("915 MHz", "[915]", "yard.yaml: frequency must be in hertz"),
+    (
+        "915 MHz",
+        "400 MHz",
+        r'objects\[1\].* material "concrete" at 0.4 GHz|materials.block: material "concrete" at 0.4',
+    ),
+    ("name: yard", "name: 3", "yard.yaml: name must be a text, found 3"),
+    ("gateway:", "gatway:", "yard.yaml: unknown key 'gatway'; did you mean \"gateway\""),
+    ("  position: [4, 0, 1]\n", "", 'yard.yaml: gateway: missing key "position"'),
+    ("[4, 0, 1]", "[4, 0]", r"yard.yaml: gateway: position must be a list of 3 numbers, found \[4, 0\]"),
+    ("[4, 0, 1]", "[4, 0, up]", r"yard.yaml: gateway: position\[2\] must be a number, found 'up'"),
+    ("[4, 0, 1]", "[4, 0, true]", r"yard.yaml: gateway: position\[2\] must be a number, found True"),
+    ("[4, 0, 1]", "[4, 0, .nan]", r"yard.yaml: gateway: position\[2\] must be a finite number, found nan"),
+    ("[4, 0, 1]", "[0.5, 0.5, 0.2]", 'yard.yaml: gateway.position .* lies inside object "crate"'),
+    ("[4, 0, 1]", "[4, 0, 1]\n  rows: 4.5", "yard.yaml: gateway: rows must be a whole number, found 4.5"),
+    ("[4, 0, 1]", "[4, 0, 1]\n  row: 4", "yard.yaml: gateway: unknown key 'row'; did you mean \"rows\""),
+    ("[0.5, -0.5, -0.5, 0.5]", "[1, -0.5, -0.5, 0.5]", "gateway.orientation must be a unit quaternion"),
+    ("max: [1, 1, 1.5]", "max: [1, 1, 0.5]", "transmitter.region must have min below max, found z"),
+    ("max: [1, 1, 1.5]", "size: [1, 1, 1]", "transmitter.region: unknown key 'size'"),
+    (
+        "  region: {min: [-1, -1, 0.5], max: [1, 1, 1.5]}\n",
+        "",
+        "transmitter: expected a mapping with region, found nothing",
+    ),
+    ("conductivity: 1e-3, ", "", 'materials.felt: missing key "conductivity"'),
+    ("permittivity: 1.3", "permittivity: 0.3", "materials.felt: .*relative_permittivity must be at least 1"),
+    (
+        "p2040: concrete",
+        "p2040: concret",
+        'materials.block: unknown material "concret"; did you mean "concrete"',
+    ),
+    ("p2040: concrete", "p2040: concrete, sigma: 1", "materials.block: unknown key 'sigma'"),
+    (
+        "material: wood",
+        "material: wod",
+        r'objects\[0\] \("crate"\): unknown material "wod"; did you mean "wood"',
+    ),
+    (
+        "material: wood",
+        "material: floorboard",
+        r'objects\[0\] \("crate"\): .*"floorboard" at 0.915 GHz.* for 50 to 100 GHz',
+    ),
+    (
+        "material: felt",
+        "material: flet",
+        r'objects\[2\] \("mat"\): unknown material "flet"; did you mean "felt"',
+    ),
+    ("crate.obj", "crat.obj", r'objects\[0\] \("crate"\): mesh .*crat.obj: expected a mesh, found no such file'),
+    ("crate.obj", "crate.dwg", r'objects\[0\] \("crate"\): mesh .*".dwg" is not a mesh format'),
+    ("crate.obj", "points.ply", r'objects\[0\] \("crate"\): mesh .*holds no triangles'),
+    ("crate.obj", "empty.obj", r'objects\[0\] \("crate"\): mesh .*empty.obj: '),
+    ("crate.obj", "broken.glb", r'objects\[0\] \("crate"\): mesh .*not a readable GLB file'),
+    ("name: wall", "name: crate", r'objects\[1\] \("crate"\): every object needs a name of its own'),
+    ("thickness: 0.02", "thickness: thin", r"objects\[2\] .*thickness must be a number, found 'thin'"),
+    ("thickness: 0.02", "thickness: -1", r"objects\[2\] .*thickness must be a positive number"),
+    ("  - {name: crate, mesh: crate.obj, material: wood}", "  - crate", r"objects\[0\]: expected a mapping"),
+    ("[4, 0, 1]", f"[4, 0, {'9' * 400}]", r"yard.yaml: gateway: position\[2\] must be a number, found 99"),
+    ("[4, 0, 1]", "[4, 0, 1e400]", r"yard.yaml: gateway: position\[2\] must be a finite number, found '1e400'"),
+    ("[4, 0, 1]", "[4, 0, 1e6]", "yard.yaml: gateway.position must be within 100000 m of the origin"),
+    ("[4, 0, 1]", "[4, 0, 1]\n  rows: 65", "yard.yaml: gateway.rows and columns must be .* at most 64, found 65 x 4"),
+    ("[4, 0, 1]", "[4, 0, 1]\n  rows: 64\n  columns: 17", "yard.yaml: gateway must have at most 1024 elements"),
+    ("[4, 0, 1]", "[4, 0, 1]\n  spacing: 1e3", "yard.yaml: gateway.spacing must be .* at most 100, found 1000.0"),
+    ("915 MHz", "9" * 400, "yard.yaml: frequency must be in hertz"),
+    (
+        "permittivity: 1.3",
+        "permittivity: 1e9",
+        "relative_permittivity must be at least 1 and at most 100000, found 1000",
+    ),
+    ("thickness: 0.02", "thickness: 1e9", r"objects\[2\] .*thickness must be a positive number .* found 1000000000.0"),
+    ("name: yard", 'name: "ya\\erd"', r"yard.yaml: name must have 1 to 200 characters .* found 'ya\\x1brd'"),
+    (
+        "name: crate",
+        f"name: {'c' * 201}",
+        r"objects\[0\].name must have 1 to 200 characters that can be printed, found",
+    ),
+    ("crate.obj", "../crate.obj", r"objects\[0\] .*mesh expected a file in the folder .* found '\.\./crate.obj'"),
+    ("crate.obj", "/etc/passwd.obj", r"objects\[0\] .*mesh expected a file in the folder .* found '/etc/passwd.obj'"),
+    ("crate.obj", "pipe.obj", r"objects\[0\] .*mesh .*pipe.obj: expected a mesh, found a named pipe"),
+    ("crate.obj", "zero.stl", r"objects\[0\] .*mesh .*zero.stl: expected a mesh, found a device"),
+    ("name: yard", "name: &a yard\nmaterials: *a", r"yard.yaml, line 2: .* the alias \*a, and aliases are not read"),
+    (
+        "felt:",
+        "? [felt]\n  :",
+        "yard.yaml, line 9: expected .*, found malformed YAML, a key that is no text",
+    ),
+    ("[4, 0, 1]", "[4, 0, 1", "yard.yaml, line 5: expected a scene as YAML, found malformed YAML"),
+    (
+        "name: yard",
+        "name: yard\nname: garden",
+        "yard.yaml, line 2: expected a scene as YAML, found malformed YAML, the key 'name' twice",
+    ),
+]
+
+
+@pytest.mark.parametrize(("old", "new", "sentence"), BAD, ids=[b[1].strip() or f"no {b[0].strip()}" for b in BAD])
+def test_mistakes(folder, old, new, sentence):
+    trimesh.PointCloud(np.eye(3)).export(folder / "points.ply")
+    (folder / "empty.obj").write_text("")
+    os.mkfifo(folder / "pipe.obj")
+    (folder / "zero.stl").symlink_to("/dev/zero")
+    (folder / "broken.glb").write_bytes(b"glTF nonsense")
+    assert old in YARD
+    with pytest.raises(InputError, match=sentence) as caught:
+        read(folder, YARD.replace(old, new))
+    assert "yard.yaml" in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["", "- a\n- b\n", "just words\n"])
+def test_not_a_mapping(folder, text):
+    with pytest.raises(InputError, match=r"yard.yaml: expected a mapping with name, frequency"):
+        read(folder, text)
+
+
+def test_objects_must_be_a_list(folder):
+    start = YARD.index("objects:")
+    with pytest.raises(InputError, match=r"objects must be a list, found {'crate': 1}"):
+        read(folder, YARD[:start] + "objects: {crate: 1}\n")
+    with pytest.raises(InputError, match=r"at least one object"):
+        read(folder, YARD[:start] + "objects: []\n")
+
+
+@pytest.mark.parametrize(
+    ("name", "sentence"),
+    [
+        ("labb", 'unknown scene "labb"; did you mean "lab"'),
+        ("nowhere/yard.yaml", "nowhere/yard.yaml: expected a scene, found no such file"),
+        ("room.ifc", "room.ifc: not a scene description; expected a .yaml file or one of .*lab"),
+    ],
+)
+def test_unknown_scenes(name, sentence):
+    with pytest.raises(InputError, match=sentence):
+        load_scene(name)
+
+
+def test_a_folder_is_no_scene(tmp_path):
+    (tmp_path / "dir.yaml").mkdir()
+    with pytest.raises(InputError, match=r"expected a scene, found a folder"):
+        read_scene(tmp_path / "dir.yaml")
+
+
+def test_several_gateways_are_read_written_and_each_has_a_place_of_its_own(scene, tmp_path):
+    second = replace(scene.gateway, position=(2.0, 0.5, 2.0), rows=8)
+    both = replace(scene, further_gateways={"by-the-door": second})
+    assert read_scene(write_scene(both, tmp_path)) == both
+    seen = both.by_gateway()
+    assert list(seen) == ["gateway1", "by-the-door"]
+    assert seen["gateway1"] == scene
+    assert seen["by-the-door"] == replace(scene, gateway=second)
+
+
+@pytest.mark.parametrize("name", ["gateway1", "a/b", ""])
+def test_gateway_needs_a_name_that_can_be_a_folder(name, scene):
+    with pytest.raises(InputError, match="further_gateways: expected a name of letters, digits, - and _"):
+        validate(replace(scene, further_gateways={name: scene.gateway}), "yard")
+
+
+def test_further_gateway_inside_an_object_is_named(scene):
+    with pytest.raises(InputError, match=r"further_gateways.second.position .* lies inside object"):
+        validate(replace(scene, further_gateways={"second": replace(scene.gateway, position=(0.5, 0.5, 0.2))}), "yard")

@@ -1,0 +1,171 @@
+"""Files of a dataset that are hostile or damaged: each is refused in one sentence, at once and in little memory."""
+
+from __future__ import annotations
+
+import tracemalloc
+import warnings
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from scenes.files.errors import InputError, ParameterError
+from simulate.dataset.dataset_folder import inspect, read_dataset, read_index
+from simulate.dataset.dataset_writer import encode_picture, write_gateway, write_index, write_positions, write_responses
+from simulate.dataset.picture_files import picture_files, read_any_picture, read_picture
+from simulate.exchange.conversion import Conversion
+from simulate.exchange.convert import convert
+from simulate.positions.given_positions import FARTHEST, check_points, read_points
+from tests import corpus
+
+COUNT = 5
+NAMES = [f"{number:05d}" for number in range(1, COUNT + 1)]
+MEMORY = 60e6
+"""Bytes that refusing a file may take."""
+
+
+@pytest.fixture
+def folder(tmp_path) -> Path:
+    """A valid dataset folder, whose files a test replaces."""
+    pictures = np.random.default_rng(0).integers(0, 256, (COUNT, 90, 360), np.uint8)
+    folder = tmp_path / "data"
+    (folder / "spectrum").mkdir(parents=True)
+    for name, image in zip(NAMES, pictures, strict=True):
+        (folder / "spectrum" / f"{name}.png").write_bytes(encode_picture(image))
+    write_positions(folder / "tx_pos.csv", np.arange(3 * COUNT).reshape(COUNT, 3))
+    write_gateway(folder / "gateway_info.yml", "tiny", (0, 0, 1), (0, 0, 0, 1))
+    write_index(folder / "train_index.txt", NAMES[:3])
+    write_index(folder / "test_index.txt", NAMES[3:])
+    write_responses(folder / "channels.npz", corpus.ONES)
+    return folder
+
+
+def refused(read, word: str) -> None:
+    """The call raises one printable sentence with the word, warns of nothing, and takes little memory."""
+    tracemalloc.start()
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            with pytest.raises(InputError) as error:
+                read()
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    sentence = str(error.value)
+    assert "expected" in sentence and "found" in sentence and word in sentence, sentence
+    assert sentence.isprintable() and len(sentence) < 600
+    assert peak < MEMORY
+
+
+@pytest.mark.parametrize("case", corpus.PICTURES)
+def test_pictures(case, tmp_path):
+    make, word = corpus.PICTURES[case]
+    path = tmp_path / "00001.png"
+    make(path)
+    refused(lambda: read_picture(path), word)
+    refused(lambda: read_any_picture(path), word)
+
+
+@pytest.mark.parametrize("case", corpus.POSITIONS)
+def test_positions(case, tmp_path):
+    make, word = corpus.POSITIONS[case]
+    path = tmp_path / "tx_pos.csv"
+    make(path)
+    refused(lambda: read_points(path), word)
+
+
+@pytest.mark.parametrize(
+    ("file", "case"),
+    [
+        *[("channels.npz", case) for case in corpus.RESPONSES],
+        *[("test_index.txt", case) for case in corpus.INDEXES],
+        *[("spectrum/00003.png", case) for case in corpus.ANY_FILE],
+        *[("tx_pos.csv", case) for case in corpus.ANY_FILE],
+    ],
+)
+def test_datasets(file, case, folder):
+    make, word = {"channels.npz": corpus.RESPONSES, "test_index.txt": corpus.INDEXES}.get(file, corpus.ANY_FILE)[case]
+    (folder / file).unlink()
+    make(folder / file)
+    assert len(inspect(folder).problems) == 1
+    refused(lambda: read_dataset(folder), word)
+
+
+def test_responses_deflated_and_of_other_types_are_read(folder):
+    np.savez_compressed(folder / "channels.npz", channels=corpus.ONES.astype(">c16"), more=np.zeros(9))
+    found = read_dataset(folder).responses
+    assert found is not None and found.dtype == np.complex64 and (found == 1).all()
+
+
+@pytest.mark.parametrize(
+    ("name", "word"),
+    [("3.png", "00003.png and 3.png"), (f"{'1' * 20}.png", "at most 9 digits"), (f"{'1' * 200}.png", "9 digits")],
+)
+def test_names_of_pictures(name, word, folder):
+    (folder / "spectrum" / name).write_bytes((folder / "spectrum" / "00003.png").read_bytes())
+    refused(lambda: read_dataset(folder), word)
+
+
+def test_digits_of_other_scripts_are_no_picture(folder):
+    (folder / "spectrum" / "٣.png").write_bytes(b"")
+    assert [path.stem for path in picture_files(folder / "spectrum")] == NAMES
+
+
+def test_a_folder_of_pictures_that_links_to_itself(folder):
+    (folder / "spectrum").rename(folder / "away")
+    (folder / "spectrum").symlink_to("spectrum")
+    refused(lambda: read_dataset(folder), "nothing there")
+
+
+def test_a_million_repeated_names_count_once(folder):
+    (folder / "train_index.txt").write_text("00001\n00003\n" * 500_000)
+    found = inspect(folder)
+    assert found.dataset is not None and found.dataset.train.tolist() == [0, 2]
+    assert "train_index.txt names 999998 spectra more than once; each counts once" in found.warnings
+    with pytest.raises(InputError, match="expected each name once, found 00001 more than once"):
+        read_index(folder / "train_index.txt", found.dataset)
+
+
+def test_a_name_in_both_index_files(folder):
+    write_index(folder / "test_index.txt", NAMES[2:])
+    refused(lambda: read_dataset(folder), "00003 in both")
+
+
+def test_too_many_positions(folder, monkeypatch):
+    monkeypatch.setattr("simulate.positions.given_positions.MOST_POSITIONS", 4)
+    refused(lambda: read_points(folder / "tx_pos.csv"), "at most 4 positions")
+
+
+@pytest.mark.parametrize(
+    ("positions", "word"),
+    [
+        ([[1, 2]], "shape (1, 2)"),
+        ([], "shape (0,)"),
+        ([[1, 2, "a"]], "[[1, 2, 'a']]"),
+        ([[0, 0, 0], [np.nan, 0, 0]], "in row 1"),
+        ([[0, 0, 2 * FARTHEST]], "±100000 m"),
+        ([[10**400, 0, 0]], "[[1000"),
+    ],
+)
+def test_positions_from_python(positions, word):
+    refused(lambda: check_points(positions), word)
+
+
+@pytest.mark.parametrize("file", ["train_index.txt", "gateway_info.yml", "tx_pos.csv", "spectrum/00002.png"])
+def test_convert_opens_no_pipe(file, folder, tmp_path):
+    (folder / file).unlink()
+    corpus.ANY_FILE["named pipe"][0](folder / file)
+    refused(lambda: convert(folder, tmp_path / "new"), "a named pipe")
+    assert not (tmp_path / "new").exists()
+
+
+def test_convert_of_an_index_of_5000_digits(folder, tmp_path):
+    (folder / "train_index.txt").write_text("1" * 5000)
+    refused(lambda: convert(folder, tmp_path / "new"), "something else")
+    assert [path.name for path in tmp_path.iterdir()] == ["data"]
+
+
+@pytest.mark.parametrize("ends", [(0, float("nan")), (float("inf"), 0), (30, 30), (0, 1e9)])
+def test_convert_between_ends_that_are_none(ends, folder, tmp_path):
+    with pytest.raises(ParameterError, match="elevations: expected"):
+        convert(folder, tmp_path / "new", Conversion(elevations=ends, azimuths=(0, 359)))

@@ -1,0 +1,147 @@
+"""metadata.json and gateway_info.yml: every field's type and range is checked, with its place in the sentence."""
+
+import json
+import re
+from dataclasses import fields
+
+import pytest
+import yaml
+
+from scenes.files.errors import InputError
+from simulate.dataset.dataset_reader import read_gateway, read_metadata
+from simulate.dataset.dataset_writer import write_gateway
+from simulate.dataset.metadata import Array, Grid, Mechanisms, Receiver, Solver, read_metadata_file
+from simulate.fullwave.settings import FullWave
+from simulate.generation.request import read_request
+from simulate.rays.core.propagation import Propagation
+from simulate.spectra.angular_grid import AngularGrid
+from simulate.spectra.array import PlanarArray
+from simulate.spectra.measurement import Measurement
+from tests import hostile_files as hostile
+
+BAD = [
+    ([], r"expected a mapping, found \[\]"),
+    (None, "expected a mapping, found nothing"),
+    ({"array": {"columns": 0}}, "array.columns: expected a whole number of at least 1, found 0"),
+    ({"array": {"columns": 65}}, "array.columns: expected a whole number of at most 64, found 65"),
+    ({"array": {"rows": 64, "columns": 17}}, "array: expected at most 1024 elements, found 1088"),
+    ({"array": {"rows": "4"}}, "array.rows: expected a whole number, found '4'"),
+    ({"array": {"rows": True}}, "array.rows: expected a whole number, found True"),
+    ({"array": {"rows": 4.0}}, "array.rows: expected a whole number, found 4.0"),
+    ({"array": {"spacing": -0.5}}, "array.spacing: expected a number above 0, found -0.5"),
+    ({"array": {"spacing": 10**200}}, "array.spacing: expected a number of at most 100, found 1000"),
+    ({"array": {}, "grid": {"elevation_step_deg": 0}}, "grid.elevation_step_deg: expected a number above 0, found 0"),
+    ({"grid": {"elevation_first_deg": None}}, "grid.elevation_first_deg: expected a number, found nothing"),
+    ({"array": {}, "grid": {"first": 0}}, "grid: expected no keys but elevation_first_deg, .*, found 'first'"),
+    ({"frequency_hz": "915e6"}, "frequency_hz: expected a number, found '915e6'"),
+    ({"frequency_hz": 1e3}, r"frequency_hz: expected a number of at least 1e\+06, found 1000.0"),
+    ({"frequency_hz": 1e15}, r"frequency_hz: expected a number of at most 1e\+12, found 1000000000000000.0"),
+    ({"engine": "lasers"}, "engine: expected fullwave or rays, found 'lasers'"),
+    ({"engine": "fullwave"}, "expected the key scene_file, found none"),
+    ({"propagation": {"max_depth": -1}}, "propagation.max_depth: expected a whole number of at least 0, found -1"),
+    ({"propagation": {"los": "yes"}}, "propagation.los: expected true or false, found 'yes'"),
+    ({"propagation": {"colour": 1}}, "propagation: expected no keys but .*, found 'colour'"),
+    ({"measurement": {"seed": 0, "snr_db": "20"}}, "measurement.snr_db: expected a number or nothing, found '20'"),
+    ({"measurement": {"seed": 0, "gain_error_db": -1}}, "measurement.gain_error_db: expected a number of at least 0"),
+    ({"scene_file": 3}, "scene_file: expected a text, found 3"),
+    ({"scene_file": "/etc/passwd.yaml"}, "scene_file: expected a file in the folder .*, found '/etc/passwd.yaml'"),
+    ({"scene_file": "../scene.yaml"}, r"scene_file: expected a file in the folder .*, found '\.\./scene.yaml'"),
+    ({"seed": -1}, "seed: expected a whole number of at least 0, found -1"),
+    ({"power": 1}, "power: expected true or false, found 1"),
+]
+
+
+@pytest.mark.parametrize(("content", "sentence"), BAD, ids=[str(content)[:50] for content, _ in BAD])
+def test_fields_are_checked(tmp_path, content, sentence):
+    path = tmp_path / "metadata.json"
+    path.write_text(json.dumps(content))
+    with pytest.raises(InputError, match=rf"metadata.json: {sentence}"):
+        read_metadata_file(path, "settings")
+    problems: list[str] = []
+    assert read_metadata(path, problems) == ({}, None)
+    assert len(problems) == 1
+
+
+@pytest.mark.parametrize("content", [{}, {"array": {}}, {"made_by": "another program", "rooms": [1, 2]}])
+def test_what_other_programs_write_is_taken(tmp_path, content):
+    (tmp_path / "metadata.json").write_text(json.dumps(content))
+    assert read_metadata_file(tmp_path / "metadata.json", "settings") == content
+
+
+@pytest.mark.parametrize(
+    ("schema", "described"),
+    [
+        (Array, PlanarArray),
+        (Grid, AngularGrid),
+        (Mechanisms, Propagation),
+        (Receiver, Measurement),
+        (Solver, FullWave),
+    ],
+)
+def test_schemas_have_the_fields_of_what_they_describe(schema, described):
+    ours = set(schema.__struct_fields__) - {"seed", "window_ns", "antennas"}
+    assert ours == {field.name for field in fields(described)}
+
+
+def test_folder_that_is_to_be_made_again_needs_all_of_it(tmp_path):
+    with pytest.raises(InputError, match=r"metadata.json: expected the metadata of a simulated dataset, found no such"):
+        read_request(tmp_path)
+    (tmp_path / "metadata.json").write_text('{"seed": 1}')
+    with pytest.raises(InputError, match=r"metadata.json: expected the key \w+, found none"):
+        read_request(tmp_path)
+
+
+@pytest.mark.parametrize("kind", hostile.SPECIAL)
+@pytest.mark.parametrize("name", ["metadata.json", "gateway_info.yml"])
+def test_what_is_no_ordinary_file_is_a_problem(tmp_path, kind, name):
+    hostile.SPECIAL[kind](tmp_path / name)
+    problems: list[str] = []
+    (read_metadata if name == "metadata.json" else read_gateway)(tmp_path / name, problems)
+    assert len(problems) == 1 and name in problems[0]
+
+
+POSE = "gateway1: {position: %s, orientation: %s}"
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("", "expected a mapping, found nothing"),
+        ("gateway1:", "gateway1: expected a mapping, found nothing"),
+        (POSE % ("[1, 2]", "[0, 0, 0, 1]"), r"gateway1.position: expected a list of 3, found \[1, 2\]"),
+        (POSE % ("[1, 2, up]", "[0, 0, 0, 1]"), r"gateway1.position\[2\]: expected a number, found 'up'"),
+        (POSE % ("[1, 2, true]", "[0, 0, 0, 1]"), r"gateway1.position\[2\]: expected a number, found True"),
+        (POSE % ("[1, 2, .nan]", "[0, 0, 0, 1]"), r"gateway1.position\[2\]: expected a number of .*, found nan"),
+        (POSE % ("[1, 2, 1e400]", "[0, 0, 0, 1]"), r"gateway1.position\[2\]: expected a.*, found '1e400'"),
+        (POSE % ("[1, 2, 2024-01-01]", "[0, 0, 0, 1]"), r"gateway1.position\[2\]: expected a number, found '2024-01"),
+        (POSE % (f"[1, 2, {'9' * 400}]", "[0, 0, 0, 1]"), r"gateway1.position\[2\]: expected another value, found 99"),
+        (POSE % ("[1, 2, 3]", "[0, 0, 1, 1]"), "gateway1.orientation: expected a quaternion of unit length, found"),
+        ("a: &a [1]\nb: *a", "line 2: expected gateway1 .* found malformed YAML, the alias"),
+    ],
+)
+def test_gateways_that_are_none(tmp_path, text, sentence):
+    (tmp_path / "gateway_info.yml").write_text(text)
+    problems: list[str] = []
+    read_gateway(tmp_path / "gateway_info.yml", problems)
+    (problem,) = problems
+    assert re.search(rf"gateway_info.yml[:,] {sentence}", problem), problem
+
+
+def test_gateways_of_other_programs_are_read(tmp_path):
+    path = tmp_path / "gateway_info.yml"
+    path.write_text(
+        "gateway1:\n    position: [1e-3, 2, 3.5]\n    orientation: [0, 0, 0, 1]\n    model: x\ngateway2: {}\n"
+    )
+    problems: list[str] = []
+    position, _ = read_gateway(path, problems)
+    assert problems == [] and position.tolist() == [1e-3, 2, 3.5]
+
+
+@pytest.mark.parametrize("name", ["lab", "a: b", "[x", "# 1", "Büro", "2024-01-01", "yes", "x" * 200, "'", "- a"])
+def test_every_name_of_a_scene_can_be_written(tmp_path, name):
+    path = tmp_path / "gateway_info.yml"
+    write_gateway(path, name, [1, 2, 3], [0, 0, 0, 1])
+    assert yaml.safe_load(path.read_text())["dataset_name"] == name
+    problems: list[str] = []
+    read_gateway(path, problems)
+    assert problems == []

@@ -1,0 +1,124 @@
+"""``bisplat responses``: channels.npz retrieved from pictures, marked, and continued after an interruption."""
+
+import numpy as np
+import pytest
+
+from bisplat.commands.dataset_commands import responses
+from scenes.files.errors import InputError
+from scenes.files.folder_lock import locked
+from simulate.dataset.dataset_folder import read_dataset
+from simulate.dataset.dataset_writer import (
+    encode_picture,
+    write_gateway,
+    write_index,
+    write_metadata,
+    write_positions,
+    write_responses,
+)
+from simulate.dataset.response_retrieval import retrieve
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.spectrum import normalise, picture
+
+COUNT = 4
+RESPONSES = np.random.default_rng(0).normal(size=(COUNT, 16, 2)) @ [1, 1j]
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "spectrum").mkdir()
+    names = [f"{number:05d}" for number in range(1, COUNT + 1)]
+    for name, image in zip(names, picture(Beamformer().spectrum(RESPONSES)), strict=True):
+        (tmp_path / "spectrum" / f"{name}.png").write_bytes(encode_picture(image))
+    write_positions(tmp_path / "tx_pos.csv", np.arange(3 * (COUNT + 1)).reshape(-1, 3))  # a row more than pictures
+    write_gateway(tmp_path / "gateway_info.yml", "tiny", (0, 0, 1), (0, 0, 0, 1))
+    write_index(tmp_path / "train_index.txt", names[1:])
+    write_index(tmp_path / "test_index.txt", names[:1])
+    return tmp_path
+
+
+def test_retrieved_responses_make_the_pictures_and_are_not_taken_for_recorded_ones(folder):
+    found = retrieve(read_dataset(folder))
+    assert (found.residual < 0.5).all()
+    dataset = read_dataset(folder)
+    assert dataset.responses is None
+    np.testing.assert_array_equal(dataset.retrieved, found.responses)
+    again = normalise(dataset.beamformer.spectrum(dataset.retrieved))
+    assert np.abs(again - dataset.spectra).max() < 3 / 255
+    with np.load(folder / "channels.npz") as archive:
+        assert archive["retrieved"] and archive["channels"].shape == (COUNT + 1, 16)
+        assert np.isnan(archive["channels"][-1]).all() and np.isfinite(archive["residual"][:-1]).all()
+    first = (folder / "channels.npz").read_bytes()
+    retrieve(read_dataset(folder))
+    assert (folder / "channels.npz").read_bytes() == first
+
+
+def test_interrupted_retrieval_goes_on_with_the_same_result(folder, monkeypatch):
+    monkeypatch.setattr("simulate.dataset.response_retrieval.AT_ONCE", 2)
+    whole = retrieve(read_dataset(folder))
+    (folder / "channels.npz").unlink()
+    batches = []
+
+    def interrupted(spectra, beamformer, seed):
+        batches.append(seed)
+        if len(batches) == 2:
+            raise KeyboardInterrupt
+        return retrieve_responses(spectra, beamformer, seed)
+
+    from simulate.spectra.phase_retrieval import retrieve_responses
+
+    with monkeypatch.context() as patch:
+        patch.setattr("simulate.dataset.response_retrieval.retrieve_responses", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            retrieve(read_dataset(folder))
+        again = retrieve(read_dataset(folder))
+    assert batches == [0, 2, 2]  # the first batch only once
+    np.testing.assert_array_equal(again.responses, whole.responses)
+    assert not list(folder.glob("*partial*"))
+
+
+@pytest.mark.parametrize("content", [b"", b"PK\x03\x04 cut"])
+def test_damaged_partial_result_is_begun_anew(folder, capsys, content):
+    whole = retrieve(read_dataset(folder))
+    (folder / "channels.npz").unlink()
+    partial = folder / "channels.npz.partial.npz"
+    partial.write_bytes(content)
+    again = retrieve(read_dataset(folder))
+    np.testing.assert_array_equal(again.responses, whole.responses)
+    said = f"{partial}: expected what an interrupted bisplat responses left, found a damaged file"
+    assert said in capsys.readouterr().err
+    assert not partial.exists()
+
+
+def test_second_process_is_refused(folder):
+    with locked(folder), pytest.raises(InputError, match="no other process writes to"):
+        retrieve(read_dataset(folder))
+
+
+def test_command_replaces_retrieved_responses_only_by_force_and_recorded_ones_never(folder):
+    responses(folder)
+    before = (folder / "channels.npz").stat().st_mtime_ns
+    with pytest.raises(InputError, match=r"channels\.npz: expected no such file yet, found one; --force replaces it"):
+        responses(folder)
+    assert (folder / "channels.npz").stat().st_mtime_ns == before
+    responses(folder, force=True)
+    assert (folder / "channels.npz").stat().st_mtime_ns > before
+    write_responses(folder / "channels.npz", np.ones((COUNT + 1, 16)))
+    with pytest.raises(InputError, match="found recorded ones"):
+        responses(folder, force=True)
+
+
+def test_recorded_responses_are_not_replaced(folder):
+    write_responses(folder / "channels.npz", np.ones((COUNT + 1, 16)))
+    with pytest.raises(InputError, match="found recorded ones"):
+        retrieve(read_dataset(folder))
+    assert read_dataset(folder).responses is not None
+
+
+def test_pictures_of_no_array_are_refused(folder):
+    noise = np.random.default_rng(0).integers(0, 256, (COUNT, 90, 360), dtype=np.uint8)
+    for number, image in enumerate(noise, start=1):
+        (folder / "spectrum" / f"{number:05d}.png").write_bytes(encode_picture(image))
+    with pytest.raises(InputError, match="expected pictures that an array explains"):
+        retrieve(read_dataset(folder))
+    write_metadata(folder / "metadata.json", {"array": {}})  # stated: then it is tried
+    assert (retrieve(read_dataset(folder)).residual > 3).all()

@@ -1,0 +1,56 @@
+"""The solver on a Ray cluster, and on several threads, leaves the same field as on one thread of this machine."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from scenes.files.errors import InputError
+from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
+from scenes.scene.materials import p2040_materials
+from scenes.scene.shapes import sheet
+from simulate.fullwave.all_elements import stored_field
+from simulate.fullwave.run_plan import plan
+
+pytest.importorskip("ray", reason="Ray is an extra: make setup")
+
+
+@pytest.fixture(scope="module")
+def address():
+    """Address of a cluster of one machine."""
+    from ray.cluster_utils import Cluster
+
+    cluster = Cluster(initialize_head=True, head_node_args={"num_cpus": 2})
+    yield cluster.address
+    cluster.shutdown()
+
+
+@pytest.fixture
+def nook() -> Scene:
+    floor = SceneObject("floor", sheet((0, 0, 0), (0.5, 0, 0), (0, 0.4, 0)), "concrete")
+    gateway = Gateway((0.45, 0.2, 0.2), facing((-1, 0, 0)), rows=1, columns=2, pattern="dipole")
+    region = Transmitter((0.1, 0.15, 0.15), (0.2, 0.25, 0.25), pattern="dipole")
+    return Scene("nook", 915e6, gateway, region, (floor,), p2040_materials(["concrete"], 915e6))
+
+
+def test_cluster_and_threads_leave_the_same_field(nook, address, tmp_path):
+    planned = plan(nook, nook.transmitter.region, 0.03)
+    here = stored_field(nook, planned, tmp_path / "here", at_once=1)
+    beside = stored_field(nook, planned, tmp_path / "beside", at_once=2)
+    reported: list[tuple[int, int]] = []
+    there = stored_field(nook, planned, tmp_path / "there", ray=address, report=lambda *each: reported.append(each))
+    assert np.array_equal(here.values, there.values) and np.array_equal(here.values, beside.values)
+    assert sorted(number for number, _ in reported) == [0, 1]
+
+
+def test_failure_in_the_cluster_is_one_sentence(nook, address, tmp_path):
+    planned = plan(nook, nook.transmitter.region, 0.03)
+    outside = replace(planned, box=planned.box + 1000)
+    with pytest.raises(InputError, match=r"model\.in: expected gprMax to run it, found that it stopped with"):
+        stored_field(nook, outside, tmp_path, solver="gprMax 4.0.1", ray=address)
+
+
+def test_machines_too_small_are_told_instead_of_waited_for(nook, address, tmp_path):
+    planned = plan(nook, nook.transmitter.region, 0.03)
+    with pytest.raises(InputError, match=r"expected a machine with a core, .* GB of memory and a GPU in the Ray"):
+        stored_field(nook, planned, tmp_path, solver="gprMax", ray=address, gpu=True)

@@ -1,0 +1,409 @@
+"""A simulated folder: valid, the same bytes however often it was interrupted, never a mix of two requests."""
+
+import errno
+import os
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import simulate.rays.tracer
+from scenes.files import atomic
+from scenes.files.errors import InputError
+from scenes.files.folder_lock import locked
+from simulate.dataset.dataset_folder import inspect
+from simulate.generation import generate as module
+from simulate.generation import written_parts
+from simulate.generation.dataset_part import make_part
+from simulate.generation.generate import generate
+from simulate.generation.request import Request, propagation_of, read_request
+from simulate.generation.written_parts import picture_names
+from simulate.rays.core.propagation import Propagation
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.measurement import Measurement
+from simulate.spectra.spectrum import picture
+from tests.killing import contents, finish, kill_and_finish, moments
+
+COUNT = 7
+
+
+@pytest.fixture(scope="module")
+def request_of(make_scene, floor):
+    """Seven positions over a floor."""
+    positions = np.random.default_rng(9).uniform([-5, -1, 0.5], [-2, 1, 2.5], (COUNT, 3))
+    return Request(
+        make_scene(floor),
+        positions,
+        "uniform, seed 9",
+        Propagation(max_depth=1, diffraction=False, rays=20_000),
+        seed=3,
+    )
+
+
+@pytest.fixture(autouse=True)
+def small_parts(monkeypatch):
+    monkeypatch.setattr(module, "PART", 2)
+
+
+@pytest.fixture(scope="module")
+def finished(request_of, tmp_path_factory) -> Path:
+    """The folder of a run that nothing interrupted."""
+    folder = tmp_path_factory.mktemp("finished") / "dataset"
+    part, module.PART = module.PART, 2
+    try:
+        generate(request_of, folder)
+    finally:
+        module.PART = part
+    return folder
+
+
+class Quick:
+    """A tracer that costs nothing: what is tested is what is written, not what is traced."""
+
+    def __init__(self, *arguments):
+        pass
+
+    def responses(self, positions):
+        return np.exp(1j * positions @ np.arange(48).reshape(3, 16)).astype(np.complex64)
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    monkeypatch.setattr(simulate.rays.tracer, "Tracer", Quick)
+
+
+def killed_at(monkeypatch, place, name: str, number: int):
+    """Make a function raise KeyboardInterrupt at its ``number``-th call, counted from 0."""
+    original, calls = getattr(place, name), []
+
+    def function(*arguments, **options):
+        calls.append(None)
+        if len(calls) > number:
+            raise KeyboardInterrupt
+        return original(*arguments, **options)
+
+    monkeypatch.setattr(place, name, function)
+
+
+def test_simulated_folder_is_a_valid_dataset(finished, request_of):
+    found = inspect(finished)
+    assert found.problems == []
+    assert found.warnings == []
+    assert found.dataset.positions == pytest.approx(request_of.positions, abs=1e-6)
+    assert found.dataset.responses.shape == (COUNT, 16)
+    assert found.dataset.gateway_position.tolist() == [0, 0, 1.5]
+    assert found.dataset.gateway_orientation == pytest.approx([0.5, -0.5, -0.5, 0.5])
+    assert sorted([*found.dataset.train, *found.dataset.test]) == list(range(COUNT))
+    assert len(found.dataset.test) == 1  # a fifth
+    assert sorted(path.name for path in finished.iterdir()) == [
+        "channels.npz",
+        "gateway_info.yml",
+        "metadata.json",
+        "scene",
+        "spectrum",
+        "test_index.txt",
+        "train_index.txt",
+        "tx_pos.csv",
+    ]
+
+
+def test_pictures_are_those_of_the_responses(finished):
+    dataset = inspect(finished).dataset
+    assert (dataset.pictures == picture(Beamformer().spectrum(dataset.responses))).all()
+
+
+def test_same_request_again_returns_at_once(finished, request_of, monkeypatch):
+    before = contents(finished)
+    monkeypatch.setattr(simulate.rays.tracer, "Tracer", None)  # calling it would be an error
+    generate(request_of, finished)
+    assert contents(finished) == before
+
+
+@pytest.mark.parametrize("pictures", [0, 3, 6])
+def test_killed_run_leaves_no_dataset_and_run_again_ends_with_the_same_bytes(
+    pictures, finished, request_of, tmp_path, monkeypatch
+):
+    """With the real tracer: chains found again give the same responses."""
+    folder = tmp_path / "dataset"
+    with monkeypatch.context() as patch:
+        killed_at(
+            patch, written_parts, "write_atomically", pictures + pictures // 2
+        )  # a part's responses after its two pictures
+        with pytest.raises(KeyboardInterrupt):
+            generate(request_of, folder)
+    assert len(list((folder / "spectrum").iterdir())) == pictures
+    assert not list(folder.rglob("*.tmp"))
+    assert not list(folder.glob("*_index.txt"))
+    generate(request_of, folder)
+    assert contents(folder) == contents(finished)
+
+
+@pytest.mark.parametrize("function", ["fsync", "replace"])
+def test_run_killed_at_any_write_ends_with_the_same_bytes(function, request_of, tmp_path, monkeypatch, quick):
+    """Killed before a file is whole, or whole but not yet in its place: at each of them in turn."""
+    generate(request_of, tmp_path / "whole")
+    expected = contents(tmp_path / "whole")
+    for number in range(100):
+        folder = tmp_path / str(number)
+        with monkeypatch.context() as patch:
+            killed_at(patch, atomic.os, function, number)
+            try:
+                generate(request_of, folder)
+            except KeyboardInterrupt:
+                # A loader needs both indices; the last file written is the second one.
+                assert not (folder / "test_index.txt").exists()
+            else:
+                break
+        generate(request_of, folder)
+        assert contents(folder) == expected, number
+    assert number > COUNT + 5
+
+
+def test_run_killed_while_tidying_up_ends_with_the_same_bytes(request_of, tmp_path, monkeypatch, quick):
+    generate(request_of, tmp_path / "whole")
+    with monkeypatch.context() as patch:
+        killed_at(patch, shutil, "rmtree", 1)  # the first removes a scene.tmp that is not there
+        with pytest.raises(KeyboardInterrupt):
+            generate(request_of, tmp_path / "killed")
+    generate(request_of, tmp_path / "killed")
+    assert contents(tmp_path / "killed") == contents(tmp_path / "whole")
+
+
+def cut(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:-20])
+
+
+def empty(path: Path) -> None:
+    path.write_bytes(b"")
+
+
+@pytest.mark.parametrize("fault", [cut, empty, Path.unlink])
+@pytest.mark.parametrize("name", ["spectrum/00003.png", "power_db/00004.tif", "parts/0000000002.npy"])
+def test_damaged_part_of_an_unfinished_dataset_is_made_again(
+    name, fault, request_of, tmp_path, monkeypatch, quick, capsys
+):
+    asked = replace(request_of, power=True)
+    generate(asked, tmp_path / "whole")
+    with monkeypatch.context() as patch:
+        killed_at(patch, module, "write_responses", 0)
+        with pytest.raises(KeyboardInterrupt):
+            generate(asked, tmp_path / "killed")
+    fault(tmp_path / "killed" / name)
+    made = []
+    monkeypatch.setattr(module, "make_part", lambda *args: made.append(args[2]) or make_part(*args))
+    capsys.readouterr()
+    generate(asked, tmp_path / "killed")
+    assert contents(tmp_path / "killed") == contents(tmp_path / "whole")
+    assert made == [2]
+    said = [line for line in capsys.readouterr().err.splitlines() if line.startswith("bisplat: ")]
+    if fault is Path.unlink and name.startswith("parts"):  # then it was never finished
+        assert said == []
+    else:
+        (sentence,) = said
+        assert sentence.startswith(f"bisplat: {tmp_path / 'killed' / name}: expected ")
+        assert sentence.endswith("; the spectra 00003 to 00004 are made again")
+
+
+@pytest.mark.parametrize(
+    ("name", "fault", "again"),
+    [
+        *(("spectrum/00003.png", fault, [2]) for fault in (cut, empty, Path.unlink)),
+        *(("channels.npz", fault, [0, 2, 4, 6]) for fault in (cut, empty, Path.unlink)),
+        *(("tx_pos.csv", fault, []) for fault in (empty, Path.unlink)),
+    ],
+)
+def test_damaged_file_of_a_finished_dataset_is_made_again_and_the_rest_kept(
+    name, fault, again, request_of, tmp_path, monkeypatch, quick, capsys
+):
+    folder = tmp_path / "whole"
+    generate(request_of, folder)
+    before = contents(folder)
+    (folder / "train_index.txt").write_text("00001\n")  # a split of the user's own
+    fault(folder / name)
+    made = []
+    monkeypatch.setattr(module, "make_part", lambda *args: made.append(args[2]) or make_part(*args))
+    generate(request_of, folder)
+    assert contents(folder) == before | {"train_index.txt": b"00001\n"}
+    assert made == again
+    assert ("made again" in capsys.readouterr().err) == (len(again) == 1 or (again != [] and fault is not Path.unlink))
+
+
+def test_second_process_is_refused_while_the_first_one_simulates(request_of, tmp_path, quick):
+    folder = tmp_path / "dataset"
+    folder.mkdir()
+    with locked(folder), pytest.raises(InputError, match=rf"{folder}: .* process {os.getpid()} .* writes to"):
+        generate(request_of, folder)
+    generate(request_of, folder)
+    with locked(folder):
+        generate(request_of, folder)  # a finished dataset is only looked at
+
+
+def other(request: Request, what: str) -> Request:
+    if what == "seed":
+        return replace(request, seed=4)
+    if what == "positions_sha256":
+        return replace(request, positions=request.positions + 0.01)
+    if what == "spectra":
+        return replace(request, positions=request.positions[:5])
+    if what == "propagation":
+        return replace(request, propagation=replace(request.propagation, max_depth=2))
+    gateway = replace(request.scene.gateway, position=(0.0, 0.1, 1.5))
+    return replace(request, scene=replace(request.scene, gateway=gateway))
+
+
+@pytest.mark.parametrize("what", ["seed", "positions_sha256", "spectra", "propagation", "scene_sha256"])
+def test_another_request_into_the_same_folder_is_refused_and_changes_nothing(what, finished, request_of):
+    before = contents(finished)
+    with pytest.raises(InputError, match=f"a dataset whose {what} is") as error:
+        generate(other(request_of, what), finished)
+    assert str(finished) in str(error.value)
+    assert contents(finished) == before
+
+
+def test_folder_with_other_files_is_refused(request_of, tmp_path):
+    (tmp_path / "thesis.tex").write_text("years of work")
+    with pytest.raises(InputError, match="found other files in it"):
+        generate(request_of, tmp_path)
+    assert contents(tmp_path) == {"thesis.tex": b"years of work"}
+
+
+@pytest.mark.parametrize("text", ["{", "[]"])
+def test_folder_with_other_metadata_is_refused(text, request_of, tmp_path):
+    (tmp_path / "metadata.json").write_text(text)
+    with pytest.raises(InputError, match=r"metadata\.json: expected"):
+        generate(request_of, tmp_path)
+    assert contents(tmp_path) == {"metadata.json": text.encode()}
+
+
+def test_empty_folder_is_taken(request_of, tmp_path, quick):
+    generate(request_of, tmp_path)
+    assert inspect(tmp_path).problems == []
+
+
+def test_names_have_five_digits_or_as_many_as_needed():
+    assert picture_names(2) == ["00001", "00002"]
+    assert picture_names(99_999)[-1] == "99999"
+    assert picture_names(100_000)[0] == "000001"
+    assert picture_names(100_000)[-1] == "100000"
+
+
+@pytest.fixture
+def full_disk(monkeypatch):
+    """Function: let the disk be full after so many bytes."""
+
+    def full(after: int) -> None:
+        written = [0]
+        original = atomic.os.fsync
+
+        def fsync(number):
+            written[0] += atomic.os.fstat(number).st_size
+            if written[0] > after:
+                raise OSError(errno.ENOSPC, "No space left on device")
+            original(number)
+
+        monkeypatch.setattr(atomic.os, "fsync", fsync)
+
+    return full
+
+
+@pytest.mark.parametrize("after", [0, 3000, 20_000, 40_000])
+def test_full_disk_leaves_no_half_file_and_more_room_finishes_the_job(
+    after, request_of, tmp_path, monkeypatch, quick, full_disk
+):
+    generate(request_of, tmp_path / "whole")
+    with monkeypatch.context():
+        full_disk(after)
+        with pytest.raises(OSError, match="No space left") as error:
+            generate(request_of, tmp_path / "full")
+        assert error.value.filename.startswith(str(tmp_path / "full"))  # the command's sentence names it
+        assert not list((tmp_path / "full").rglob("*.png.tmp"))
+        monkeypatch.undo()
+    monkeypatch.setattr(module, "PART", 2)
+    monkeypatch.setattr(simulate.rays.tracer, "Tracer", Quick)
+    generate(request_of, tmp_path / "full")
+    assert contents(tmp_path / "full") == contents(tmp_path / "whole")
+
+
+def test_folder_made_again_from_its_own_metadata_holds_the_same_bytes(finished, tmp_path):
+    """With the real tracer, and the scene as its YAML has it."""
+    generate(read_request(finished), tmp_path / "again")
+    assert contents(tmp_path / "again") == contents(finished)
+
+
+@pytest.mark.parametrize("mechanism", ["diffraction", "diffuse"])
+def test_diffraction_and_scattering_of_older_datasets_are_sionnas(mechanism):
+    older, _ = propagation_of({"propagation": {"max_depth": 3, mechanism: True, "rays": 20_000, "seed": 1}})
+    assert older.sionna and getattr(older, mechanism)
+    assert not propagation_of({"propagation": {"max_depth": 3, "rays": 20_000, "seed": 1}})[0].sionna
+    request = Propagation(max_depth=3, **{mechanism: True})
+    assert propagation_of({"propagation": vars(request)})[0] == request
+
+
+def test_folder_whose_positions_were_changed_is_not_made_again(finished, tmp_path):
+    changed = shutil.copytree(finished, tmp_path / "changed")
+    lines = (changed / "tx_pos.csv").read_text().splitlines()
+    (changed / "tx_pos.csv").write_text("\n".join([*lines[:-1], "0,0,1"]) + "\n")
+    with pytest.raises(InputError, match="found another positions"):
+        read_request(changed)
+
+
+def test_folder_of_somebody_else_is_not_made_again(tmp_path):
+    with pytest.raises(InputError, match=r"metadata.json: expected the metadata of a simulated dataset"):
+        read_request(tmp_path)
+
+
+def test_measured_folder_has_power_and_noise_as_asked_for(request_of, tmp_path, quick):
+    measured = replace(request_of, measurement=Measurement(snr_db=20.0), power=True)
+    generate(measured, tmp_path / "measured")
+    generate(request_of, tmp_path / "ideal")
+    found, ideal = (inspect(tmp_path / name).dataset for name in ("measured", "ideal"))
+    assert found is not None and ideal is not None
+    error = np.linalg.norm(found.responses - ideal.responses) / np.linalg.norm(ideal.responses)
+    assert 0.05 < error < 0.2
+    power = np.asarray(Image.open(tmp_path / "measured" / "power_db" / "00003.tif"))
+    np.testing.assert_allclose(power, Beamformer().power_db(found.responses[2]), atol=1e-3)
+    assert not (tmp_path / "ideal" / "power_db").exists()
+
+
+SLOW_RUN = """
+import sys, time
+from pathlib import Path
+import numpy as np
+import simulate.rays.tracer
+from simulate.generation import generate as module
+from simulate.generation.request import read_request
+
+class Slow:
+    def __init__(self, *arguments):
+        pass
+
+    def responses(self, positions):
+        time.sleep(0.1)
+        return np.exp(1j * positions @ np.arange(48).reshape(3, 16)).astype(np.complex64)
+
+simulate.rays.tracer.Tracer, module.PART = Slow, 1
+print("ready", flush=True)
+module.generate(read_request(Path(sys.argv[1])), Path(sys.argv[2]))
+"""
+
+
+def test_killed_with_signal_9_at_random_moments_ends_with_the_same_bytes(request_of, tmp_path, quick):
+    generate(request_of, tmp_path / "whole")
+    after = moments(0, finish(SLOW_RUN, tmp_path / "whole", tmp_path / "measured"))
+    assert kill_and_finish(SLOW_RUN, tmp_path / "whole", tmp_path / "killed", after=after)
+    for name in ("measured", "killed"):
+        assert contents(tmp_path / name) == contents(tmp_path / "whole")
+
+
+def test_folder_that_cannot_be_written_is_one_sentence(tmp_path):
+    (tmp_path / "file").write_text("")
+    command = [sys.executable, "-m", "bisplat", "simulate", "lab", "-n", "2", "--max-depth", "0"]
+    done = subprocess.run([*command, "-o", tmp_path / "file" / "d"], capture_output=True, text=True, timeout=120)
+    assert done.returncode == 1
+    assert done.stderr.startswith(f"bisplat: {tmp_path}/file")
+    assert len(done.stderr.splitlines()) == 1

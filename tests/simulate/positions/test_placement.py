@@ -1,0 +1,132 @@
+"""Where transmitters are put."""
+
+import numpy as np
+import pytest
+
+from scenes.files.errors import InputError
+from scenes.scene.shapes import box
+from simulate.positions.placement import PATH_STEP, place, read_positions
+
+LOW, HIGH = np.array([-5, -1, 0.5]), np.array([-2, 1, 2.5])
+CRATE = np.array([[-4, -0.5, 0.2], [-3, 0.5, 3.0]])
+KINDS = ["uniform", "grid", "path"]
+
+
+@pytest.fixture(scope="module")
+def scene(make_scene, floor):
+    """A crate in the middle of the transmitter's region."""
+    return make_scene(floor, ("crate", box(*CRATE), "brick"))
+
+
+@pytest.fixture(scope="module")
+def full_scene(make_scene):
+    """A crate over the whole region."""
+    return make_scene(("crate", box(LOW - 0.5, HIGH + 0.5), "brick"))
+
+
+def in_crate(positions):
+    return ((positions > CRATE[0]) & (positions < CRATE[1])).all(axis=1)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_positions_are_in_the_region_and_never_in_an_object(kind, scene):
+    positions = place(scene, kind, 400, seed=1)
+    assert positions.shape[1] == 3
+    assert (positions >= LOW).all()
+    assert (positions <= HIGH).all()
+    assert not in_crate(positions).any()
+
+
+@pytest.mark.parametrize("kind", ["uniform", "path"])
+@pytest.mark.parametrize("count", [1, 7, 400])
+def test_as_many_positions_as_asked(kind, count, scene):
+    assert len(place(scene, kind, count, seed=1)) == count
+
+
+def test_uniform_positions_fill_the_region_evenly(make_scene, floor):
+    """Mean and variance of a uniform law: (a + b)/2 and (b - a)²/12."""
+    positions = place(make_scene(floor), "uniform", 4000, seed=2)
+    assert positions.mean(axis=0) == pytest.approx((LOW + HIGH) / 2, abs=0.05)
+    assert positions.var(axis=0) == pytest.approx((HIGH - LOW) ** 2 / 12, rel=0.06)
+
+
+def test_grid_has_nearly_equal_steps_and_at_most_the_count(make_scene, floor):
+    """A region 3 × 2 × 2 m asked for 96: cells of half a metre, 6 × 4 × 4 of them, positions in their centres."""
+    positions = place(make_scene(floor), "grid", 96, seed=1)
+    assert len(positions) == 96
+    for axis, cells in enumerate((6, 4, 4)):
+        values = np.unique(positions[:, axis].round(9))
+        assert len(values) == cells
+        assert np.diff(values) == pytest.approx(0.5)
+        assert values[0] == pytest.approx(LOW[axis] + 0.25)
+
+
+def test_grid_leaves_out_what_is_inside_objects(make_scene, floor, scene):
+    everywhere = place(make_scene(floor), "grid", 96, seed=1)
+    assert len(place(scene, "grid", 96, seed=1)) == (~in_crate(everywhere)).sum() < 96
+
+
+@pytest.mark.parametrize("count", [1, 2, 5])
+def test_grid_of_a_few_has_one_at_least(count, make_scene, floor):
+    assert 1 <= len(place(make_scene(floor), "grid", count, seed=1)) <= count
+
+
+def test_path_steps_are_eight_millimetres(make_scene, floor):
+    """Straight distance of neighbours: the step along the curve, or a little less where it bends."""
+    positions = place(make_scene(floor), "path", 2000, seed=3)
+    steps = np.linalg.norm(np.diff(positions, axis=0), axis=1)
+    assert np.median(steps) == pytest.approx(0.008, rel=0.02)
+    assert steps.max() < 1.01 * PATH_STEP
+
+
+def test_path_is_smooth(make_scene, floor):
+    """Neighbouring steps point the same way, but where the walls of the region hold the path back."""
+    positions = place(make_scene(floor), "path", 2000, seed=3)
+    steps = np.diff(positions, axis=0)
+    steps /= np.linalg.norm(steps, axis=1, keepdims=True)
+    turn = np.degrees(np.arccos((steps[1:] * steps[:-1]).sum(axis=1).clip(-1, 1)))
+    assert np.percentile(turn, 95) < 5
+
+
+@pytest.mark.parametrize("kind", ["uniform", "path"])
+def test_a_seed_decides_the_positions(kind, scene):
+    assert (place(scene, kind, 50, seed=4) == place(scene, kind, 50, seed=4)).all()
+    assert (place(scene, kind, 50, seed=4) != place(scene, kind, 50, seed=5)).any()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_region_without_room_is_refused(kind, full_scene):
+    with pytest.raises(InputError, match="no room outside the objects"):
+        place(full_scene, kind, 10, seed=1)
+
+
+def test_positions_of_a_csv_are_taken_as_they_are(tmp_path, scene):
+    path = tmp_path / "way.csv"
+    path.write_text("x,y,z\n-4.5,0,1\n-2.5,0.25,2\n7,8,9\n")
+    assert read_positions(path, scene).tolist() == [[-4.5, 0, 1], [-2.5, 0.25, 2], [7, 8, 9]]
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("", ["line 1", "x,y,z", "empty file"]),
+        ("a,b,c\n1,2,3\n", ["line 1", "x,y,z", "a,b,c"]),
+        ("x,y,z\n", ["at least one position", "none"]),
+        ("x,y,z\n1,2,3\n1,2\n", ["position 2 (line 3)", "three finite numbers", "1,2"]),
+        ("x,y,z\n1,2,3\n1,2,x\n", ["position 2 (line 3)", "three finite numbers", "1,2,x"]),
+        ("x,y,z\n1,2,nan\n", ["position 1 (line 2)", "three finite numbers", "1,2,nan"]),
+        ("x,y,z\n-2.5,0,1\n-3.5,0,1\n", ["line 3", "a free place", 'inside "crate"']),
+    ],
+)
+def test_bad_csv_is_refused_with_file_and_row(text, words, tmp_path, scene):
+    path = tmp_path / "way.csv"
+    path.write_text(text)
+    with pytest.raises(InputError) as error:
+        read_positions(path, scene)
+    for word in [str(path), "expected", "found", *words]:
+        assert word in str(error.value)
+
+
+def test_csv_that_is_not_there_is_refused(tmp_path, scene):
+    with pytest.raises(InputError, match=r"way\.csv: expected a CSV of positions, found no such file"):
+        read_positions(tmp_path / "way.csv", scene)

@@ -1,0 +1,68 @@
+"""Responses found from spectra are the ones the spectra were made of, up to what a magnitude cannot tell."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from simulate.dataset.dataset_folder import read_dataset
+from simulate.spectra.angular_grid import AngularGrid
+from simulate.spectra.array import PlanarArray
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.lags import fit_grids
+from simulate.spectra.phase_retrieval import GOOD, retrieve_responses
+from simulate.spectra.spectrum import normalise, picture, spectrum_of
+
+MEASURED = Path(__file__).parents[4] / "shared" / "data" / "rfid-s23-160"
+GRID = AngularGrid(1.0)
+"""The grid of ``PlanarArray.spectrum``."""
+
+
+def likeness(found: np.ndarray, truth: np.ndarray) -> np.ndarray:
+    """Correlation of responses up to a common phase and the flip y_m -> conj y_{MN−1−m}, of which the better counts."""
+
+    def correlation(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+        norms = np.linalg.norm(first, axis=1) * np.linalg.norm(second, axis=1)
+        return np.abs((first.conj() * second).sum(axis=1)) / norms
+
+    return np.maximum(correlation(found, truth), correlation(found, truth[:, ::-1].conj()))
+
+
+@pytest.mark.parametrize(("rows", "columns", "spacing"), [(4, 4, 0.5), (3, 4, 0.47)])
+def test_responses_are_found_again(rows, columns, spacing):
+    array = PlanarArray(rows, columns, spacing)
+    beamformer = Beamformer(array)
+    truth = np.random.default_rng(1).standard_normal((6, array.elements, 2)) @ [1, 1j]
+    found = retrieve_responses(normalise(beamformer.spectrum(truth)), beamformer)
+    assert found.residual.max() < 0.05  # grey levels; the last steps of the method are slow
+    assert likeness(found.responses, truth).min() > 0.99999
+
+
+def test_pictures_of_eight_bits_are_reproduced_to_their_rounding():
+    beamformer = Beamformer()
+    truth = np.random.default_rng(2).standard_normal((6, 16, 2)) @ [1, 1j]
+    spectra = spectrum_of(picture(beamformer.spectrum(truth)))
+    found = retrieve_responses(spectra, beamformer)
+    assert found.residual.max() < 0.35
+    assert likeness(found.responses, truth).min() > 0.999
+    again = normalise(beamformer.spectrum(found.responses))
+    assert np.abs(again - spectra).max() < 3 / 255
+
+
+def test_the_same_seed_finds_the_same_responses():
+    spectra = normalise(Beamformer().spectrum(np.random.default_rng(3).standard_normal((2, 16, 2)) @ [1, 1j]))
+    first, second = (retrieve_responses(spectra, Beamformer(), seed=5) for _ in range(2))
+    np.testing.assert_array_equal(first.responses, second.responses)
+
+
+def test_a_spectrum_of_another_array_is_doubtful():
+    other = Beamformer(PlanarArray(8, 8))
+    spectra = normalise(other.spectrum(np.random.default_rng(4).standard_normal((1, 64, 2)) @ [1, 1j]))
+    assert retrieve_responses(spectra, Beamformer()).residual[0] > 10 * GOOD
+
+
+@pytest.mark.skipif(not MEASURED.is_dir(), reason="the measured sample is not beside this checkout")
+def test_measured_pictures_are_reproduced():
+    spectra = spectrum_of(read_dataset(MEASURED).pictures[::8])
+    fitted = fit_grids(spectra)[0]
+    assert (retrieve_responses(spectra, fitted.beamformer).residual < GOOD).all()

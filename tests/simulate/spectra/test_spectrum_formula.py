@@ -1,0 +1,117 @@
+"""Beamforming against its formula, written out once more in the plainest way."""
+
+import cmath
+import math
+
+import numpy as np
+import pytest
+
+from simulate.spectra.angular_grid import AngularGrid
+from simulate.spectra.array import PlanarArray
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.spectrum import normalise, picture
+
+ARRAYS = [PlanarArray(), PlanarArray(rows=2, columns=3), PlanarArray(rows=3, columns=1, spacing=0.37)]
+DIRECTIONS = [(phi, theta) for phi in (0, 1, 45, 90, 133, 180, 270, 359) for theta in (1, 2, 30, 67, 89)]
+
+
+def place(array: PlanarArray, m: int) -> tuple[float, float]:
+    """x and y of element m in wavelengths, counted row by row from the lowest corner."""
+    row, column = divmod(m, array.columns)
+    return (column - (array.columns - 1) / 2) * array.spacing, (row - (array.rows - 1) / 2) * array.spacing
+
+
+def phase(array: PlanarArray, m: int, phi: float, theta: float) -> float:
+    """k u·d_m: how far element m is ahead of the centre for a wave from (φ, θ) in degrees."""
+    x, y = place(array, m)
+    phi, theta = math.radians(phi), math.radians(theta)
+    return 2 * math.pi * math.cos(theta) * (x * math.cos(phi) + y * math.sin(phi))
+
+
+@pytest.mark.parametrize("first", [0, 1])
+@pytest.mark.parametrize("array", ARRAYS)
+def test_spectrum_is_the_magnitude_of_the_steered_sum(array, first):
+    """S(φ,θ) = |Σ_m y_m e^{-jk u·d_m}| / √(MN), θ = row + first and φ = column, in degrees."""
+    generator = np.random.default_rng(1)
+    y = generator.normal(size=(array.elements, 2)) @ [1, 1j]
+    found = Beamformer(array, AngularGrid(first)).spectrum(y)
+    assert found.shape == (90, 360)
+    for phi, theta in DIRECTIONS:
+        total = sum(y[m] * cmath.exp(-1j * phase(array, m, phi, theta)) for m in range(array.elements))
+        assert found[theta - first, phi] == pytest.approx(abs(total) / math.sqrt(array.elements), abs=1e-9)
+
+
+def test_elements_run_along_x_first_centred_half_a_wavelength_apart():
+    positions = PlanarArray().positions
+    assert positions[:5].tolist() == [
+        [-0.75, -0.75, 0], [-0.25, -0.75, 0], [0.25, -0.75, 0], [0.75, -0.75, 0], [-0.75, -0.25, 0],
+    ]  # fmt: skip
+    assert positions.mean(axis=0).tolist() == [0, 0, 0]
+
+
+def test_element_nearer_the_source_is_ahead_in_phase():
+    """A wave from +x in the array's plane: the next element along +x leads by k/2 λ = π/2 at a quarter wavelength."""
+    response = PlanarArray(rows=1, columns=2, spacing=0.25).manifold(np.array(0.0), np.array(0.0))
+    assert np.angle(response[1] / response[0]) == pytest.approx(np.pi / 2)
+
+
+def test_manifold_is_the_far_field_of_a_point_source():
+    """e^{-jk|s - d_m|} / e^{-jk|s|} -> e^{+jk u·d_m} for a source s = r u, r = 10⁶ wavelengths."""
+    array, phi, theta = PlanarArray(), math.radians(217), math.radians(38)
+    u = np.array([math.cos(theta) * math.cos(phi), math.cos(theta) * math.sin(phi), math.sin(theta)])
+    distance = np.linalg.norm(1e6 * u - array.positions, axis=1)
+    expected = np.exp(-2j * np.pi * (distance - 1e6))
+    assert array.manifold(np.array(phi), np.array(theta)) == pytest.approx(expected, abs=1e-4)
+
+
+@pytest.mark.parametrize(("phi", "theta"), [(0, 30), (359, 30), (200, 40), (90, 75), (17, 5)])
+def test_plane_wave_peaks_in_its_own_row_and_column_at_the_array_gain(phi, theta):
+    """max S = √(MN) for |y_m| = 1, at row θ and column φ, and nowhere else."""
+    array = PlanarArray()
+    y = np.exp(1j * np.array([phase(array, m, phi, theta) for m in range(16)]))
+    spectrum = Beamformer(array).spectrum(y)
+    assert np.argwhere(spectrum > 4 - 1e-9).tolist() == [[theta, phi]]
+    assert spectrum.max() == pytest.approx(4)
+    u = AngularGrid().dominant_direction(spectrum)
+    assert math.degrees(math.asin(u[2])) == pytest.approx(theta)
+    assert math.degrees(math.atan2(u[1], u[0])) % 360 == pytest.approx(phi)
+
+
+def test_last_row_of_a_grid_from_1_degree_is_boresight():
+    """At θ = 90° every azimuth is the same direction."""
+    beamformer = Beamformer(grid=AngularGrid(1.0))
+    y = np.random.default_rng(2).normal(size=(16, 2)) @ [1, 1j]
+    assert np.ptp(beamformer.spectrum(y)[89]) < 1e-12
+    assert beamformer.spectrum(y)[89, 0] == pytest.approx(abs(y.sum()) / 4)
+    assert beamformer.grid.dominant_direction(beamformer.spectrum(np.ones(16))) == pytest.approx([0, 0, 1])
+
+
+def test_batch_of_responses_is_each_response_by_itself():
+    y = np.random.default_rng(3).normal(size=(2, 3, 16, 2)) @ [1, 1j]
+    spectra = Beamformer().spectrum(y)
+    assert spectra.shape == (2, 3, 90, 360)
+    assert spectra[1, 2] == pytest.approx(Beamformer().spectrum(y[1, 2]))
+    grid = AngularGrid()
+    assert grid.dominant_direction(spectra)[1, 2] == pytest.approx(grid.dominant_direction(spectra[1, 2]))
+
+
+def test_picture_is_magnitude_scaled_from_its_least_to_its_greatest_value():
+    """round(255 (S - min S) / (max S - min S))."""
+    spectrum = np.full((90, 360), 3.0)
+    spectrum[0, 0], spectrum[0, 1], spectrum[0, 2] = 2.0, 7.0, 4.0
+    image = picture(spectrum)
+    assert image.dtype == np.uint8
+    assert image[0, :4].tolist() == [0, 255, 102, 51]
+
+
+def test_pictures_of_a_batch_are_scaled_one_by_one():
+    spectra = np.random.default_rng(4).random((3, 90, 360)) * np.array([1, 1e-6, 1e6])[:, None, None]
+    images = picture(spectra)
+    assert images.min(axis=(1, 2)).tolist() == [0, 0, 0]
+    assert images.max(axis=(1, 2)).tolist() == [255, 255, 255]
+    assert (images[1] == picture(spectra[1])).all()
+
+
+def test_picture_of_a_constant_spectrum_is_black():
+    assert picture(np.full((90, 360), 5.0)).max() == 0
+    assert np.isfinite(normalise(np.zeros((90, 360)))).all()
