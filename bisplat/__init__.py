@@ -16,6 +16,10 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from bisplat.own_packages import claim
+
+claim()
+
 if TYPE_CHECKING:  # for type checkers and editors; at run time __getattr__ imports from the same modules
     from learn.comparison.ablate import ablate as ablate
     from learn.comparison.compare import compare as compare

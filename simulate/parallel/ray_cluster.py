@@ -13,6 +13,9 @@ from typing import Any
 
 from scenes.files.errors import InputError, ParameterError, reason, shown
 
+OWN_PACKAGES = {"worker_process_setup_hook": "bisplat.own_packages.claim"}
+"""Workers look for modules in the user's folder first, where a file may have the name of one of our packages."""
+
 RETRIES = 20
 """How often a task is given to another worker before the run gives up (and can be resumed)."""
 
@@ -56,7 +59,9 @@ def ray_cluster(address: str | None) -> Iterator[ModuleType]:
     options: dict[str, Any] = (
         {"address": "local", "num_cpus": os.cpu_count()} if address is None else {"address": address}
     )
-    ray.init(log_to_driver=False, include_dashboard=False, logging_level=logging.ERROR, **options)
+    ray.init(
+        log_to_driver=False, include_dashboard=False, logging_level=logging.ERROR, runtime_env=OWN_PACKAGES, **options
+    )
     try:
         yield ray
     except ray.exceptions.RayError as error:
