@@ -31,7 +31,7 @@ from learn.training.run_folder import Run
 from scenes.scene.description import Gateway, facing
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.generation.request import propagation_of
+from simulate.engines.rays import Rays, seed_of_rays
 from simulate.generation.simulation import simulate
 
 SECOND = Gateway((2.4, 5.6, 2.0), facing((0.1, -1.0, -0.2)), pattern="tr38901")
@@ -92,8 +92,8 @@ def main(
             data = read_dataset(simulated)
             scene = replace(load_scene(data.folder / data.metadata["scene_file"]), gateway=SECOND)
             second = folder / "second-gateway"
-            propagation, seed = propagation_of(data.metadata)
-            simulate(scene, second, positions=data.positions, propagation=propagation, seed=seed)
+            seed = seed_of_rays(data.metadata)
+            simulate(scene, second, positions=data.positions, engine=Rays.of(data.metadata), seed=seed)
             runs = [train(simulated, folder / "simulated-files"), train(second, folder / "second-files")]
             figures["second gateway, files"] = row(runs[1:], folder / "second-files" / "evaluation")
             figures["both gateways, files"] = row(runs, folder / "both-files")

@@ -32,8 +32,8 @@ from scenes.places.bedroom import bedroom
 from scenes.places.closet import closet
 from scenes.places.workshop import workshop
 from simulate.dataset.dataset_folder import Dataset
+from simulate.engines.fullwave import FIELD
 from simulate.fullwave.stored_field import read_stored_field
-from simulate.generation.dataset_field import FIELD
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.diffraction.links import NO_LINKS

@@ -20,8 +20,8 @@ from report.printing import print_figures
 from learn.data.metrics import ssim
 from learn.evaluation.engines import scene_for_rays
 from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.engines.fullwave import FIELD
 from simulate.fullwave.stored_field import read_stored_field
-from simulate.generation.dataset_field import FIELD
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer

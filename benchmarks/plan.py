@@ -33,8 +33,8 @@ from learn.training.run_folder import predict
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import Dataset
+from simulate.engines.fullwave import FIELD
 from simulate.fullwave.stored_field import StoredField, read_stored_field
-from simulate.generation.dataset_field import FIELD
 from simulate.positions.placement import place
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json as json_format
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
-from bisplat.commands.simulate_command import Output, PropagationOptions
+from bisplat.commands.simulate_command import EngineName, Output
 from scenes.files.errors import ParameterError
+from scenes.files.options import checked, unchecked
 from scenes.files.output_file import Force, require_new
 from scenes.files.text_tables import print_table
 from simulate.rays.core.propagation import Propagation
@@ -74,7 +75,7 @@ def crossvalidate(
     scene: str,
     positions: Annotated[int, arg(aliases=["-n"])] = 100,
     seed: int = 1,
-    engine: Literal["rays", "fullwave"] | None = None,
+    engine: EngineName | None = None,
     field: Path | None = None,
     json: bool = False,
 ) -> None:
@@ -105,7 +106,7 @@ def engines(
     dataset: Positional[Path],
     output: Output,
     positions: Annotated[int, arg(aliases=["-n"])] = 200,
-    propagation: OmitArgPrefixes[PropagationOptions] = PropagationOptions(),
+    propagation: OmitArgPrefixes[unchecked(Propagation)] = unchecked(Propagation)(),  # type: ignore[valid-type]
     json: bool = False,
     force: Force = False,
 ) -> None:
@@ -123,7 +124,7 @@ def engines(
     from learn.reports.engines_report import FILES, draw_plane, write_engines
 
     require_new(*(output / name for name in FILES), force=force)
-    mechanisms = Propagation(**vars(propagation))
+    mechanisms = checked(Propagation, propagation)
     compared = compare_engines(dataset, mechanisms, positions)
     write_engines(compared, output)
     draw_plane(compare_on_plane(dataset, mechanisms), output)

@@ -154,8 +154,7 @@ def predict(runs: Positional[tuple[Path, ...]], positions: Path, output: Output,
     from learn.training.ensemble import Ensemble
     from learn.training.run_folder import load_run
     from simulate.dataset.dataset_writer import write_arrays
-    from simulate.positions.given_positions import read_points
-    from simulate.positions.reach import reach_warning
+    from simulate.positions.given_positions import reach_warning, read_points
 
     loaded = [load_run(run) for run in runs]
     points = read_points(positions)

@@ -7,20 +7,16 @@ from typing import Annotated
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
-from bisplat.commands.simulate_command import Output, PropagationOptions
+from bisplat.commands.simulate_command import Output
 from learn.data.splits import SplitKind
 from scenes.files.errors import InputError, ParameterError, printable, require_whole
 from scenes.files.new_folder import new_folder
+from scenes.files.options import checked, unchecked
 from scenes.files.output_file import Force, require_new
 from scenes.files.plain_text import say
 from scenes.files.text_tables import print_rows
 from scenes.scene.tolerances import Tolerances
 from simulate.rays.core.propagation import Propagation
-
-
-class ToleranceOptions(Tolerances):
-    def __post_init__(self) -> None:  # checked by the command, as simulate's options are
-        pass
 
 
 def calibrate(
@@ -30,8 +26,8 @@ def calibrate(
     spectra: Annotated[int, arg(aliases=["-n"])] = 160,
     split: SplitKind = "files",
     seed: int = 0,
-    tolerances: OmitArgPrefixes[ToleranceOptions] = ToleranceOptions(),
-    propagation: OmitArgPrefixes[PropagationOptions] = PropagationOptions(),
+    tolerances: OmitArgPrefixes[unchecked(Tolerances)] = unchecked(Tolerances)(),  # type: ignore[valid-type]
+    propagation: OmitArgPrefixes[unchecked(Propagation)] = unchecked(Propagation)(),  # type: ignore[valid-type]
     force: Force = False,
 ) -> None:
     """Correct a scene by measured spectra: gateway, materials, places of objects. Writes the corrected scene.
@@ -51,7 +47,7 @@ def calibrate(
     from simulate.positions.given_positions import MOST_POSITIONS
 
     require_whole(1, MOST_POSITIONS, spectra=spectra)
-    followed, allowed = Propagation(**vars(propagation)), Tolerances(**vars(tolerances))
+    followed, allowed = checked(Propagation, propagation), checked(Tolerances, tolerances)
     with new_folder(output, force) as unfinished:
         found = calibrate_scene(
             scene,
@@ -116,7 +112,7 @@ def plan(
     positions: Annotated[int, arg(aliases=["-n"])] = 50,
     tour: bool = False,
     seed: int = 0,
-    propagation: OmitArgPrefixes[PropagationOptions] = PropagationOptions(),
+    propagation: OmitArgPrefixes[unchecked(Propagation)] = unchecked(Propagation)(),  # type: ignore[valid-type]
     force: Force = False,
 ) -> None:
     """Plan where to measure next: positions that lower the open variance of the field most. Writes a CSV of them.
@@ -137,7 +133,7 @@ def plan(
     from learn.training.fit_progress import FitProgress
     from simulate.dataset.dataset_writer import write_positions
 
-    followed = Propagation(**vars(propagation))
+    followed = checked(Propagation, propagation)
     with FitProgress("plan") as progress:
         planned = plan_positions(run_or_scene, positions, tour=tour, seed=seed, propagation=followed, report=progress)
     write_positions(output, planned.positions)

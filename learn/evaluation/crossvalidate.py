@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Complex, Float
+from rich.progress import Progress
 
 from learn.data.metrics import Scores, score
 from learn.training.run_folder import Run, load_run
@@ -16,17 +17,19 @@ from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import Dataset, read_dataset
-from simulate.fullwave.stored_field import read_stored_field
-from simulate.generation.dataset_field import FIELD
-from simulate.generation.request import propagation_of
+from simulate.engines.engine import Engine, Machines, ResponseSource, Setting
+from simulate.engines.fullwave import FullWave
+from simulate.engines.rays import Rays, seed_of_rays
+from simulate.engines.table import engine_class, engine_of
+from simulate.generation.simulation import simulate
+from simulate.generation.simulation_options import LEAST_SPECTRA
 from simulate.positions.given_positions import MOST_POSITIONS
 from simulate.positions.placement import free_positions
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.spectrum import picture, spectrum_of
 
-if TYPE_CHECKING:  # importing them needs the ray tracer, which users of measured data need not install
-    from simulate.generation.simulation import Engine
+if TYPE_CHECKING:  # needs the ray tracer, which users of measured data need not install
     from simulate.rays.tracer import Tracer
 
 
@@ -77,7 +80,7 @@ def crossvalidate(
     positions: int = 100,
     seed: int = 1,
     tracer: Tracer | None = None,
-    engine: Engine | None = None,
+    engine: str | Engine | None = None,
     field: Path | str | None = None,
 ) -> CrossValidation:
     """Compare a run with a fresh simulation, by rays or by full wave.
@@ -91,9 +94,9 @@ def crossvalidate(
         positions: number of new positions, drawn uniformly in the bounding box of the positions that the run learned
             from.
         seed: seed of the new positions.
-        tracer: a tracer of the scene. None: a new one with the propagation settings of the dataset's metadata.
-        engine: "rays", or "fullwave": the truth is the stored field of the run's dataset, or, where it was simulated
-            by rays, a field solved now. None: as the dataset.
+        tracer: a tracer of the scene, in place of an engine.
+        engine: what the truth is made by, or its name. Of the engine that made the dataset, the options are the same;
+            what it has kept in the dataset's folder is used again. None: that engine.
         field: folder of a full-wave dataset of the same place, whose stored field is the truth instead.
 
     Returns:
@@ -124,13 +127,14 @@ def crossvalidate(
     known = dataset.positions[run.split(dataset).known]
     region = bounding_box(known)
     drawn = free_positions(scene, region, positions, np.random.default_rng(seed))
-    engine_of_dataset = dataset.metadata.get("engine", "rays")
-    if field is None and (engine or engine_of_dataset) == "fullwave":
-        field = dataset.folder if engine_of_dataset == "fullwave" else _solved(scene, run.folder / "fullwave")
+    source: ResponseSource
     if field is not None:
-        responses, truth_by = read_stored_field(Path(field) / FIELD).responses(drawn), "full wave"
+        source, truth_by = FullWave.kept(Path(field)), FullWave.called
+    elif tracer is not None:
+        source, truth_by = tracer, Rays.called
     else:
-        responses, truth_by = _traced(dataset, scene, region, drawn, tracer), "fresh ray tracing"
+        source, truth_by = _source(dataset, Setting(scene, region, seed_of_rays(dataset.metadata)), run, engine)
+    responses = source.responses(drawn)
     truth = spectrum_of(picture(run.beamformer.spectrum(responses)))
     prediction = run.predict(drawn)
     return CrossValidation(
@@ -147,27 +151,20 @@ def crossvalidate(
     )
 
 
-def _traced(
-    dataset: Dataset,
-    scene: Scene,
-    region: Float[np.ndarray, "2 3"],
-    positions: Float[np.ndarray, "K 3"],
-    tracer: Tracer | None,
-) -> Complex[np.ndarray, "K elements"]:
-    """Responses by rays."""
-    if tracer is None:
-        from simulate.rays.tracer import Tracer
-
-        propagation, seed_of_rays = propagation_of(dataset.metadata)
-        tracer = Tracer(scene, propagation, region, seed_of_rays)
-    return tracer.responses(positions)
-
-
-def _solved(scene: Scene, folder: Path) -> Path:
-    """A folder with the scene's full-wave field, which is solved unless it is there."""
-    from simulate.generation.simulation import LEAST_SPECTRA, simulate
-
-    return simulate(scene, folder, LEAST_SPECTRA, engine="fullwave").folder
+def _source(dataset: Dataset, setting: Setting, run: Run, engine: str | Engine | None) -> tuple[ResponseSource, str]:
+    """What tells the true responses, and what these are called."""
+    made_by = engine_of(dataset.metadata)
+    if engine is None or engine == made_by.name:
+        by, folder = made_by, dataset.folder
+    else:
+        by, folder = engine_class(engine)() if isinstance(engine, str) else engine, run.folder
+    if not by.keeps_source:
+        by = by.for_scene(setting.scene)
+        by.require(Machines())
+        return by.source(setting, folder, Machines(), Progress(disable=True)), by.called
+    if folder != dataset.folder:
+        folder = simulate(setting.scene, run.folder / by.name, LEAST_SPECTRA, engine=by).folder
+    return by.kept(folder), by.called
 
 
 def seen_by(dataset: Dataset, scene: Scene) -> Scene:

@@ -18,11 +18,12 @@ from learn.models.steps import Steps
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError
 from scenes.files.json_file import read_json
-from scenes.files.schema import conform
+from scenes.files.schema import Count, conform
 from scenes.scene.description import MOST_ELEMENTS
-from simulate.dataset.metadata import Array, Count, Grid
 from simulate.spectra.angular_grid import AngularGrid
+from simulate.spectra.angular_grid import AngularGrid as Grid
 from simulate.spectra.array import PlanarArray
+from simulate.spectra.array import PlanarArray as Array
 from simulate.spectra.beamformer import Beamformer
 
 LARGEST_OPTION = 10**6

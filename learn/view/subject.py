@@ -25,7 +25,7 @@ from scenes.scene.description import SPEED_OF_LIGHT, Gateway, Scene
 from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import NERF2_FREQUENCY, Dataset, read_dataset
-from simulate.generation.request import propagation_of
+from simulate.engines.rays import Rays, seed_of_rays
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
@@ -117,7 +117,8 @@ class Subject:
     @property
     def propagation(self) -> tuple[Propagation, int]:
         """Propagation settings of the ray tracer and seed of its rays: those the dataset was made with."""
-        return propagation_of(self.dataset.metadata if self.dataset else {})
+        metadata = self.dataset.metadata if self.dataset else {}
+        return Rays.of(metadata).propagation, seed_of_rays(metadata)
 
     @property
     def predictors(self) -> dict[str, Callable[[Position], SpectrumArray]]:

@@ -1,94 +1,45 @@
-"""The schema of metadata.json, and the one function that reads it. docs/format.md states the ranges."""
+"""The schema of metadata.json, and the one function that reads it. docs/format.md states the ranges.
+
+The schema is made of the dataclasses of the settings that it records, and of each engine's own part.
+"""
 
 from __future__ import annotations
 
+from dataclasses import MISSING
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from msgspec import Meta, Struct
+from msgspec import UNSET, Meta, Struct, defstruct
 
 from scenes.files.errors import InputError
 from scenes.files.input_file import beside
 from scenes.files.json_file import read_json
-from scenes.files.schema import conform
-from scenes.scene.description import HIGHEST_FREQUENCY, LOWEST_FREQUENCY, MOST_ELEMENTS, MOST_IN_A_ROW, WIDEST_SPACING
+from scenes.files.schema import Count, conform, recorded
+from scenes.scene.description import HIGHEST_FREQUENCY, LOWEST_FREQUENCY, MOST_ELEMENTS
+from simulate.engines.rays import Rays
+from simulate.engines.table import ENGINES
+from simulate.spectra.angular_grid import AngularGrid
+from simulate.spectra.array import PlanarArray
+from simulate.spectra.measurement import Measurement
 
-Count = Annotated[int, Meta(ge=0)]
-Side = Annotated[int, Meta(ge=1, le=MOST_IN_A_ROW)]
-Positive = Annotated[float, Meta(gt=0)]
-NotNegative = Annotated[float, Meta(ge=0)]
-Step = Annotated[float, Meta(gt=0, le=360)]
-
-
-class Array(Struct, frozen=True, forbid_unknown_fields=True):
-    """Fields of ``PlanarArray``; the spacing in wavelengths."""
-
-    rows: Side = 4
-    columns: Side = 4
-    spacing: Annotated[float, Meta(gt=0, le=WIDEST_SPACING)] = 0.5
-
-
-class Grid(Struct, frozen=True, forbid_unknown_fields=True):
-    """Fields of ``AngularGrid``, degrees."""
-
-    elevation_first_deg: Annotated[float, Meta(ge=-360, le=360)] = 0.0
-    elevation_step_deg: Step = 1.0
-    azimuth_step_deg: Step = 1.0
-
-
-class Mechanisms(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Fields of ``Propagation``, and the seed of the rays."""
-
-    max_depth: Count = 0
-    los: bool = True
-    specular: bool = True
-    refraction: bool = True
-    diffuse: bool = True
-    patches: Annotated[int, Meta(ge=1)] = 1
-    diffraction: bool = True
-    slab_phase: bool = True
-    sionna: bool = True
-    rays: Annotated[int, Meta(ge=1)] = 1
-    seed: Count = 0
-
-
-class Receiver(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Fields of ``Measurement``, and the seed of the errors."""
-
-    seed: Count
-    snr_db: float | None = None
-    gain_error_db: NotNegative = 0.0
-    phase_error_deg: NotNegative = 0.0
-    phase_noise_deg: NotNegative = 0.0
-
-
-class Solver(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Fields of ``FullWave``, and what follows from them."""
-
-    cell: Positive
-    solver: str
-    window_ns: Positive = 1.0
-    antennas: str = ""
+RECEIVER = recorded(Measurement, seed=(Count, MISSING))
+"""The errors of the receiver, and their seed."""
 
 
 class Metadata(Struct, kw_only=True):
-    """metadata.json. Any key may be missing and others may be there, since other programs write the file, too."""
+    """metadata.json without the engine's part. Any key may be missing, and other programs write further ones."""
 
     made_by: str = ""
     scene: str = ""
     scene_file: str = ""
     scene_sha256: str = ""
     frequency_hz: Annotated[float, Meta(ge=LOWEST_FREQUENCY, le=HIGHEST_FREQUENCY)] = LOWEST_FREQUENCY
-    array: Array = Array()
-    grid: Grid = Grid()
+    array: PlanarArray = PlanarArray()
+    grid: AngularGrid = AngularGrid()
     spectra: Count = 0
     placement: str = ""
     positions_sha256: str = ""
-    engine: Literal["rays", "fullwave"] = "rays"
-    propagation: Mechanisms = Mechanisms()
-    method: str = ""
-    fullwave: Solver | None = None
-    measurement: Receiver | None = None
+    measurement: RECEIVER | None = None  # type: ignore[valid-type]
     power: bool = False
     seed: Count = 0
     picture: str = ""
@@ -102,15 +53,9 @@ class Simulated(Metadata, kw_only=True):
     scene_sha256: str
     placement: str
     positions_sha256: str
-    measurement: Receiver
+    measurement: RECEIVER  # type: ignore[valid-type]
     power: bool
     seed: Count
-
-
-class FullWaveSimulated(Simulated, kw_only=True):
-    """The same, of a folder that was simulated in full wave."""
-
-    fullwave: Solver
 
 
 def read_metadata_file(path: Path, expected: str, simulated: bool = False) -> dict[str, Any]:
@@ -128,9 +73,8 @@ def read_metadata_file(path: Path, expected: str, simulated: bool = False) -> di
         InputError: the file cannot be read, is no JSON, or has a field of another type or out of its range.
     """
     content = read_json(path, expected)
-    fullwave = isinstance(content, dict) and content.get("engine") == "fullwave"
-    schema = FullWaveSimulated if fullwave else Simulated if simulated else Metadata
-    checked = conform(content, schema, str(path))
+    engine = content.get("engine") if isinstance(content, dict) else None
+    checked: Any = conform(content, _schema(engine, simulated), str(path))
     elements = checked.array.rows * checked.array.columns
     if elements > MOST_ELEMENTS:
         raise InputError(f"{path}: array: expected at most {MOST_ELEMENTS} elements, found {elements}")
@@ -139,3 +83,17 @@ def read_metadata_file(path: Path, expected: str, simulated: bool = False) -> di
     except InputError as error:
         raise InputError(f"{path}: scene_file: {error}") from None
     return content
+
+
+def _schema(engine: object, simulated: bool) -> type[Struct]:
+    """metadata.json of a dataset made by an engine."""
+    needed = isinstance(engine, str) and engine in ENGINES and ENGINES[engine].always_recorded
+    parts: dict[str, tuple[Any, Any]] = {
+        key: (kind, UNSET) for each in ENGINES.values() for key, kind in each.schema().items()
+    }
+    if needed:
+        parts |= {key: (kind, MISSING) for key, kind in ENGINES[str(engine)].schema().items()}
+    names: Any = Literal[tuple(ENGINES)]  # type: ignore[valid-type]
+    fields: list[Any] = [("engine", names, Rays.name)]  # version 0.1 had no other
+    fields += [(key, kind) if default is MISSING else (key, kind, default) for key, (kind, default) in parts.items()]
+    return defstruct("Metadata", fields, bases=(Simulated if simulated or needed else Metadata,), kw_only=True)

@@ -16,10 +16,10 @@ import numpy as np
 
 from scenes.files.errors import InputError
 from scenes.scene.description import Scene
+from simulate.fullwave import OURS
 from simulate.fullwave.cells import edge_materials
 from simulate.fullwave.cluster_runs import elements_of_cluster
 from simulate.fullwave.run_plan import Plan
-from simulate.fullwave.settings import OURS
 from simulate.fullwave.solver_runs import groups, run_of
 from simulate.fullwave.stored_field import StoredField, read_stored_field
 from simulate.spectra.array import PlanarArray

@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 
 from scenes.scene.description import Scene
+from simulate.fullwave import OURS
 from simulate.fullwave.cells import EdgeMaterials
 from simulate.fullwave.element_fields import element_field_by_gprmax, element_fields
 from simulate.fullwave.gprmax import write_geometry
 from simulate.fullwave.run_plan import Plan
-from simulate.fullwave.settings import OURS
 from simulate.fullwave.stored_field import StoredField
 
 MOST_AT_ONCE = 8

@@ -4,20 +4,14 @@ from __future__ import annotations
 
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Complex
 
 from simulate.dataset.dataset_writer import encode_picture, encode_power
+from simulate.engines.engine import ResponseSource
 from simulate.generation.request import Request
 from simulate.spectra.spectrum import picture
-
-
-class ResponseSource(Protocol):
-    """A tracer of rays, or a stored field."""
-
-    def responses(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements"]: ...
 
 
 @dataclass(frozen=True)

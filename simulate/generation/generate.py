@@ -10,9 +10,8 @@ from __future__ import annotations
 
 import json
 import shutil
-from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from jaxtyping import Complex
@@ -28,7 +27,7 @@ from rich.progress import (
 from rich.text import Text
 
 from scenes.files.atomic import sync_folder
-from scenes.files.errors import InputError, ParameterError
+from scenes.files.errors import InputError
 from scenes.files.folder_lock import LOCK, locked
 from scenes.files.plain_text import plain_console, say
 from scenes.storage.scene_yaml import write_scene
@@ -40,16 +39,11 @@ from simulate.dataset.dataset_writer import (
     write_responses,
 )
 from simulate.dataset.metadata import read_metadata_file
-from simulate.fullwave.stored_field import StoredField
-from simulate.generation.dataset_field import damage_of_field, field_of
-from simulate.generation.dataset_part import Part, make_part
+from simulate.engines.engine import Machines
+from simulate.generation.dataset_part import make_part
 from simulate.generation.request import Request
 from simulate.generation.workers import parts_of_workers
 from simulate.generation.written_parts import WrittenParts
-from simulate.parallel.ray_cluster import require_ray
-
-if TYPE_CHECKING:  # needs the ray tracer
-    from simulate.rays.tracer import Tracer
 
 PART = 100
 """Positions per part. A run that is killed loses one part at most."""
@@ -60,44 +54,32 @@ LAST_FILE = "test_index.txt"
 """The file of a dataset that is written last."""
 
 
-def generate(
-    request: Request, folder: Path, workers: int | None = None, ray: str | None = None, gpu: bool = False
-) -> None:
+def generate(request: Request, folder: Path, machines: Machines = Machines()) -> None:
     """Simulate a dataset into a folder, or finish one that the same request began.
 
     Args:
         request: the dataset to make.
         folder: the dataset folder: a new one, an empty one, or one that the same request began.
-        workers: number of Ray workers that trace at a time; this process traces if neither this nor ``ray`` is given.
-            In full wave, the number of the solver's runs at a time; one per core if None.
-        ray: address of a running Ray cluster.
-        gpu: in full wave, run gprMax on an NVIDIA GPU.
+        machines: where it runs.
 
     Raises:
         InputError: the folder holds something else, or a dataset of another request, or another process writes to it.
-        ParameterError: less than one worker, no Ray cluster at the address, or a GPU for rays.
+        ParameterError: no Ray cluster at the address.
     """
-    if workers is not None and workers < 1:
-        raise ParameterError("workers", f"expected at least 1, found {workers}")
-    if gpu and request.fullwave is None:
-        raise ParameterError("gpu", "expected none, or the engine fullwave, found it for rays")
     metadata = request.metadata()
     if _begun(folder, metadata) and _is_finished(request, folder):
         return
-    if request.fullwave is None:
-        import simulate.rays.core.ray_tracer  # noqa: F401  a ray tracer that cannot be used is refused before anything is written
-    if ray is not None or (request.fullwave is None and workers is not None):
-        require_ray(ray)
+    request.engine.require(machines)
 
     folder.mkdir(parents=True, exist_ok=True)
     with locked(folder):
         if not _begun(folder, metadata):  # once more, since another process may have begun in the meantime
             write_metadata(folder / "metadata.json", metadata)
         if not _is_finished(request, folder):
-            _generate(request, folder, workers, ray, gpu)
+            _generate(request, folder, machines)
 
 
-def _generate(request: Request, folder: Path, workers: int | None, ray: str | None, gpu: bool) -> None:
+def _generate(request: Request, folder: Path, machines: Machines) -> None:
     """Make what a folder with the request's metadata lacks."""
     (folder / "spectrum").mkdir(exist_ok=True)
     (folder / "parts").mkdir(exist_ok=True)
@@ -109,7 +91,7 @@ def _generate(request: Request, folder: Path, workers: int | None, ray: str | No
     kept = parts.whole()
     for sentence in parts.damage:
         say(sentence)
-    _trace_parts(request, parts, kept, workers, ray, gpu)
+    _make_parts(request, parts, kept, machines)
 
     write_responses(folder / "channels.npz", np.concatenate([kept[start] for start in sorted(kept)]))
     scene, names = request.scene, parts.names
@@ -129,7 +111,7 @@ def _is_finished(request: Request, folder: Path) -> bool:
     files = ("tx_pos.csv", "gateway_info.yml", "train_index.txt", LAST_FILE)
     if (folder / "parts").exists() or not all(_has_content(folder / name) for name in files):
         return False
-    if request.fullwave is not None and damage_of_field(folder) is not None:
+    if not request.engine.is_whole(folder):
         return False
     parts = WrittenParts(request, folder, PART)
     return len(parts.whole()) == len(parts.starts)
@@ -161,62 +143,31 @@ def _begun(folder: Path, metadata: dict[str, Any]) -> bool:
     return True
 
 
-def _trace_parts(
+def _make_parts(
     request: Request,
     parts: WrittenParts,
     kept: dict[int, Complex[np.ndarray, "n elements"]],
-    workers: int | None,
-    ray: str | None,
-    gpu: bool,
+    machines: Machines,
 ) -> None:
     """Make and write the parts that are missing, and add their responses to those that were kept.
 
-    In full wave, the field that the folder keeps is made even if no part is missing.
+    What the engine keeps in the folder is made even if no part is missing.
     """
+    engine = request.engine
     todo = [start for start in parts.starts if start not in kept]
-    if not todo and request.fullwave is None:
+    if not todo and engine.is_whole(parts.folder):
         return
     with progress_bar() as progress:
-        source = _source(request, parts.folder, workers, ray, gpu, progress)
+        source = engine.source(request.setting, parts.folder, machines, progress)
         bar = progress.add_task("spectra", total=len(parts.names), completed=sum(map(len, kept.values())))
-        if isinstance(source, StoredField) or (workers is None and ray is None):
-            made: Iterator[tuple[int, Part]] = ((start, make_part(request, source, start, PART)) for start in todo)
+        if engine.spreads_parts and machines != Machines():
+            made = parts_of_workers(request, engine.sent(source), todo, PART, machines)
         else:
-            made = parts_of_workers(request, source.found, todo, PART, workers, ray)
+            made = ((start, make_part(request, source, start, PART)) for start in todo)
         for start, part in made:
             parts.write(start, part)
             kept[start] = part.responses
             progress.advance(bar, len(part.responses))
-
-
-def _source(
-    request: Request, folder: Path, workers: int | None, ray: str | None, gpu: bool, progress: Progress
-) -> Tracer | StoredField:
-    """What tells the responses to any position: a tracer of rays, or the stored field of a full-wave simulation."""
-    if request.fullwave is not None:
-        return field_of(request, folder, workers, ray, gpu, progress)
-    return tracer_of(request, progress)
-
-
-def tracer_of(request: Request, progress: Progress) -> Tracer:
-    """The tracer that the spectra of a request are made by.
-
-    Args:
-        request: a dataset to simulate by rays.
-        progress: shows what the search for paths does.
-    """
-    from simulate.rays.tracer import Tracer  # needs the ray tracer
-
-    search = progress.add_task("finding paths", total=None)
-    tracer = Tracer(
-        request.scene,
-        request.propagation,
-        request.region,
-        request.seed,
-        lambda sentence: progress.update(search, description=f"finding paths, {sentence}"),
-    )
-    progress.update(search, total=1, completed=1)
-    return tracer
 
 
 class RateColumn(ProgressColumn):

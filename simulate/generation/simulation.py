@@ -2,59 +2,32 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
-from typing import Literal
-
-import numpy as np
-from jaxtyping import Float
+from typing import Any, get_type_hints
 
 from scenes.checks.validation import validate
-from scenes.files.errors import InputError, ParameterError, require_seed, require_whole, require_within, shown
+from scenes.files.errors import InputError, ParameterError, shown
+from scenes.files.options import taken, takes
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import Dataset, read_dataset
-from simulate.fullwave.gprmax import installed_gprmax
-from simulate.fullwave.run_plan import default_cell
-from simulate.fullwave.settings import OURS, FullWave
-from simulate.generation.dataset_field import settings_of_field
+from simulate.engines.engine import Engine, Machines
+from simulate.engines.table import ENGINES, engine_class
 from simulate.generation.generate import generate
 from simulate.generation.request import Request, read_request
-from simulate.positions.given_positions import MOST_POSITIONS
+from simulate.generation.simulation_options import Simulation
 from simulate.positions.placement import check_positions, place, read_positions
-from simulate.positions.placement_kind import Placement
-from simulate.rays.core.propagation import Propagation
-from simulate.spectra.measurement import Measurement
-
-Engine = Literal["rays", "fullwave"]
-
-CELLS = 1e-5, 10.0
-"""Metres. A scene says more closely which cells it can be solved with (simulate/fullwave/run_plan.py)."""
-
-WORKERS_MOST = 1000
-"""Largest number of Ray workers, or of the solver's runs at a time."""
-
-LEAST_SPECTRA = 2
-"""One to train on and one to test on."""
 
 
+@takes(Simulation, Machines, *ENGINES.values())
 def simulate(
     scene: Scene | str | Path,
     output: str | Path,
-    n: int = 6000,
+    n: int = Simulation.n,
     *,
-    placement: Placement = "uniform",
-    positions: Float[np.ndarray, "K 3"] | str | Path | None = None,
-    seed: int = 0,
-    propagation: Propagation = Propagation(),
-    measurement: Measurement = Measurement(),
-    power_db: bool = False,
-    engine: Engine = "rays",
-    cell: float | None = None,
-    field: str | Path | None = None,
-    workers: int | None = None,
-    ray: str | None = None,
-    gpu: bool = False,
+    engine: str | Engine = "rays",
+    **options: Any,
 ) -> Dataset:
     """Simulate a scene into a NeRF² dataset folder; the same call again finishes an interrupted one.
 
@@ -62,21 +35,9 @@ def simulate(
         scene: a scene of one gateway, a built-in place's name, a scene YAML, or a simulated dataset folder, which is
             then made once more by its own settings instead of those given here.
         output: the dataset folder.
-        n: number of transmitter positions to draw.
-        placement: how they are drawn in the scene's region.
-        positions: positions to use instead, metres, world frame, or a CSV of them with the header x,y,z.
-        seed: seed of the positions, the rays, the train/test split and the receiver's errors.
-        propagation: the mechanisms to follow.
-        measurement: errors that the receiver adds.
-        power_db: also write each spectrum's absolute power in dB.
-        engine: "rays": trace rays; "fullwave": solve Maxwell's equations by finite differences.
-        cell: side of the cells in full wave, metres; None: a seventh of the shortest wavelength in a
-            material, at most a sixteenth of that in air.
-        field: folder of a full-wave dataset of the same scene, whose stored field is used instead of a new run.
-        workers: trace with so many Ray workers at a time; in this process if neither this nor ``ray`` is given. In full
-            wave, the number of the solver's runs at a time; None: one per core.
-        ray: address of a running Ray cluster to trace on.
-        gpu: in full wave, run gprMax on an NVIDIA GPU (needs bisplat-wrf[fullwave] and pycuda).
+        engine: name of the engine, whose options are then given here too, or the engine itself: "rays" (trace rays),
+            "fullwave" (solve Maxwell's equations by finite differences), ``Rays(...)`` or ``FullWave(...)``.
+        **options: filled in by ``takes``.
 
     Returns:
         The dataset, read from the folder.
@@ -89,6 +50,7 @@ def simulate(
     >>> from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
     >>> from scenes.scene.materials import p2040_materials
     >>> from scenes.scene.shapes import sheet
+    >>> from simulate.rays.core.propagation import Propagation
     >>> floor = SceneObject("floor", sheet((-5, -5, 0), (10, 0, 0), (0, 10, 0)), "concrete")
     >>> gateway, region = Gateway((0, 0, 1.5), facing((-1, 0, 0))), Transmitter((-4, -1, 0.5), (-2, 1, 2))
     >>> yard = Scene("yard", 915e6, gateway, region, (floor,), p2040_materials(["concrete"], 915e6))
@@ -97,90 +59,71 @@ def simulate(
     >>> dataset.positions.shape, dataset.responses.shape, dataset.pictures.shape
     ((3, 3), (3, 16), (3, 90, 360))
     """
-    check_numbers(n, seed, cell, workers)
-    request = request_for(scene, n, placement, positions, seed, propagation, measurement, seed, power_db)
-    request = with_engine(request, engine, cell, None if field is None else Path(field), gpu)
-    generate(request, Path(output), workers, ray, gpu)
+    kind = engine_class(name_of_engine(scene, engine))
+    of_engines = {each.name for every in ENGINES.values() for each in fields(every)}
+    own = {each.name for each in fields(kind)} if isinstance(engine, str) else set()
+    require_no_options(kind.name, **{name: options[name] for name in options if name in of_engines - own})
+    by = taken({name: options[name] for name in options if name in own}, kind)[0] if isinstance(engine, str) else engine
+    others = {name: options[name] for name in options if name not in of_engines}
+    content, machines = taken({"n": n, **others}, Simulation, Machines)
+    request = request_for(scene, content, by, content.seed)
+    generate(request, Path(output), machines)
     return read_dataset(output)
 
 
-def check_numbers(n: int, seed: int, cell: float | None, workers: int | None) -> None:
-    """Refuse numbers that ``simulate`` cannot work with, before it reads or writes anything.
+def name_of_engine(scene: Scene | str | Path, engine: str | Engine) -> str:
+    """The name of the engine that a dataset will be made by.
 
     Args:
-        n: as of ``simulate``, and so the others.
-
-    Raises:
-        ParameterError: no whole number of spectra from ``LEAST_SPECTRA`` to ``MOST_POSITIONS``, a seed that is none,
-            cells outside ``CELLS``, or no workers or more than ``WORKERS_MOST``.
+        scene: as ``simulate`` takes it; a dataset folder has an engine of its own already.
+        engine: as ``simulate`` takes it.
     """
-    require_whole(LEAST_SPECTRA, MOST_POSITIONS, n=n)
-    require_seed(seed=seed)
-    if cell is not None:
-        require_within(*CELLS, "metres", cell=cell)
-    if workers is not None:
-        require_whole(1, WORKERS_MOST, workers=workers)
+    if not isinstance(scene, Scene) and Path(scene).is_dir():
+        return read_request(Path(scene)).engine.name
+    return engine if isinstance(engine, str) else engine.name
 
 
-def with_engine(request: Request, engine: Engine, cell: float | None, field: Path | None, gpu: bool) -> Request:
-    """A request by another engine.
+def require_no_options(engine: str, **options: Any) -> None:
+    """Refuse options of one engine that were given for another.
 
     Args:
-        request: a request that traces rays, or one that was read from a folder and has its engine.
-        engine: as of ``simulate``.
-        cell: as of ``simulate``.
-        field: as of ``simulate``.
-        gpu: as of ``simulate``.
+        engine: name of the engine that they were given for.
+        options: values by name.
 
     Raises:
-        ParameterError: cells or a field for rays, or cells of no size.
-        InputError: a field's folder that is none, or gprMax is needed and not installed.
+        ParameterError: there are any.
     """
-    if engine == "rays" and request.fullwave is None:
-        for name, value in (("cell", cell), ("field", field)):
-            if value is not None:
-                raise ParameterError(name, f"expected none, or the engine fullwave, found {shown(value)} for rays")
-        return request
-    if field is not None:
-        return replace(request, fullwave=settings_of_field(field, request), field=field)
-    given = request.fullwave or FullWave(default_cell(request.scene) if cell is None else cell, OURS)
-    solver = installed_gprmax() if gpu or given.solver != OURS else OURS
-    return replace(request, fullwave=FullWave(given.cell, solver))
+    for name, value in options.items():
+        of = " or ".join(each.name for each in ENGINES.values() if name in _names(each))
+        raise ParameterError(name, f"expected none, or the engine {of}, found {shown(value)} for {engine}")
 
 
-def request_for(
-    scene: Scene | str | Path,
-    n: int,
-    placement: Placement,
-    positions: Float[np.ndarray, "K 3"] | str | Path | None,
-    seed: int,
-    propagation: Propagation,
-    measurement: Measurement,
-    measurement_seed: int,
-    power_db: bool,
-) -> Request:
+def _names(options: type) -> set[str]:
+    """The names of a dataclass's options, and of those of dataclasses in it."""
+    hints = get_type_hints(options)
+    inner = [_names(hints[each.name]) for each in fields(options) if is_dataclass(hints[each.name])]
+    return {each.name for each in fields(options)}.union(*inner)
+
+
+def request_for(scene: Scene | str | Path, content: Simulation, engine: Engine, measurement_seed: int) -> Request:
     """Everything that the content of a dataset folder depends on.
 
     Args:
-        scene: as of ``simulate``.
-        n: as of ``simulate``.
-        placement: as of ``simulate``.
-        positions: as of ``simulate``.
-        seed: seed of the positions, the rays and the train/test split.
-        propagation: as of ``simulate``.
-        measurement: as of ``simulate``.
+        scene: as ``simulate`` takes it.
+        content: what the dataset holds.
+        engine: what finds the responses. A dataset folder has an engine of its own already.
         measurement_seed: seed of the receiver's errors.
-        power_db: as of ``simulate``.
 
     Returns:
-        The request, for ``simulate.generation.generate``.
+        The request, for ``generate``.
 
     Raises:
         InputError: as ``simulate``.
         ParameterError: as ``simulate``.
     """
     if not isinstance(scene, Scene) and Path(scene).is_dir():
-        return read_request(Path(scene))
+        request = read_request(Path(scene))
+        return replace(request, engine=engine.again(request.engine).for_scene(request.scene))
     if isinstance(scene, Scene):
         validate(scene, scene.name)
     else:
@@ -190,10 +133,23 @@ def request_for(
             f"{scene.name}: expected a scene of one gateway, found {len(scene.by_gateway())}; simulate each scene of "
             "scene.by_gateway() into a folder of its own"
         )
-    if positions is None:
-        points, how = place(scene, placement, n, seed), f"{placement}, seed {seed}"
-    elif isinstance(positions, np.ndarray):
-        points, how = check_positions(positions, scene), "given positions"
+    given = content.positions
+    if given is None:
+        points, how = (
+            place(scene, content.placement, content.n, content.seed),
+            f"{content.placement}, seed {content.seed}",
+        )
+    elif isinstance(given, str | Path):
+        points, how = read_positions(Path(given), scene), f"positions of {Path(given).name}"
     else:
-        points, how = read_positions(Path(positions), scene), f"positions of {Path(positions).name}"
-    return Request(scene, points, how, propagation, seed, measurement, measurement_seed, power_db)
+        points, how = check_positions(given, scene), "given positions"
+    return Request(
+        scene=scene,
+        positions=points,
+        placement=how,
+        engine=engine.for_scene(scene),
+        seed=content.seed,
+        measurement=content.measurement,
+        measurement_seed=measurement_seed,
+        power=content.power_db,
+    )

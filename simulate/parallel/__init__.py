@@ -1,1 +1,1 @@
-"""What work in parallel needs: a lock for kernels in threads, and a Ray cluster."""
+"""What threads of one process share."""

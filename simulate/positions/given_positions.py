@@ -1,4 +1,4 @@
-"""Transmitter positions that the user gives, in a CSV or from Python, and how far from the origin they may be."""
+"""Transmitter positions that the user gives, in a CSV or from Python: checked, and compared with a place's extent."""
 
 from __future__ import annotations
 
@@ -28,6 +28,9 @@ LONGEST_LINE = 1000
 """Characters of a line of it."""
 
 HINT = "subtract an offset from map coordinates"
+
+FAR = 0.1
+"""Distance from the box, as a fraction of the box's diagonal, from which a warning is given."""
 
 
 def read_points(path: Path) -> Float[np.ndarray, "n 3"]:
@@ -110,3 +113,32 @@ def check_points(positions: ArrayLike) -> Float[np.ndarray, "n 3"]:
         what = "finite numbers" if not np.isfinite(points[row]).all() else f"coordinates within ±{FARTHEST:g} m"
         raise ParameterError("positions", f"expected {what}, found {points[row].tolist()} in row {row}")
     return points
+
+
+def reach_warning(
+    positions: Float[np.ndarray, "K 3"], box: Float[np.ndarray, "2 3"], of: str, consequence: str
+) -> str | None:
+    """A sentence about positions far outside a box; None: there are none.
+
+    Args:
+        positions: metres, world frame.
+        box: its lowest and highest corner, metres, world frame.
+        of: what the box is around.
+        consequence: the end of the sentence.
+
+    >>> points = np.array([[1.0, 1, 1], [2, 2, 2.3], [9, 2, 1]])
+    >>> reach_warning(points, np.array([[0.0, 0, 0], [2, 2, 2]]), "the scene", "are they in metres?")
+    '1 of 3 positions is far outside the box around the scene, x 0 to 2, y 0 to 2 and z 0 to 2 m (the farthest, number \
+3, by 7 m); are they in metres?'
+    """
+    low, high = box
+    outside = np.linalg.norm(np.maximum(low - positions, 0) + np.maximum(positions - high, 0), axis=1)
+    far = outside > FAR * np.linalg.norm(high - low)
+    if not far.any():
+        return None
+    sides = [f"{axis} {a:.3g} to {b:.3g}" for axis, a, b in zip("xyz", low, high, strict=True)]
+    return (
+        f"{far.sum()} of {len(far)} positions {'is' if far.sum() == 1 else 'are'} far outside the box around {of}, "
+        f"{sides[0]}, {sides[1]} and {sides[2]} m (the farthest, number {outside.argmax() + 1}, by "
+        f"{outside.max():.2g} m); {consequence}"
+    )

@@ -12,13 +12,12 @@ from scenes.checks.occupancy import blocking_object, inside_object
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import Scene
 from simulate.positions.given_positions import check_points, read_points
-from simulate.positions.placement_kind import Placement
 
 PATH_STEP = 0.008
 """Metres between consecutive positions of ``path``: the median step of the measured RFID data."""
 
 
-def place(scene: Scene, kind: Placement, count: int, seed: int) -> Float[np.ndarray, "count 3"]:
+def place(scene: Scene, kind: str, count: int, seed: int) -> Float[np.ndarray, "count 3"]:
     """Transmitter positions in the scene's region, metres, world frame; none inside an object.
 
     Args:

@@ -8,9 +8,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Float
+from msgspec import Meta
 
 ROWS, COLUMNS = 90, 360
 """Size of every spectrum: elevations and azimuths."""
@@ -30,9 +32,9 @@ class AngularGrid:
     ([0.0, 89.0], [0.0, 359.0])
     """
 
-    elevation_first_deg: float = 0.0
-    elevation_step_deg: float = 1.0
-    azimuth_step_deg: float = 1.0
+    elevation_first_deg: Annotated[float, Meta(ge=-360, le=360)] = 0.0
+    elevation_step_deg: Annotated[float, Meta(gt=0, le=360)] = 1.0
+    azimuth_step_deg: Annotated[float, Meta(gt=0, le=360)] = 1.0
 
     @cached_property
     def elevations_deg(self) -> Float[np.ndarray, " 90"]:

@@ -7,11 +7,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Complex, Float
+from msgspec import Meta
 
-from scenes.scene.description import Gateway
+from scenes.scene.description import MOST_IN_A_ROW, WIDEST_SPACING, Gateway
 from simulate.spectra.angular_grid import direction
 
 
@@ -32,9 +34,9 @@ class PlanarArray:
     ((16,), 1.0)
     """
 
-    rows: int = 4
-    columns: int = 4
-    spacing: float = 0.5
+    rows: Annotated[int, Meta(ge=1, le=MOST_IN_A_ROW)] = 4
+    columns: Annotated[int, Meta(ge=1, le=MOST_IN_A_ROW)] = 4
+    spacing: Annotated[float, Meta(gt=0, le=WIDEST_SPACING)] = 0.5
 
     @classmethod
     def of(cls, gateway: Gateway) -> PlanarArray:

@@ -9,9 +9,11 @@ How such errors act on a beamformer: Van Trees, Optimum Array Processing (Wiley,
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 import numpy as np
 from jaxtyping import Complex, Float, Int
+from tyro.conf import arg
 
 from scenes.files.errors import require_within
 
@@ -42,10 +44,10 @@ class Measurement:
     scenes.files.errors.ParameterError: phase_error_deg: expected a standard deviation in degrees from 0 to 360, ...
     """
 
-    snr_db: float | None = None
-    gain_error_db: float = 0.0
-    phase_error_deg: float = 0.0
-    phase_noise_deg: float = 0.0
+    snr_db: Annotated[float | None, arg(aliases=["--snr"])] = None
+    gain_error_db: Annotated[float, arg(aliases=["--gain-error"])] = 0.0
+    phase_error_deg: Annotated[float, arg(aliases=["--phase-error"])] = 0.0
+    phase_noise_deg: Annotated[float, arg(aliases=["--phase-noise"])] = 0.0
 
     def __post_init__(self) -> None:
         if self.snr_db is not None:

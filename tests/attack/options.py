@@ -3,16 +3,12 @@
 from __future__ import annotations
 
 import dataclasses
-import inspect
 from collections.abc import Callable
-from typing import Any
+from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 from hypothesis import strategies as st
 
 from bisplat import __main__ as program
-from bisplat.commands.simulate_command import MeasurementOptions, PropagationOptions
-from scenes.scene.tolerances import Tolerances
-from simulate.exchange.conversion import Conversion
 from tests.attack.changes import TEXTS
 from tests.attack.victims import PLACE
 
@@ -65,19 +61,22 @@ STARTS_PROCESSES = ("workers", "ray", "devices", "nodes", "gpu", "view")
 ABSURD = ("", "0", "-1", "nan", "1e9", "9" * 20, "9" * 400, "x", "\x1b[2J", "[]")
 """Their values here."""
 
-NESTED = {
-    **{"propagation": PropagationOptions, "measurement": MeasurementOptions},
-    **{"conversion": Conversion, "tolerances": Tolerances},
-}
-"""Parameters that stand for several options."""
-
 
 def options_of(command: str) -> dict[str, Any]:
-    """Name and type of each option of a command, as its function has them."""
+    """Name and type of each option of a command, as its function has them, or the dataclasses that this takes."""
+    hints = get_type_hints(getattr(program, command), include_extras=True)
+    return _options({name: kind for name, kind in hints.items() if name != "return"})
+
+
+def _options(annotated: dict[str, Any]) -> dict[str, Any]:
     named: dict[str, Any] = {}
-    for name, parameter in inspect.signature(getattr(program, command)).parameters.items():
-        fields = dataclasses.fields(NESTED[name]) if name in NESTED else ()
-        named |= {field.name: field.type for field in fields} or {name: parameter.annotation}
+    for name, annotation in annotated.items():
+        kind = get_args(annotation)[0] if get_origin(annotation) is Annotated else annotation
+        if dataclasses.is_dataclass(kind):
+            hints = get_type_hints(kind, include_extras=True)
+            named |= _options({field.name: hints[field.name] for field in dataclasses.fields(kind)})
+        else:
+            named[{"n": "spectra"}.get(name, name)] = annotation
     return named
 
 

@@ -9,14 +9,19 @@ import numpy as np
 import pytest
 
 from bisplat.__main__ import main
-from bisplat.commands.simulate_command import MeasurementOptions, PropagationOptions, simulate
-from scenes.files.errors import InputError
 from scenes.scene.description import facing
 from scenes.storage.scene_yaml import write_scene
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import write_positions
 
-DIRECT = PropagationOptions(max_depth=0)
+DIRECT = ("--max-depth", "0")
+
+
+def simulate(scene: object, output: Path, *options: object) -> None:
+    """``bisplat simulate`` with these words."""
+    words = ["bisplat", "simulate", *map(str, (scene, "-o", output, *options))]
+    with mock.patch.object(sys, "argv", words):
+        main()
 
 
 @pytest.fixture(scope="module")
@@ -32,7 +37,7 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 def test_each_gateway_gets_a_folder_of_the_same_positions(two_gateways, tmp_path):
-    simulate(str(two_gateways), tmp_path, spectra=5, propagation=DIRECT)
+    simulate(two_gateways, tmp_path, "-n", 5, *DIRECT)
     first, second = read_dataset(tmp_path / "gateway1"), read_dataset(tmp_path / "west")
     assert (first.positions == second.positions).all()
     assert first.responses is not None and second.responses is not None
@@ -42,9 +47,8 @@ def test_each_gateway_gets_a_folder_of_the_same_positions(two_gateways, tmp_path
 
 
 def test_receivers_errors_are_as_large_as_asked_for_and_each_arrays_own(two_gateways, tmp_path):
-    simulate(str(two_gateways), tmp_path / "ideal", spectra=5, propagation=DIRECT)
-    erring = MeasurementOptions(phase_error_deg=10.0)
-    simulate(str(two_gateways), tmp_path / "real", spectra=5, propagation=DIRECT, measurement=erring)
+    simulate(two_gateways, tmp_path / "ideal", "-n", 5, *DIRECT)
+    simulate(two_gateways, tmp_path / "real", "-n", 5, *DIRECT, "--phase-error-deg", 10)
     errors = []
     for name in ("gateway1", "west"):
         ideal, real = (read_dataset(tmp_path / kind / name).responses for kind in ("ideal", "real"))
@@ -55,16 +59,16 @@ def test_receivers_errors_are_as_large_as_asked_for_and_each_arrays_own(two_gate
 
 
 def test_folder_made_once_more_is_the_same_with_its_own_settings(two_gateways, tmp_path):
-    noisy = MeasurementOptions(snr_db=10.0)
-    simulate(str(two_gateways), tmp_path / "a", 5, seed=4, propagation=DIRECT, measurement=noisy, power_db=True)
-    simulate(str(tmp_path / "a" / "west"), tmp_path / "again")
+    simulate(two_gateways, tmp_path / "a", "-n", 5, "--seed", 4, *DIRECT, "--snr-db", 10, "--power-db")
+    simulate(tmp_path / "a" / "west", tmp_path / "again")
     assert contents(tmp_path / "again") == contents(tmp_path / "a" / "west")
     assert (tmp_path / "again" / "power_db" / "00005.tif").exists()
 
 
-def test_folder_of_a_scene_is_not_taken_for_a_dataset(two_gateways, tmp_path):
-    with pytest.raises(InputError, match=r"found the folder of a scene; give .*scene.yaml"):
-        simulate(str(two_gateways.parent), tmp_path / "out")
+def test_folder_of_a_scene_is_not_taken_for_a_dataset(two_gateways, tmp_path, capsys):
+    with pytest.raises(SystemExit, match="1"):
+        simulate(two_gateways.parent, tmp_path / "out")
+    assert f"found the folder of a scene; give {two_gateways}" in capsys.readouterr().err
     assert not (tmp_path / "out").exists()
 
 
@@ -72,19 +76,14 @@ def test_positions_in_millimetres_are_a_warning(two_gateways, tmp_path, capsys):
     points = np.array([[-3.0, 0.5, 1.0], [-3.1, 0.5, 1.0]])
     for name, unit in (("m", 1), ("mm", 1000)):
         write_positions(tmp_path / f"{name}.csv", unit * points)
-        simulate(str(two_gateways), tmp_path / name, positions=tmp_path / f"{name}.csv", propagation=DIRECT)
+        simulate(two_gateways, tmp_path / name, "--positions", tmp_path / f"{name}.csv", *DIRECT)
         warnings = [line for line in capsys.readouterr().err.splitlines() if "warning" in line]
         assert len(warnings) == (unit > 1)  # once, not for each gateway
     assert "mm.csv: 2 of 2 positions are far outside the box around the scene, " in warnings[0]
 
 
-def test_no_workers_is_wrong(two_gateways, tmp_path):
-    with pytest.raises(InputError, match="workers: expected a whole number of at least 1, found 0"):
-        simulate(str(two_gateways), tmp_path / "out", workers=0)
-
-
 def test_old_and_new_spellings_of_the_options_are_the_same(two_gateways, tmp_path):
-    common = ["simulate", str(two_gateways), "--max-depth", "0", "--no-specular", "--rays", "500"]
+    common = [*DIRECT, "--no-specular", "--rays", "500"]
     old = ["-n", "3", "--snr", "12", "--gain-error", "1", "--phase-error", "2", "--phase-noise", "3"]
     new = [
         "--spectra",
@@ -99,8 +98,7 @@ def test_old_and_new_spellings_of_the_options_are_the_same(two_gateways, tmp_pat
         "3",
     ]
     for name, options in (("old", old), ("new", new)):
-        with mock.patch.object(sys, "argv", ["bisplat", *common, "-o", str(tmp_path / name), *options]):
-            main()
+        simulate(two_gateways, tmp_path / name, *common, *options)
     assert contents(tmp_path / "old") == contents(tmp_path / "new")
 
 
@@ -120,8 +118,7 @@ def test_old_and_new_spellings_of_the_options_are_the_same(two_gateways, tmp_pat
     ],
 )
 def test_bad_value_is_one_sentence_that_names_the_option(option, value, sentence, two_gateways, tmp_path, capsys):
-    command = ["bisplat", "simulate", str(two_gateways), "-o", str(tmp_path / "out"), option, value]
-    with mock.patch.object(sys, "argv", command), pytest.raises(SystemExit) as end:
-        main()
+    with pytest.raises(SystemExit) as end:
+        simulate(two_gateways, tmp_path / "out", option, value)
     assert end.value.code == 1
     assert capsys.readouterr().err.startswith(f"bisplat: {sentence} (")

@@ -12,9 +12,10 @@ from scenes.files.new_folder import new_folder
 from simulate.dataset.dataset_folder import Dataset
 from simulate.dataset.metadata import read_metadata_file
 from simulate.dataset.picture_files import what_is_at
+from simulate.engines.rays import Rays
 from simulate.exchange.deepmimo.path_list import MOST_INTERACTIONS, PathList, joined, path_list, sorted_by_receiver
 from simulate.exchange.deepmimo.scenario import write_matrices, write_params
-from simulate.generation.generate import progress_bar, tracer_of
+from simulate.generation.generate import progress_bar
 from simulate.generation.request import Request, read_request
 
 AT_ONCE = 100
@@ -48,10 +49,10 @@ def export_deepmimo(dataset: Dataset | Path | str, folder: Path | str, force: bo
     folder = Path(folder)
     _check_name(folder)
     with new_folder(folder, force) as unfinished:
-        request = _request(dataset.folder if isinstance(dataset, Dataset) else Path(dataset))
-        element, paths = _traced(request)
+        request, rays = _request(dataset.folder if isinstance(dataset, Dataset) else Path(dataset))
+        element, paths = _traced(request, rays)
         write_matrices(unfinished, paths, element, request.positions)
-        write_params(unfinished, request, len(np.unique(paths.receivers)))
+        write_params(unfinished, request, rays, len(np.unique(paths.receivers)))
 
 
 def _check_name(folder: Path) -> None:
@@ -63,7 +64,7 @@ def _check_name(folder: Path) -> None:
         )
 
 
-def _request(source: Path) -> Request:
+def _request(source: Path) -> tuple[Request, Rays]:
     """What the dataset was simulated by."""
     if not source.is_dir():
         raise InputError(f"{source}: expected a dataset folder, found {what_is_at(source)}")
@@ -77,21 +78,25 @@ def _request(source: Path) -> Request:
             "a scene; a measured dataset has none"
         )
     request = read_request(source)
-    if request.fullwave is not None:
-        raise InputError(f"{path}: expected a dataset simulated by rays, found a full-wave one, which has no paths")
-    if request.propagation.max_depth > MOST_INTERACTIONS:
+    if not isinstance(request.engine, Rays):
+        raise InputError(
+            f"{path}: expected a dataset simulated by rays, found one of the engine {request.engine.name}, which has "
+            "no paths"
+        )
+    depth = request.engine.propagation.max_depth
+    if depth > MOST_INTERACTIONS:
         raise InputError(
             f"{path}: expected propagation.max_depth of at most {MOST_INTERACTIONS}, since DeepMIMO counts no more "
-            f"interactions on a path, found {request.propagation.max_depth}"
+            f"interactions on a path, found {depth}"
         )
-    return request
+    return request, request.engine
 
 
-def _traced(request: Request) -> tuple[Float[np.ndarray, " 3"], PathList]:
+def _traced(request: Request, rays: Rays) -> tuple[Float[np.ndarray, " 3"], PathList]:
     """The element, metres, world frame, and its paths to all positions."""
-    positions, depth, found = request.positions, max(1, request.propagation.max_depth), []
+    positions, depth, found = request.positions, max(1, rays.propagation.max_depth), []
     with progress_bar() as progress:
-        tracer = tracer_of(request, progress)
+        tracer = rays.tracer(request.setting, progress)
         bar = progress.add_task("positions", total=len(positions))
         for start in range(0, len(positions), AT_ONCE):
             part = positions[start : start + AT_ONCE]

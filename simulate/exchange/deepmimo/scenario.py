@@ -14,6 +14,7 @@ from jaxtyping import Float
 
 from scenes.files.atomic import write_atomically, written_atomically
 from scenes.scene.description import Scene
+from simulate.engines.rays import Rays
 from simulate.exchange.deepmimo.path_list import PathList
 from simulate.generation.request import Request
 
@@ -75,19 +76,20 @@ def write_matrix(path: Path, arrays: dict[str, np.ndarray]) -> None:
         np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
 
 
-def write_params(folder: Path, request: Request, reached: int) -> None:
+def write_params(folder: Path, request: Request, rays: Rays, reached: int) -> None:
     """Write params.json and the scene that it describes.
 
     Args:
         folder: the scenario folder.
         request: what the dataset was simulated by.
+        rays: its engine.
         reached: number of positions with at least one path.
     """
     scene = request.scene
     kinds = sorted({(item.material, scene.thickness(item)) for item in scene.objects})
     params = {
         "version": FORMAT,
-        "rt_params": _ray_tracing(request),
+        "rt_params": _ray_tracing(request, rays),
         "scene": _write_scene(folder, scene, kinds),
         "materials": {f"material_{number}": _material(scene, number, kind) for number, kind in enumerate(kinds)},
         "txrx_sets": {
@@ -174,9 +176,9 @@ def _antennas(name: str, number: int, points: int, reached: int) -> dict[str, An
     }
 
 
-def _ray_tracing(request: Request) -> dict[str, Any]:
+def _ray_tracing(request: Request, rays: Rays) -> dict[str, Any]:
     """How the paths were traced; ``raw_params`` are our own words for it, and the antennas at both ends."""
-    followed, scene = request.propagation, request.scene
+    followed, scene = rays.propagation, request.scene
     depth = followed.max_depth
     diffractions = (1 if followed.sionna else 2) if followed.diffraction else 0
     return {

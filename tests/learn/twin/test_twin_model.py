@@ -20,6 +20,7 @@ from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import unknowns, varied
 from scenes.storage.scene_yaml import write_scene
 from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.engines.rays import Rays
 from simulate.generation.generate import generate
 from simulate.generation.request import Request
 from simulate.rays.core.propagation import Propagation
@@ -37,7 +38,7 @@ def data(true, tmp_path_factory) -> Dataset:
     """Forty spectra of the yard."""
     folder = tmp_path_factory.mktemp("twin") / "data"
     positions = np.random.default_rng(0).uniform(*true.transmitter.region, (40, 3))
-    generate(Request(true, positions, "given", Propagation(rays=20_000), 0), folder)
+    generate(Request(true, positions, "given", Rays(Propagation(rays=20_000)), 0), folder)
     return read_dataset(folder)
 
 

@@ -18,6 +18,7 @@ from scenes.scene.materials import p2040_material
 from scenes.scene.shapes import sheet
 from scenes.storage.scene_yaml import write_scene
 from simulate.dataset.dataset_folder import read_dataset
+from simulate.engines.rays import Rays
 from simulate.generation.generate import generate
 from simulate.generation.request import Request
 from simulate.rays.core.propagation import Propagation
@@ -54,7 +55,7 @@ def run(room, small_aperture, tiny_config, changed, tmp_path_factory) -> Path:
     low, high = room.transmitter.region_min, room.transmitter.region_max
     positions = np.random.default_rng(0).uniform(low, high, (600 if FOR_THE_DOCS else 40, 3))
     propagation = Propagation(max_depth=3 if FOR_THE_DOCS else 1, diffraction=FOR_THE_DOCS, rays=20_000)
-    generate(Request(room, positions, "uniform", propagation, 0), folder / "data")
+    generate(Request(room, positions, "uniform", Rays(propagation), 0), folder / "data")
     config = changed(tiny_config, dataset=str(folder / "data"), options=small_aperture, steps=30)
     if FOR_THE_DOCS:
         config = changed(config, options={"primitives": 250}, steps=800, batch_size=8)

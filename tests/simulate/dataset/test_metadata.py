@@ -2,7 +2,6 @@
 
 import json
 import re
-from dataclasses import fields
 
 import pytest
 import yaml
@@ -10,13 +9,8 @@ import yaml
 from scenes.files.errors import InputError
 from simulate.dataset.dataset_reader import read_gateway, read_metadata
 from simulate.dataset.dataset_writer import write_gateway
-from simulate.dataset.metadata import Array, Grid, Mechanisms, Receiver, Solver, read_metadata_file
-from simulate.fullwave.settings import FullWave
+from simulate.dataset.metadata import read_metadata_file
 from simulate.generation.request import read_request
-from simulate.rays.core.propagation import Propagation
-from simulate.spectra.angular_grid import AngularGrid
-from simulate.spectra.array import PlanarArray
-from simulate.spectra.measurement import Measurement
 from tests import hostile_files as hostile
 
 BAD = [
@@ -42,7 +36,10 @@ BAD = [
     ({"propagation": {"los": "yes"}}, "propagation.los: expected true or false, found 'yes'"),
     ({"propagation": {"colour": 1}}, "propagation: expected no keys but .*, found 'colour'"),
     ({"measurement": {"seed": 0, "snr_db": "20"}}, "measurement.snr_db: expected a number or nothing, found '20'"),
-    ({"measurement": {"seed": 0, "gain_error_db": -1}}, "measurement.gain_error_db: expected a number of at least 0"),
+    (
+        {"measurement": {"seed": 0, "gain_error_db": -1}},
+        "measurement.gain_error_db: expected a standard deviation in dB from 0 to 60",
+    ),
     ({"scene_file": 3}, "scene_file: expected a text, found 3"),
     ({"scene_file": "/etc/passwd.yaml"}, "scene_file: expected a file in the folder .*, found '/etc/passwd.yaml'"),
     ({"scene_file": "../scene.yaml"}, r"scene_file: expected a file in the folder .*, found '\.\./scene.yaml'"),
@@ -66,21 +63,6 @@ def test_fields_are_checked(tmp_path, content, sentence):
 def test_what_other_programs_write_is_taken(tmp_path, content):
     (tmp_path / "metadata.json").write_text(json.dumps(content))
     assert read_metadata_file(tmp_path / "metadata.json", "settings") == content
-
-
-@pytest.mark.parametrize(
-    ("schema", "described"),
-    [
-        (Array, PlanarArray),
-        (Grid, AngularGrid),
-        (Mechanisms, Propagation),
-        (Receiver, Measurement),
-        (Solver, FullWave),
-    ],
-)
-def test_schemas_have_the_fields_of_what_they_describe(schema, described):
-    ours = set(schema.__struct_fields__) - {"seed", "window_ns", "antennas"}
-    assert ours == {field.name for field in fields(described)}
 
 
 def test_folder_that_is_to_be_made_again_needs_all_of_it(tmp_path):

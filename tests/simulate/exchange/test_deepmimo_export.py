@@ -12,6 +12,7 @@ from scenes.files.errors import InputError
 from scenes.scene.description import SPEED_OF_LIGHT, Scene, SceneObject
 from scenes.scene.shapes import sheet
 from simulate.dataset.dataset_folder import read_dataset
+from simulate.engines.rays import Rays
 from simulate.exchange.deepmimo import deepmimo_export as module
 from simulate.exchange.deepmimo.deepmimo_export import export_deepmimo
 from simulate.exchange.deepmimo.path_list import PathList, sorted_by_receiver
@@ -32,7 +33,7 @@ POSITIONS = np.array([[2.0, -0.5, 1.0], [2.5, 0.4, 1.2], [3.0, 0.1, 1.6]])
 
 
 def simulated(scene: Scene, folder: Path, propagation: Propagation) -> Path:
-    generate(Request(scene, POSITIONS, "given", propagation, seed=4), folder)
+    generate(Request(scene, POSITIONS, "given", Rays(propagation), seed=4), folder)
     return folder
 
 
@@ -211,7 +212,7 @@ def test_what_has_no_paths_is_refused_in_one_sentence(plain, tmp_path):
         (edited(plain, tmp_path / "other", positions_sha256="x"), r"expected the files the dataset was made with"),
         (
             edited(plain, tmp_path / "waves", engine="fullwave", fullwave=fullwave),
-            r"simulated by rays, found a full-wave",
+            r"simulated by rays, found one of the engine fullwave",
         ),
     ):
         with pytest.raises(InputError, match=sentence):

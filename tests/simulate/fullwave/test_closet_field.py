@@ -17,7 +17,7 @@ CLOSET = Path(__file__).parents[2] / "data" / "closet"
 def dataset(tmp_path_factory) -> Dataset:
     folder = tmp_path_factory.mktemp("full-wave") / "closet"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("simulate.generation.dataset_field.stored_field", lambda *_: pytest.fail("no run is needed"))
+        patch.setattr("simulate.fullwave.solved_field.stored_field", lambda *_: pytest.fail("no run is needed"))
         return simulate("closet", folder, n=40, engine="fullwave", field=CLOSET)
 
 

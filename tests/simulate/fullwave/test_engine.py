@@ -18,10 +18,10 @@ from scenes.scene.permittivity import VACUUM_PERMEABILITY
 from scenes.scene.shapes import sheet
 from scenes.storage.scene_yaml import write_scene
 from simulate.dataset.dataset_folder import read_dataset
+from simulate.engines.fullwave import FIELD
 from simulate.fullwave.dipole import GAIN, free_space_response
 from simulate.fullwave.solver import SourceField
 from simulate.fullwave.stored_field import read_stored_field
-from simulate.generation.dataset_field import FIELD
 from simulate.generation.simulation import simulate
 
 

@@ -17,11 +17,12 @@ from scenes.files import atomic
 from scenes.files.errors import InputError
 from scenes.files.folder_lock import locked
 from simulate.dataset.dataset_folder import inspect
+from simulate.engines.rays import Rays
 from simulate.generation import generate as module
 from simulate.generation import written_parts
 from simulate.generation.dataset_part import make_part
 from simulate.generation.generate import generate
-from simulate.generation.request import Request, propagation_of, read_request
+from simulate.generation.request import Request, read_request
 from simulate.generation.written_parts import picture_names
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.beamformer import Beamformer
@@ -40,7 +41,7 @@ def request_of(make_scene, floor):
         make_scene(floor),
         positions,
         "uniform, seed 9",
-        Propagation(max_depth=1, diffraction=False, rays=20_000),
+        Rays(Propagation(max_depth=1, diffraction=False, rays=20_000)),
         seed=3,
     )
 
@@ -251,7 +252,7 @@ def other(request: Request, what: str) -> Request:
     if what == "spectra":
         return replace(request, positions=request.positions[:5])
     if what == "propagation":
-        return replace(request, propagation=replace(request.propagation, max_depth=2))
+        return replace(request, engine=Rays(replace(request.engine.propagation, max_depth=2)))
     gateway = replace(request.scene.gateway, position=(0.0, 0.1, 1.5))
     return replace(request, scene=replace(request.scene, gateway=gateway))
 
@@ -337,11 +338,11 @@ def test_folder_made_again_from_its_own_metadata_holds_the_same_bytes(finished, 
 
 @pytest.mark.parametrize("mechanism", ["diffraction", "diffuse"])
 def test_diffraction_and_scattering_of_older_datasets_are_sionnas(mechanism):
-    older, _ = propagation_of({"propagation": {"max_depth": 3, mechanism: True, "rays": 20_000, "seed": 1}})
+    older = Rays.of({"propagation": {"max_depth": 3, mechanism: True, "rays": 20_000, "seed": 1}}).propagation
     assert older.sionna and getattr(older, mechanism)
-    assert not propagation_of({"propagation": {"max_depth": 3, "rays": 20_000, "seed": 1}})[0].sionna
+    assert not Rays.of({"propagation": {"max_depth": 3, "rays": 20_000, "seed": 1}}).propagation.sionna
     request = Propagation(max_depth=3, **{mechanism: True})
-    assert propagation_of({"propagation": vars(request)})[0] == request
+    assert Rays.of({"propagation": vars(request)}).propagation == request
 
 
 def test_folder_whose_positions_were_changed_is_not_made_again(finished, tmp_path):
@@ -375,6 +376,7 @@ import sys, time
 from pathlib import Path
 import numpy as np
 import simulate.rays.tracer
+from simulate.engines.rays import Rays
 from simulate.generation import generate as module
 from simulate.generation.request import read_request
 

@@ -1,12 +1,12 @@
 """``simulate`` as a function: the same bytes as the command's, and what it refuses."""
 
+import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from bisplat.commands.simulate_command import PropagationOptions
-from bisplat.commands.simulate_command import simulate as simulate_command
+from bisplat.__main__ import main
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.shapes import sheet
 from scenes.storage.scene_yaml import write_scene
@@ -27,11 +27,12 @@ def yard(make_scene, floor):
     return make_scene(floor)
 
 
-def test_function_and_command_write_the_same_bytes(yard, tmp_path):
+def test_function_and_command_write_the_same_bytes(yard, tmp_path, monkeypatch):
     found = simulate(yard, tmp_path / "function", n=3, seed=2, propagation=DIRECT)
     path = write_scene(yard, tmp_path / "scene")
-    options = PropagationOptions(max_depth=0)
-    simulate_command(str(path), tmp_path / "command", spectra=3, seed=2, propagation=options)
+    command = f"bisplat simulate {path} -o {tmp_path / 'command'} -n 3 --seed 2 --max-depth 0"
+    monkeypatch.setattr(sys, "argv", command.split())
+    main()
     assert contents(tmp_path / "function") == contents(tmp_path / "command")
     again = simulate(str(tmp_path / "function"), str(tmp_path / "again"))
     assert contents(tmp_path / "again") == contents(tmp_path / "function")

@@ -14,10 +14,12 @@ import psutil
 import pytest
 
 from scenes.scene.materials import p2040_materials
+from simulate.cluster.ray_cluster import ray_cluster
+from simulate.engines.engine import Machines
+from simulate.engines.rays import Rays
 from simulate.generation import generate as module
 from simulate.generation.generate import generate
 from simulate.generation.request import Request
-from simulate.parallel.ray_cluster import ray_cluster
 from simulate.rays.core.propagation import Propagation
 
 pytest.importorskip("ray", reason="Ray is an extra: make setup")
@@ -32,7 +34,9 @@ def request_of(room) -> Request:
     )
     low, high = room.transmitter.region_min, room.transmitter.region_max
     positions = np.random.default_rng(9).uniform(low, high, (60, 3))
-    return Request(room, positions, "uniform, seed 9", Propagation(max_depth=2, diffraction=True, rays=20_000), seed=3)
+    return Request(
+        room, positions, "uniform, seed 9", Rays(Propagation(max_depth=2, diffraction=True, rays=20_000)), seed=3
+    )
 
 
 def contents(folder: Path) -> dict[str, bytes]:
@@ -42,8 +46,8 @@ def contents(folder: Path) -> dict[str, bytes]:
 def kill_a_worker(found: list[int]) -> None:
     """Wait until Ray's workers trace, then kill one of them, as a machine that goes down would."""
     for _ in range(600):
-        busy = [p for p in psutil.process_iter(["name"]) if "_trace_part" in (p.info["name"] or "")]
-        busy = busy or [p for p in psutil.process_iter() if p.is_running() and "ray::_trace_part" in " ".join(_line(p))]
+        busy = [p for p in psutil.process_iter(["name"]) if "_make_part" in (p.info["name"] or "")]
+        busy = busy or [p for p in psutil.process_iter() if p.is_running() and "ray::_make_part" in " ".join(_line(p))]
         if busy:
             time.sleep(1.0)
             os.kill(busy[0].pid, signal.SIGKILL)
@@ -65,7 +69,7 @@ def test_two_workers_one_of_them_killed_make_the_same_bytes_as_one_process(reque
     killed: list[int] = []
     killer = threading.Thread(target=kill_a_worker, args=(killed,))
     killer.start()
-    generate(request_of, tmp_path / "together", workers=2)
+    generate(request_of, tmp_path / "together", Machines(workers=2))
     killer.join()
     assert killed
     assert contents(tmp_path / "together") == contents(tmp_path / "alone")

@@ -1,0 +1,154 @@
+"""Options that are declared once, in a frozen dataclass, and used by the command line, Python, JSON and the docs.
+
+The dataclass has each option's type, default, range (``__post_init__``) and, under ``Attributes:``, its description.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections import ChainMap
+from collections.abc import Callable, Mapping
+from dataclasses import MISSING, Field, fields, is_dataclass, make_dataclass
+from functools import cache
+from typing import Annotated, Any, TypeVar, get_type_hints
+
+from scenes.files.errors import ParameterError, did_you_mean, shown
+
+F = TypeVar("F", bound=Callable[..., Any])
+T = TypeVar("T")
+
+
+def described(options: type) -> dict[str, str]:
+    """What each option is, by its name, from the docstrings of the dataclass and of those that it extends.
+
+    Args:
+        options: the dataclass.
+    """
+    from docstring_parser import parse
+
+    found: dict[str, str] = {}
+    for each in reversed(options.__mro__):
+        if is_dataclass(each):
+            found |= {
+                param.arg_name: param.description or "" for param in parse(vars(each).get("__doc__") or "").params
+            }
+    return {each.name: found.get(each.name, "") for each in fields(options)}
+
+
+def taken(given: Mapping[str, Any], *kinds: type) -> list[Any]:
+    """The options that a function was given by name, as instances of its dataclasses.
+
+    Args:
+        given: values by name; what is not given has its default.
+        kinds: the dataclasses.
+
+    Raises:
+        ParameterError: none of them has an option of this name, or an option cannot have its value.
+
+    >>> @dataclass(frozen=True)
+    ... class Drawing:
+    ...     width: int = 3
+    >>> taken({"width": 4}, Drawing)
+    [Drawing(width=4)]
+    >>> taken({"widht": 4}, Drawing)
+    Traceback (most recent call last):
+    scenes.files.errors.ParameterError: widht: expected the name of an option, found 'widht'; did you mean "width"?
+    """
+    names = {kind: {each.name for each in fields(kind)} for kind in kinds}
+    known = set().union(*names.values())
+    for name in given:
+        if name not in known:
+            found = f"found {shown(name)}; {did_you_mean(name, known)}"
+            raise ParameterError(name, f"expected the name of an option, {found}")
+    return [kind(**{name: value for name, value in given.items() if name in names[kind]}) for kind in kinds]
+
+
+def takes(*kinds: type) -> Callable[[F], F]:
+    """Let a function that collects ``**options`` show them one by one, in its signature and its docstring.
+
+    Args:
+        kinds: the dataclasses that ``taken`` makes of the options.
+    """
+
+    def show(function: F) -> F:
+        signature = inspect.signature(function)
+        own = [each for each in signature.parameters.values() if each.kind is not inspect.Parameter.VAR_KEYWORD]
+        named = {each.name for each in own}
+        shown_options, lines = [], []
+        for kind in kinds:
+            descriptions = described(kind)
+            for each in fields(kind):
+                if each.name not in named:  # such as the function names itself, to take it by place
+                    kind_of = inspect.Parameter.KEYWORD_ONLY
+                    shown_options.append(
+                        inspect.Parameter(each.name, kind_of, default=_default(each), annotation=each.type)
+                    )
+                lines.append(f"        {each.name}: {descriptions[each.name]}")
+        function.__signature__ = signature.replace(parameters=[*own, *shown_options])  # type: ignore[attr-defined]
+        before, _, after = (function.__doc__ or "").partition("        **options:")
+        function.__doc__ = before + "\n".join(lines) + "\n" + after.partition("\n")[2]
+        return function
+
+    return show
+
+
+@cache
+def unchecked(options: type[T]) -> type[T]:
+    """The dataclass as the command line reads it: without checks, which the command makes afterwards with ``checked``.
+
+    The parser of the command line would turn an error on the way into a message of its own. Options of dataclasses in
+    it come without a prefix.
+
+    Args:
+        options: the dataclass.
+    """
+    from tyro.conf import OmitArgPrefixes
+
+    nested = [
+        (name, Annotated[unchecked(kind), OmitArgPrefixes], unchecked(kind)())
+        for name, kind in _nested(options).items()
+    ]
+    return make_dataclass(
+        options.__name__,
+        nested,
+        bases=(options,),
+        # Without a docstring of its own, so that the help shows that of the parent.
+        namespace={"__post_init__": lambda self: None, "__doc__": None, "__module__": options.__module__},
+        frozen=True,
+    )
+
+
+def checked(options: type[T], values: Any) -> T:
+    """An instance of the dataclass from one that ``unchecked`` made.
+
+    Raises:
+        ParameterError: an option cannot have its value.
+    """
+    content = {each.name: getattr(values, each.name) for each in fields(options)}  # type: ignore[arg-type]
+    return options(**content | {name: checked(kind, content[name]) for name, kind in _nested(options).items()})
+
+
+def changed(values: Any) -> dict[str, Any]:
+    """The options that differ from their defaults, by name; those of dataclasses in it are among them.
+
+    >>> @dataclass(frozen=True)
+    ... class Drawing:
+    ...     width: int = 3
+    >>> changed(Drawing()), changed(Drawing(width=4))
+    ({}, {'width': 4})
+    """
+    differing = {each.name: value for each in fields(values) if (value := getattr(values, each.name)) != _default(each)}
+    inner = [changed(value) for value in differing.values() if is_dataclass(value)]
+    return {name: value for name, value in differing.items() if not is_dataclass(value)} | dict(ChainMap(*inner))
+
+
+def _nested(options: type) -> dict[str, type]:
+    """The options that are dataclasses themselves, by name."""
+    hints = get_type_hints(options)
+    return {each.name: hints[each.name] for each in fields(options) if is_dataclass(hints[each.name])}
+
+
+def _default(option: Field) -> Any:
+    if option.default is not MISSING:
+        return option.default
+    return option.default_factory() if option.default_factory is not MISSING else inspect.Parameter.empty

@@ -1,0 +1,1 @@
+"""A Ray cluster, or a Ray of our own on this machine."""

@@ -1,0 +1,1 @@
+"""Engines: how responses are simulated, each one object, and the table of them."""

@@ -1,0 +1,192 @@
+"""The engine that solves Maxwell's equations."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
+
+from msgspec import Struct
+from tyro.conf import Suppress
+
+from scenes.files.atomic import write_atomically
+from scenes.files.errors import InputError, require_within, shown
+from scenes.files.json_file import read_json
+from scenes.files.schema import Positive, conform, recorded
+from scenes.storage.scene_digest import scene_digest
+from simulate.engines.engine import Engine, Machines, Setting
+from simulate.fullwave import OURS
+
+if TYPE_CHECKING:  # their imports take long, and the help of the command line does not need them
+    from rich.progress import Progress
+
+    from scenes.scene.description import Scene
+    from simulate.fullwave.stored_field import StoredField
+
+FIELD = "field.npz"
+"""File of a dataset folder that keeps the field."""
+
+CELLS = 1e-5, 10.0
+"""Metres. A scene says more closely which cells it can be solved with (simulate/fullwave/run_plan.py)."""
+
+
+@dataclass(frozen=True)
+class Solver:
+    """What the field of a scene depends on.
+
+    Attributes:
+        cell: side of the cells in full wave, metres; by default a seventh of the shortest wavelength in a material, at
+            most a sixteenth of that in air.
+        solver: ``OURS``, or gprMax and its version.
+
+    Raises:
+        ParameterError: cells outside ``CELLS``.
+    """
+
+    cell: float | None = None
+    solver: Annotated[str, Suppress] = OURS
+
+    def __post_init__(self) -> None:
+        if self.cell is not None:
+            require_within(*CELLS, "metres", cell=self.cell)
+
+
+RECORD = recorded(Solver, window_ns=(Positive, 1.0), antennas=(str, ""))
+"""What metadata.json has of a solver, and what follows from it."""
+
+
+class Made(Struct):
+    """What metadata.json of another folder says of its field."""
+
+    engine: str = ""
+    scene: str = ""
+    scene_sha256: str = ""
+    fullwave: RECORD | None = None  # type: ignore[valid-type]
+
+
+@dataclass(frozen=True)
+class FullWave(Solver, Engine):
+    """Solve Maxwell's equations by finite differences, in minutes to hours a place, whatever the number of spectra.
+
+    Attributes:
+        field: folder of a full-wave dataset of the same scene; its stored field is used instead of a new run.
+        gpu: in full wave, run gprMax on an NVIDIA GPU (needs bisplat-wrf[fullwave] and pycuda).
+
+    >>> FullWave(cell=0.01).solver
+    'bisplat'
+    """
+
+    field: Path | None = None
+    gpu: bool = False
+
+    name: ClassVar[str] = "fullwave"
+    called: ClassVar[str] = "full wave"
+    spreads_parts: ClassVar[bool] = False
+    keeps_source: ClassVar[bool] = True
+
+    def for_scene(self, scene: Scene) -> Self:
+        from simulate.fullwave.gprmax import installed_gprmax
+        from simulate.fullwave.run_plan import default_cell
+
+        if self.field is not None:
+            return replace(self, **asdict(_solver_of_field(Path(self.field), scene)))
+        cell = default_cell(scene) if self.cell is None else self.cell
+        return replace(self, cell=cell, solver=installed_gprmax() if self.gpu or self.solver != OURS else OURS)
+
+    def metadata(self, setting: Setting) -> dict[str, Any]:
+        from simulate.fullwave.run_plan import plan
+
+        assert self.cell is not None
+        planned = plan(setting.scene, setting.region, self.cell)
+        window = planned.steps * planned.grid.time_step
+        return {
+            "engine": self.name,
+            "fullwave": {"cell": self.cell, "solver": self.solver}
+            | {"window_ns": round(1e9 * window, 1), "antennas": "short dipoles"},
+        }
+
+    @classmethod
+    def schema(cls) -> dict[str, Any]:
+        return {"fullwave": RECORD}
+
+    @classmethod
+    def of(cls, metadata: Mapping[str, Any]) -> Self:
+        return cls(cell=metadata["fullwave"]["cell"], solver=metadata["fullwave"]["solver"])
+
+    def again(self, recorded: Engine) -> Engine:
+        return replace(recorded, field=self.field, gpu=self.gpu) if isinstance(recorded, FullWave) else recorded
+
+    def require(self, machines: Machines) -> None:
+        super().require(replace(machines, workers=None))  # workers are runs at a time, which need no Ray
+
+    def source(self, setting: Setting, folder: Path, machines: Machines, progress: Progress) -> StoredField:
+        """The field that the dataset folder keeps, made where it is missing: by the solver, or from another folder."""
+        import numpy as np
+
+        from simulate.fullwave.settling import SETTLED
+        from simulate.fullwave.stored_field import OF_POINTS
+
+        path, damage = folder / FIELD, self._damage(folder)
+        if damage is not None and path.exists():
+            progress.console.print(f"{damage}; it is made again", markup=False, highlight=False, soft_wrap=True)
+        if damage is not None and self.field is not None:
+            write_atomically(path, (Path(self.field) / FIELD).read_bytes())
+        elif damage is not None:
+            self._solved(setting, folder / "field", machines, progress).write(path)
+        shutil.rmtree(folder / "field", ignore_errors=True)
+        field = self.kept(folder)
+        settled, error = 20 * np.log10(max(field.unsettled.max(), 1e-9)), field.interpolation_error_db
+        progress.console.print(
+            f"stored field: settled to {settled:.0f} dB; error of interpolation at most {error:.0f} dB "
+            f"(root mean square of {OF_POINTS:.0%} of the points; it is larger beside objects)"
+        )
+        if field.unsettled.max() > SETTLED:
+            progress.console.print("warning: expected a field that had settled to -60 dB; the place may be a resonator")
+        return field
+
+    def is_whole(self, folder: Path) -> bool:
+        return self._damage(folder) is None
+
+    @classmethod
+    def kept(cls, folder: Path) -> StoredField:
+        from simulate.fullwave.stored_field import read_stored_field
+
+        return read_stored_field(folder / FIELD)
+
+    def _damage(self, folder: Path) -> str | None:
+        """Why a folder has no stored field that can be read, as a sentence; None: it has one."""
+        try:
+            self.kept(folder)
+        except InputError as error:
+            return str(error)
+        return None
+
+    def _solved(self, setting: Setting, folder: Path, machines: Machines, progress: Progress) -> StoredField:
+        """The field from the solver, which keeps the runs that have ended in a folder."""
+        from simulate.fullwave.run_plan import plan
+        from simulate.fullwave.solved_field import solve
+
+        assert self.cell is not None
+        planned = plan(setting.scene, setting.region, self.cell)
+        return solve(setting.scene, planned, folder, self.solver, machines.workers, machines.ray, self.gpu, progress)
+
+
+def _solver_of_field(folder: Path, scene: Scene) -> Solver:
+    """What a folder's stored field was made with.
+
+    Raises:
+        InputError: not the folder of a finished full-wave simulation, or of another scene.
+    """
+    expected = "a folder that was simulated with --engine fullwave to its end"
+    path = folder / "metadata.json"
+    made: Any = conform(read_json(path, expected), Made, str(path))
+    if made.engine != FullWave.name or not (folder / FIELD).is_file():
+        raise InputError(f"{folder}: expected {expected}, found no {FIELD} of it")
+    if made.scene_sha256 != scene_digest(scene):
+        raise InputError(
+            f"{folder}: expected the field of the same scene, found that of {shown(made.scene)} with other objects, "
+            "materials or antennas"
+        )
+    return Solver(made.fullwave.cell, made.fullwave.solver)

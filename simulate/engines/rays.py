@@ -1,0 +1,120 @@
+"""The engine that traces rays."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, Self
+
+from scenes.files.schema import Count, recorded
+from simulate.engines.engine import Engine, Machines, ResponseSource, Setting
+from simulate.rays.core.propagation import Propagation
+
+if TYPE_CHECKING:  # need the ray tracer
+    from rich.progress import Progress
+
+    from simulate.rays.tracer import Tracer
+
+DEFAULT_SEED = 1
+"""Seed of the rays where a dataset does not tell one."""
+
+
+@dataclass(frozen=True)
+class Rays(Engine):
+    """Trace rays, in milliseconds a spectrum.
+
+    Attributes:
+        propagation: mechanisms that the ray tracer follows.
+
+    >>> Rays(Propagation(max_depth=1)).propagation.max_depth
+    1
+    """
+
+    propagation: Propagation = Propagation()
+
+    name: ClassVar[str] = "rays"
+    called: ClassVar[str] = "fresh ray tracing"
+    packages: ClassVar[tuple[str, ...]] = ("sionna-rt", "mitsuba", "drjit", "numpy")
+    always_recorded: ClassVar[bool] = False  # by version 0.1, not all of it
+
+    def metadata(self, setting: Setting) -> dict[str, Any]:
+        return {
+            "engine": self.name,
+            "propagation": asdict(self.propagation) | {"seed": setting.seed},
+            "method": "shooting" if self.propagation.sionna else "chains",
+        }
+
+    @classmethod
+    def schema(cls) -> dict[str, Any]:
+        return {"propagation": recorded(Propagation, seed=(Count, 0)), "method": str}
+
+    @classmethod
+    def of(cls, metadata: Mapping[str, Any]) -> Self:
+        """The engine that a dataset was made by.
+
+        Args:
+            metadata: content of its metadata.json, which has been checked; empty for a dataset that was not simulated,
+                of which the defaults are returned.
+
+        >>> Rays.of({"propagation": {"max_depth": 2, "seed": 4}}).propagation.max_depth
+        2
+        """
+        settings = {name: value for name, value in metadata.get("propagation", {}).items() if name != "seed"}
+        if settings and "slab_phase" not in settings:  # version 0.1
+            settings |= {
+                "slab_phase": False,
+                "sionna": settings.get("diffuse", False) or settings.get("diffraction", False),
+            }
+        return cls(Propagation(**settings))
+
+    def require(self, machines: Machines) -> None:
+        import simulate.rays.core.ray_tracer  # noqa: F401  refuses a ray tracer that cannot be used
+
+        super().require(machines)
+
+    def source(self, setting: Setting, folder: Path, machines: Machines, progress: Progress) -> Tracer:
+        return self.tracer(setting, progress)
+
+    def tracer(self, setting: Setting, progress: Progress) -> Tracer:
+        """The tracer that the responses come from.
+
+        Args:
+            setting: what they are found in.
+            progress: shows what the search for paths does.
+        """
+        from simulate.rays.tracer import Tracer
+
+        search = progress.add_task("finding paths", total=None)
+        tracer = Tracer(
+            setting.scene,
+            self.propagation,
+            setting.region,
+            setting.seed,
+            lambda sentence: progress.update(search, description=f"finding paths, {sentence}"),
+        )
+        progress.update(search, total=1, completed=1)
+        return tracer
+
+    def sent(self, source: ResponseSource) -> Any:
+        return source.found  # type: ignore[attr-defined]
+
+    def received(self, setting: Setting, sent: Any, threads: int) -> Tracer:
+        from simulate.rays.core.ray_tracer import dr
+        from simulate.rays.tracer import Tracer
+
+        dr.set_thread_count(threads)
+        return Tracer(setting.scene, self.propagation, setting.region, setting.seed, found=sent)
+
+
+def seed_of_rays(metadata: Mapping[str, Any], unknown: int = DEFAULT_SEED) -> int:
+    """The seed of the rays of a dataset.
+
+    Args:
+        metadata: content of its metadata.json, which has been checked; empty for a dataset that was not simulated.
+        unknown: the seed if it does not tell one.
+
+    >>> seed_of_rays({"propagation": {"seed": 4}}), seed_of_rays({})
+    (4, 1)
+    """
+    return metadata.get("propagation", {}).get("seed", unknown)

@@ -1,0 +1,35 @@
+"""The table of engines: the command line, metadata.json and cross-validation take them from here."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from scenes.files.errors import ParameterError, did_you_mean, shown
+from simulate.engines.engine import Engine
+from simulate.engines.fullwave import FullWave
+from simulate.engines.rays import Rays
+
+ENGINES: dict[str, type[Engine]] = {each.name: each for each in (Rays, FullWave)}
+
+
+def engine_class(name: str) -> type[Engine]:
+    """The engine of a name.
+
+    Raises:
+        ParameterError: no engine has this name.
+    """
+    if name not in ENGINES:
+        raise ParameterError(
+            "engine", f"expected the name of an engine, found {shown(name)}; {did_you_mean(name, ENGINES)}"
+        )
+    return ENGINES[name]
+
+
+def engine_of(metadata: Mapping[str, Any]) -> Engine:
+    """The engine that a dataset was made by; of one that was not simulated, rays by their defaults.
+
+    Args:
+        metadata: content of its metadata.json, which has been checked.
+    """
+    return engine_class(metadata.get("engine", Rays.name)).of(metadata)

@@ -1,0 +1,108 @@
+"""The field of a scene from the solver, with its progress, and what the runs will be as a sentence for the user."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+from rich.progress import Progress
+
+from scenes.scene.description import Scene
+from simulate.fullwave import OURS
+from simulate.fullwave.all_elements import stored_field
+from simulate.fullwave.run_plan import Plan
+from simulate.fullwave.solver_runs import groups
+from simulate.fullwave.stored_field import StoredField
+from simulate.fullwave.yee_grid import dispersion_residual
+from simulate.spectra.array import PlanarArray
+
+
+def solve(
+    scene: Scene,
+    planned: Plan,
+    folder: Path,
+    solver: str,
+    workers: int | None,
+    ray: str | None,
+    gpu: bool,
+    progress: Progress,
+) -> StoredField:
+    """The field of all elements; the same call again continues an interrupted one.
+
+    Args:
+        scene: the scene.
+        planned: the runs.
+        folder: keeps the runs that have ended.
+        solver: ``OURS``, or gprMax and its version.
+        workers: number of runs at a time; None: one per core, as far as memory allows.
+        ray: address of a running Ray cluster to run the solver on.
+        gpu: run gprMax on an NVIDIA GPU.
+        progress: shows the runs.
+
+    Raises:
+        InputError: the solver failed.
+    """
+    count = PlanarArray.of(scene.gateway).elements
+    at_once = workers or _at_once(planned, count)
+    ours_here = solver == OURS and ray is None
+    progress.console.print(description(scene, planned, min(at_once, count) if ours_here else None))
+    bar = progress.add_task("full wave", total=count)
+    done = [0.0] * count
+
+    def report(element: int, step: int) -> None:
+        done[element] = step / planned.steps
+        progress.update(bar, completed=sum(done))
+
+    field = stored_field(scene, planned, folder, at_once, solver, gpu, ray, report)
+    progress.update(bar, completed=count)
+    return field
+
+
+def _at_once(planned: Plan, count: int) -> int:
+    """Number of runs that this machine's cores and memory hold at a time."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    if not hasattr(os, "sysconf"):
+        return cores
+    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    fitting = [number for number in range(1, min(cores, count) + 1) if _memory(planned, count, number) < memory]
+    return max(fitting, default=1)
+
+
+def _memory(planned: Plan, count: int, at_once: int) -> int:
+    """Bytes that so many runs at a time take."""
+    return at_once * planned.memory(len(groups(list(range(count)), at_once)[0]))
+
+
+def description(scene: Scene, planned: Plan, at_once: int | None) -> str:
+    """What the runs will be and what coarser cells would, as a sentence for the user.
+
+    Args:
+        scene: the scene.
+        planned: the runs.
+        at_once: number of our solver's runs at a time on this machine; None: they run elsewhere, and the sentence says
+            nothing of their cost.
+    """
+    cell, wavelength = planned.grid.cell, scene.wavelength
+    coarser = 1.25 * cell
+    diagonal = float(np.linalg.norm(np.diff(scene.extent, axis=0)))
+    count = PlanarArray.of(scene.gateway).elements
+
+    def errors(cell: float) -> str:
+        residual = dispersion_residual(wavelength, cell)
+        return (
+            f"{100 * residual:.2f} % and phases over {diagonal:.1f} m to {360 * residual * diagonal / wavelength:.0f}°"
+        )
+
+    cost = ""
+    if at_once is not None:
+        minutes, memory = planned.seconds / 60 * count / at_once, _memory(planned, count, at_once)
+        cost = (
+            f"{memory / 1e9:.2g} GB and at most about {minutes:.2g} minutes on {at_once} core{'s' * (at_once > 1)}; "
+            f"{minutes / 1.25**4:.2g} minutes with cells of {1e3 * coarser:.3g} mm; "
+        )
+    return (
+        f"full wave: {planned.grid.cells / 1e6:.1f} million cells of {1e3 * cell:g} mm, at most {planned.steps} time "
+        f"steps for each of {count} elements; {cost}wavelengths are right to {errors(cell)}, with cells of "
+        f"{1e3 * coarser:.3g} mm to {errors(coarser)}"
+    )

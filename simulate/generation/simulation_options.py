@@ -1,0 +1,47 @@
+"""The options of a simulation. This module imports little, for the help of the command line."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from jaxtyping import Float
+from tyro.conf import arg
+
+from scenes.files.errors import require_seed, require_whole
+from simulate.positions.given_positions import MOST_POSITIONS
+from simulate.spectra.measurement import Measurement
+
+LEAST_SPECTRA = 2
+"""One to train on and one to test on."""
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """What a simulated dataset holds, whatever the engine.
+
+    Attributes:
+        n: transmitter positions to draw.
+        placement: how they are drawn in the scene's region: uniform, at random; grid, evenly; path, along a smooth
+            curve, as measurements are.
+        positions: CSV of positions (header x,y,z; metres, world frame) to use instead; in Python also an array of them.
+        seed: of positions, train/test split, rays and the receiver's errors.
+        measurement: errors that the receiver adds.
+        power_db: also write each spectrum's absolute power in dB, as power_db/NNNNN.tif.
+
+    Raises:
+        ParameterError: no whole number of spectra from ``LEAST_SPECTRA`` to ``MOST_POSITIONS``, or a seed that is none.
+    """
+
+    n: Annotated[int, arg(name="spectra", aliases=["-n"])] = 6000
+    placement: Literal["uniform", "grid", "path"] = "uniform"
+    positions: Annotated[Float[np.ndarray, "K 3"] | str | Path | None, arg(constructor=Path, metavar="PATH")] = None
+    seed: int = 0
+    measurement: Measurement = Measurement()
+    power_db: bool = False
+
+    def __post_init__(self) -> None:
+        require_whole(LEAST_SPECTRA, MOST_POSITIONS, n=self.n)
+        require_seed(seed=self.seed)
