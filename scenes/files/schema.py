@@ -1,16 +1,25 @@
-"""Check a value that was read from a file against a schema, a ``msgspec.Struct``; errors name the key and the value."""
+"""Check a value that was read from a file against a schema; errors name the key and the value.
+
+A schema is a ``msgspec.Struct``, or a dataclass of settings, whose own checks are then made, too.
+"""
 
 from __future__ import annotations
 
+import functools
 import re
-from typing import Any, TypeVar
+from collections.abc import Iterable
+from dataclasses import MISSING, field, make_dataclass
+from typing import Annotated, Any, TypeVar
 
 import msgspec
-from msgspec import inspect
+from msgspec import Meta, inspect
 
-from scenes.files.errors import InputError, printable, shown
+from scenes.files.errors import InputError, ParameterError, did_you_mean, printable, shown
 
 T = TypeVar("T")
+
+Count = Annotated[int, Meta(ge=0)]
+Positive = Annotated[float, Meta(gt=0)]
 
 WORDS = {
     "float": "a number",
@@ -23,6 +32,10 @@ WORDS = {
 }
 """What a reader calls the types of msgspec's messages."""
 
+RECORDS = inspect.StructType | inspect.DataclassType
+
+_type_info = functools.cache(inspect.type_info)
+
 BOUNDS = {">=": "of at least", "<=": "of at most", ">": "above", "<": "below"}
 
 
@@ -31,7 +44,7 @@ def conform(value: object, schema: type[T], source: str, numbers_as_text: bool =
 
     Args:
         value: as read from JSON or YAML.
-        schema: a subclass of ``msgspec.Struct``.
+        schema: a subclass of ``msgspec.Struct``, or a dataclass, which takes no keys but those of its fields.
         source: the start of the message: the file's name.
         numbers_as_text: also take numbers that are texts; YAML 1.1 reads 1e-3, without a point, as a text.
 
@@ -46,25 +59,75 @@ def conform(value: object, schema: type[T], source: str, numbers_as_text: bool =
     Traceback (most recent call last):
     scenes.files.errors.InputError: metadata.json: rows: expected a whole number, found 'x'
     """
+    kind = _type_info(schema)  # type: ignore[arg-type]
     try:
-        return msgspec.convert(value, schema, strict=not numbers_as_text)
+        result = msgspec.convert(value, schema, strict=not numbers_as_text)
+        _refuse_unknown(value, kind, source)
+        return result
     except msgspec.ValidationError as error:
+        cause = error.__cause__
         sentence, _, place = str(error).partition(" - at ")
     place, _, _ = place.partition("[...]")  # where msgspec does not name the key, the mapping itself is shown
     names = re.findall(r"\.([^.\[\]`]+)|\[(\d+)\]", place)
     keys: list[str | int] = [name or int(index) for name, index in names]
-    kind = inspect.type_info(schema)
     for key in keys:
         value, kind = value[key], _inside(kind, key)  # type: ignore[index]
+    if isinstance(cause, ParameterError):  # a dataclass's own check
+        raise InputError(f"{_place(source, [*keys, cause.parameter])}{cause.message}")
+    if place.startswith("`key`"):
+        raise InputError(f"{_place(source, keys)}expected keys that are texts, found {shown(value)}")
+    raise InputError(f"{_place(source, keys)}{_expected_found(sentence, value, kind)}")
+
+
+def _place(source: str, keys: list[str | int]) -> str:
     where = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in keys).removeprefix(".")
-    raise InputError(f"{source}: {where}{': ' if where else ''}{_expected_found(sentence, value, kind)}")
+    return f"{source}: {where}{': ' if where else ''}"
+
+
+def _refuse_unknown(value: Any, kind: inspect.Type, source: str, keys: tuple[str, ...] = ()) -> None:
+    """Refuse keys that a dataclass does not have, which msgspec passes over."""
+    if isinstance(kind, inspect.UnionType):
+        kind = next((each for each in kind.types if isinstance(each, RECORDS)), kind)
+    if not isinstance(kind, RECORDS) or not isinstance(value, dict):
+        return
+    known = {each.encode_name: each.type for each in kind.fields}
+    for key, inner in value.items():
+        if key in known:
+            _refuse_unknown(inner, known[key], source, (*keys, key))
+        elif isinstance(kind, inspect.DataclassType):
+            raise InputError(
+                f"{_place(source, list(keys))}expected a known key, found {shown(key)}; {did_you_mean(key, known)}"
+            )
+
+
+def recorded(settings: type, **beside: tuple[Any, Any]) -> Any:
+    """A dataclass of settings with what a file has beside them, as a schema.
+
+    Args:
+        settings: a frozen dataclass.
+        beside: type and default of each further key; no default: ``dataclasses.MISSING``.
+
+    >>> from dataclasses import dataclass
+    >>> @dataclass(frozen=True)
+    ... class Drawing:
+    ...     width: int = 3
+    >>> conform({"width": 4, "seed": 1}, recorded(Drawing, seed=(int, 0)), "drawing.json")
+    Drawing(width=4, seed=1)
+    """
+    further = [
+        (name, kind, field(kw_only=True) if default is MISSING else field(default=default, kw_only=True))
+        for name, (kind, default) in beside.items()
+    ]
+    return make_dataclass(
+        settings.__name__, further, bases=(settings,), frozen=True, namespace={"__module__": settings.__module__}
+    )
 
 
 def _inside(kind: inspect.Type, key: str | int) -> inspect.Type:
     """The type of what a struct or a list holds; msgspec's message says that it is one of the two."""
     if isinstance(kind, inspect.UnionType):
-        kind = next(each for each in kind.types if isinstance(each, inspect.StructType | inspect.ListType))
-    if isinstance(kind, inspect.StructType):
+        kind = next(each for each in kind.types if isinstance(each, RECORDS | inspect.ListType))
+    if isinstance(kind, RECORDS):
         return next(field.type for field in kind.fields if field.encode_name == key)
     if isinstance(kind, inspect.TupleType):
         return kind.item_types[int(key)]
@@ -72,14 +135,18 @@ def _inside(kind: inspect.Type, key: str | int) -> inspect.Type:
     return kind.item_type
 
 
+def _unknown(key: object, known: Iterable[str]) -> str:
+    return f"expected a known key, found {shown(key)}; {did_you_mean(key, known)}"
+
+
 def _expected_found(sentence: str, value: Any, kind: inspect.Type) -> str:
     """msgspec's sentence in our words."""
     if isinstance(kind, inspect.UnionType):
         kind = next((each for each in kind.types if not isinstance(each, inspect.NoneType)), kind)
     if match := re.fullmatch(r"Object contains unknown field `(.*)`", sentence, re.DOTALL):
-        assert isinstance(kind, inspect.StructType)
-        known = ", ".join(field.encode_name for field in kind.fields)
-        return f"expected no keys but {known}, found {shown(match[1])}"
+        assert isinstance(kind, RECORDS)
+        known = [field.encode_name for field in kind.fields]
+        return _unknown(match[1], known)
     if match := re.fullmatch(r"Object missing required field `(.*)`", sentence):
         return f"expected the key {match[1]}, found none"
     if sentence.startswith("Invalid enum value") and isinstance(kind, inspect.LiteralType):

@@ -11,6 +11,7 @@ import numpy as np
 import yaml
 from trimesh import Trimesh
 
+from scenes.files.yaml_file import PlainDumper
 from scenes.scene.description import Scene
 
 LONGEST_STEM = 60
@@ -68,7 +69,7 @@ def yaml_of(scene: Scene) -> bytes:
         ],
     }
     style: dict[str, Any] = {"sort_keys": False, "default_flow_style": None, "allow_unicode": True}
-    return yaml.safe_dump(_plain(values), width=110, **style).encode()
+    return yaml.dump(_plain(values), Dumper=PlainDumper, width=110, **style).encode()
 
 
 def _plain(value: Any) -> Any:
