@@ -8,9 +8,9 @@ from typing import Annotated, Literal
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
+from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.simulate_command import Output, PropagationOptions
 from scenes.files.errors import ParameterError
-from scenes.files.output_file import Force, require_new
 from scenes.files.text_tables import print_table
 from simulate.rays.core.propagation import Propagation
 

@@ -12,8 +12,8 @@ from msgspec.structs import asdict
 
 from scenes.checks.validation import validate
 from scenes.files.atomic import write_atomically
-from scenes.files.claimed_folder import FilesInTheWay, claimed, digest, digest_of_file
 from scenes.files.errors import SHOWN, InputError, did_you_mean, printable, shown
+from scenes.files.folder_lock import locked
 from scenes.files.input_file import beside
 from scenes.files.schema import conform
 from scenes.files.yaml_file import read_yaml
@@ -28,7 +28,7 @@ from scenes.places.workshop import workshop
 from scenes.scene.description import Gateway, Quaternion, Scene, SceneObject, Transmitter, Vector3
 from scenes.scene.materials import RGB, RadioMaterial, material_names, p2040_material
 from scenes.scene.shapes import union
-from scenes.storage.scene_files import mesh_names, ply_of, yaml_of
+from scenes.storage.scene_files import FilesInTheWay, digest, digest_of_file, mesh_names, ply_of, yaml_of
 
 T = TypeVar("T")
 
@@ -271,7 +271,7 @@ def write_scene(scene: Scene, folder: str | Path, replaceable: Mapping[Path, str
     path = folder / "scene.yaml"
     validate(scene, str(path))
     meshes = {folder / name: item.mesh for name, item in zip(mesh_names(scene), scene.objects, strict=True)}
-    with claimed(folder):
+    with locked(folder):
         found = {file: sha256 for file in (path, *meshes) if (sha256 := digest_of_file(file)) is not None}
         kept = {file for file in found if file in meshes and found[file] == digest(ply_of(meshes[file]))}
         allowed = replaceable or {}

@@ -9,9 +9,10 @@ import pytest
 import trimesh
 
 from scenes.checks.validation import validate
-from scenes.files.claimed_folder import FilesInTheWay, claimed
 from scenes.files.errors import InputError
+from scenes.files.folder_lock import locked
 from scenes.scene.shapes import box
+from scenes.storage.scene_files import FilesInTheWay
 from scenes.storage.scene_yaml import load_scene, read_scene, write_scene
 
 YARD = """\
@@ -161,7 +162,7 @@ def test_never_overwrites_a_mesh_but_continues_its_own(scene, tmp_path):
 
 
 def test_folder_is_claimed_before_anything_is_written(scene, tmp_path):
-    with claimed(tmp_path / "both"), pytest.raises(InputError, match="another program or tab is writing to it"):
+    with locked(tmp_path / "both"), pytest.raises(InputError, match="no other process writes to"):
         write_scene(scene, tmp_path / "both")
     assert not [*(tmp_path / "both").iterdir()]
     write_scene(scene, tmp_path / "both")

@@ -4,7 +4,7 @@ import pytest
 
 from scenes.files.errors import InputError
 from scenes.files.folder_lock import locked
-from scenes.files.new_folder import new_folder
+from scenes.files.output_folder import new_folder
 
 
 def files(folder) -> dict[str, str]:
