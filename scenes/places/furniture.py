@@ -13,7 +13,7 @@ from trimesh import Trimesh
 
 from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
 from scenes.scene.materials import p2040_materials
-from scenes.scene.shapes import sheet, turned, union
+from scenes.scene.shapes import rotate, sheet, union
 
 FREQUENCY = 915e6  # Hz, the RFID band of NeRF²'s measurements
 
@@ -31,7 +31,7 @@ def table(x: float, y: float, length: float, width: float, height: float = 0.74)
 
 def panel(x: float, y: float, length: float, bottom: float, top: float, degrees: float = 0.0) -> Trimesh:
     """An upright sheet centred on (x, y), along x before it is turned; metres, degrees."""
-    return turned(sheet((x - length / 2, y, bottom), (length, 0, 0), (0, 0, top - bottom)), degrees)
+    return rotate(sheet((x - length / 2, y, bottom), (length, 0, 0), (0, 0, top - bottom)), degrees)
 
 
 def shelf(x: float, y: float, length: float, width: float, heights: Sequence[float]) -> Trimesh:
