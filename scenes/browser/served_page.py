@@ -13,7 +13,7 @@ from collections.abc import Callable, Iterator
 
 from viser import ClientHandle, ViserServer
 
-from scenes.browser.access import guarded
+from scenes.browser.access import guard
 from scenes.browser.callbacks import shielded
 from scenes.files.errors import ParameterError
 from scenes.files.plain_text import say
@@ -46,7 +46,7 @@ def serving(title: str, port: int, open_tab: Callable[[ClientHandle], Callable[[
     logging.getLogger("websockets").setLevel(logging.CRITICAL)  # a browser that goes away is no error
     warnings.filterwarnings("ignore", r"Queued a \w+ on a closed connection")  # viser: for a tab that is just closed
     token = secrets.token_urlsafe()
-    with guarded(token), contextlib.redirect_stdout(io.StringIO()):  # hides viser's own message with the address
+    with guard(token), contextlib.redirect_stdout(io.StringIO()):  # hides viser's own message with the address
         server = ViserServer(host=HOST, port=free, label=title, verbose=False)
     closing: dict[int, Callable[[], None]] = {}
 

@@ -10,7 +10,7 @@ from urllib.parse import urlsplit
 import pytest
 from websockets.exceptions import InvalidStatus
 
-from scenes.browser.access import guarded
+from scenes.browser.access import guard
 from scenes.browser.callbacks import shielded
 from scenes.browser.served_page import serving
 from scenes.files.errors import InputError, ParameterError
@@ -192,7 +192,7 @@ def test_error_of_building_a_tab_is_shown(join):
 
 
 def test_a_server_that_is_started_in_another_way_is_refused():
-    with pytest.raises(InputError, match="cannot be guarded"), guarded("token"):
+    with pytest.raises(InputError, match="cannot be guarded"), guard("token"):
         pass
 
 
