@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterator
 from viser import ClientHandle, ViserServer
 
 from scenes.browser.access import guard
-from scenes.browser.callbacks import shielded
+from scenes.browser.callbacks import shield
 from scenes.files.errors import ParameterError
 from scenes.files.plain_text import say
 
@@ -52,7 +52,7 @@ def serving(title: str, port: int, open_tab: Callable[[ClientHandle], Callable[[
 
     @server.on_client_connect
     def _(client: ClientHandle) -> None:
-        close = shielded(client, open_tab)(client)
+        close = shield(client, open_tab)(client)
         if close is not None:
             closing[client.client_id] = close
         if client.client_id not in server.get_clients():  # gone before it was built

@@ -11,7 +11,7 @@ import pytest
 from websockets.exceptions import InvalidStatus
 
 from scenes.browser.access import guard
-from scenes.browser.callbacks import shielded
+from scenes.browser.callbacks import shield
 from scenes.browser.served_page import serving
 from scenes.files.errors import InputError, ParameterError
 
@@ -173,7 +173,7 @@ def test_errors_of_callbacks_are_shown_and_the_tab_goes_on(error, kind, join):
 
     def open_tab(client):
         button = client.gui.add_button("Save")
-        button.on_click(shielded(client, fail if kind == "function" else fail_later))
+        button.on_click(shield(client, fail if kind == "function" else fail_later))
 
     with serving("fails", PORT, open_tab) as address, join(address) as tab:
         for count in (1, 2):
