@@ -22,7 +22,7 @@ HOST = "127.0.0.1"
 
 
 def serve(title: str, port: int, open_tab: Callable[[ClientHandle], Callable[[], None] | None]) -> None:
-    """Serve a page until interrupted, and print its address; arguments and errors as those of ``serving``."""
+    """Serve a page until interrupted, and print its address; ``serving`` explains the arguments."""
     with serving(title, port, open_tab) as address:
         print(f"{address}  (Ctrl-C ends it)", flush=True)
         with contextlib.suppress(KeyboardInterrupt):

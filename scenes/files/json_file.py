@@ -43,8 +43,8 @@ def parse_json(text: str, source: str, expected: str, nan: bool = False) -> Any:
     Args:
         text: the text.
         source: the start of every message.
-        expected: as of ``read_json``.
-        nan: as of ``read_json``.
+        expected: what should be there, for the message.
+        nan: also take NaN.
 
     Raises:
         InputError: no JSON, a key twice in one object, a number too large, or values nested too deep.

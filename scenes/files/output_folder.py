@@ -84,7 +84,7 @@ def own_folder(
 def require_own(
     folder: Path, kind: str, record: str, settings: dict[str, Any], read: Callable[[Path], dict[str, Any]]
 ) -> None:
-    """Check that a folder is new, or holds something with the same settings; arguments as those of ``own_folder``.
+    """Check that a folder is new, or holds something with the same settings; ``own_folder`` explains the arguments.
 
     Raises:
         InputError: the folder holds other files, or something with other settings.

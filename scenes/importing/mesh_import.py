@@ -103,7 +103,7 @@ def import_mesh(
         default_material: for objects that nothing matches.
         unit: the file's unit: m, cm, mm, in or ft.
         up: the file's vertical axis, "y" or "z"; without it "y" for glTF, as its specification says, else
-            "z". A y-up file is turned by +90° about x: (x, y, z) becomes (x, −z, y).
+            "z". A y-up file is rotated by +90° about x: (x, y, z) becomes (x, −z, y).
 
     Returns:
         The objects in order of their names, repeated names numbered, and what was found on the way.
@@ -137,10 +137,11 @@ def import_mitsuba(
     Args:
         path: the scene file.
         frequency: hertz.
-        materials: as of ``import_mesh``; a pattern that matches takes precedence over the file's own material.
+        materials: (glob pattern, material) pairs; the first pattern that matches a shape's name, or else the first that
+            matches the file's name without its ending, takes precedence over the file's own material.
         default_material: for shapes that neither a pattern nor the file gives a radio material.
-        unit: as of ``import_mesh``.
-        up: as of ``import_mesh``.
+        unit: the file's unit: m, cm, mm, in or ft.
+        up: the file's vertical axis, "y" or "z" (the default).
 
     Returns:
         The objects in the order of the file, the materials they are made of, and what was found on the way.

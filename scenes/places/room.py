@@ -40,9 +40,9 @@ class Opening:
         name: of the sheet.
         side: the wall.
         start: metres along the wall, from its low x (south, north) or low y (west, east) end.
-        end: likewise.
+        end: metres along the wall.
         bottom: metres above the floor.
-        top: likewise.
+        top: metres above the floor.
         material: the sheet's.
         thickness: the sheet's, metres; the material's own if None.
     """
