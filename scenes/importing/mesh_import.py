@@ -75,12 +75,12 @@ def _idle_rules(path: Path, names: Sequence[str], materials: Sequence[tuple[str,
     """A warning for each pattern that matches neither an object's name nor the file's."""
     idle = [rule for rule in materials if not any(fnmatchcase(name, rule[0]) for name in (*names, path.stem))]
     return tuple(
-        f'{path}: the material rule "{pattern}={material}" matches no object; the objects are {_listed(names)}'
+        f'{path}: the material rule "{pattern}={material}" matches no object; the objects are {_list(names)}'
         for pattern, material in idle
     )
 
 
-def _listed(names: Iterable[str]) -> str:
+def _list(names: Iterable[str]) -> str:
     """Names, each once, the first ``LISTED`` of them."""
     each = list(dict.fromkeys(names))
     rest = f" and {len(each) - LISTED} more" if len(each) > LISTED else ""
@@ -119,7 +119,7 @@ def import_mesh(
     unmatched = [name for name, material in chosen.items() if material is None]
     if unmatched:
         rule = f"{unmatched[0]}=MATERIAL"
-        raise InputError(f"{path}: no material for {_listed(unmatched)}; add a pattern ({rule}) or a default material")
+        raise InputError(f"{path}: no material for {_list(unmatched)}; add a pattern ({rule}) or a default material")
     objects, report = _objects(path, [(name, mesh, chosen[name] or "") for name, mesh in meshes], unit, up)
     return objects, replace(report, warnings=_idle_rules(path, list(chosen), materials))
 
