@@ -12,7 +12,7 @@ from msgspec.structs import asdict
 
 from scenes.checks.validation import validate
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import SHOWN, InputError, did_you_mean, printable, shown
+from scenes.files.errors import InputError, cut, did_you_mean, shown
 from scenes.files.folder_lock import locked
 from scenes.files.input_file import beside
 from scenes.files.schema import conform
@@ -159,7 +159,7 @@ def _frequency(value: float | str, source: str) -> float:
 
 def _material(name: str, value: object, frequency: float, source: str) -> RadioMaterial:
     """From ε_r and σ, or from a row of P.2040; the rest is optional in both."""
-    place = f"{source}: materials.{_in_label(name)}"
+    place = f"{source}: materials.{cut(str(name))}"
     of_table = isinstance(value, dict) and "p2040" in value
     entry = _conform(value, P2040Material if of_table else OwnMaterial, place)
     given = {key: each for key, each in asdict(entry).items() if each is not UNSET}
@@ -177,14 +177,9 @@ def _p2040(name: str, own: Collection[str], frequency: float) -> RadioMaterial:
     return p2040_material(name, frequency)
 
 
-def _in_label(name: object) -> str:
-    """A name in the file, as it stands at the start of messages."""
-    return printable(str(name)[:SHOWN])
-
-
 def _object(value: object, index: int, file: Path, source: str) -> SceneObject:
     name = value.get("name") if isinstance(value, dict) else None
-    place = f"{source}: objects[{index}]" + (f' ("{_in_label(name)}")' if name else "")
+    place = f"{source}: objects[{index}]" + (f' ("{cut(str(name))}")' if name else "")
     entry = _conform(value, ObjectEntry, place)
     try:
         path = beside(file, entry.mesh)
@@ -232,7 +227,7 @@ def read_scene(path: str | Path) -> Scene:
             raise InputError(f'{source}: objects[{index}] ("{item.name}"): {error}') from None
 
     gateways = {
-        str(name): _conform(value, Gateway, f"{source}: further_gateways.{_in_label(name)}")
+        str(name): _conform(value, Gateway, f"{source}: further_gateways.{cut(str(name))}")
         for name, value in (file.further_gateways or {}).items()
     }
     moving = asdict(file.transmitter)
