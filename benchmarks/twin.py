@@ -39,7 +39,7 @@ from learn.twin.twin_model import Twin
 from scenes.files.atomic import write_atomically
 from scenes.scene.description import Scene
 from scenes.scene.tolerances import Tolerances
-from scenes.scene.unknowns import OF_POSE, Unknown, unknowns, varied
+from scenes.scene.unknowns import OF_POSE, Unknown, unknowns, vary
 from scenes.storage.scene_yaml import load_scene, write_scene
 from simulate.dataset.dataset_folder import Dataset
 from simulate.generation.simulation import simulate
@@ -112,7 +112,7 @@ def truth_of(study: Study, work: Path) -> Truth:
 
 def wrong(scene: Scene, tolerances: Tolerances, draw: int) -> Scene:
     """A scene that is wrong by normal deviations."""
-    return varied(scene, *errors(scene, tolerances, draw))
+    return vary(scene, *errors(scene, tolerances, draw))
 
 
 def errors(scene: Scene, tolerances: Tolerances, draw: int) -> tuple[list[Unknown], Float[np.ndarray, " n"]]:

@@ -8,9 +8,9 @@ from typing import Annotated
 
 from tyro.conf import OmitArgPrefixes, Positional
 
+from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.simulate_command import Output
 from scenes.files.errors import printable
-from scenes.files.output_file import Force, require_new
 from simulate.exchange.conversion import Conversion
 
 

@@ -22,7 +22,7 @@ from scenes.drawing.scene_drawing import draw_scene
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import printable, require_whole
 from scenes.files.json_file import read_json
-from scenes.files.output_folder import claimed
+from scenes.files.output_folder import own_folder
 from scenes.files.schema import conform
 from scenes.places.lab import lab
 from simulate.generation.simulation import simulate
@@ -60,7 +60,7 @@ def demo(folder: Path, spectra: int = 1000, steps: int | None = None) -> dict[st
     if steps is not None:
         require_whole(1, STEPS_MOST, steps=steps)
     settings = {"spectra": spectra, "steps": steps}
-    with claimed(folder, "demo", RECORD, settings, _read_settings):
+    with own_folder(folder, "demo", RECORD, settings, _read_settings):
         write_atomically(folder / RECORD, (json.dumps(settings, indent=2) + "\n").encode())
         return _demo(folder, spectra, steps)
 

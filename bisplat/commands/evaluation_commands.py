@@ -8,10 +8,10 @@ from typing import Annotated
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
+from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.simulate_command import EngineName, Output
 from scenes.files.errors import ParameterError
 from scenes.files.options import checked, unchecked
-from scenes.files.output_file import Force, require_new
 from scenes.files.text_tables import print_table
 from simulate.rays.core.propagation import Propagation
 

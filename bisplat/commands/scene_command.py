@@ -8,9 +8,9 @@ from typing import Annotated, Literal
 
 from tyro.conf import Positional, arg
 
+from bisplat.commands.output_file import Force, require_new
 from scenes.files.errors import InputError, printable, shown
-from scenes.files.new_folder import new_folder
-from scenes.files.output_file import Force, require_new
+from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import say
 from scenes.files.text_tables import print_rows, print_table
 

@@ -7,12 +7,12 @@ from typing import Annotated
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
+from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.simulate_command import Output
 from learn.data.splits import SplitKind
 from scenes.files.errors import InputError, ParameterError, printable, require_whole
-from scenes.files.new_folder import new_folder
 from scenes.files.options import checked, unchecked
-from scenes.files.output_file import Force, require_new
+from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import say
 from scenes.files.text_tables import print_rows
 from scenes.scene.tolerances import Tolerances

@@ -27,7 +27,7 @@ from scenes.files.atomic import write_atomically
 from scenes.files.errors import require_whole
 from scenes.files.input_file import MEGABYTE, read_text
 from scenes.files.json_file import parse_json, read_json
-from scenes.files.output_folder import claimed
+from scenes.files.output_folder import own_folder
 from scenes.files.plain_text import say
 from scenes.files.schema import conform
 from simulate.dataset.dataset_folder import Dataset, read_dataset
@@ -237,7 +237,7 @@ def begun(
     settings = Settings(str(dataset.folder.resolve()), split, SPLIT_SEED, minutes, steps, device_name(), test_spectra)
     folder = Path(output or tempfile.mkdtemp(prefix="bisplat-"))
     given = {key: value for key, value in asdict(settings).items() if value is not None}
-    with claimed(folder, "experiment", PROTOCOL, given, _read_protocol):
+    with own_folder(folder, "experiment", PROTOCOL, given, _read_protocol):
         write_atomically(folder / PROTOCOL, (json.dumps(given, indent=2) + "\n").encode())
         yield Experiment(folder, dataset, settings)
 

@@ -29,7 +29,7 @@ from learn.training.run_folder import Run, build_model, load_run, load_weights, 
 from learn.training.training_file import write_training
 from learn.training.validation_scores import validate
 from scenes.files.errors import ParameterError, require_seed, require_whole
-from scenes.files.output_folder import claimed, require_own
+from scenes.files.output_folder import own_folder, require_own
 from scenes.scene.shapes import bounding_box
 from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.positions.given_positions import MOST_POSITIONS
@@ -154,7 +154,7 @@ def train_run(
     if getattr(rank_zero_only, "rank", 0) != 0:  # only the first of several processes claims the folder and writes
         _train(config, folder, devices, nodes, dataset, parts, learned)
         return
-    with claimed(*own):
+    with own_folder(*own):
         if not (folder / "weights.safetensors").exists():  # another process may have finished the run just now
             write_config(folder, config, dataset.beamformer, parts, dataset.names)
             _train(config, folder, devices, nodes, dataset, parts, learned)

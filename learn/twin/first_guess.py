@@ -9,7 +9,7 @@ from jaxtyping import Complex, Float
 from scipy.sparse import csr_array
 
 from scenes.checks.validation import is_valid
-from scenes.scene.unknowns import OF_POSE, Unknown, varied
+from scenes.scene.unknowns import OF_POSE, Unknown, vary
 from simulate.rays.derivatives import by_turn
 from simulate.rays.tracer import Tracer
 from simulate.spectra.evenly import evenly
@@ -69,7 +69,7 @@ def first_guess(
     unlikely = 2 * counted * np.log(np.maximum(1 - score.mean(axis=1), LEAST_MISFIT))
     unlikely += ((guesses[:, of_pose] / deviations) ** 2).sum(axis=1)
     for guess in guesses[unlikely.argsort(kind="stable")]:
-        if is_valid(varied(scene, which, guess)):
+        if is_valid(vary(scene, which, guess)):
             return guess
     return guesses[0]
 

@@ -17,7 +17,7 @@ from learn.twin.posterior import Quadratic, correlation, unlikelihood
 from scenes.checks.validation import is_valid
 from scenes.files.errors import InputError
 from scenes.scene.description import Scene
-from scenes.scene.unknowns import Unknown, varied
+from scenes.scene.unknowns import Unknown, vary
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Found, Tracer
 
@@ -101,12 +101,12 @@ def most_likely(
     where = [number for number, each in enumerate(which) if each.kind == "position"]
     elsewhere = np.linalg.norm((guess - found.values)[where]) > APART * scene.wavelength
     if guess.any() and (elsewhere or not where):
-        nearby = moved(tracer, varied(scene, which, guess), search.region)
+        nearby = moved(tracer, vary(scene, which, guess), search.region)
         other = search.from_start(nearby, guess, phases_known, counted)
         found = min(found, other, key=lambda end: end.unlikely)
     aligned, _ = aligned_to(measured, described, phases_known)
     before = unexplained(without_own_phase(aligned - described, described, phases_known), aligned)
-    corrected = varied(scene, which, found.values)
+    corrected = vary(scene, which, found.values)
     return Calibration(corrected, list(which), found.values, found.deviations, found.gain, (found.misfit, before))
 
 
@@ -186,7 +186,7 @@ class _Search:
                 if np.abs(step / prior).max() < small:
                     break
                 values = values + step
-                tracer = moved(tracer, varied(scene, which, values), self.region)
+                tracer = moved(tracer, vary(scene, which, values), self.region)
             traced, jacobian = linearised(tracer, which, self.positions)
             if not traced.any():
                 if model is None:
@@ -218,7 +218,7 @@ class _Search:
 
     def _is_valid(self, values: Float[np.ndarray, " n"]) -> bool:
         try:
-            return is_valid(varied(self.scene, self.which, values))
+            return is_valid(vary(self.scene, self.which, values))
         except InputError:  # a material out of its range
             return False
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Complex, Float
 
-from scenes.scene.unknowns import OF_MATERIALS, Unknown, varied
+from scenes.scene.unknowns import OF_MATERIALS, Unknown, vary
 from simulate.rays.derivatives import derivatives
 from simulate.rays.tracer import Tracer
 
@@ -57,7 +57,7 @@ def by_materials(
     columns = [column for column, unknown in enumerate(which) if unknown.kind in OF_MATERIALS]
     if not columns:
         return jacobian
-    others = [varied(scene, [which[column]], np.array([STEP])) for column in columns]
+    others = [vary(scene, [which[column]], np.array([STEP])) for column in columns]
     for column, traced in zip(columns, tracer.responses_with(others, positions), strict=True):
         jacobian[..., column] = (traced - responses) / STEP
     return jacobian

@@ -26,7 +26,7 @@ from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
 from scenes.scene.tolerances import Tolerances
-from scenes.scene.unknowns import unknowns, varied
+from scenes.scene.unknowns import unknowns, vary
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import Dataset
 from simulate.spectra.beamformer import Beamformer
@@ -140,7 +140,7 @@ class Twin(SpectrumModel):
     @property
     def corrected(self) -> Scene:
         """The scene as corrected; before ``fit`` as described."""
-        return varied(self._described, self._which, self.values.cpu().numpy())
+        return vary(self._described, self._which, self.values.cpu().numpy())
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
         """Predicted spectrum: that of the predicted responses."""

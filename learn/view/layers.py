@@ -15,7 +15,7 @@ from learn.view.compared_spectra import PREDICTED, TRUE
 from learn.view.hemisphere import EVERY_DEG, colours_of_dots, disc, dots, ellipses
 from learn.view.subject import Position, SpectrumArray, Subject
 from learn.view.uses import add_uses
-from scenes.browser.callbacks import shielded
+from scenes.browser.callbacks import shield
 from scenes.browser.scene_view import add_gateway, add_objects, add_region, set_up
 from scenes.scene.shapes import bounding_box
 
@@ -95,8 +95,8 @@ class Layers:
             add_uses(client, subject, self._size, self._switch)
             visible = subject.has_primitives
             self._primitives = client.gui.add_checkbox("primitives (colour: phase)", False, visible=visible)
-        self._primitives.on_update(shielded(client, lambda event: changed()))
-        self._on_sphere.on_update(shielded(client, lambda event: self._colour_sphere()))
+        self._primitives.on_update(shield(client, lambda event: changed()))
+        self._on_sphere.on_update(shield(client, lambda event: self._colour_sphere()))
         self._spectra: tuple[SpectrumArray | None, SpectrumArray | None] = None, None
 
     def show(
@@ -194,7 +194,7 @@ class Layers:
             box = client.gui.add_checkbox(label, nodes[0].visible)
 
             @box.on_update
-            @partial(shielded, client)
+            @partial(shield, client)
             def _(event) -> None:
                 for node in nodes:
                     node.visible = box.value

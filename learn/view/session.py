@@ -17,7 +17,7 @@ from learn.view.compared_spectra import numbers, panels
 from learn.view.layers import Layers
 from learn.view.subject import Position, Spectrum, Subject
 from learn.view.tracing import Traced, Tracing
-from scenes.browser.callbacks import shielded
+from scenes.browser.callbacks import shield
 from scenes.files.plain_text import in_markdown
 
 PLAY_SECONDS = 0.4
@@ -40,7 +40,7 @@ class Session:
 
     def __init__(self, client: ClientHandle, subject: Subject, tracing: Tracing | None):
         self._subject, self._tracing = subject, tracing
-        self._shielded = partial(shielded, client)
+        self._shield = partial(shield, client)
         self._position: Position = subject.region.mean(axis=0)
         if subject.dataset is not None:
             self._position = subject.dataset.positions[0].astype(float)
@@ -48,11 +48,11 @@ class Session:
         self._changed, self._open = threading.Event(), True
         self._build(client)
         self._layers = Layers(client, subject, self._position, self._changed.set)
-        self._layers.transmitter.on_update(self._shielded(self._dragged))
+        self._layers.transmitter.on_update(self._shield(self._dragged))
         self._trace()
         self._changed.set()
         threading.Thread(target=self._keep_up_to_date, daemon=True).start()
-        threading.Thread(target=self._shielded(self._layers.colour_test_positions), daemon=True).start()
+        threading.Thread(target=self._shield(self._layers.colour_test_positions), daemon=True).start()
 
     def close(self) -> None:
         """End the tab's thread, and withdraw its request to the ray tracer."""
@@ -73,15 +73,15 @@ class Session:
         self._state = gui.add_markdown("", order=-1)
         with gui.add_folder("Transmitter"):
             self._place = gui.add_vector3("position (m)", self._position, step=0.001)
-            self._place.on_update(self._shielded(self._typed))
+            self._place.on_update(self._shield(self._typed))
             self._live = gui.add_checkbox("trace while dragging", True, visible=self._tracing is not None)
             recorded = 0 if subject.dataset is None else len(subject.dataset.names)
             self._number = gui.add_slider(
                 "recorded spectrum", 1, max(recorded, 2), 1, 1, visible=recorded > 1, hint="in the order of tx_pos.csv"
             )
-            self._number.on_update(self._shielded(self._chosen))
+            self._number.on_update(self._shield(self._chosen))
             self._play = gui.add_checkbox("play along the recorded path", False, visible=recorded > 1)
-            self._play.on_update(self._shielded(self._switched))
+            self._play.on_update(self._shield(self._switched))
         with gui.add_folder("Spectrum"):
             names = tuple(subject.predictors)
             self._by = gui.add_dropdown("predicted by", names or ("nothing",), visible=bool(names))
@@ -89,7 +89,7 @@ class Session:
             self._quantity = gui.add_dropdown("quantity", ("magnitude", "phase"))
             self._scale = gui.add_dropdown("scale", ("linear", "dB"))
         for each in (self._by, self._kind, self._quantity, self._scale):
-            each.on_update(self._shielded(self._switched))
+            each.on_update(self._shield(self._switched))
 
     # --- what the user does --------------------------------------------------------------------------------
 
@@ -148,7 +148,7 @@ class Session:
         while True:
             playing = self._play.value and self._subject.dataset is not None
             if not self._changed.wait(PLAY_SECONDS if playing else 1.0) and playing:
-                self._shielded(self._advance)()
+                self._shield(self._advance)()
             if not self._open:
                 return
             self._state.content = in_markdown(self._tracing.state) if self._tracing else ""

@@ -15,7 +15,7 @@ from learn.models.geometry import grid_in
 from learn.reports.colours import MAGNITUDE
 from learn.view.chart import Colours, colour_of
 from learn.view.subject import Subject
-from scenes.browser.callbacks import shielded
+from scenes.browser.callbacks import shield
 from scenes.files.errors import InputError
 
 CLOUD = 1200
@@ -78,7 +78,7 @@ def add_uses(client: ClientHandle, subject: Subject, size: float, switch: Callab
         colours = np.full(subject.planned.shape, PLANNED, np.uint8)
         planned = _dots(client, "/planned", subject.planned, colours, 0.008 * size)
         switch(client, f"planned positions ({len(subject.planned)})", [planned])
-    lines = shielded(client, located)(subject)
+    lines = shield(client, located)(subject)
     if lines is not None:
         errors = client.scene.add_line_segments(
             "/located/errors", lines.astype(np.float32), LOCATED, thickness=2, thickness_units="screen"
@@ -105,7 +105,7 @@ def _add_cloud(client: ClientHandle, subject: Subject, size: float) -> None:
     drawn: list[SceneNodeHandle] = []
 
     @box.on_update
-    @partial(shielded, client)
+    @partial(shield, client)
     def _(event) -> None:
         if box.value and not drawn:
             found = cloud(subject)

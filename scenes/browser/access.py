@@ -55,7 +55,7 @@ def refusal(path: str, headers: Headers, port: int, token: str) -> str | None:
 
 
 @contextlib.contextmanager
-def guarded(token: str) -> Iterator[None]:
+def guard(token: str) -> Iterator[None]:
     """Let the server that viser starts within this block refuse requests, before viser sees them.
 
     viser has no option for this, so the function of ``websockets`` that it calls is replaced meanwhile. Pages and

@@ -14,7 +14,7 @@ from viser import ClientHandle
 from scenes.files.errors import InputError, printable
 
 
-def shielded(client: ClientHandle, callback: Callable[..., Any]) -> Callable[..., Any]:
+def shield(client: ClientHandle, callback: Callable[..., Any]) -> Callable[..., Any]:
     """A callback that shows its errors as a notification, and goes on working.
 
     Args:

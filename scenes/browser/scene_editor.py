@@ -15,13 +15,12 @@ from typing import Any
 import numpy as np
 from viser import ClientHandle, SceneNodeHandle, TransformControlsEvent, TransformControlsHandle
 
-from scenes.browser.callbacks import shielded
+from scenes.browser.callbacks import shield
 from scenes.browser.scene_view import add_gateway, add_objects, add_region, edges, set_up, wxyz, xyzw
-from scenes.files.claimed_folder import FilesInTheWay, digest
 from scenes.files.errors import InputError, printable
 from scenes.scene.description import Scene, facing
 from scenes.scene.materials import material_names, p2040_material
-from scenes.storage.scene_files import yaml_of
+from scenes.storage.scene_files import FilesInTheWay, digest, yaml_of
 from scenes.storage.scene_yaml import write_scene
 
 Triple = tuple[float, float, float]
@@ -47,7 +46,7 @@ class Editor:
     def __init__(self, client: ClientHandle, scene: Scene, folder: Path):
         self.scene = scene
         self._client, self._holding = client, False
-        self._shielded = partial(shielded, client)
+        self._shield = partial(shield, client)
         api, gui = client.scene, client.gui
         set_up(client, scene.bounds)
         self._size = float(np.linalg.norm(scene.bounds[1] - scene.bounds[0]))
@@ -69,9 +68,9 @@ class Editor:
         self._replaceable: dict[Path, str] = {}  # what this tab wrote itself, by its digest
         self._in_the_way: Mapping[Path, str] = {}  # what the user was asked about
         gui.add_text("saved to folder", printable(str(folder.absolute())), disabled=True)
-        gui.add_button("Save scene.yaml").on_click(self._shielded(lambda event: self.save()))
+        gui.add_button("Save scene.yaml").on_click(self._shield(lambda event: self.save()))
         self._replace_button = gui.add_button("Replace", color="red", visible=False)
-        self._replace_button.on_click(self._shielded(lambda event: self.save(self._in_the_way)))
+        self._replace_button.on_click(self._shield(lambda event: self.save(self._in_the_way)))
 
     def save(self, replaceable: Mapping[Path, str] | None = None) -> None:
         """Write the scene to the folder; where files are in the way that this tab did not write, ask instead.
@@ -126,7 +125,7 @@ class Editor:
             )
 
         @handle.on_update
-        @self._shielded
+        @self._shield
         async def _(event) -> None:
             if not self._held(event):
                 return
@@ -137,14 +136,14 @@ class Editor:
 
         # What is typed moves the handle, but no other field: the user may be in the middle of one.
         @position.on_update
-        @self._shielded
+        @self._shield
         async def _(event) -> None:
             if event.client is not None:  # typed, not set by us
                 self._replace_gateway(position=position.value)
                 handle.position = frame.position = position.value
 
         @boresight.on_update
-        @self._shielded
+        @self._shield
         async def _(event) -> None:
             if event.client is not None and any(boresight.value):
                 self._replace_gateway(orientation=facing(boresight.value))
@@ -188,7 +187,7 @@ class Editor:
             box.points = edges(transmitter.region)
 
         @handle.on_update
-        @self._shielded
+        @self._shield
         async def _(event) -> None:
             if self._held(event):
                 x, y, z = (round(float(c), 4) for c in event.target.position)
@@ -196,7 +195,7 @@ class Editor:
                 typed.value = (x, y, z)
 
         @typed.on_update
-        @self._shielded
+        @self._shield
         async def _(event) -> None:
             if event.client is not None:
                 move(typed.value)
@@ -222,16 +221,16 @@ class Editor:
         for name, nodes in self._objects.items():
             for node in nodes:
                 if node.name.startswith("/furniture/"):
-                    node.on_click(self._shielded(lambda event, name=name: choose(name)))  # type: ignore[attr-defined]
+                    node.on_click(self._shield(lambda event, name=name: choose(name)))  # type: ignore[attr-defined]
 
         @which.on_update
-        @self._shielded
+        @self._shield
         def _(event) -> None:
             if event.client is not None:
                 choose(which.value)
 
         @material.on_update
-        @self._shielded
+        @self._shield
         def _(event) -> None:
             if event.client is None:
                 return
@@ -266,7 +265,7 @@ class Editor:
         box = self._client.gui.add_checkbox(label, True)
 
         @box.on_update
-        @self._shielded
+        @self._shield
         def _(event) -> None:
             for node in nodes:
                 node.visible = box.value

@@ -13,8 +13,8 @@ from collections.abc import Callable, Iterator
 
 from viser import ClientHandle, ViserServer
 
-from scenes.browser.access import guarded
-from scenes.browser.callbacks import shielded
+from scenes.browser.access import guard
+from scenes.browser.callbacks import shield
 from scenes.files.errors import ParameterError
 from scenes.files.plain_text import say
 
@@ -22,7 +22,7 @@ HOST = "127.0.0.1"
 
 
 def serve(title: str, port: int, open_tab: Callable[[ClientHandle], Callable[[], None] | None]) -> None:
-    """Serve a page until interrupted, and print its address; arguments and errors as those of ``serving``."""
+    """Serve a page until interrupted, and print its address; ``serving`` explains the arguments."""
     with serving(title, port, open_tab) as address:
         print(f"{address}  (Ctrl-C ends it)", flush=True)
         with contextlib.suppress(KeyboardInterrupt):
@@ -46,13 +46,13 @@ def serving(title: str, port: int, open_tab: Callable[[ClientHandle], Callable[[
     logging.getLogger("websockets").setLevel(logging.CRITICAL)  # a browser that goes away is no error
     warnings.filterwarnings("ignore", r"Queued a \w+ on a closed connection")  # viser: for a tab that is just closed
     token = secrets.token_urlsafe()
-    with guarded(token), contextlib.redirect_stdout(io.StringIO()):  # hides viser's own message with the address
+    with guard(token), contextlib.redirect_stdout(io.StringIO()):  # hides viser's own message with the address
         server = ViserServer(host=HOST, port=free, label=title, verbose=False)
     closing: dict[int, Callable[[], None]] = {}
 
     @server.on_client_connect
     def _(client: ClientHandle) -> None:
-        close = shielded(client, open_tab)(client)
+        close = shield(client, open_tab)(client)
         if close is not None:
             closing[client.client_id] = close
         if client.client_id not in server.get_clients():  # gone before it was built

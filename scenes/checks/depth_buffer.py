@@ -1,4 +1,7 @@
-"""Which of a picture's triangles is nearest at each pixel, so that what is behind is hidden."""
+"""Which of a picture's triangles is nearest at each pixel, so that what is behind is hidden.
+
+Matplotlib sorts whole triangles by their middles, and draws half of a whiteboard behind its wall.
+"""
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ def winding_number(points: Float[np.ndarray, "n 3"], triangles: Float[np.ndarray
     return total
 
 
-def merged(mesh: Trimesh) -> Trimesh:
+def merge_corners(mesh: Trimesh) -> Trimesh:
     """A copy whose faces share corners; files repeat them per face or per normal, and then no component is closed."""
     copy = Trimesh(mesh.vertices, mesh.faces, process=False)
     copy.merge_vertices()
@@ -56,7 +56,7 @@ def merged(mesh: Trimesh) -> Trimesh:
 
 def closed_parts(mesh: Trimesh) -> list[Trimesh]:
     """The connected components of a mesh that bound a volume, wound consistently; sheets and open shells have none."""
-    parts = list(merged(mesh).split(only_watertight=True, repair=False))
+    parts = list(merge_corners(mesh).split(only_watertight=True, repair=False))
     for part in parts:
         trimesh.repair.fix_winding(part)  # the solid angles of triangles wound in opposite senses would cancel
     return parts

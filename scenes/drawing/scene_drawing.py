@@ -25,7 +25,7 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
         "name": scene.name,
         "frequency": scene.frequency,
         "wavelength": scene.wavelength,
-        "bounds": {"min": _rounded(scene.bounds[0]), "max": _rounded(scene.bounds[1])},
+        "bounds": {"min": _round(scene.bounds[0]), "max": _round(scene.bounds[1])},
         "gateway": _describe_gateway(scene.gateway),
         "further_gateways": {name: _describe_gateway(gateway) for name, gateway in scene.further_gateways.items()},
         "transmitter": {
@@ -38,7 +38,7 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
             {
                 "name": item.name,
                 "material": item.material,
-                "size": _rounded(item.mesh.extents),
+                "size": _round(item.mesh.extents),
                 "triangles": len(item.mesh.faces),
                 "closed": _is_closed(item.mesh),
             }
@@ -60,7 +60,7 @@ def _describe_gateway(gateway: Gateway) -> dict[str, Any]:
     return {
         "position": list(gateway.position),
         "orientation": list(gateway.orientation),
-        "boresight": _rounded(gateway.boresight),
+        "boresight": _round(gateway.boresight),
         "rows": gateway.rows,
         "columns": gateway.columns,
         "spacing": gateway.spacing,
@@ -69,7 +69,7 @@ def _describe_gateway(gateway: Gateway) -> dict[str, Any]:
     }
 
 
-def _rounded(vector: Float[np.ndarray, " 3"]) -> list[float]:
+def _round(vector: Float[np.ndarray, " 3"]) -> list[float]:
     return [round(float(c), 4) + 0.0 for c in vector]  # + 0.0 turns -0.0 into 0.0
 
 

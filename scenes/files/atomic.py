@@ -28,14 +28,14 @@ def written_atomically(path: Path) -> Iterator[Path]:
     """The same for a file that is written piece by piece, or by another library.
 
     Args:
-        path: as of ``write_atomically``.
+        path: the file; its folder is made where it is missing.
 
     Yields:
         The temporary name, which the block writes the whole file to. If the block raises any error, the file is as it
         was before.
 
     Raises:
-        OSError: as of ``write_atomically``.
+        OSError: the temporary file cannot be written to the disk or renamed.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = path.with_name(path.name + ".tmp")

@@ -99,7 +99,7 @@ def require_whole(least: int, most: int, **values: int) -> None:
 
 
 def require_seed(**values: int) -> None:
-    """Refuse seeds that are not whole numbers from 0 to ``SEED_MOST``; errors as those of ``require_whole``."""
+    """Refuse seeds that are not whole numbers from 0 to ``SEED_MOST``, by a ParameterError."""
     require_whole(0, SEED_MOST, **values)
 
 

@@ -27,15 +27,19 @@ LONGEST = 1000
 
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Keep other processes from an output folder; where the disk cannot lock files, warn that nothing does.
+    """Keep an output folder for oneself within a block; where the disk cannot lock files, warn that nothing does.
 
     Args:
-        folder: an existing folder; it may be renamed in the meantime.
+        folder: made where it is missing; it may be renamed in the meantime.
 
     Raises:
-        InputError: another process holds the folder.
+        InputError: it is no folder, or another process, or another part of this one, holds it.
         OSError: the folder cannot be written to.
     """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except (FileExistsError, NotADirectoryError):
+        raise InputError(f"{folder}: expected a folder or nothing, found a file on the way to it") from None
     inside = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
         number = _lock(folder, inside)

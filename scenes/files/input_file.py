@@ -38,7 +38,7 @@ def require_regular(path: Path, expected: str, limit: int) -> None:
 
 
 def read_bytes(path: Path, expected: str, limit: int) -> bytes:
-    """All bytes of a file; arguments and errors as those of ``require_regular``, or the file cannot be read."""
+    """All bytes of a file that ``require_regular`` accepts; InputError where it does not, or it cannot be read."""
     require_regular(path, expected, limit)
     try:
         return path.read_bytes()
@@ -47,7 +47,7 @@ def read_bytes(path: Path, expected: str, limit: int) -> bytes:
 
 
 def read_text(path: Path, expected: str, limit: int) -> str:
-    """All text of a file in UTF-8, without a byte order mark; errors as of ``read_bytes``, or it is no such text."""
+    """All text of a file, without a byte order mark; InputError where ``read_bytes`` raises it, or it is not UTF-8."""
     try:
         return read_bytes(path, expected, limit).decode("utf-8-sig")
     except UnicodeDecodeError as error:

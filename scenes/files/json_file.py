@@ -1,7 +1,7 @@
 """Read JSON that the user gave: the one place that parses it.
 
 Python's reader takes more than JSON has (NaN, Infinity), rounds 1e999 to infinity, keeps the last of two equal keys,
-and fails at deep nesting and long integers. Here all of these are refused in a sentence.
+and reads integers that are no number in double precision. Here all of these are refused in a sentence.
 """
 
 from __future__ import annotations
@@ -13,13 +13,14 @@ from typing import Any
 
 from scenes.files.errors import InputError, printable, shown
 from scenes.files.input_file import MEGABYTE, read_text
-from scenes.files.nesting import DEEPEST, too_deep
 
 LIMIT = 16 * MEGABYTE
 """Largest size of a JSON file, bytes; the largest of ours names the spectra of a split, 10 bytes each."""
 
-DIGITS = 300
-"""Most digits of an integer; a larger one is no number in double precision."""
+DEEPEST = 50
+"""Levels of lists and mappings in each other; our own files have five at most. Python fails at about a thousand."""
+
+TOO_DEEP = f"values nested more than {DEEPEST} levels deep"
 
 
 def read_json(path: Path, expected: str, nan: bool = False) -> Any:
@@ -42,8 +43,8 @@ def parse_json(text: str, source: str, expected: str, nan: bool = False) -> Any:
     Args:
         text: the text.
         source: the start of every message.
-        expected: as of ``read_json``.
-        nan: as of ``read_json``.
+        expected: what should be there, for the message.
+        nan: also take NaN.
 
     Raises:
         InputError: no JSON, a key twice in one object, a number too large, or values nested too deep.
@@ -67,11 +68,11 @@ def parse_json(text: str, source: str, expected: str, nan: bool = False) -> Any:
     except ValueError as error:
         found = str(error)
     except RecursionError:
-        found = f"values nested more than {DEEPEST} levels deep"
+        found = TOO_DEEP
     else:
-        if not too_deep(value):
+        if not _too_deep(value):
             return value
-        found = f"values nested more than {DEEPEST} levels deep"
+        found = TOO_DEEP
     raise InputError(f"{source}: expected {expected} as JSON, found {found}") from None
 
 
@@ -96,6 +97,17 @@ def _float(text: str) -> float:
 
 
 def _integer(text: str) -> int:
-    if len(text) > DIGITS:
-        raise ValueError(f"an integer of {len(text)} digits, which is too large")
+    _float(text)
     return int(text)
+
+
+def _too_deep(value: object) -> bool:
+    level = [value]
+    for _ in range(DEEPEST + 1):
+        level = [
+            child
+            for each in level
+            if isinstance(each, dict | list)
+            for child in (each.values() if isinstance(each, dict) else each)
+        ]
+    return bool(level)

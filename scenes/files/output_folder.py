@@ -1,8 +1,9 @@
-"""An output folder of one run or experiment: new, or the same command wrote to it before and now continues."""
+"""Output folders: a new one that appears when it is whole, or one's own, which the same command continues."""
 
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -13,7 +14,53 @@ from scenes.files.folder_lock import LOCK, locked
 
 
 @contextmanager
-def claimed(
+def new_folder(output: Path, force: bool | None = None) -> Iterator[Path]:
+    """Make a folder. If the process is killed on the way, the same call begins anew.
+
+    Args:
+        output: the folder: a new or an empty one.
+        force: it may hold other files, of which those of the same names are replaced; None: the command has no
+            --force.
+
+    Yields:
+        The folder to write to, in .NAME.unfinished beside the output.
+
+    Raises:
+        InputError: the output holds other files, or another process makes it.
+    """
+    output = output.absolute()
+    _require_new(output, force)
+    unfinished = output.with_name(f".{output.name}.unfinished")
+    with locked(unfinished):
+        new = unfinished / "new"
+        shutil.rmtree(new, ignore_errors=True)  # of a process that was killed
+        try:
+            new.mkdir()
+            yield new
+            _require_new(output, force)
+            if not output.exists():
+                new.rename(output)
+                return
+            # Files of subfolders first: a scene's YAML and a dataset's index files, which refer to these, come last.
+            files = [path for path in new.rglob("*") if path.is_file()]
+            for file in sorted(files, key=lambda path: -len(path.parts)):
+                place = output / file.relative_to(new)
+                place.parent.mkdir(parents=True, exist_ok=True)
+                os.replace(file, place)
+        finally:
+            shutil.rmtree(unfinished, ignore_errors=True)
+
+
+def _require_new(output: Path, force: bool | None) -> None:
+    if output.exists() and not output.is_dir():
+        raise InputError(f"{output}: expected a new folder, found a file")
+    if output.exists() and not force and any(output.iterdir()):
+        hint = "" if force is None else "; --force replaces those of the same names"
+        raise InputError(f"{output}: expected a new folder, found other files{hint}")
+
+
+@contextmanager
+def own_folder(
     folder: Path, kind: str, record: str, settings: dict[str, Any], read: Callable[[Path], dict[str, Any]]
 ) -> Iterator[None]:
     """Make an output folder, or check that what is in it has the same settings; then keep other processes from it.
@@ -29,7 +76,6 @@ def claimed(
         InputError: the folder holds other files, something with other settings, or another process writes to it.
     """
     require_own(folder, kind, record, settings, read)
-    folder.mkdir(parents=True, exist_ok=True)
     with locked(folder):
         require_own(folder, kind, record, settings, read)  # another process may have begun in the meantime
         yield
@@ -38,7 +84,7 @@ def claimed(
 def require_own(
     folder: Path, kind: str, record: str, settings: dict[str, Any], read: Callable[[Path], dict[str, Any]]
 ) -> None:
-    """Check that a folder is new, or holds something with the same settings; arguments as those of ``claimed``.
+    """Check that a folder is new, or holds something with the same settings; ``own_folder`` explains the arguments.
 
     Raises:
         InputError: the folder holds other files, or something with other settings.

@@ -7,7 +7,7 @@ import sys
 
 from rich.console import Console
 
-from scenes.files.errors import SHOWN, printable
+from scenes.files.errors import SHOWN, cut, printable
 
 
 def in_figure(text: str) -> str:
@@ -19,7 +19,7 @@ def in_figure(text: str) -> str:
     >>> print(in_figure(r"$\frac{$"), in_figure("a\nb"))
     \$\frac{\$ a\nb
     """
-    plain = printable(text if len(text) <= SHOWN else text[: SHOWN - 1] + "…").replace("$", r"\$")
+    plain = cut(text).replace("$", r"\$")
     return f" {plain}" if plain.startswith("_") else plain
 
 

@@ -5,14 +5,16 @@ A schema is a ``msgspec.Struct``, or a dataclass of settings, whose own checks a
 
 from __future__ import annotations
 
+import functools
 import re
+from collections.abc import Iterable
 from dataclasses import MISSING, field, make_dataclass
 from typing import Annotated, Any, TypeVar
 
 import msgspec
 from msgspec import Meta, inspect
 
-from scenes.files.errors import InputError, ParameterError, printable, shown
+from scenes.files.errors import InputError, ParameterError, did_you_mean, printable, shown
 
 T = TypeVar("T")
 
@@ -31,6 +33,8 @@ WORDS = {
 """What a reader calls the types of msgspec's messages."""
 
 RECORDS = inspect.StructType | inspect.DataclassType
+
+_type_info = functools.cache(inspect.type_info)
 
 BOUNDS = {">=": "of at least", "<=": "of at most", ">": "above", "<": "below"}
 
@@ -55,7 +59,7 @@ def conform(value: object, schema: type[T], source: str, numbers_as_text: bool =
     Traceback (most recent call last):
     scenes.files.errors.InputError: metadata.json: rows: expected a whole number, found 'x'
     """
-    kind = inspect.type_info(schema)
+    kind = _type_info(schema)  # type: ignore[arg-type]
     try:
         result = msgspec.convert(value, schema, strict=not numbers_as_text)
         _refuse_unknown(value, kind, source)
@@ -70,6 +74,8 @@ def conform(value: object, schema: type[T], source: str, numbers_as_text: bool =
         value, kind = value[key], _inside(kind, key)  # type: ignore[index]
     if isinstance(cause, ParameterError):  # a dataclass's own check
         raise InputError(f"{_place(source, [*keys, cause.parameter])}{cause.message}")
+    if place.startswith("`key`"):
+        raise InputError(f"{_place(source, keys)}expected keys that are texts, found {shown(value)}")
     raise InputError(f"{_place(source, keys)}{_expected_found(sentence, value, kind)}")
 
 
@@ -89,8 +95,9 @@ def _refuse_unknown(value: Any, kind: inspect.Type, source: str, keys: tuple[str
         if key in known:
             _refuse_unknown(inner, known[key], source, (*keys, key))
         elif isinstance(kind, inspect.DataclassType):
-            found = f"expected no keys but {', '.join(known)}, found {shown(key)}"
-            raise InputError(f"{_place(source, list(keys))}{found}")
+            raise InputError(
+                f"{_place(source, list(keys))}expected a known key, found {shown(key)}; {did_you_mean(key, known)}"
+            )
 
 
 def recorded(settings: type, **beside: tuple[Any, Any]) -> Any:
@@ -128,14 +135,18 @@ def _inside(kind: inspect.Type, key: str | int) -> inspect.Type:
     return kind.item_type
 
 
+def _unknown(key: object, known: Iterable[str]) -> str:
+    return f"expected a known key, found {shown(key)}; {did_you_mean(key, known)}"
+
+
 def _expected_found(sentence: str, value: Any, kind: inspect.Type) -> str:
     """msgspec's sentence in our words."""
     if isinstance(kind, inspect.UnionType):
         kind = next((each for each in kind.types if not isinstance(each, inspect.NoneType)), kind)
     if match := re.fullmatch(r"Object contains unknown field `(.*)`", sentence, re.DOTALL):
         assert isinstance(kind, RECORDS)
-        known = ", ".join(field.encode_name for field in kind.fields)
-        return f"expected no keys but {known}, found {shown(match[1])}"
+        known = [field.encode_name for field in kind.fields]
+        return _unknown(match[1], known)
     if match := re.fullmatch(r"Object missing required field `(.*)`", sentence):
         return f"expected the key {match[1]}, found none"
     if sentence.startswith("Invalid enum value") and isinstance(kind, inspect.LiteralType):

@@ -1,11 +1,12 @@
 """Read YAML that the user gave: the one place that parses it.
 
 YAML has more than a description needs, and some of it is dangerous: aliases can make a small file a huge value, and
-dates and tags make other types than texts, numbers, lists and mappings.
+dates and tags make other types than texts, numbers, lists and mappings. PyYAML reads YAML 1.1, where -.5 is a text.
 """
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ import yaml
 
 from scenes.files.errors import InputError, printable, shown
 from scenes.files.input_file import MEGABYTE, read_text
-from scenes.files.nesting import DEEPEST, too_deep
+from scenes.files.json_file import DEEPEST, TOO_DEEP
 
 LIMIT = 4 * MEGABYTE
 """Largest size of a YAML file, bytes: about 60,000 objects, which take half a minute to read."""
@@ -22,15 +23,22 @@ TIMESTAMP = "tag:yaml.org,2002:timestamp"
 
 
 class PlainLoader(yaml.SafeLoader):
-    """PyYAML's safe loader without aliases, dates, keys that are given twice, and keys that are lists or mappings."""
+    """PyYAML's safe loader without aliases, dates, deep nesting, and keys that are twice there, lists or mappings."""
+
+    level = 0
 
     def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
+        event = self.peek_event()
         if self.check_event(yaml.AliasEvent):
-            event = self.peek_event()
             raise yaml.MarkedYAMLError(
                 problem=f"the alias *{event.anchor}, and aliases are not read", problem_mark=event.start_mark
             )
-        return super().compose_node(parent, index)
+        if self.level > DEEPEST:
+            raise yaml.MarkedYAMLError(problem=TOO_DEEP, problem_mark=event.start_mark)
+        self.level += 1
+        node = super().compose_node(parent, index)
+        self.level -= 1
+        return node
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         seen = set()
@@ -50,6 +58,14 @@ PlainLoader.yaml_implicit_resolvers = {
 }
 
 
+class PlainDumper(yaml.SafeDumper):
+    """PyYAML's safe dumper, which also quotes texts that only ``PlainLoader`` takes for numbers."""
+
+
+for each in (PlainLoader, PlainDumper):
+    each.add_implicit_resolver("tag:yaml.org,2002:float", re.compile(r"[-+]?\.\d+([eE][-+]?\d+)?$"), [*"-+."])
+
+
 def read_yaml(path: Path, expected: str) -> Any:
     """The value that a YAML file holds.
 
@@ -64,7 +80,7 @@ def read_yaml(path: Path, expected: str) -> Any:
     text = read_text(path, expected, LIMIT)
     place = str(path)
     try:
-        value = yaml.load(text, Loader=PlainLoader)
+        return yaml.load(text, Loader=PlainLoader)
     except yaml.MarkedYAMLError as error:
         place += f", line {error.problem_mark.line + 1}" if error.problem_mark else ""
         found = f"malformed YAML, {error.problem}"
@@ -72,10 +88,4 @@ def read_yaml(path: Path, expected: str) -> Any:
         found = f"malformed YAML, {' '.join(str(error).split())}"
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:  # of a tag such as !!int
         found = f"malformed YAML, a value that is not of its type ({shown(str(error))})"
-    except RecursionError:
-        found = f"values nested more than {DEEPEST} levels deep"
-    else:
-        if not too_deep(value):
-            return value
-        found = f"values nested more than {DEEPEST} levels deep"
     raise InputError(f"{place}: expected {expected} as YAML, found {printable(found)}") from None

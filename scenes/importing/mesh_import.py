@@ -75,12 +75,12 @@ def _idle_rules(path: Path, names: Sequence[str], materials: Sequence[tuple[str,
     """A warning for each pattern that matches neither an object's name nor the file's."""
     idle = [rule for rule in materials if not any(fnmatchcase(name, rule[0]) for name in (*names, path.stem))]
     return tuple(
-        f'{path}: the material rule "{pattern}={material}" matches no object; the objects are {_listed(names)}'
+        f'{path}: the material rule "{pattern}={material}" matches no object; the objects are {_list(names)}'
         for pattern, material in idle
     )
 
 
-def _listed(names: Iterable[str]) -> str:
+def _list(names: Iterable[str]) -> str:
     """Names, each once, the first ``LISTED`` of them."""
     each = list(dict.fromkeys(names))
     rest = f" and {len(each) - LISTED} more" if len(each) > LISTED else ""
@@ -103,7 +103,7 @@ def import_mesh(
         default_material: for objects that nothing matches.
         unit: the file's unit: m, cm, mm, in or ft.
         up: the file's vertical axis, "y" or "z"; without it "y" for glTF, as its specification says, else
-            "z". A y-up file is turned by +90° about x: (x, y, z) becomes (x, −z, y).
+            "z". A y-up file is rotated by +90° about x: (x, y, z) becomes (x, −z, y).
 
     Returns:
         The objects in order of their names, repeated names numbered, and what was found on the way.
@@ -119,7 +119,7 @@ def import_mesh(
     unmatched = [name for name, material in chosen.items() if material is None]
     if unmatched:
         rule = f"{unmatched[0]}=MATERIAL"
-        raise InputError(f"{path}: no material for {_listed(unmatched)}; add a pattern ({rule}) or a default material")
+        raise InputError(f"{path}: no material for {_list(unmatched)}; add a pattern ({rule}) or a default material")
     objects, report = _objects(path, [(name, mesh, chosen[name] or "") for name, mesh in meshes], unit, up)
     return objects, replace(report, warnings=_idle_rules(path, list(chosen), materials))
 
@@ -137,10 +137,11 @@ def import_mitsuba(
     Args:
         path: the scene file.
         frequency: hertz.
-        materials: as of ``import_mesh``; a pattern that matches takes precedence over the file's own material.
+        materials: (glob pattern, material) pairs; the first pattern that matches a shape's name, or else the first that
+            matches the file's name without its ending, takes precedence over the file's own material.
         default_material: for shapes that neither a pattern nor the file gives a radio material.
-        unit: as of ``import_mesh``.
-        up: as of ``import_mesh``.
+        unit: the file's unit: m, cm, mm, in or ft.
+        up: the file's vertical axis, "y" or "z" (the default).
 
     Returns:
         The objects in the order of the file, the materials they are made of, and what was found on the way.

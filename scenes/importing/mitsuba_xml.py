@@ -15,7 +15,7 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
-from scenes.files.errors import SHOWN, InputError, did_you_mean, printable
+from scenes.files.errors import InputError, cut, did_you_mean, named
 from scenes.files.input_file import beside
 from scenes.files.xml_file import read_xml
 from scenes.importing.mesh_files import read_meshes, require_ordinary
@@ -74,7 +74,7 @@ class MitsubaShape:
         bsdf = Element("bsdf", type="none") if self.bsdf is None else self.bsdf
         kind, mat = bsdf.get("type"), bsdf.get("id", "").removeprefix("mat-")
         name = re.sub("^itu[_-]", "", mat)
-        label = f"{self.source}: bsdf {_quoted(bsdf.get('id', kind) or '')}"
+        label = f"{self.source}: bsdf {named(bsdf.get('id', kind) or '')}"
         given = {child.get("name"): child for child in bsdf if child.tag in ("float", "integer", "string")}
         row = name.replace(" ", "_")
         known = ["thickness", "scattering_coefficient", "xpd_coefficient"]
@@ -84,7 +84,7 @@ class MitsubaShape:
             row = given.pop("type").get("value", "") if "type" in given else row
             if row not in material_names():
                 suggestion = did_you_mean(row, material_names())
-                raise InputError(f"{label}: expected a material of ITU-R P.2040, found {_quoted(row)}; {suggestion}")
+                raise InputError(f"{label}: expected a material of ITU-R P.2040, found {named(row)}; {suggestion}")
         elif default is not None:
             return p2040_material(default, frequency)
         else:
@@ -94,7 +94,7 @@ class MitsubaShape:
             )
         if kind in ("radio-material", "itu-radio-material"):  # all others describe looks too
             for key in given.keys() - {*known, *COLORS}:
-                raise InputError(f"{label}: unknown property {_quoted(str(key))}; {did_you_mean(key, known)}")
+                raise InputError(f"{label}: unknown property {named(str(key))}; {did_you_mean(key, known)}")
         values: dict[str, Any] = {key: SIONNA_DEFAULTS[key] for key in known}
         values |= {key: _numbers(given[key], "value", (1,), label)[0] for key in known if key in given}
         try:
@@ -160,16 +160,7 @@ def read_mitsuba(path: Path) -> list[MitsubaShape]:
 
 def _shown(element: Element) -> str:
     attributes = [f' {key}="{element.get(key)}"' for key in ("type", "id", "name") if key in element.attrib]
-    return _cut(f"<{element.tag}{''.join(attributes)}>")
-
-
-def _quoted(text: str) -> str:
-    return f'"{_cut(text)}"'
-
-
-def _cut(text: str) -> str:
-    """A text of the file, as messages show it."""
-    return printable(text if len(text) <= SHOWN else text[: SHOWN - 1] + "…")
+    return cut(f"<{element.tag}{''.join(attributes)}>")
 
 
 def _replace_names(root: Element, path: Path) -> None:
@@ -178,12 +169,12 @@ def _replace_names(root: Element, path: Path) -> None:
     for element in root.iter():
         for key, text in element.attrib.items():
             if "$" in text:
-                element.set(key, _replaced(text, defaults, f"{path}: {_shown(element)}"))
+                element.set(key, _replace_in(text, defaults, f"{path}: {_shown(element)}"))
         if element.tag == "default":
             defaults[element.get("name", "")] = element.get("value", "")
 
 
-def _replaced(text: str, defaults: dict[str, str], label: str) -> str:
+def _replace_in(text: str, defaults: dict[str, str], label: str) -> str:
     """A text in which each $name has become its default's value; of several names that fit, the longest counts."""
     longest = min(max(map(len, defaults), default=0), LONGEST_NAME)
     first, *rest = text.split("$")
@@ -191,7 +182,7 @@ def _replaced(text: str, defaults: dict[str, str], label: str) -> str:
     for part in rest:
         name = next((part[:end] for end in range(longest, 0, -1) if part[:end] in defaults), None)  # $width before $w
         if name is None:
-            raise InputError(f"{label}: expected a <default> before {_quoted('$' + part)}, found none")
+            raise InputError(f"{label}: expected a <default> before {named('$' + part)}, found none")
         result += defaults[name] + part[len(name) :]
         if len(result) > LONGEST_TEXT:  # each <default> may double the one before
             raise InputError(f"{label}: expected at most {LONGEST_TEXT} characters after its names are replaced")
@@ -200,7 +191,7 @@ def _replaced(text: str, defaults: dict[str, str], label: str) -> str:
 
 def _shape(element: Element, index: int, path: Path, bsdfs: dict[str, Element]) -> MitsubaShape:
     name = element.get("id", element.get("name", "")).removeprefix("mesh-") or f"shape_{index + 1}"
-    label = f"{path}: shape {_quoted(name)}"
+    label = f"{path}: shape {named(name)}"
     kind = element.get("type", "")
     if kind == "rectangle":
         mesh = sheet((-1, -1, 0), (2, 0, 0), (0, 2, 0))
@@ -209,20 +200,20 @@ def _shape(element: Element, index: int, path: Path, bsdfs: dict[str, Element]) 
     elif kind in SHAPES:
         filename = next((s.get("value", "") for s in element.findall("string") if s.get("name") == "filename"), "")
         if Path(filename).suffix.lower() != f".{kind}":
-            raise InputError(f"{label}: expected the filename of a .{kind} mesh, found {_quoted(filename)}")
+            raise InputError(f"{label}: expected the filename of a .{kind} mesh, found {named(filename)}")
         try:
             mesh = union(*(part for _, part in read_meshes(beside(path, filename))))
         except InputError as error:
             raise InputError(f"{label}: expected a mesh, found {error}") from None
     else:
-        raise InputError(f"{label}: expected one of {', '.join(SHAPES)}, found type {_quoted(kind)}")
+        raise InputError(f"{label}: expected one of {', '.join(SHAPES)}, found type {named(kind)}")
 
     made_of = element.findall("bsdf")
     for ref in element.findall("ref"):
         wanted = ref.get("id", "")
         if wanted not in bsdfs:
             suggestion = did_you_mean(wanted, bsdfs or ("none",))
-            raise InputError(f"{label}: expected the id of a bsdf, found {_quoted(wanted)}; {suggestion}")
+            raise InputError(f"{label}: expected the id of a bsdf, found {named(wanted)}; {suggestion}")
         made_of.append(bsdfs[wanted])
     if len(made_of) > 1:
         raise InputError(f"{label}: expected one bsdf, found {len(made_of)}")
@@ -241,7 +232,7 @@ def _numbers(element: Element, key: str, counts: tuple[int, ...], label: str) ->
         values = []
     if len(values) not in counts or not all(map(math.isfinite, values)):
         count = " or ".join(map(str, counts))
-        raise InputError(f"{label}: {_shown(element)}: expected {count} numbers as {key}, found {_quoted(text)}")
+        raise InputError(f"{label}: {_shown(element)}: expected {count} numbers as {key}, found {named(text)}")
     return values
 
 

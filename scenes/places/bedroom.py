@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from scenes.places.furniture import furnished, panel, shelf, table
-from scenes.places.room_shell import GAP, Finish, Opening, shell
+from scenes.places.room import GAP, Finish, Opening, build_place, build_room, panel, shelf, table
 from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
 from scenes.scene.shapes import box
 
@@ -30,7 +29,7 @@ def bedroom() -> Scene:
         SceneObject("bookshelf", shelf(3.5, 0.03, 0.8, 0.35, (0.9, 1.3, 1.7)), "wood"),
         SceneObject("radiator", panel(2.1, 0.08, 1.2, 0.15, 0.75), "metal"),
     ]
-    room = shell(
+    room = build_room(
         SIZE,
         openings,
         floor=Finish("wood"),
@@ -40,7 +39,7 @@ def bedroom() -> Scene:
         west=Finish("plasterboard", 0.10),
         east=Finish("brick"),
     )
-    return furnished(
+    return build_place(
         "bedroom",
         (*room, *furniture),
         Gateway((0.3, 0.6, 1.9), facing((1.0, 0.45, -0.3)), pattern="tr38901"),

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from scenes.places.furniture import furnished, panel, shelf, table
-from scenes.places.room_shell import GAP, Finish, Opening, shell
+from scenes.places.room import GAP, Finish, Opening, build_place, build_room, panel, shelf, table
 from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
 from scenes.scene.shapes import box
 
@@ -23,7 +22,7 @@ def closet() -> Scene:
         SceneObject("table", table(0.3, 0.2, 1.1, 0.6, 0.7), "wood"),
         SceneObject("shelf", shelf(0.2, 2.1, 1.2, 0.3, (0.5, 1.0, 1.8)), "wood"),
     ]
-    room = shell(
+    room = build_room(
         SIZE,
         openings,
         floor=Finish("concrete"),
@@ -33,7 +32,7 @@ def closet() -> Scene:
         west=Finish("brick"),
         east=Finish("brick"),
     )
-    return furnished(
+    return build_place(
         "closet",
         (*room, *furniture),
         Gateway((2.7, 1.2, 1.3), facing((-1.0, 0.0, 0.0)), pattern="dipole"),

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from scenes.places.furniture import furnished, panel, table
-from scenes.places.room_shell import GAP, Finish, Opening, shell
+from scenes.places.room import GAP, Finish, Opening, build_place, build_room, panel, table
 from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
 from scenes.scene.shapes import box
 
@@ -34,7 +33,7 @@ def conference() -> Scene:
         SceneObject("lamp west", table(2.8, 2.8, 2.0, 0.4, 2.4), "metal"),
         SceneObject("lamp east", table(5.4, 2.8, 2.0, 0.4, 2.4), "metal"),
     ]
-    room = shell(
+    room = build_room(
         SIZE,
         openings,
         floor=Finish("wood"),
@@ -44,7 +43,7 @@ def conference() -> Scene:
         west=Finish("plasterboard", 0.10),
         east=Finish("brick"),
     )
-    return furnished(
+    return build_place(
         "conference",
         (*room, *furniture),
         Gateway((9.7, 3.0, 2.3), facing((-1.0, 0.0, -0.2)), pattern="tr38901"),

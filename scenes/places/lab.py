@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from scenes.places.furniture import furnished, panel, shelf, table
-from scenes.places.room_shell import GAP, Finish, Opening, shell
+from scenes.places.room import GAP, Finish, Opening, build_place, build_room, panel, shelf, table
 from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
 from scenes.scene.shapes import box
 
@@ -46,7 +45,7 @@ def lab() -> Scene:
         SceneObject("lamp west", table(2.0, 2.8, 1.25, 0.4, 2.75), "metal"),
         SceneObject("lamp east", table(5.0, 2.8, 1.2, 0.4, 2.75), "metal"),
     ]
-    room = shell(
+    room = build_room(
         SIZE,
         openings,
         floor=Finish("concrete"),
@@ -56,7 +55,7 @@ def lab() -> Scene:
         west=Finish("concrete"),
         east=Finish("concrete"),
     )
-    return furnished(
+    return build_place(
         "lab",
         (*room, *furniture),
         Gateway(

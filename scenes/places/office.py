@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from scenes.places.furniture import furnished, panel, table
-from scenes.places.room_shell import GAP, Finish, Opening, shell
+from scenes.places.room import GAP, Finish, Opening, build_place, build_room, panel, table
 from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
 from scenes.scene.shapes import box
 
@@ -39,7 +38,7 @@ def office() -> Scene:
         SceneObject("bookcase", box((0.05, 6.0, GAP), (0.4, 9.0, 2.0)), "wood"),
         SceneObject("duct", box((1.0, 4.6, 2.4), (10.5, 5.0, 2.65)), "metal"),
     ]
-    room = shell(
+    room = build_room(
         SIZE,
         openings,
         floor=Finish("concrete"),
@@ -49,7 +48,7 @@ def office() -> Scene:
         west=Finish("concrete"),
         east=Finish("concrete"),
     )
-    return furnished(
+    return build_place(
         "office",
         (*room, *furniture),
         Gateway((15.7, 5.5, 2.2), facing((-1.0, 0.0, -0.12)), pattern="tr38901"),

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from scenes.places.furniture import furnished, panel, shelf, table
-from scenes.places.room_shell import GAP, Finish, Opening, shell
+from scenes.places.room import GAP, Finish, Opening, build_place, build_room, panel, shelf, table
 from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
 from scenes.scene.shapes import box, sheet
 
@@ -30,7 +29,7 @@ def workshop() -> Scene:
         SceneObject("workbench", table(0.7, 0.1, 1.0, 0.6, 0.8), "chipboard"),
         SceneObject("crate", box((0.1, 1.4, GAP), (0.4, 2.0, 0.6)), "wood"),
     ]
-    room = shell(
+    room = build_room(
         SIZE,
         openings,
         floor=Finish("concrete"),
@@ -40,7 +39,7 @@ def workshop() -> Scene:
         west=Finish("plasterboard", 0.10),
         east=Finish("concrete"),
     )
-    return furnished(
+    return build_place(
         "workshop",
         (*room, *furniture),
         Gateway((3.1, 1.4, 1.5), facing((-1.0, 0.0, 0.0)), pattern="dipole"),

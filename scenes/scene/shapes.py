@@ -72,8 +72,8 @@ def union(*parts: Trimesh) -> Trimesh:
     return Trimesh(np.vstack([p.vertices for p in parts]), np.vstack(faces), process=False)
 
 
-def turned(mesh: Trimesh, degrees: float) -> Trimesh:
-    """A copy turned about the vertical through its centre."""
+def rotate(mesh: Trimesh, degrees: float) -> Trimesh:
+    """A copy that is rotated about the vertical through its centre."""
     matrix = np.eye(4)
     matrix[:3, :3] = Rotation.from_euler("z", degrees, degrees=True).as_matrix()
     centre = mesh.bounds.mean(axis=0)

@@ -109,7 +109,7 @@ def movable(scene: Scene) -> list[int]:
     return [int(number) for number in np.nonzero(inside & ~tall)[0]]
 
 
-def varied(scene: Scene, which: Sequence[Unknown], values: Float[np.ndarray, " n"]) -> Scene:
+def vary(scene: Scene, which: Sequence[Unknown], values: Float[np.ndarray, " n"]) -> Scene:
     """The scene with some of its unknowns changed.
 
     Args:
@@ -119,7 +119,7 @@ def varied(scene: Scene, which: Sequence[Unknown], values: Float[np.ndarray, " n
             logarithms of ratios.
 
     >>> from scenes.places.closet import closet
-    >>> scene = varied(closet(), [Unknown("object", "table", 1, 0.03)], np.array([0.02]))
+    >>> scene = vary(closet(), [Unknown("object", "table", 1, 0.03)], np.array([0.02]))
     >>> table = next(item for item in scene.objects if item.name == "table")
     >>> table.mesh.bounds[0].round(3).tolist()
     [0.3, 0.22, 0.7]
@@ -151,12 +151,12 @@ def varied(scene: Scene, which: Sequence[Unknown], values: Float[np.ndarray, " n
         scene,
         frequency=scene.frequency * frequency,
         gateway=gateway,
-        objects=tuple(_varied_object(item, shifts, ratios) for item in scene.objects),
-        materials={name: _varied_material(each, ratios.get(name, {})) for name, each in scene.materials.items()},
+        objects=tuple(_vary_object(item, shifts, ratios) for item in scene.objects),
+        materials={name: _vary_material(each, ratios.get(name, {})) for name, each in scene.materials.items()},
     )
 
 
-def _varied_object(
+def _vary_object(
     item: SceneObject, shifts: dict[str, Float[np.ndarray, " 3"]], ratios: dict[str, dict[str, float]]
 ) -> SceneObject:
     if item.name in shifts:
@@ -167,7 +167,7 @@ def _varied_object(
     return item if item.thickness is None else replace(item, thickness=item.thickness * thicker)
 
 
-def _varied_material(material: RadioMaterial, ratios: dict[str, float]) -> RadioMaterial:
+def _vary_material(material: RadioMaterial, ratios: dict[str, float]) -> RadioMaterial:
     values = {kind: getattr(material, kind) * ratio for kind, ratio in ratios.items()}
     if "relative_permittivity" in values:
         values["relative_permittivity"] = max(1.0, values["relative_permittivity"])

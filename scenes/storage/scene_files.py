@@ -1,20 +1,40 @@
-"""The files of a scene's folder, scene.yaml and its meshes: their names and their bytes."""
+"""The files of a scene's folder, scene.yaml and its meshes: their names, their bytes, and what is in their way."""
 
 from __future__ import annotations
 
+import hashlib
+import os
 import re
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import asdict
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import yaml
 from trimesh import Trimesh
 
+from scenes.files.errors import InputError
+from scenes.files.input_file import require_regular
+from scenes.files.yaml_file import PlainDumper
 from scenes.scene.description import Scene
 
 LONGEST_STEM = 60
 """Characters of a file's name without its suffix; at four bytes each, every file system takes that many."""
+
+
+class FilesInTheWay(InputError):
+    """Files that would have been replaced, though nobody allowed it.
+
+    Attributes:
+        digests: SHA-256 of each, by its path.
+    """
+
+    def __init__(self, digests: Mapping[Path, str]):
+        self.digests = digests
+        others = f" and {len(digests) - 1} more exist" if len(digests) > 1 else " exists"
+        super().__init__(f"{next(iter(digests))}{others} already and is never overwritten; give another folder")
 
 
 def file_stem(name: str) -> str:
@@ -68,7 +88,7 @@ def yaml_of(scene: Scene) -> bytes:
         ],
     }
     style: dict[str, Any] = {"sort_keys": False, "default_flow_style": None, "allow_unicode": True}
-    return yaml.safe_dump(_plain(values), width=110, **style).encode()
+    return yaml.dump(_plain(values), Dumper=PlainDumper, width=110, **style).encode()
 
 
 def _plain(value: Any) -> Any:
@@ -90,3 +110,21 @@ def ply_of(mesh: Trimesh) -> bytes:
     faces = np.zeros(len(mesh.faces), dtype=[("count", "<u1"), ("index", "<i4", 3)])
     faces["count"], faces["index"] = 3, mesh.faces
     return header.encode() + np.asarray(mesh.vertices, dtype="<f8").tobytes() + faces.tobytes()
+
+
+def digest(content: bytes) -> str:
+    """SHA-256 of bytes."""
+    return hashlib.sha256(content).hexdigest()
+
+
+def digest_of_file(path: Path) -> str | None:
+    """SHA-256 of a file's content, which need not fit into memory; None: there is nothing of that name.
+
+    Raises:
+        InputError: it is no regular file, or a link to none.
+    """
+    if not os.path.lexists(path):
+        return None
+    require_regular(path, "a file or nothing", 2**63)
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import asdict
 from pathlib import Path
+from typing import Any, TypeVar
+
+from msgspec import UNSET, Struct, UnsetType
+from msgspec.structs import asdict
 
 from scenes.checks.validation import validate
 from scenes.files.atomic import write_atomically
-from scenes.files.claimed_folder import FilesInTheWay, claimed, digest, digest_of_file
-from scenes.files.errors import SHOWN, InputError, did_you_mean, printable, shown
+from scenes.files.errors import InputError, cut, did_you_mean, shown
+from scenes.files.folder_lock import locked
 from scenes.files.input_file import beside
+from scenes.files.schema import conform
 from scenes.files.yaml_file import read_yaml
-from scenes.files.yaml_section import Section
 from scenes.importing.mesh_files import default_up, read_meshes
 from scenes.importing.mesh_import import Y_UP_TO_Z_UP, is_importable
 from scenes.places.bedroom import bedroom
@@ -22,10 +25,12 @@ from scenes.places.conference import conference
 from scenes.places.lab import lab
 from scenes.places.office import office
 from scenes.places.workshop import workshop
-from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
-from scenes.scene.materials import RadioMaterial, material_names, p2040_material
+from scenes.scene.description import Gateway, Quaternion, Scene, SceneObject, Transmitter, Vector3
+from scenes.scene.materials import RGB, RadioMaterial, material_names, p2040_material
 from scenes.scene.shapes import union
-from scenes.storage.scene_files import mesh_names, ply_of, yaml_of
+from scenes.storage.scene_files import FilesInTheWay, digest, digest_of_file, mesh_names, ply_of, yaml_of
+
+T = TypeVar("T")
 
 BUILT_IN: dict[str, Callable[[], Scene]] = {
     "lab": lab,
@@ -75,9 +80,72 @@ def load_scene(name_or_path: str | Path) -> Scene:
 # --- reading -----------------------------------------------------------------------------------------------
 
 
-def _frequency(section: Section) -> float:
+class Region(Struct, forbid_unknown_fields=True):
+    """The box that a transmitter moves in: lowest and highest corner, metres."""
+
+    min: Vector3
+    max: Vector3
+
+
+class TransmitterEntry(Struct, forbid_unknown_fields=True):
+    """``Transmitter`` in a file."""
+
+    region: Region
+    pattern: str = Transmitter.pattern
+    polarization: str = Transmitter.polarization
+    orientation: Quaternion = Transmitter.orientation
+
+
+class MaterialOptions(Struct, forbid_unknown_fields=True, kw_only=True):
+    """What any material may have in a file."""
+
+    scattering_coefficient: float | UnsetType = UNSET
+    xpd_coefficient: float | UnsetType = UNSET
+    color: RGB | UnsetType = UNSET
+
+
+class OwnMaterial(MaterialOptions, kw_only=True):
+    """``RadioMaterial`` in a file."""
+
+    relative_permittivity: float
+    conductivity: float
+    thickness: float
+
+
+class P2040Material(MaterialOptions, kw_only=True):
+    """A material of ITU-R P.2040 in a file."""
+
+    p2040: str
+    thickness: float | UnsetType = UNSET
+
+
+class ObjectEntry(Struct, forbid_unknown_fields=True):
+    """``SceneObject`` in a file."""
+
+    name: str
+    mesh: str
+    material: str
+    thickness: float | None = None
+
+
+class SceneFile(Struct, forbid_unknown_fields=True):
+    """``Scene`` in a file. What it has many of is checked one by one, so that messages have their names."""
+
+    name: str
+    frequency: float | str
+    gateway: Gateway
+    transmitter: TransmitterEntry
+    objects: list[Any]
+    materials: dict[Any, Any] | None = None
+    further_gateways: dict[Any, Any] | None = None
+
+
+def _conform(value: object, schema: type[T], place: str) -> T:
+    return conform(value, schema, place, numbers_as_text=True)
+
+
+def _frequency(value: float | str, source: str) -> float:
     """Hz, from a number or from a text such as "915 MHz"."""
-    value = section.values["frequency"]
     text = str(value) if len(str(value)) <= LONGEST_FREQUENCY else ""
     match = re.fullmatch(r"\s*([-+.\deE]+?)\s*([kKmMgG]?[hH][zZ])?\s*", text)
     try:
@@ -85,52 +153,22 @@ def _frequency(section: Section) -> float:
     except ValueError:
         frequency = 0.0
     if frequency <= 0:
-        raise section.error(f'frequency must be in hertz or such as "915 MHz", found {shown(value)}')
+        raise InputError(f'{source}: frequency must be in hertz or such as "915 MHz", found {shown(value)}')
     return frequency
-
-
-def _gateway(value: object, label: str) -> Gateway:
-    optional = ("rows", "columns", "spacing", "pattern", "polarization")
-    s = Section(value, label, ("position", "orientation"), optional)
-    return Gateway(
-        position=s.numbers("position", 3),
-        orientation=s.numbers("orientation", 4),
-        **s.optional(rows=s.count, columns=s.count, spacing=s.number, pattern=s.text, polarization=s.text),
-    )
-
-
-def _transmitter(value: object, source: str) -> Transmitter:
-    s = Section(value, f"{source}: transmitter", ("region",), ("pattern", "polarization", "orientation"))
-    region = Section(s.values["region"], f"{source}: transmitter.region", ("min", "max"))
-    return Transmitter(
-        region_min=region.numbers("min", 3),
-        region_max=region.numbers("max", 3),
-        **s.optional(pattern=s.text, polarization=s.text, orientation=lambda key: s.numbers(key, 4)),
-    )
 
 
 def _material(name: str, value: object, frequency: float, source: str) -> RadioMaterial:
     """From ε_r and σ, or from a row of P.2040; the rest is optional in both."""
-    label = f"{source}: materials.{_in_label(name)}"
-    optional = ("thickness", "scattering_coefficient", "xpd_coefficient", "color")
-    if isinstance(value, dict) and "p2040" in value:
-        s = Section(value, label, ("p2040",), optional)
-    else:
-        s = Section(value, label, ("relative_permittivity", "conductivity", "thickness"), optional[1:])
-    given = s.optional(
-        relative_permittivity=s.number,
-        conductivity=s.number,
-        thickness=s.number,
-        scattering_coefficient=s.number,
-        xpd_coefficient=s.number,
-        color=lambda key: s.numbers(key, 3),
-    )
+    place = f"{source}: materials.{cut(str(name))}"
+    of_table = isinstance(value, dict) and "p2040" in value
+    entry = _conform(value, P2040Material if of_table else OwnMaterial, place)
+    given = {key: each for key, each in asdict(entry).items() if each is not UNSET}
     try:
-        if "p2040" in s.values:
-            given = asdict(p2040_material(s.text("p2040"), frequency)) | given
+        if isinstance(entry, P2040Material):
+            given = vars(p2040_material(given.pop("p2040"), frequency)) | given
         return RadioMaterial(**(given | {"name": name}))
     except InputError as error:
-        raise InputError(f"{label}: {error}") from None
+        raise InputError(f"{place}: {error}") from None
 
 
 def _p2040(name: str, own: Collection[str], frequency: float) -> RadioMaterial:
@@ -139,25 +177,19 @@ def _p2040(name: str, own: Collection[str], frequency: float) -> RadioMaterial:
     return p2040_material(name, frequency)
 
 
-def _in_label(name: object) -> str:
-    """A name in the file, as it stands at the start of messages."""
-    return printable(str(name)[:SHOWN])
-
-
 def _object(value: object, index: int, file: Path, source: str) -> SceneObject:
     name = value.get("name") if isinstance(value, dict) else None
-    label = f"{source}: objects[{index}]" + (f' ("{_in_label(name)}")' if name else "")
-    s = Section(value, label, ("name", "mesh", "material"), ("thickness",))
-    mesh_file = s.text("mesh")
+    place = f"{source}: objects[{index}]" + (f' ("{cut(str(name))}")' if name else "")
+    entry = _conform(value, ObjectEntry, place)
     try:
-        path = beside(file, mesh_file)
+        path = beside(file, entry.mesh)
         meshes = [mesh for _, mesh in read_meshes(path)]
     except InputError as error:
-        raise s.error(f"mesh {error}") from None
+        raise InputError(f"{place}: mesh {error}") from None
     mesh = union(*meshes)
     if default_up(path) == "y":
         mesh.apply_transform(Y_UP_TO_Z_UP)
-    return SceneObject(s.text("name"), mesh, s.text("material"), **s.optional(thickness=s.number))
+    return SceneObject(entry.name, mesh, entry.material, entry.thickness)
 
 
 def read_scene(path: str | Path) -> Scene:
@@ -177,20 +209,14 @@ def read_scene(path: str | Path) -> Scene:
             unknown material, a mesh that cannot be read, or a scene that ``validate`` refuses.
     """
     path = Path(path)
-    values, source = read_yaml(path, "a scene"), str(path)
-    s = Section(
-        values, source, ("name", "frequency", "gateway", "transmitter", "objects"), ("materials", "further_gateways")
-    )
-    frequency = _frequency(s)
-    own = s.values.get("materials") or {}
-    if not isinstance(own, dict):
-        raise s.error(f"materials must be a mapping from names to values, found {shown(own)}")
-    listed = s.values["objects"]
-    if not isinstance(listed, list):
-        raise s.error(f"objects must be a list, found {shown(listed)}")
-    objects = tuple(_object(value, i, path, source) for i, value in enumerate(listed))
+    source = str(path)
+    file = _conform(read_yaml(path, "a scene"), SceneFile, source)
+    frequency = _frequency(file.frequency, source)
+    objects = tuple(_object(value, i, path, source) for i, value in enumerate(file.objects))
 
-    known = {str(name): _material(str(name), value, frequency, source) for name, value in own.items()}
+    known = {
+        str(name): _material(str(name), value, frequency, source) for name, value in (file.materials or {}).items()
+    }
     materials = {}
     for index, item in enumerate(objects):
         try:
@@ -200,15 +226,14 @@ def read_scene(path: str | Path) -> Scene:
         except InputError as error:
             raise InputError(f'{source}: objects[{index}] ("{item.name}"): {error}') from None
 
-    gateway = _gateway(s.values["gateway"], f"{source}: gateway")
-    further = s.values.get("further_gateways") or {}
-    if not isinstance(further, dict):
-        raise s.error(f"further_gateways must be a mapping from names to gateways, found {shown(further)}")
     gateways = {
-        str(name): _gateway(value, f"{source}: further_gateways.{_in_label(name)}") for name, value in further.items()
+        str(name): _conform(value, Gateway, f"{source}: further_gateways.{cut(str(name))}")
+        for name, value in (file.further_gateways or {}).items()
     }
-    transmitter = _transmitter(s.values["transmitter"], source)
-    scene = Scene(s.text("name"), frequency, gateway, transmitter, objects, materials, gateways)
+    moving = asdict(file.transmitter)
+    region = moving.pop("region")
+    transmitter = Transmitter(region.min, region.max, **moving)
+    scene = Scene(file.name, frequency, file.gateway, transmitter, objects, materials, gateways)
     validate(scene, source)
     return scene
 
@@ -241,7 +266,7 @@ def write_scene(scene: Scene, folder: str | Path, replaceable: Mapping[Path, str
     path = folder / "scene.yaml"
     validate(scene, str(path))
     meshes = {folder / name: item.mesh for name, item in zip(mesh_names(scene), scene.objects, strict=True)}
-    with claimed(folder):
+    with locked(folder):
         found = {file: sha256 for file in (path, *meshes) if (sha256 := digest_of_file(file)) is not None}
         kept = {file for file in found if file in meshes and found[file] == digest(ply_of(meshes[file]))}
         allowed = replaceable or {}

@@ -5,6 +5,7 @@ The schema is made of the dataclasses of the settings that it records, and of ea
 
 from __future__ import annotations
 
+import functools
 from dataclasses import MISSING
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -73,8 +74,9 @@ def read_metadata_file(path: Path, expected: str, simulated: bool = False) -> di
         InputError: the file cannot be read, is no JSON, or has a field of another type or out of its range.
     """
     content = read_json(path, expected)
-    engine = content.get("engine") if isinstance(content, dict) else None
-    checked: Any = conform(content, _schema(engine, simulated), str(path))
+    engine = content.get("engine", "") if isinstance(content, dict) else ""
+    schema = _schema(str(engine), simulated, tuple(ENGINES))
+    checked: Any = conform(content, schema, str(path))
     elements = checked.array.rows * checked.array.columns
     if elements > MOST_ELEMENTS:
         raise InputError(f"{path}: array: expected at most {MOST_ELEMENTS} elements, found {elements}")
@@ -85,15 +87,16 @@ def read_metadata_file(path: Path, expected: str, simulated: bool = False) -> di
     return content
 
 
-def _schema(engine: object, simulated: bool) -> type[Struct]:
-    """metadata.json of a dataset made by an engine."""
-    needed = isinstance(engine, str) and engine in ENGINES and ENGINES[engine].always_recorded
+@functools.lru_cache  # of bounded size: the engine is whatever a file says
+def _schema(engine: str, simulated: bool, known: tuple[str, ...]) -> type[Struct]:
+    """metadata.json of a dataset made by an engine, of those in the table."""
     parts: dict[str, tuple[Any, Any]] = {
-        key: (kind, UNSET) for each in ENGINES.values() for key, kind in each.schema().items()
+        key: (kind, UNSET) for name in known for key, kind in ENGINES[name].schema().items()
     }
+    needed = engine in known and ENGINES[engine].always_recorded
     if needed:
-        parts |= {key: (kind, MISSING) for key, kind in ENGINES[str(engine)].schema().items()}
-    names: Any = Literal[tuple(ENGINES)]  # type: ignore[valid-type]
+        parts |= {key: (kind, MISSING) for key, kind in ENGINES[engine].schema().items()}
+    names: Any = Literal[known]  # type: ignore[valid-type]
     fields: list[Any] = [("engine", names, Rays.name)]  # version 0.1 had no other
     fields += [(key, kind) if default is MISSING else (key, kind, default) for key, (kind, default) in parts.items()]
     return defstruct("Metadata", fields, bases=(Simulated if simulated or needed else Metadata,), kw_only=True)

@@ -17,7 +17,7 @@ from scipy.ndimage import map_coordinates
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, ParameterError, require_within, shown
 from scenes.files.input_file import MEGABYTE, read_bytes, read_text
-from scenes.files.new_folder import new_folder
+from scenes.files.output_folder import new_folder
 from simulate.dataset.dataset_folder import inspect
 from simulate.dataset.dataset_reader import LARGEST_INDEX, read_gateway
 from simulate.dataset.dataset_writer import encode_picture, write_index, write_metadata, write_positions

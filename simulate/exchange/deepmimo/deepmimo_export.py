@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from scenes.files.errors import InputError, shown
-from scenes.files.new_folder import new_folder
+from scenes.files.output_folder import new_folder
 from simulate.dataset.dataset_folder import Dataset
 from simulate.dataset.metadata import read_metadata_file
 from simulate.dataset.picture_files import what_is_at

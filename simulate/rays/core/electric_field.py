@@ -64,7 +64,7 @@ def slab(field: Field, way_in: mi.Vector3f, way_out: mi.Vector3f, normal: mi.Vec
 
 
 @dr.syntax
-def passed(
+def pass_through(
     surfaces: Surfaces,
     start: mi.Point3f,
     direction: mi.Vector3f,

@@ -28,7 +28,7 @@ from simulate.rays.core.ray_tracer import (
     rt,
 )
 from simulate.rays.core.sionna_scene import Antennas
-from simulate.rays.core.slab_phase import shortened
+from simulate.rays.core.slab_phase import find_shortening
 from simulate.rays.core.terms import STRAIGHT, Terms
 
 SPECULAR = int(rt.InteractionType.SPECULAR)
@@ -236,7 +236,7 @@ def fields(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets:
     periods = float(ray_scene.sionna.frequency[0]) * buffer.tau.numpy().astype(np.float64)
     response = amplitude * np.exp(-2j * np.pi * periods)
     if ray_scene.propagation.counts_slabs_once:
-        response *= np.exp(2j * np.pi / ray_scene.description.wavelength * _shortened(ray_scene, buffer, sources))
+        response *= np.exp(2j * np.pi / ray_scene.description.wavelength * _find_shortening(ray_scene, buffer, sources))
     return Paths(buffer.target_indices.numpy(), buffer.source_indices.numpy(), response)
 
 
@@ -257,7 +257,7 @@ def with_materials_of(buffer: PathsBuffer, ray_scene: RayScene, other: RayScene)
     return found
 
 
-def _shortened(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas) -> Float[np.ndarray, " paths"]:
+def _find_shortening(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas) -> Float[np.ndarray, " paths"]:
     """By how much the slabs on each path of the buffer shorten it, metres."""
     hit = interactions_of(buffer)
     reflected, passed = hit.types == SPECULAR, hit.types == REFRACTION
@@ -266,7 +266,9 @@ def _shortened(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas) -> F
     faces[happened] = ray_scene.planes.first_face[hit.shapes[happened]] + hit.triangles[happened]
     starts = sources.positions[buffer.source_indices.numpy()]
     with ONE_KERNEL:
-        return shortened(reflected, passed, faces, _vertices(buffer), starts, ray_scene.normals, ray_scene.slabs.fronts)
+        return find_shortening(
+            reflected, passed, faces, _vertices(buffer), starts, ray_scene.normals, ray_scene.slabs.fronts
+        )
 
 
 def _vertices(buffer: PathsBuffer) -> Float[np.ndarray, "paths depth 3"]:

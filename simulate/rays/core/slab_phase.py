@@ -14,7 +14,7 @@ from jaxtyping import Float, Int
 
 
 @numba.njit(cache=True, parallel=True)
-def shortened(
+def find_shortening(
     reflected: Int[np.ndarray, "paths depth"],
     passed: Int[np.ndarray, "paths depth"],
     faces: Int[np.ndarray, "paths depth"],

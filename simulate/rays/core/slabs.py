@@ -19,7 +19,7 @@ from scipy.spatial import ConvexHull, cKDTree
 from trimesh import Trimesh
 
 from scenes.checks.enclosure import WALL_REACH
-from scenes.checks.occupancy import closed_parts, holds_antennas, merged
+from scenes.checks.occupancy import closed_parts, holds_antennas, merge_corners
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import RadioMaterial
 from scenes.scene.permittivity import is_conductor
@@ -69,7 +69,7 @@ def _slabs_of(scene: Scene, item: SceneObject) -> Slabs:
     closed = closed_parts(item.mesh)
     pieces = [_of_closed_part(scene, part, thickness) for part in closed]
     if sum(len(part.faces) for part in closed) < len(item.mesh.faces):
-        parts = merged(item.mesh).split(only_watertight=False, repair=False)  # repairing would close open boxes
+        parts = merge_corners(item.mesh).split(only_watertight=False, repair=False)  # repairing would close open boxes
         open_parts = [part for part in parts if not part.is_watertight]
         pieces += [_of_sheet(scene, part.triangles, thickness) for part in open_parts]
     triangles, normals, start, stop, outer = (np.concatenate(values) for values in zip(*pieces, strict=True))

@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 from jaxtyping import Complex, Float
 
-from simulate.rays.core.electric_field import Field, component, composed, passed, pattern, slab
+from simulate.rays.core.electric_field import Field, component, composed, pass_through, pattern, slab
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.ray_tracer import dr, mi
 from simulate.rays.core.sionna_scene import Antennas
@@ -118,7 +118,7 @@ def path_responses(
     field, blocked = pattern(sources, ways[0]), mi.Bool(False)
     for number in range(interactions + 1):
         way = ways[number]
-        field, passes, blocked = passed(surfaces, points[number], way, lengths[number], field, passes, blocked)
+        field, passes, blocked = pass_through(surfaces, points[number], way, lengths[number], field, passes, blocked)
         diffraction = number - first_edge
         if 0 <= diffraction < len(courses.edges):
             field = _diffracted(surfaces, edges, courses, diffraction, field, way, ways[number + 1])

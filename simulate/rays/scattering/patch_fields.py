@@ -18,7 +18,7 @@ import numpy as np
 from jaxtyping import Complex, Int
 from sionna.rt.utils import phi_hat, theta_hat, theta_phi_from_unit_vec
 
-from simulate.rays.core.electric_field import Field, across, component, passed, pattern
+from simulate.rays.core.electric_field import Field, across, component, pass_through, pattern
 from simulate.rays.core.ray_scene import RayScene
 from simulate.rays.core.ray_tracer import dr, mi
 from simulate.rays.core.sionna_scene import Antennas
@@ -106,7 +106,9 @@ class PatchScene:
         length = dr.norm(step)
         way = mi.Vector3f(step / length)
         most = mi.UInt(self.most_passes)
-        field, left, blocked = passed(self._surfaces, start, way, length, send(antennas, way), most, mi.Bool(False))
+        field, left, blocked = pass_through(
+            self._surfaces, start, way, length, send(antennas, way), most, mi.Bool(False)
+        )
         face = dr.gather(mi.UInt, mi.UInt(self.patches.faces.astype(np.uint32)), patch)
         field = tuple(dr.select(blocked, 0, part) for part in field)
         return field, way, face, -dr.dot(way, self._surfaces.normal(face)), most - left

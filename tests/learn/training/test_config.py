@@ -28,7 +28,7 @@ BAD = [
     ({"options": {"primitives": 10**12}}, "options: expected a whole number of at most 1e"),
     ({"options": {"primitives": {}}}, "options: expected .*, found {'primitives': {}}"),
     ({"by_steps": STEPS | {"steps": 0}}, "by_steps.steps: expected a whole number of at least 1, found 0"),
-    ({"by_steps": STEPS | {"speed": 0}}, "by_steps: expected no keys but steps, .*, found 'speed'"),
+    ({"by_steps": STEPS | {"speed": 0}}, "by_steps: expected a known key, found 'speed'"),
     ({"array": {"rows": 64, "columns": 64}}, "array: expected at most 1024 elements, found"),
     ({"grid": {"elevation_step_deg": -1}}, "grid.elevation_step_deg: expected a number above 0, found -1"),
 ]
@@ -81,7 +81,7 @@ ROW = {"label": "nearest", "seed": 0, "train_size": None, "test": 20, "ssim_medi
         ("null", "expected a mapping, found nothing"),
         ("{", "expected the settings of an experiment as JSON, found malformed JSON"),
         (PROTOCOL | {"minutes": "5"}, "minutes: expected a number or nothing, found '5'"),
-        (PROTOCOL | {"speed": 1}, "expected no keys but .*, found 'speed'"),
+        (PROTOCOL | {"speed": 1}, "expected a known key, found 'speed'"),
     ],
 )
 def test_protocols_are_checked(tmp_path, tiny, content, sentence):

@@ -16,7 +16,7 @@ from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import SceneObject
 from scenes.scene.shapes import box
 from scenes.scene.tolerances import Tolerances
-from scenes.scene.unknowns import Unknown, unknowns, varied
+from scenes.scene.unknowns import Unknown, unknowns, vary
 from scenes.storage.scene_yaml import load_scene, write_scene
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.rays.core.propagation import Propagation
@@ -85,7 +85,7 @@ def test_command_writes_the_corrected_scene(tmp_path, monkeypatch, capsys):
     coarse = ("--max-depth", "1", "--no-diffraction", "--rays", "20000")
     followed = Propagation(max_depth=1, rays=20_000, diffraction=False)
     data = bisplat.simulate(yard(CABINET), tmp_path / "data", n=12, propagation=followed)
-    described = write_scene(varied(yard(CABINET), OF_POSITION, np.array([0.03, -0.02, 0.02])), tmp_path / "described")
+    described = write_scene(vary(yard(CABINET), OF_POSITION, np.array([0.03, -0.02, 0.02])), tmp_path / "described")
     only_pose = ("--objects", "0", "--materials", "0", "--turn", "1")
     arguments = ["calibrate", described, data.folder, "-o", tmp_path / "corrected", "-n", "9", *only_pose, *coarse]
     monkeypatch.setattr(sys, "argv", ["bisplat", *map(str, arguments)])

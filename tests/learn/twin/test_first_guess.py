@@ -5,7 +5,7 @@ import pytest
 
 from learn.twin.first_guess import first_guess
 from scenes.scene.tolerances import Tolerances
-from scenes.scene.unknowns import unknowns, varied
+from scenes.scene.unknowns import unknowns, vary
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer
 from tests.yard import CABINET, yard
@@ -19,7 +19,7 @@ def test_the_guess_is_near_the_true_pose(flips):
     which = unknowns(yard(CABINET), Tolerances(position=0.06, turn=4.0, objects=0.03, materials=0.2))
     off = np.zeros(len(which))
     off[:6] = [0.1, -0.12, 0.05, 0.08, -0.06, 0.1]  # up to two standard deviations
-    true = varied(yard(CABINET), which, off)
+    true = vary(yard(CABINET), which, off)
     measured = Tracer(true, PROPAGATION).responses(POSITIONS) * np.exp(2j * np.arange(12))[:, None]
     if flips:
         measured[::2] = measured[::2, ::-1].conj()
@@ -37,10 +37,10 @@ def test_a_gateway_in_the_right_place_stays():
 def test_a_guess_is_a_valid_scene(monkeypatch):
     """The next best where the best is not, and the description where none is."""
     which = unknowns(yard(CABINET), Tolerances(position=0.1, turn=0, objects=0, materials=0))
-    true = varied(yard(CABINET), which, np.array([-0.1, 0.0, 0.0]))
+    true = vary(yard(CABINET), which, np.array([-0.1, 0.0, 0.0]))
     tracer, measured = Tracer(yard(CABINET), PROPAGATION), Tracer(true, PROPAGATION).responses(POSITIONS)
     best = first_guess(tracer, which, POSITIONS, measured, flips=False, counted=160)
-    there = varied(yard(CABINET), which, best).gateway.position
+    there = vary(yard(CABINET), which, best).gateway.position
     monkeypatch.setattr("learn.twin.first_guess.is_valid", lambda scene: scene.gateway.position != there)
     other = first_guess(tracer, which, POSITIONS, measured, flips=False, counted=160)
     assert other.any() and (other != best).any()

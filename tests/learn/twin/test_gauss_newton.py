@@ -9,7 +9,7 @@ from scenes.files.errors import InputError
 from scenes.scene.description import SceneObject
 from scenes.scene.shapes import box
 from scenes.scene.tolerances import Tolerances
-from scenes.scene.unknowns import unknowns, varied
+from scenes.scene.unknowns import unknowns, vary
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer
 from tests.yard import CABINET, yard
@@ -28,7 +28,7 @@ def wrong(true):
     """The yard as described, what may be wrong with it, and by how much it is."""
     which = unknowns(true, TOLERANCES)
     draw = np.random.default_rng(4).normal(size=len(which)) * [each.tolerance for each in which]
-    return varied(true, which, draw), which, draw
+    return vary(true, which, draw), which, draw
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +81,7 @@ def test_a_step_that_puts_the_gateway_into_a_box_is_halved():
     search = _Search(place, which, np.zeros((1, 3)), np.ones((1, 16)), False, lambda sentence: None)
     into_the_post = np.array([-0.04, 0.0, 0.0])
     with pytest.raises(InputError, match="behind: gateway"):
-        validate(varied(place, which, into_the_post), "behind")
+        validate(vary(place, which, into_the_post), "behind")
     np.testing.assert_allclose(search._halved_to_valid(start, into_the_post), into_the_post / 2)
     np.testing.assert_array_equal(search._halved_to_valid(into_the_post, np.array([1e-4, 0, 0])), start)
     np.testing.assert_array_equal(search._halved_to_valid(start, -into_the_post), -into_the_post)
@@ -95,7 +95,7 @@ def test_a_gateway_is_not_taken_for_one_half_a_wavelength_away(true, measured):
     """Steps that compare all responses in one common phase end 15 cm away from here, with the opposite gain."""
     which = unknowns(true, Tolerances(position=0.06, turn=4.0, objects=0.06, materials=0.4))
     draw = np.random.default_rng(13).normal(size=len(which)) * [each.tolerance for each in which]
-    found = most_likely(varied(true, which, draw), which, PROPAGATION, *measured, phases_known=True)
+    found = most_likely(vary(true, which, draw), which, PROPAGATION, *measured, phases_known=True)
     assert np.linalg.norm((found.values + draw)[:3]) < 0.02
     assert found.gain == pytest.approx(5j, abs=1)
     assert found.misfit[0] < 0.01 < 0.3 < found.misfit[1]
@@ -108,7 +108,7 @@ def test_the_likelier_of_two_ends_is_taken(true, measured, monkeypatch, off, lik
     guess = np.array([0.0, off, 0.0])
 
     def from_start(search, tracer, start, phases_known, counted):
-        assert tracer.ray_scene.description.gateway.position == varied(true, which, start).gateway.position
+        assert tracer.ray_scene.description.gateway.position == vary(true, which, start).gateway.position
         unlikely = -1.0 if start.any() == likelier else 1.0
         return _Minimum(start + np.array([0, 0.01, 0]), np.full(3, 0.1), 1 + 0j, 0.1, unlikely, tracer)
 

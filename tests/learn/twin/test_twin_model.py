@@ -17,7 +17,7 @@ from learn.twin.twin_model import Twin
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import Scene
 from scenes.scene.tolerances import Tolerances
-from scenes.scene.unknowns import unknowns, varied
+from scenes.scene.unknowns import unknowns, vary
 from scenes.storage.scene_yaml import write_scene
 from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.engines.rays import Rays
@@ -47,7 +47,7 @@ def wrong(true, tmp_path_factory) -> str:
     """The yard as described."""
     which = unknowns(true, Tolerances(materials=0))  # test_calibrate.py has materials, which take long
     draw = np.random.default_rng(1).normal(size=len(which)) * [each.tolerance for each in which]
-    return str(write_scene(varied(true, which, draw), tmp_path_factory.mktemp("twin") / "wrong"))
+    return str(write_scene(vary(true, which, draw), tmp_path_factory.mktemp("twin") / "wrong"))
 
 
 @pytest.fixture(scope="module")
@@ -151,7 +151,7 @@ def test_a_scene_is_needed_and_has_the_frequency(data, wrong, true, tmp_path):
     with pytest.raises(ParameterError, match="scene: expected the scene"):
         Twin(region, Beamformer(), data.wavelength)
     elsewhere = write_scene(
-        varied(true, [u for u in unknowns(true, Tolerances(frequency=1)) if u.kind == "frequency"], np.array([1.0])),
+        vary(true, [u for u in unknowns(true, Tolerances(frequency=1)) if u.kind == "frequency"], np.array([1.0])),
         tmp_path / "other",
     )
     with pytest.raises(InputError, match="wavelength"):

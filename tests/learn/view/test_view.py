@@ -258,7 +258,7 @@ def test_names_in_a_panel_are_text():
         missing=["no [link](x) <img src=x>"], region=np.zeros((2, 3)), dataset=None, predictors={"m": None}
     )
     tab = Session.__new__(Session)
-    tab._subject, tab._tracing, tab._position, tab._shielded = nothing, None, np.zeros(3), lambda callback: callback
+    tab._subject, tab._tracing, tab._position, tab._shield = nothing, None, np.zeros(3), lambda callback: callback
     tab._build(SimpleNamespace(gui=gui))
     assert said[0] == r"**Note.** no \[link\]\(x\) \<img src\=x\>"
 

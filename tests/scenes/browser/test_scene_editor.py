@@ -6,7 +6,7 @@ import pytest
 
 from scenes.browser.scene_editor import Editor
 from scenes.browser.served_page import serving
-from scenes.files.claimed_folder import claimed
+from scenes.files.folder_lock import locked
 from scenes.storage.scene_yaml import load_scene
 
 PORT = 8680
@@ -89,9 +89,9 @@ def test_what_is_refused_is_said_and_the_tab_goes_on(edit, tmp_path):
     assert "frequency must be in hertz" in told(tab)[1]
     assert not (tmp_path / "mine").exists()
     editor.scene = good
-    with claimed(tmp_path / "mine"):
+    with locked(tmp_path / "mine"):
         tab.press("Save scene.yaml")
-        assert "another program or tab is writing to it" in told(tab)[1]
+        assert "no other process writes to" in told(tab)[1]
     tab.press("Save scene.yaml")
     assert told(tab)[0] == "Saved"
 

@@ -10,8 +10,8 @@ from urllib.parse import urlsplit
 import pytest
 from websockets.exceptions import InvalidStatus
 
-from scenes.browser.access import guarded
-from scenes.browser.callbacks import shielded
+from scenes.browser.access import guard
+from scenes.browser.callbacks import shield
 from scenes.browser.served_page import serving
 from scenes.files.errors import InputError, ParameterError
 
@@ -173,7 +173,7 @@ def test_errors_of_callbacks_are_shown_and_the_tab_goes_on(error, kind, join):
 
     def open_tab(client):
         button = client.gui.add_button("Save")
-        button.on_click(shielded(client, fail if kind == "function" else fail_later))
+        button.on_click(shield(client, fail if kind == "function" else fail_later))
 
     with serving("fails", PORT, open_tab) as address, join(address) as tab:
         for count in (1, 2):
@@ -192,7 +192,7 @@ def test_error_of_building_a_tab_is_shown(join):
 
 
 def test_a_server_that_is_started_in_another_way_is_refused():
-    with pytest.raises(InputError, match="cannot be guarded"), guarded("token"):
+    with pytest.raises(InputError, match="cannot be guarded"), guard("token"):
         pass
 
 

@@ -9,7 +9,7 @@ from trimesh import Trimesh
 
 from scenes.checks.occupancy import blocking_object, closed_parts, inside_object, winding_number
 from scenes.scene.description import SceneObject
-from scenes.scene.shapes import box, sheet, turned, union
+from scenes.scene.shapes import box, rotate, sheet, union
 
 
 def test_box_and_sheet(scene):
@@ -40,7 +40,7 @@ def test_under_a_table_is_free(scene):
 
 def test_points_level_with_edges_and_vertices(scene):
     """Where counting the crossings of an axis-parallel ray goes wrong."""
-    crate = SceneObject("crate", turned(box((0, 0, 0), (1, 1, 1)), 45), "wood")
+    crate = SceneObject("crate", rotate(box((0, 0, 0), (1, 1, 1)), 45), "wood")
     points = np.array([[0.5, 0.5, 0.5], [0.5, 0.5, 2.0], [2.0, 0.5, 0.5], [-1.0, 0.5, 0.5], [0.5, 1.3, 0.5]])
     assert inside_object(replace(scene, objects=(crate,)), points).tolist() == [
         True,

@@ -16,7 +16,7 @@ from scenes.drawing.perspective import draw_view
 from scenes.drawing.scene_drawing import describe_scene, draw_scene
 from scenes.scene.description import SceneObject, Transmitter
 from scenes.scene.materials import p2040_material
-from scenes.scene.shapes import box, sheet, turned, union
+from scenes.scene.shapes import box, rotate, sheet, union
 from scenes.storage.scene_yaml import load_scene
 
 
@@ -124,7 +124,7 @@ def test_labels_of_the_axes_are_beside_their_ticks(scene, height):
 def test_plan_shows_furniture_of_a_room_that_is_one_mesh(scene):
     """A section at 1 m, the height of the region: walls and wardrobe; the table below it by its outline."""
     walls = [box((-5, y, 0), (5, y + 0.1, 3)) for y in (-5, 4.9)]
-    wardrobe, table = turned(box((-4, 2, 0), (-2, 3, 2)), 30), turned(box((2, 2, 0.7), (4, 3, 0.8)), 20)
+    wardrobe, table = rotate(box((-4, 2, 0), (-2, 3, 2)), 30), rotate(box((2, 2, 0.7), (4, 3, 0.8)), 20)
     room = union(box((-5, -5, -0.1), (5, 5, -0.01)), *walls, wardrobe, table)
     axes = Figure().add_subplot()
     draw_plan(axes, replace(scene, objects=(SceneObject("room", room, "wood"),)))

@@ -94,7 +94,7 @@ class Outer(msgspec.Struct):
         ({"inner": 3}, "inner: expected a mapping, found 3"),
         ({"inner": {"rows": True}}, "inner.rows: expected a whole number, found True"),
         ({"inner": {"rows": 4.5}}, "inner.rows: expected a whole number, found 4.5"),
-        ({"inner": {"row": 4}}, "inner: expected no keys but rows, size, found 'row'"),
+        ({"inner": {"row": 4}}, r'inner: expected a known key, found \'row\'; did you mean "rows"\?'),
         ({"inner": {"rows": 4, "size": [1]}}, r"inner.size: expected a list of 2, found \[1\]"),
         ({"inner": {"rows": 4, "size": [1, "x"]}}, r"inner.size\[1\]: expected a number, found 'x'"),
         ({"inner": {"rows": 4, "size": [1, 10**400]}}, r"inner.size\[1\]: expected another value, found 1000.*range\)"),

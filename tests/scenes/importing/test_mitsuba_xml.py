@@ -202,55 +202,52 @@ def test_a_rule_saves_what_the_frequency_would_refuse(write):
 
 FILENAME = '<string name="filename" value="{}"/>'
 REFUSED = {
-    "sphere": (shape(kind="sphere"), 'shape "wall": expected one of ply, obj, rectangle, cube, found type "sphere"'),
-    "missing mesh": (
-        shape(FILENAME.format("gone.ply"), "ply"),
-        "gone.ply: expected a mesh, found no such file",
-    ),
-    "no file name": (shape(kind="ply"), 'shape "wall": expected the filename of a .ply mesh, found ""'),
-    "wrong mesh": (shape(FILENAME.format("a.obj"), "ply"), 'expected the filename of a .ply mesh, found "a.obj"'),
-    "lookat": (moved('<lookat origin="0 0 1"/>'), "expected translate, rotate, scale or matrix, found <lookat>"),
-    "other transform": (
-        shape('<transform name="to_uv"/>'),
-        'expected a transform to_world, found <transform name="to_uv">',
-    ),
-    "flat": (moved('<scale z="0"/>'), "expected a transform that keeps three dimensions"),
-    "perspective": (moved('<matrix value="1 0 0 0 0 1 0 0 0 0 1 0 0 0 1 1"/>'), "keeps three dimensions"),
-    "no axis": (moved('<rotate angle="90"/>'), "<rotate>: expected an axis as x, y and z, found none"),
-    "no angle": (moved('<rotate x="1"/>'), 'expected 1 numbers as angle, found ""'),
-    "matrix of four": (moved('<matrix value="1 0 0 1"/>'), 'expected 9 or 16 numbers as value, found "1 0 0 1"'),
-    "not a number": (moved('<translate x="one"/>'), 'expected 1 numbers as x, found "one"'),
-    "not finite": (moved('<translate x="nan"/>'), 'expected 1 numbers as x, found "nan"'),
-    "no bsdf": (shape(), 'shape "wall": expected an itu-radio-material.* found no bsdf; or .* material rule'),
-    "looks only": (shape('<bsdf type="diffuse" id="mat-paint"/>'), 'found <bsdf type="diffuse" id="mat-paint">'),
-    "misspelt id": (shape('<bsdf type="diffuse" id="mat-itu_bric"/>'), 'found "bric"; did you mean "brick"'),
-    "unknown type": (
-        shape(bsdf("itu-radio-material", {"type": "vacuum"})),
-        'shape "wall": bsdf "mat-screen": expected a material of ITU-R P.2040, found "vacuum"',
-    ),
+    # the elements, and what the sentence has to have: the place, what was found, what was perhaps meant
+    "sphere": (shape(kind="sphere"), 'shape "wall"', '"sphere"', "rectangle"),
+    "missing mesh": (shape(FILENAME.format("gone.ply"), "ply"), 'shape "wall"', "gone.ply"),
+    "no file name": (shape(kind="ply"), 'shape "wall"', '""'),
+    "wrong mesh": (shape(FILENAME.format("a.obj"), "ply"), 'shape "wall"', ".ply", '"a.obj"'),
+    "lookat": (moved('<lookat origin="0 0 1"/>'), 'shape "wall"', "<lookat>"),
+    "other transform": (shape('<transform name="to_uv"/>'), 'shape "wall"', '<transform name="to_uv">'),
+    "flat": (moved('<scale z="0"/>'), 'shape "wall"', "three dimensions", "0.0"),
+    "perspective": (moved('<matrix value="1 0 0 0 0 1 0 0 0 0 1 0 0 0 1 1"/>'), 'shape "wall"', "three dimensions"),
+    "no axis": (moved('<rotate angle="90"/>'), 'shape "wall"', "<rotate>", "axis"),
+    "no angle": (moved('<rotate x="1"/>'), 'shape "wall"', "angle", '""'),
+    "matrix of four": (moved('<matrix value="1 0 0 1"/>'), 'shape "wall"', "9 or 16", '"1 0 0 1"'),
+    "not a number": (moved('<translate x="one"/>'), 'shape "wall"', '"one"'),
+    "not finite": (moved('<translate x="nan"/>'), 'shape "wall"', '"nan"'),
+    "no bsdf": (shape(), 'shape "wall"', "bsdf", "material rule"),
+    "looks only": (shape('<bsdf type="diffuse" id="mat-paint"/>'), '<bsdf type="diffuse" id="mat-paint">'),
+    "misspelt id": (shape('<bsdf type="diffuse" id="mat-itu_bric"/>'), '"bric"', '"brick"'),
+    "unknown type": (shape(bsdf("itu-radio-material", {"type": "vacuum"})), 'shape "wall"', "mat-screen", '"vacuum"'),
     "unknown property": (
         shape(bsdf("radio-material", {"permittivity": 3})),
-        'unknown property "permittivity"; did you mean "relative_permittivity"',
+        '"permittivity"',
+        '"relative_permittivity"',
     ),
     "value out of range": (
         shape(bsdf("radio-material", {"relative_permittivity": 0.5})),
-        'shape "wall": material "screen": relative_permittivity must be at least 1 and .*, found 0.5',
+        'shape "wall"',
+        '"screen"',
+        "relative_permittivity",
+        "0.5",
     ),
-    "dangling reference": (CONCRETE + shape('<ref id="mat-itu_concret"/>'), 'did you mean "mat-itu_concrete"'),
-    "two materials": (shape(CONCRETE + CONCRETE), "expected one bsdf, found 2"),
-    "undefined name": (moved('<scale value="$size"/>'), 'expected a <default> before "\\$size", found none'),
-    "include": ('<include filename="more.xml"/>', "expected shapes and what they are made of, found <include>"),
-    "no shapes": (CONCRETE, "expected at least one shape, found none"),
-    "malformed": ("<shape>", "expected a Mitsuba scene as XML, found mismatched tag: line 1"),
+    "dangling reference": (CONCRETE + shape('<ref id="mat-itu_concret"/>'), '"mat-itu_concrete"'),
+    "two materials": (shape(CONCRETE + CONCRETE), 'shape "wall"', "bsdf", "2"),
+    "undefined name": (moved('<scale value="$size"/>'), "<scale>", '"$size"'),
+    "include": ('<include filename="more.xml"/>', "<include>"),
+    "no shapes": (CONCRETE, "shape"),
+    "malformed": ("<shape>", "line 1"),
 }
 
 
 @pytest.mark.parametrize("case", REFUSED)
 def test_refusals(write, case):
-    elements, sentence = REFUSED[case]
-    with pytest.raises(InputError, match=f"yard.xml: .*{sentence}") as refusal:
+    elements, *facts = REFUSED[case]
+    with pytest.raises(InputError) as refusal:
         import_mitsuba(write(elements), GHZ)
-    assert "\n" not in str(refusal.value)
+    sentence = str(refusal.value)
+    assert all(fact in sentence for fact in ("yard.xml: ", *facts)) and "\n" not in sentence, sentence
 
 
 def test_other_files_are_refused(tmp_path):

@@ -54,58 +54,46 @@ def second_object(item):
 
 BOX = box((0, 0, 0), (1, 1, 1))
 MANY = Trimesh(BOX.vertices, np.tile(BOX.faces[:1], (1_000_000, 1)), process=False)
+FAR = Trimesh(BOX.vertices * 1e6, BOX.faces, process=False)
 NAN = Trimesh([[0, 0, 0], [1, 0, 0], [0, np.nan, 0]], [[0, 1, 2]], process=False)
 
 
 @pytest.mark.parametrize(
-    ("change", "sentence"),
+    ("change", "facts"),
     [
-        (lambda s: replace(s, frequency=-1.0), "frequency must be in hertz, from 1e\\+06 to 1e\\+12, found -1.0"),
-        (gateway(position=(0.0, np.inf, 0.0)), "gateway.position must be finite"),
-        (gateway(orientation=(1.0, 1.0, 0.0, 0.0)), "gateway.orientation must be a unit quaternion .* 1.414"),
-        (gateway(orientation=(0.0, 0.0, 0.0, np.nan)), "gateway.orientation must be finite"),
-        (gateway(pattern="isso"), 'unknown gateway.pattern "isso"; did you mean "iso"'),
-        (gateway(polarization="VH"), 'gateway.polarization must be "V" or "H", found "VH"'),
-        (gateway(rows=0), "gateway.rows and columns must be at least 1 and at most 64, found 0 x 4"),
-        (gateway(spacing=0.0), "gateway.spacing must be a positive number"),
-        (gateway(position=(0.5, 0.5, 0.2)), r'gateway.position \[0.5, 0.5, 0.2\] lies inside object "crate"'),
-        (transmitter(orientation=(0.0, 0.0, 0.0, 2.0)), "transmitter.orientation must be a unit quaternion"),
-        (transmitter(region_max=(1.0, -1.0, 1.5)), "region must have min below max, found y from -1 to -1 m"),
-        (transmitter(region_min=(9.0, -1.0, 0.5)), "region must have min below max, found x from 9 to 1 m"),
-        (transmitter(region_min=(np.nan, -1.0, 0.5)), "transmitter.region.min must be finite"),
-        (transmitter(pattern="dipol"), 'unknown transmitter.pattern "dipol"; did you mean "dipole"'),
-        (lambda s: replace(s, objects=()), "needs at least one object"),
-        (
-            second_object(SceneObject("floor", BOX, "wood")),
-            r'objects\[1\] \("floor"\): every object needs a name',
-        ),
-        (
-            second_object(SceneObject("c", BOX, "wod")),
-            r'objects\[1\] \("c"\): unknown material "wod"; did you mean "wood"',
-        ),
-        (
-            lambda s: replace(s, objects=tuple(SceneObject(f"c{k}", MANY, "wood") for k in range(3))),
-            "a scene may have at most 2000000 triangles, found 3000000",
-        ),
-        (
-            second_object(SceneObject("", BOX, "wood")),
-            r"objects\[1\].name must have 1 to 200 characters that can be printed, found ''",
-        ),
-        (
-            second_object(SceneObject("c", Trimesh(BOX.vertices * 1e6, BOX.faces, process=False), "wood")),
-            r'objects\[1\] \("c"\): the mesh must be within 100000 m of the origin',
-        ),
-        (
-            second_object(SceneObject("c", Trimesh(), "wood")),
-            r'objects\[1\] \("c"\): the mesh has no triangles',
-        ),
-        (second_object(SceneObject("c", NAN, "wood")), r'objects\[1\] \("c"\): .* not finite'),
-        (
-            second_object(SceneObject("c", BOX, "wood", -0.1)),
-            r'objects\[1\] \("c"\): thickness must be a positive',
-        ),
+        (lambda s: replace(s, frequency=-1.0), ("frequency", "-1.0")),
+        (lambda s: replace(s, name="ya\x1brd"), ("name", r"'ya\x1brd'")),
+        (gateway(position=(0.0, np.inf, 0.0)), ("gateway.position", "inf")),
+        (gateway(position=(0.0, 1e6, 0.0)), ("gateway.position", "1000000.0")),
+        (gateway(position=(0.5, 0.5, 0.2)), ("gateway.position", "[0.5, 0.5, 0.2]", '"crate"')),
+        (gateway(orientation=(1.0, 1.0, 0.0, 0.0)), ("gateway.orientation", "1.414")),
+        (gateway(orientation=(0.0, 0.0, 0.0, np.nan)), ("gateway.orientation", "nan")),
+        (gateway(pattern="isso"), ("gateway.pattern", '"isso"', '"iso"')),
+        (gateway(polarization="VH"), ("gateway.polarization", '"VH"')),
+        (gateway(rows=0), ("gateway.rows", "0 x 4")),
+        (gateway(rows=65), ("gateway.rows", "65 x 4")),
+        (gateway(rows=64, columns=17), ("gateway", "1024", "64 x 17")),
+        (gateway(spacing=0.0), ("gateway.spacing", "0.0")),
+        (gateway(spacing=1e3), ("gateway.spacing", "1000.0")),
+        (transmitter(orientation=(0.0, 0.0, 0.0, 2.0)), ("transmitter.orientation", "length 2")),
+        (transmitter(region_max=(1.0, -1.0, 1.5)), ("transmitter.region", "y from -1 to -1")),
+        (transmitter(region_min=(9.0, -1.0, 0.5)), ("transmitter.region", "x from 9 to 1")),
+        (transmitter(region_min=(np.nan, -1.0, 0.5)), ("transmitter.region.min", "nan")),
+        (transmitter(pattern="dipol"), ("transmitter.pattern", '"dipol"', '"dipole"')),
+        (lambda s: replace(s, objects=()), ("object",)),
+        (lambda s: replace(s, objects=tuple(SceneObject(f"c{k}", MANY, "wood") for k in range(3))), ("3000000",)),
+        (second_object(SceneObject("floor", BOX, "wood")), ('objects[1] ("floor")', "name")),
+        (second_object(SceneObject("c", BOX, "wod")), ('objects[1] ("c")', '"wod"', '"wood"')),
+        (second_object(SceneObject("", BOX, "wood")), ("objects[1].name", "''")),
+        (second_object(SceneObject("c" * 201, BOX, "wood")), ("objects[1].name", "'ccc")),
+        (second_object(SceneObject("c", FAR, "wood")), ('objects[1] ("c")', "1000000.0")),
+        (second_object(SceneObject("c", Trimesh(), "wood")), ('objects[1] ("c")', "no triangles")),
+        (second_object(SceneObject("c", NAN, "wood")), ('objects[1] ("c")', "not finite")),
+        (second_object(SceneObject("c", BOX, "wood", -0.1)), ('objects[1] ("c")', "thickness", "-0.1")),
+        (second_object(SceneObject("c", BOX, "wood", 1e9)), ('objects[1] ("c")', "thickness", "1000000000.0")),
     ],
 )
-def test_refuses(scene, change, sentence):
-    with pytest.raises(InputError, match=f"^yard.yaml: .*{sentence}"):
+def test_refuses(scene, change, facts):
+    with pytest.raises(InputError) as caught:
         validate(change(scene), "yard.yaml")
+    assert str(caught.value).startswith("yard.yaml: ") and all(fact in str(caught.value) for fact in facts)

@@ -75,6 +75,7 @@ def test_unknown_name_suggests():
     ("key", "value"),
     [
         ("relative_permittivity", 0.5),
+        ("relative_permittivity", 1e9),
         ("conductivity", -1.0),
         ("thickness", 0.0),
         ("thickness", float("nan")),
@@ -85,5 +86,5 @@ def test_unknown_name_suggests():
 )
 def test_impossible_values(key, value):
     good = {"name": "felt", "relative_permittivity": 1.3, "conductivity": 0.0, "thickness": 0.01}
-    with pytest.raises(InputError, match=f'material "felt": {key} must be'):
+    with pytest.raises(InputError, match=f'"felt".*{key}'):
         RadioMaterial(**(good | {key: value}))

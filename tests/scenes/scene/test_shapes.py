@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from scenes.scene.shapes import box, sheet, turned, union
+from scenes.scene.shapes import box, rotate, sheet, union
 
 
 def test_box():
@@ -32,5 +32,5 @@ def test_union_keeps_every_part():
 
 
 def test_turned_about_its_own_centre():
-    mesh = turned(box((1, 1, 0), (3, 2, 1)), 90)
+    mesh = rotate(box((1, 1, 0), (3, 2, 1)), 90)
     np.testing.assert_allclose(mesh.bounds, [[1.5, 0.5, 0], [2.5, 2.5, 1]])

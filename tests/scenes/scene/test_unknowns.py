@@ -11,7 +11,7 @@ from scenes.places.closet import closet
 from scenes.scene.description import SceneObject
 from scenes.scene.shapes import box
 from scenes.scene.tolerances import Tolerances
-from scenes.scene.unknowns import Unknown, movable, unknowns, varied
+from scenes.scene.unknowns import Unknown, movable, unknowns, vary
 from scenes.storage.scene_yaml import load_scene
 from tests.yard import CABINET, yard
 
@@ -54,7 +54,7 @@ def test_changes_are_those_asked_for():
         Unknown("thickness", "wood", 0, 1),
         Unknown("relative_permittivity", "brick", 0, 1),
     ]
-    other = varied(scene, which, np.array([0.02, np.pi / 2, np.log(1.01), -0.05, np.log(2), np.log(0.01)]))
+    other = vary(scene, which, np.array([0.02, np.pi / 2, np.log(1.01), -0.05, np.log(2), np.log(0.01)]))
     np.testing.assert_allclose(np.subtract(other.gateway.position, scene.gateway.position), [0, 0, 0.02])
     turn = Rotation.from_quat(other.gateway.orientation) * Rotation.from_quat(scene.gateway.orientation).inv()
     np.testing.assert_allclose(turn.as_rotvec(), [0, 0, np.pi / 2], atol=1e-12)
@@ -70,6 +70,6 @@ def test_changes_are_those_asked_for():
 
 def test_no_change_is_the_same_scene():
     which = unknowns(closet(), Tolerances())
-    same = varied(closet(), which, np.zeros(len(which)))
+    same = vary(closet(), which, np.zeros(len(which)))
     assert same.objects == closet().objects and same.materials == closet().materials
     np.testing.assert_allclose(same.gateway.orientation, closet().gateway.orientation, atol=1e-15)

@@ -195,7 +195,7 @@ BAD = {
     "truncated channels": (cut("channels.npz", 0.5), ["channels.npz", "npz", "found"]),
     "metadata that is no JSON": (holding("metadata.json", "{"), ["metadata.json", "JSON", "found"]),
     "metadata that is a list": (holding("metadata.json", "[]"), ["metadata.json", "mapping", "found"]),
-    "array of metadata": (holding("metadata.json", '{"array": {"cols": 4}}'), ["metadata.json", "rows", "cols"]),
+    "array of metadata": (holding("metadata.json", '{"array": {"cols": 4}}'), ["metadata.json", "columns", "cols"]),
 }
 
 

@@ -26,7 +26,7 @@ BAD = [
     ({"array": {"spacing": 10**200}}, "array.spacing: expected a number of at most 100, found 1000"),
     ({"array": {}, "grid": {"elevation_step_deg": 0}}, "grid.elevation_step_deg: expected a number above 0, found 0"),
     ({"grid": {"elevation_first_deg": None}}, "grid.elevation_first_deg: expected a number, found nothing"),
-    ({"array": {}, "grid": {"first": 0}}, "grid: expected no keys but elevation_first_deg, .*, found 'first'"),
+    ({"array": {}, "grid": {"first": 0}}, "grid: expected a known key, found 'first'"),
     ({"frequency_hz": "915e6"}, "frequency_hz: expected a number, found '915e6'"),
     ({"frequency_hz": 1e3}, r"frequency_hz: expected a number of at least 1e\+06, found 1000.0"),
     ({"frequency_hz": 1e15}, r"frequency_hz: expected a number of at most 1e\+12, found 1000000000000000.0"),
@@ -34,7 +34,7 @@ BAD = [
     ({"engine": "fullwave"}, "expected the key scene_file, found none"),
     ({"propagation": {"max_depth": -1}}, "propagation.max_depth: expected a whole number of at least 0, found -1"),
     ({"propagation": {"los": "yes"}}, "propagation.los: expected true or false, found 'yes'"),
-    ({"propagation": {"colour": 1}}, "propagation: expected no keys but .*, found 'colour'"),
+    ({"propagation": {"colour": 1}}, "propagation: expected a known key, found 'colour'"),
     ({"measurement": {"seed": 0, "snr_db": "20"}}, "measurement.snr_db: expected a number or nothing, found '20'"),
     (
         {"measurement": {"seed": 0, "gain_error_db": -1}},

@@ -1,6 +1,10 @@
-"""The shell of a built-in room: floor, ceiling, four walls, and what closes their openings.
+"""What the built-in places are built of: floor, ceiling, walls with openings, and furniture that suits the ray tracer.
 
 The floor is z = 0 with a corner at the origin; the room spans 0 … length along x, 0 … width along y.
+
+Geometric optics holds for surfaces of about a wavelength (33 cm at 915 MHz) and more. Legs, edges, feet and chairs are
+left out, since they do not reflect like mirrors. A board is one sheet, not a box: the ray tracer's material already is
+a slab with a thickness, and two faces would make it two slabs.
 """
 
 from __future__ import annotations
@@ -10,9 +14,13 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
+from trimesh import Trimesh
 
-from scenes.scene.description import SceneObject
-from scenes.scene.shapes import sheet
+from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter
+from scenes.scene.materials import p2040_materials
+from scenes.scene.shapes import rotate, sheet, union
+
+FREQUENCY = 915e6  # Hz, the RFID band of NeRF²'s measurements
 
 Side = Literal["south", "north", "west", "east"]
 
@@ -32,9 +40,9 @@ class Opening:
         name: of the sheet.
         side: the wall.
         start: metres along the wall, from its low x (south, north) or low y (west, east) end.
-        end: likewise.
+        end: metres along the wall.
         bottom: metres above the floor.
-        top: likewise.
+        top: metres above the floor.
         material: the sheet's.
         thickness: the sheet's, metres; the material's own if None.
     """
@@ -57,7 +65,7 @@ class Finish:
     thickness: float | None = None
 
 
-def shell(
+def build_room(
     size: tuple[float, float, float],
     openings: Sequence[Opening],
     *,
@@ -97,3 +105,24 @@ def shell(
         pane = sheet(start, (o.end - o.start + 2 * BEHIND) * direction, (0, 0, o.top + BEHIND - bottom))
         objects.append(SceneObject(o.name, pane, o.material, o.thickness))
     return objects
+
+
+def table(x: float, y: float, length: float, width: float, height: float = 0.74) -> Trimesh:
+    """A table's board, its corner of lowest x and y at (x, y); metres."""
+    return sheet((x, y, height), (length, 0, 0), (0, width, 0))
+
+
+def panel(x: float, y: float, length: float, bottom: float, top: float, degrees: float = 0.0) -> Trimesh:
+    """An upright sheet centred on (x, y), along x before it is rotated; metres, degrees."""
+    return rotate(sheet((x - length / 2, y, bottom), (length, 0, 0), (0, 0, top - bottom)), degrees)
+
+
+def shelf(x: float, y: float, length: float, width: float, heights: Sequence[float]) -> Trimesh:
+    """Horizontal boards one above the other, without sides; metres."""
+    return union(*(table(x, y, length, width, height) for height in heights))
+
+
+def build_place(name: str, objects: Sequence[SceneObject], gateway: Gateway, transmitter: Transmitter) -> Scene:
+    """A built-in place at 915 MHz; its materials are those of ITU-R P.2040."""
+    materials = p2040_materials((item.material for item in objects), FREQUENCY)
+    return Scene(name, FREQUENCY, gateway, transmitter, tuple(objects), materials)
