@@ -13,7 +13,7 @@ from jaxtyping import Float, Int
 from torch import Tensor
 
 from learn.baselines.neighbours import NEIGHBOURS
-from learn.data.metrics import ssim
+from learn.data.metrics import ssim_of_each
 from learn.models.geometry import distances
 from learn.models.kriged_field import KrigedField
 from simulate.spectra.angular_grid import COLUMNS, ROWS
@@ -46,7 +46,7 @@ def best_weights(
     single, single_score = "", 0.0
     for taken in range(QUARTERS):
         mixed = {name: (total + spectra) / (taken + 1) for name, spectra in predicted.items()}
-        scores = {name: float(ssim(spectra, truth).mean()) for name, spectra in mixed.items()}
+        scores = {name: float(ssim_of_each(spectra, truth).mean()) for name, spectra in mixed.items()}
         best = max(scores, key=lambda name: scores[name])
         total, score = total + predicted[best], scores[best]
         counts[best] += 1

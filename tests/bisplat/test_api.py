@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 
 import bisplat
+from scenes.scene import shapes
+from scenes.scene.description import Gateway
 
 ROOT = Path(__file__).parents[2]
 
@@ -41,9 +43,10 @@ def test_help_needs_neither_torch_nor_the_ray_tracer_nor_scipy():
     assert not roots & {"torch", "drjit", "mitsuba", "sionna", "scipy", "trimesh", "matplotlib", "lightning"}
 
 
-def test_names_of_type_checkers_are_the_names_there_are():
-    block = (ROOT / "bisplat" / "__init__.py").read_text().split("if TYPE_CHECKING")[1].split("\n\n")[0]
-    typed = {line.split(" as ")[-1] for line in block.splitlines() if " import " in line}
-    assert typed == set(bisplat.__all__) <= set(dir(bisplat))
+def test_names_are_those_of_the_stub_and_of_nothing_else():
+    stub = (ROOT / "bisplat" / "__init__.pyi").read_text()
+    typed = [line.split(" as ")[-1] for line in stub.splitlines() if " import " in line]
+    assert len(typed) == len(set(typed)) and set(typed) == set(bisplat.__all__) <= set(dir(bisplat))
+    assert bisplat.Gateway is Gateway and bisplat.shapes is shapes  # a class, and a module
     with pytest.raises(AttributeError, match="nothing"):
         _ = bisplat.nothing
