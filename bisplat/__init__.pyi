@@ -10,6 +10,9 @@ from learn.evaluation.crossvalidate import crossvalidate as crossvalidate
 from learn.evaluation.evaluate import evaluate as evaluate
 from learn.localisation.locate import locate as locate
 from learn.planning.next_positions import plan as plan
+from learn.reports.plots import plot_cdf as plot_cdf
+from learn.reports.plots import plot_polar as plot_polar
+from learn.reports.plots import plot_spectrum as plot_spectrum
 from learn.training.model_export import export as export
 from learn.training.run_folder import Run as Run
 from learn.training.run_folder import load_run as load_run

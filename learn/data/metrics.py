@@ -10,6 +10,7 @@ from skimage.metrics import structural_similarity
 
 from scenes.files.errors import ParameterError
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
+from simulate.spectra.spectrum import check_spectra
 
 
 @dataclass(frozen=True)
@@ -154,13 +155,7 @@ def _pair(prediction: np.ndarray, truth: np.ndarray) -> tuple[np.ndarray, np.nda
     Raises:
         ParameterError: as ``ssim``.
     """
-    pair = {"prediction": np.asarray(prediction), "truth": np.asarray(truth)}
-    for name, spectra in pair.items():
-        if spectra.shape[-2:] != (ROWS, COLUMNS):
-            raise ParameterError(name, f"expected spectra of {ROWS} x {COLUMNS}, found shape {spectra.shape}")
-        if not np.issubdtype(spectra.dtype, np.floating):
-            raise ParameterError(name, f"expected numbers from 0 to 1, grey levels / 255, found {spectra.dtype}")
-    shapes = [spectra.shape for spectra in pair.values()]
-    if shapes[0] != shapes[1]:
-        raise ParameterError("prediction", f"expected the shape of the true spectra, {shapes[1]}, found {shapes[0]}")
-    return pair["prediction"].astype(np.float64, copy=False), pair["truth"].astype(np.float64, copy=False)
+    prediction, truth = check_spectra("prediction", prediction), check_spectra("truth", truth)
+    if prediction.shape != truth.shape:
+        raise ParameterError("prediction", f"expected shape {truth.shape}, that of truth, found {prediction.shape}")
+    return prediction, truth
