@@ -77,7 +77,7 @@ def score(prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K
 def ssim(
     prediction: Float[np.ndarray, "*batch 90 360"], truth: Float[np.ndarray, "*batch 90 360"]
 ) -> Float[np.ndarray, "*batch"]:
-    """Structural similarity (SSIM) of predicted and true spectra: the value that all tables report.
+    """Structural similarity (SSIM [wang2004]) of predicted and true spectra: the value that all tables report.
 
     It is ``skimage.metrics.structural_similarity(prediction, truth, data_range=1)`` of each 90 × 360 picture, in double
     precision, and at most 1.

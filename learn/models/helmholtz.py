@@ -53,7 +53,7 @@ class HelmholtzField(SpectrumModel):
     spectra, weighted by 1 / distance. Where responses are not known, they are found from the pictures if that pays
     (``fit_to_pictures``). Where known positions are dense, kriging of responses is best by far. Where they
     are many wavelengths apart, none says much about the next, and the mean of several ways errs least. ``fit`` finds
-    the weights by which known spectra are best predicted from the others (stacking, Wolpert 1992).
+    the weights by which known spectra are best predicted from the others (stacking [wolpert1992]).
 
     Args:
         region: as for ``SpectrumModel``; this model does not use it.

@@ -1,4 +1,4 @@
-"""Stacking (Wolpert 1992): the weights of a mean of predictions, by how well each predicts left-out known spectra.
+"""Stacking [wolpert1992]: the weights of a mean of predictions, by how well each predicts left-out known spectra.
 
 Kriging and inverse-distance weighting leave a known spectrum out at no cost, since neither has to be fitted again.
 """
@@ -28,7 +28,7 @@ LEAST_GAIN = 0.003
 def best_weights(
     predicted: Mapping[str, Float[np.ndarray, "L 90 360"]], truth: Float[np.ndarray, "L 90 360"]
 ) -> tuple[dict[str, float], float]:
-    """Weights of predictions and the mean SSIM of their weighted mean, by greedy selection (Caruana et al. 2004).
+    """Weights of predictions and the mean SSIM of their weighted mean, by greedy selection [caruana2004].
 
     In each round, the prediction that raises the mean SSIM of the mean most is added to it, once more if need be. Gains
     of less than ``LEAST_GAIN`` count for nothing: of a mean over a single prediction, and of a prediction over an

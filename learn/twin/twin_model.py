@@ -3,8 +3,8 @@
 The scene's unknowns are corrected first, then a complex gain of each chain of interactions.
 
 Where very many spectra are known, kriging knows the field better than any description of the place. The prediction is
-therefore a weighted mean of both, with the weight by which known spectra are best predicted from the others (stacking,
-Wolpert 1992).
+therefore a weighted mean of both, with the weight by which known spectra are best predicted from the others (stacking
+[wolpert1992]).
 """
 
 from __future__ import annotations

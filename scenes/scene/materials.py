@@ -128,7 +128,7 @@ def material_names() -> tuple[str, ...]:
 def p2040_material(
     name: str, frequency: float, thickness: float | None = None, scattering_coefficient: float = 0.0
 ) -> RadioMaterial:
-    """A material by the power law of ITU-R P.2040-3, section 2.1.4:
+    """A material by the power law of ITU-R P.2040-3 [itu2023], section 2.1.4:
 
         ε_r = a f^b,    σ = c f^d  [S/m],    f in GHz.
 

@@ -1,7 +1,7 @@
 """The element responses behind a spectrum: phase retrieval from its lags, polished at some hundred directions.
 
 A magnitude spectrum determines the responses y of a planar array up to a common phase and the flip y_m -> y*_{MN−1−m},
-since both leave all lags R_Δ = Σ_{m−n=Δ} y_m y_n* as they are (Hayes 1982: the autocorrelation of a finite
+since both leave all lags R_Δ = Σ_{m−n=Δ} y_m y_n* as they are ([hayes1982]: the autocorrelation of a finite
 two-dimensional sequence determines it up to these). Levenberg and Marquardt's method finds y from random starts: first
 such that its lags are the fitted ones, a small problem, then such that |A y| is the spectrum itself.
 """
