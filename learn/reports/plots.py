@@ -19,7 +19,7 @@ from matplotlib.projections.polar import PolarAxes
 
 from learn.baselines.array_ceiling import CEILING, shown_name
 from learn.reports.colours import DIFFERENCE, MAGNITUDE
-from scenes.files.errors import ParameterError
+from scenes.files.errors import ParameterError, shown
 from scenes.files.plain_text import in_figure
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
 from simulate.spectra.spectrum import check_spectra
@@ -134,6 +134,9 @@ def plot_cdf(
     Returns:
         The axis.
 
+    Raises:
+        ParameterError: scores that are not finite, or none at all.
+
     >>> import bisplat
     >>> scores = bisplat.evaluate("runs/lab").scores
     >>> ax = bisplat.plot_cdf({name: each.aoa_error for name, each in scores.items()}, quantity="AoA error (°)")
@@ -145,6 +148,8 @@ def plot_cdf(
     colours = cycle(colormaps["tab20"]([number for number in range(20) if number not in GREYS]))
     named = scores if isinstance(scores, Mapping) else {"": scores}
     for name, values in named.items():
+        if not (np.size(values) and np.isfinite(values).all()):
+            raise ParameterError("scores", f"expected finite numbers, found {shown(np.asarray(values).tolist())}")
         style = CEILING_STYLE if name == CEILING else {"color": next(colours), "lw": 2 if name == "model" else 1.2}
         label = f"{in_figure(shown_name(name))}: median {np.median(values):.3f}" if name else None
         ax.ecdf(values, label=label, **style)

@@ -87,6 +87,13 @@ def test_names_are_in_the_legend_of_a_new_figure_only():
     assert plot_cdf(scores["mine"]).get_legend() is None
 
 
+@pytest.mark.parametrize("wrong", [[0.5, float("nan")], []])
+def test_scores_that_are_no_numbers_are_refused(wrong):
+    for scores in (wrong, {"right": [0.5], "mine": wrong}):
+        with pytest.raises(InputError, match="scores: expected finite numbers, found"):
+            plot_cdf(scores, Figure().subplots())
+
+
 @pytest.mark.parametrize("draw", [plot_spectrum, plot_polar])
 def test_what_is_no_spectrum_is_refused(draw, spectrum):
     for wrong, words in (
