@@ -99,8 +99,9 @@ def ssim(
     (True, True)
     """
     prediction, truth = _pair(prediction, truth)
-    stack = (-1, ROWS, COLUMNS)
-    return ssim_of_each(prediction.reshape(stack), truth.reshape(stack)).reshape(truth.shape[:-2])[()]
+    pairs = zip(*(spectra.reshape(-1, ROWS, COLUMNS) for spectra in (prediction, truth)), strict=True)
+    each = [structural_similarity(p.astype(np.float64), t.astype(np.float64), data_range=1) for p, t in pairs]
+    return np.array(each).reshape(truth.shape[:-2])[()]
 
 
 def ssim_of_each(
@@ -150,7 +151,7 @@ def aoa_error(
 
 
 def _pair(prediction: np.ndarray, truth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Predicted and true spectra in double precision.
+    """Predicted and true spectra, checked.
 
     Raises:
         ParameterError: as ``ssim``.

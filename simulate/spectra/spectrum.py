@@ -56,7 +56,7 @@ def spectrum_of(picture: UInt8[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray
 
 
 def check_spectra(parameter: str, spectra: Float[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray, "*batch 90 360"]:
-    """Spectra that a user gave, in double precision.
+    """Spectra that a user gave, checked.
 
     Args:
         parameter: name of the parameter that has them.
@@ -75,4 +75,4 @@ def check_spectra(parameter: str, spectra: Float[np.ndarray, "*batch 90 360"]) -
         raise ParameterError(parameter, f"expected spectra of {ROWS} x {COLUMNS}, found shape {spectra.shape}")
     if not np.issubdtype(spectra.dtype, np.floating):
         raise ParameterError(parameter, f"expected numbers from 0 to 1 (grey levels / 255), found {spectra.dtype}")
-    return spectra.astype(np.float64, copy=False)
+    return spectra
