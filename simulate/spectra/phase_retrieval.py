@@ -62,10 +62,9 @@ def retrieve_responses(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamf
         beamformer: the array that measured them, and their grid.
         seed: draws the starts.
 
-    >>> from simulate.spectra.spectrum import normalise
-    >>> beamformer = Beamformer()
-    >>> truth = np.random.default_rng(0).standard_normal((2, 16, 2)) @ [1, 1j]
-    >>> found = retrieve_responses(normalise(beamformer.spectrum(truth)), beamformer)
+    >>> import bisplat
+    >>> dataset = bisplat.read_dataset("data/lab")
+    >>> found = retrieve_responses(dataset.spectra[:2], dataset.beamformer)
     >>> found.responses.shape, bool((found.residual < GOOD).all())
     ((2, 16), True)
     """

@@ -2,6 +2,7 @@
 
 import doctest
 import inspect
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -13,6 +14,8 @@ from scenes.scene import shapes
 from scenes.scene.description import Gateway
 
 ROOT = Path(__file__).parents[2]
+OUR_PACKAGES = re.compile(r"(from|import) (scenes|simulate|learn)\b")
+"""An import that users need not write."""
 
 
 @pytest.mark.parametrize("name", bisplat.__all__)
@@ -22,6 +25,12 @@ def test_every_name_has_an_example(name):
     found = doctest.DocTestFinder().find(thing, name, module=inspect.getmodule(thing))
     assert any(each.examples for each in found), f"{name} has no example"
     assert (inspect.getdoc(thing) or "").strip()
+    assert not [example.source for each in found for example in each.examples if OUR_PACKAGES.search(example.source)]
+
+
+def test_the_tutorial_and_the_readme_import_bisplat_alone():
+    for page in ("README.md", "docs/tutorial.ipynb"):
+        assert not OUR_PACKAGES.search((ROOT / page).read_text()), page
 
 
 def test_the_import_is_light():
