@@ -6,7 +6,7 @@ A source 8 m from the edge of a large metal sheet, receivers on a half circle of
 antennas polarised along the edge (V) or across it (H); 915 MHz. Measured: root mean square of the error of the field,
 over the root mean square of the field without the sheet, within 15° of the reflection boundary, within 15° of the
 shadow boundary, between them, and beyond them, for several angles of incidence. Lines: geometric optics alone; with
-Sionna's diffraction in the shadow only; in the lit region too; and there with the coefficients of Luebbers (1984)
+Sionna's diffraction in the shadow only; in the lit region too; and there with the coefficients of [luebbers1984]
 instead of Sionna's (docs/sionna-diffraction.md).
 """
 

@@ -7,7 +7,6 @@ A finder that Python asks before it looks along the path prevents that. Nothing 
 from __future__ import annotations
 
 import sys
-from importlib.abc import MetaPathFinder
 from importlib.machinery import ModuleSpec, PathFinder, SourceFileLoader
 from importlib.util import spec_from_file_location
 from pathlib import Path
@@ -35,7 +34,7 @@ def claim() -> None:
         sys.meta_path.insert(0, OwnPackages())
 
 
-class OwnPackages(MetaPathFinder):
+class OwnPackages:
     """Finds our packages by their place."""
 
     def find_spec(self, name: str, path: Any = None, target: ModuleType | None = None) -> ModuleSpec | None:

@@ -9,7 +9,7 @@ import numpy as np
 import torch
 
 from learn.comparison.task import Task
-from learn.data.metrics import ssim
+from learn.data.metrics import ssim_of_each
 from learn.models.base import SpectrumModel
 from learn.models.quadrature import quadrature
 from learn.models.steps import Steps
@@ -58,7 +58,7 @@ def steps_within(minutes: float, model: SpectrumModel, by_steps: Steps, task: Ta
     began = time.perf_counter()
     with torch.no_grad():
         prediction = module.model(positions[:validated]).cpu().numpy()
-    ssim(prediction, spectrum_of(pictures[:validated].cpu().numpy()))
+    ssim_of_each(prediction, spectrum_of(pictures[:validated].cpu().numpy()))
     seconds_per_spectrum = (time.perf_counter() - began) / validated
     validation_seconds = seconds_per_spectrum * min(Spectra.VALIDATED, len(task.parts.validation))
     began = time.perf_counter()

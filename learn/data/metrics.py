@@ -8,7 +8,9 @@ import numpy as np
 from jaxtyping import Float
 from skimage.metrics import structural_similarity
 
-from simulate.spectra.angular_grid import AngularGrid
+from scenes.files.errors import ParameterError
+from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
+from simulate.spectra.spectrum import check_spectra
 
 
 @dataclass(frozen=True)
@@ -72,36 +74,89 @@ def score(prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K
     )
 
 
-def ssim(prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K 90 360"]) -> Float[np.ndarray, " K"]:
-    """Structural similarity (SSIM) of each pair, as scikit-image computes it. All tables report this value.
+def ssim(
+    prediction: Float[np.ndarray, "*batch 90 360"], truth: Float[np.ndarray, "*batch 90 360"]
+) -> Float[np.ndarray, "*batch"]:
+    """Structural similarity (SSIM [wang2004]) of predicted and true spectra: the value that all tables report.
+
+    It is ``skimage.metrics.structural_similarity(prediction, truth, data_range=1)`` of each 90 × 360 picture, in double
+    precision, and at most 1.
+
+    Args:
+        prediction: a spectrum or a stack of spectra, 0…1.
+        truth: as many true spectra, 0…1: the grey levels of a dataset's pictures divided by 255.
+
+    Returns:
+        The SSIM of each pair; one number for one pair.
+
+    Raises:
+        ParameterError: other shapes, or grey levels instead of numbers from 0 to 1.
+
+    >>> import bisplat
+    >>> evaluation = bisplat.evaluate("runs/lab")
+    >>> each = bisplat.ssim(evaluation.prediction, evaluation.truth)
+    >>> each.shape == evaluation.test.shape, float(np.median(each)) == evaluation.metrics()["ssim_median"]
+    (True, True)
+    """
+    prediction, truth = _pair(prediction, truth)
+    pairs = zip(*(spectra.reshape(-1, ROWS, COLUMNS) for spectra in (prediction, truth)), strict=True)
+    each = [structural_similarity(p.astype(np.float64), t.astype(np.float64), data_range=1) for p, t in pairs]
+    return np.array(each).reshape(truth.shape[:-2])[()]
+
+
+def ssim_of_each(
+    prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K 90 360"]
+) -> Float[np.ndarray, " K"]:
+    """SSIM of each pair in the type of its arrays. Fits choose by it in single precision, which is faster.
 
     Args:
         prediction: predicted spectra, 0…1.
-        truth: true spectra, 0…1, of the same float type; SSIM is computed in this type.
+        truth: true spectra, 0…1, of the same float type.
 
     >>> truth = np.random.default_rng(0).uniform(size=(1, 90, 360))
-    >>> ssim(truth, truth).round(6).tolist(), ssim(1 - truth, truth).tolist() < [0.0]
+    >>> ssim_of_each(truth, truth).round(6).tolist(), ssim_of_each(1 - truth, truth).tolist() < [0.0]
     ([1.0], True)
     """
     return np.array([structural_similarity(p, t, data_range=1) for p, t in zip(prediction, truth, strict=True)])
 
 
 def aoa_error(
-    prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K 90 360"], grid: AngularGrid
-) -> Float[np.ndarray, " K"]:
-    """Great-circle angle between the directions of the two maxima, degrees.
+    prediction: Float[np.ndarray, "*batch 90 360"],
+    truth: Float[np.ndarray, "*batch 90 360"],
+    grid: AngularGrid = AngularGrid(),
+) -> Float[np.ndarray, "*batch"]:
+    """Error of the angle of arrival: the great-circle angle between the directions of the two maxima, degrees.
 
     The angle is also right across azimuth 0°, and near boresight, where directions of different azimuths are close.
 
     Args:
-        prediction: predicted spectra.
-        truth: true spectra.
-        grid: directions of their rows and columns.
+        prediction: a spectrum or a stack of spectra.
+        truth: as many true spectra.
+        grid: directions of their rows and columns, ``dataset.grid``; NeRF²'s by default.
 
-    >>> predicted, truth = np.zeros((2, 1, 90, 360))
-    >>> predicted[0, 60, 0] = truth[0, 60, 180] = 1  # elevation 60 degrees, azimuths 0 and 180 degrees
-    >>> aoa_error(predicted, truth, AngularGrid()).round(3).tolist()
-    [60.0]
+    Returns:
+        The angle of each pair, 0…180; one number for one pair.
+
+    Raises:
+        ParameterError: other shapes, or grey levels instead of numbers from 0 to 1.
+
+    >>> prediction, truth = np.zeros((2, 90, 360))
+    >>> prediction[0, 359] = truth[0, 1] = 1  # at the horizon, azimuths 359 and 1 degree
+    >>> float(aoa_error(prediction, truth).round(3))
+    2.0
     """
+    prediction, truth = _pair(prediction, truth)
     cosine = (grid.dominant_direction(prediction) * grid.dominant_direction(truth)).sum(-1)
     return np.degrees(np.arccos(np.clip(cosine, -1, 1)))
+
+
+def _pair(prediction: np.ndarray, truth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Predicted and true spectra, checked.
+
+    Raises:
+        ParameterError: as ``ssim``.
+    """
+    prediction, truth = check_spectra("prediction", prediction), check_spectra("truth", truth)
+    if prediction.shape != truth.shape:
+        raise ParameterError("prediction", f"expected shape {truth.shape}, that of truth, found {prediction.shape}")
+    return prediction, truth

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.spatial import cKDTree
 
-from learn.data.metrics import ssim
+from learn.data.metrics import ssim_of_each
 from simulate.dataset.dataset_folder import Dataset
 from simulate.spectra.evenly import evenly
 from simulate.spectra.spectrum import spectrum_of
@@ -76,5 +76,5 @@ def leakage(dataset: Dataset) -> Leakage | None:
     similar = np.empty(len(test))
     for some in np.array_split(np.arange(len(test)), -(-len(test) // AT_ONCE)):
         copies, truth = (spectrum_of(dataset.pictures[indices[some]]) for indices in (copied, test))
-        similar[some] = ssim(copies, truth)
+        similar[some] = ssim_of_each(copies, truth)
     return Leakage(distance, similar)

@@ -131,7 +131,7 @@ def inverse_variance_weights(
 
     What validation spectra tell of a variance is uncertain, so that the logarithms are spread more widely than the true
     ones. They keep the share max(0, 1 − (mean of u) / (their variance)) of their distance to the mean, with the
-    variance u of each (empirical Bayes, Efron and Morris 1973).
+    variance u of each (empirical Bayes [efron1973]).
 
     Args:
         variances: σ², as K spectra's errors told them.

@@ -1,4 +1,4 @@
-"""The paper's models BiSplat-WRF and BiSplat-WRF+.
+"""The paper's models BiSplat-WRF and BiSplat-WRF+ [zhang2026].
 
 Symbols are the paper's: N_p primitives, N_c clusters, φ azimuth, θ elevation, ρ in-plane rotation, c_i complex
 coefficient. docs/model.md lists what the paper leaves open and what was chosen.

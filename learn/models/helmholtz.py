@@ -10,7 +10,7 @@ import torch
 from jaxtyping import Complex, Float, Int
 from torch import Tensor, nn
 
-from learn.data.metrics import ssim
+from learn.data.metrics import ssim_of_each
 from learn.models.base import Report, SpectrumModel
 from learn.models.geometry import distances
 from learn.models.kriged_field import KrigedField
@@ -53,7 +53,7 @@ class HelmholtzField(SpectrumModel):
     spectra, weighted by 1 / distance. Where responses are not known, they are found from the pictures if that pays
     (``fit_to_pictures``). Where known positions are dense, kriging of responses is best by far. Where they
     are many wavelengths apart, none says much about the next, and the mean of several ways errs least. ``fit`` finds
-    the weights by which known spectra are best predicted from the others (stacking, Wolpert 1992).
+    the weights by which known spectra are best predicted from the others (stacking [wolpert1992]).
 
     Args:
         region: as for ``SpectrumModel``; this model does not use it.
@@ -147,19 +147,19 @@ class HelmholtzField(SpectrumModel):
             field = fields[way] = self._fitted(way, dataset, known, self.report, fields.get("spectra"))
             if not predicted:
                 predicted["inverse-distance"] = left_out_by_distance(field, left_out)
-                scores["inverse-distance"] = float(ssim(predicted["inverse-distance"], truth).mean())
+                scores["inverse-distance"] = float(ssim_of_each(predicted["inverse-distance"], truth).mean())
             folds = min(FOLDS, FOLDED // len(known))
             if way == "phases":  # the other spectra's phases were found using the left-out ones
                 predicted[way] = self._left_out_with_others_phases(dataset, known, left_out, max(1, folds))
-                scores[way] = float(ssim(predicted[way], truth).mean())
+                scores[way] = float(ssim_of_each(predicted[way], truth).mean())
                 continue
             spectra = left_out_by_kriging(field, left_out)
-            scores[way] = float(ssim(spectra, truth).mean())
+            scores[way] = float(ssim_of_each(spectra, truth).mean())
             if folds > 1:
                 if scores[way] < scores["inverse-distance"]:
                     continue
                 spectra = self._left_out_of_folds(way, dataset, known, left_out, folds)
-                scores[way] = float(ssim(spectra, truth).mean())
+                scores[way] = float(ssim_of_each(spectra, truth).mean())
             predicted[way] = spectra
         self.report("weights", 0, 1)
         weights, score = best_weights({way: predicted[way] for way in WAYS if way in predicted}, truth)

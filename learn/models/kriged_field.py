@@ -51,12 +51,12 @@ class KrigedField(SpectrumModel):
     positions, and nearer legs of this path are more probable (``expected_fading``).
 
     The shares s_j, the length ℓ, the drift T and the nugget ν (noise variance relative to the field's variance)
-    maximise the likelihood (Vecchia 1988). A penalty pulls the shares a little towards equal ones, for which the sum
-    is sin(k|Δ|) / k|Δ| (Cook et al. 1955). A simulated scene does not change; the fit then finds a T so large that
+    maximise the likelihood [vecchia1988]. A penalty pulls the shares a little towards equal ones, for which the sum
+    is sin(k|Δ|) / k|Δ| [cook1955]. A simulated scene does not change; the fit then finds a T so large that
     e^(−τ/T) is 1.
 
     If a dataset has no responses, its spectra are interpolated about their mean with the covariance |κ|², which is that
-    of the power |y|² of a Gaussian field (Reed 1962).
+    of the power |y|² of a Gaussian field [reed1962].
 
     Args:
         region: as for ``SpectrumModel``; this model does not use it.

@@ -1,4 +1,4 @@
-"""NeRF² (Zhao et al., MobiCom 2023): rays are marched from the gateway through a radiance field, one for each pixel.
+"""NeRF² [zhao2023]: rays are marched from the gateway through a radiance field, one for each pixel.
 
 Only the few pixels that hold the array's band have rays; the spectrum is interpolated from these. The model is written
 from the paper's equations; docs/peers.md says what differs from the published code.

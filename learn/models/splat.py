@@ -1,5 +1,6 @@
 """Depth-ordered splatting of complex coefficients on the (φ, θ) plane, with periodic azimuth.
 
+Primitives are blended as in 3D Gaussian splatting [kerbl2023].
 ``splat_reference`` follows the equations; ``splat`` computes the same by the fastest renderer for the tensors' device.
 Complex numbers are pairs (real, imaginary) along the last axis, which all compilers and exporters support.
 """

@@ -1,4 +1,4 @@
-"""Stacking (Wolpert 1992): the weights of a mean of predictions, by how well each predicts left-out known spectra.
+"""Stacking [wolpert1992]: the weights of a mean of predictions, by how well each predicts left-out known spectra.
 
 Kriging and inverse-distance weighting leave a known spectrum out at no cost, since neither has to be fitted again.
 """
@@ -13,7 +13,7 @@ from jaxtyping import Float, Int
 from torch import Tensor
 
 from learn.baselines.neighbours import NEIGHBOURS
-from learn.data.metrics import ssim
+from learn.data.metrics import ssim_of_each
 from learn.models.geometry import distances
 from learn.models.kriged_field import KrigedField
 from simulate.spectra.angular_grid import COLUMNS, ROWS
@@ -28,7 +28,7 @@ LEAST_GAIN = 0.003
 def best_weights(
     predicted: Mapping[str, Float[np.ndarray, "L 90 360"]], truth: Float[np.ndarray, "L 90 360"]
 ) -> tuple[dict[str, float], float]:
-    """Weights of predictions and the mean SSIM of their weighted mean, by greedy selection (Caruana et al. 2004).
+    """Weights of predictions and the mean SSIM of their weighted mean, by greedy selection [caruana2004].
 
     In each round, the prediction that raises the mean SSIM of the mean most is added to it, once more if need be. Gains
     of less than ``LEAST_GAIN`` count for nothing: of a mean over a single prediction, and of a prediction over an
@@ -46,7 +46,7 @@ def best_weights(
     single, single_score = "", 0.0
     for taken in range(QUARTERS):
         mixed = {name: (total + spectra) / (taken + 1) for name, spectra in predicted.items()}
-        scores = {name: float(ssim(spectra, truth).mean()) for name, spectra in mixed.items()}
+        scores = {name: float(ssim_of_each(spectra, truth).mean()) for name, spectra in mixed.items()}
         best = max(scores, key=lambda name: scores[name])
         total, score = total + predicted[best], scores[best]
         counts[best] += 1

@@ -1,4 +1,4 @@
-"""The idea of SwiftWRF: planar Gaussians, summed without depth order, that a network deforms by transmitter position.
+"""The idea of SwiftWRF [liu2025]: planar Gaussians, summed without depth order, that a network deforms by position.
 
 It is written in plain torch from the idea, not from the authors' code; docs/peers.md says what differs.
 """

@@ -1,4 +1,4 @@
-"""Vecchia's likelihood of the known spectra, and the covariance that maximises it (Vecchia 1988)."""
+"""Vecchia's likelihood of the known spectra, and the covariance that maximises it [vecchia1988]."""
 
 from __future__ import annotations
 

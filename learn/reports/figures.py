@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 from io import BytesIO
-from itertools import cycle
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
-from matplotlib import colormaps
 from matplotlib.figure import Figure
 from matplotlib.ticker import StrMethodFormatter
 from scipy.stats import norm
 
-from learn.baselines.array_ceiling import CEILING, shown_name
-from learn.reports.colours import DIFFERENCE, MAGNITUDE
+from learn.reports.colours import MAGNITUDE
+from learn.reports.plots import plot_cdf, plot_polar, plot_spectrum
 from scenes.files.atomic import write_atomically
-from scenes.files.plain_text import in_figure
-from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
+from simulate.spectra.angular_grid import AngularGrid
 
 RANKS = {"worst": 0.0, "lower quartile": 0.25, "median": 0.5, "upper quartile": 0.75, "best": 1.0}
 """Spectra that are drawn as examples: name, and fraction of the spectra that have a lower SSIM."""
@@ -35,12 +31,6 @@ def ranked(ssim: Float[np.ndarray, " K"]) -> list[tuple[str, int]]:
     """
     order = np.argsort(ssim)
     return [(name, int(order[round(share * (len(order) - 1))])) for name, share in RANKS.items()]
-
-
-def pixel_edges(grid: AngularGrid) -> tuple[Float[np.ndarray, " 361"], Float[np.ndarray, " 91"]]:
-    """Azimuths and elevations half a step before, between and half a step after a grid's directions, degrees."""
-    azimuth = (np.arange(COLUMNS + 1) - 0.5) * grid.azimuth_step_deg
-    return azimuth, grid.elevation_first_deg + (np.arange(ROWS + 1) - 0.5) * grid.elevation_step_deg
 
 
 def save(figure: Figure, path: Path) -> None:
@@ -74,30 +64,18 @@ def draw_examples(
         path: path of the PNG; the PDF has the same name with the suffix .pdf.
         names: titles of the two columns of spectra.
     """
-    azimuth_edges, elevation_edges = pixel_edges(grid)
     figure = Figure(figsize=(11, 7.4), layout="constrained")
     axes = figure.subplots(len(RANKS), 3, sharex=True, sharey=True)
     for row, (name, index) in zip(axes, ranked(ssim), strict=True):
         panels = (prediction[index], truth[index], prediction[index] - truth[index])
-        for axis, panel, diverging in zip(row, panels, (False, False, True), strict=True):
-            image = axis.imshow(
-                panel,
-                origin="lower",
-                extent=(*azimuth_edges[[0, -1]], *elevation_edges[[0, -1]]),
-                aspect="auto",
-                cmap=DIFFERENCE if diverging else MAGNITUDE,
-                vmin=-1 if diverging else 0,
-                vmax=1,
-            )
-            if diverging:
-                figure.colorbar(image, ax=axis, label="difference")
+        for axis, panel, difference in zip(row, panels, (False, False, True), strict=True):
+            plot_spectrum(panel, axis, grid, difference)
+            axis.label_outer()
+        figure.colorbar(row[2].images[0], ax=row[2], label="difference")
         figure.colorbar(row[1].images[0], ax=row[1], label="magnitude")
         row[0].set_ylabel(f"{name}\nSSIM {ssim[index]:.3f}\nelevation (°)")
     for axis, title in zip(axes[0], (*names, " − ".join(names)), strict=True):
         axis.set_title(title)
-    for axis in axes[-1]:
-        axis.set_xlabel("azimuth (°)")
-        axis.set_xticks(range(0, 361, 90))
     save(figure, path)
 
 
@@ -119,17 +97,12 @@ def draw_examples_polar(
     """
     figure = Figure(figsize=(11, 7), layout="constrained")
     axes = figure.subplots(3, len(RANKS), subplot_kw={"projection": "polar"})
-    azimuth, elevation = pixel_edges(grid)
-    azimuth, radius = np.radians(azimuth), (90 - elevation).clip(0)
     for column, (name, index) in zip(axes.T, ranked(ssim), strict=True):
         panels = (prediction[index], truth[index], prediction[index] - truth[index])
-        for axis, panel, diverging in zip(column, panels, (False, False, True), strict=True):
-            cmap, lowest = (DIFFERENCE, -1) if diverging else (MAGNITUDE, 0)
-            axis.pcolormesh(azimuth, radius, panel, cmap=cmap, vmin=lowest, vmax=1, rasterized=True)
-            axis.set_xticks(np.radians([0, 90, 180, 270]))
-            axis.set_yticks([30, 60, 90], ["", "", ""])
+        for axis, panel, difference in zip(column, panels, (False, False, True), strict=True):
+            plot_polar(panel, axis, grid, difference)
+            axis.set(xlabel="", yticklabels=["", "", ""])
             axis.tick_params(labelsize="x-small", pad=-2)
-            axis.grid(alpha=0.3)
         column[0].set_title(f"{name}\nSSIM {ssim[index]:.3f}", fontsize="medium")
     for row, label in zip(axes, ("predicted", "truth", "predicted − truth"), strict=True):
         row[0].set_ylabel(label, labelpad=24)
@@ -137,13 +110,6 @@ def draw_examples_polar(
         figure.colorbar(row[-1].collections[0], ax=row, shrink=0.8, label=unit)
     figure.supxlabel("azimuth (°) around, elevation 90° in the middle, rings at 60°, 30° and 0°", fontsize="medium")
     save(figure, path)
-
-
-CEILING_STYLE: dict[str, Any] = {"color": "0.35", "lw": 1.5, "ls": "--"}
-"""Line of the array's ceiling, the same in every figure: it is a bound, not a method."""
-
-GREYS = (14, 15)
-"""The greys among Matplotlib's colours of tab20."""
 
 
 def draw_ssim_distribution(ssim: dict[str, Float[np.ndarray, " K"]], path: Path) -> None:
@@ -155,20 +121,8 @@ def draw_ssim_distribution(ssim: dict[str, Float[np.ndarray, " K"]], path: Path)
     """
     figure = Figure(figsize=(9, 4.2), layout="constrained")
     axis = figure.subplots()
-    # The bound's grey is no method's.
-    colours = cycle(colormaps["tab20"]([number for number in range(20) if number not in GREYS]))
-    for name, values in ssim.items():
-        share = np.arange(1, len(values) + 1) / len(values)
-        label = f"{in_figure(shown_name(name))}: median {np.median(values):.3f}"
-        style = CEILING_STYLE if name == CEILING else {"color": next(colours), "lw": 2 if name == "model" else 1.2}
-        axis.step(np.sort(values), share, where="post", label=label, **style)
-    axis.set(
-        xlabel="SSIM",
-        ylabel="share of test spectra",
-        xlim=(min(0.2, *map(np.min, ssim.values())), 1),
-        ylim=(0, 1),
-    )
-    axis.grid(alpha=0.3)
+    plot_cdf(ssim, axis)
+    axis.set(ylabel="share of test spectra", xlim=(min(0.2, *map(np.min, ssim.values())), 1))
     figure.legend(loc="outside right upper")
     save(figure, path)
 

@@ -1,7 +1,7 @@
 """How far a prediction may be off: the standard deviation of a spectrum's values.
 
 A model is fitted to the training part; its errors on the validation part then tell how far its predictions are off,
-whatever the model (split conformal prediction, Papadopoulos et al. 2002). Where the model computes a variance of its
+whatever the model (split conformal prediction [papadopoulos2002]). Where the model computes a variance of its
 own (kriging does), predictions of a large variance are given larger deviations.
 """
 

@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Complex
 
 from learn.baselines.neighbours import inverse_distance
-from learn.data.metrics import ssim
+from learn.data.metrics import ssim_of_each
 from learn.data.splits import Split
 from learn.models.base import Report, SpectrumModel
 from learn.models.kriged_field import KrigedField
@@ -67,8 +67,8 @@ def learned_responses(model: SpectrumModel, dataset: Dataset, parts: Split, by_s
     validated = evenly(parts.validation, Spectra.VALIDATED)
     truth, places = spectrum_of(dataset.pictures[validated]), dataset.positions[validated]
     known = dataset.positions[parts.train], spectrum_of(dataset.pictures[parts.train])
-    by_phases = float(np.median(ssim(predict(field, places).spectra, truth)))
-    by_distance = float(np.median(ssim(inverse_distance(*known, places), truth)))
+    by_phases = float(np.median(ssim_of_each(predict(field, places).spectra, truth)))
+    by_distance = float(np.median(ssim_of_each(inverse_distance(*known, places), truth)))
     pays = by_phases > by_distance
     say(
         f"learns from {'responses found behind the pictures' if pays else 'pictures'}: kriging of found responses "

@@ -13,7 +13,7 @@ from torch.optim.lr_scheduler import CosineAnnealingLR, LinearLR, SequentialLR
 from torch.utils.data import BatchSampler, DataLoader, SequentialSampler, Subset, TensorDataset
 from torch.utils.data.distributed import DistributedSampler
 
-from learn.data.metrics import ssim
+from learn.data.metrics import ssim_of_each
 from learn.data.splits import Split
 from learn.models.base import SpectrumModel
 from learn.models.quadrature import Quadrature
@@ -76,7 +76,7 @@ class Training(L.LightningModule):
     def validation_step(self, batch: list[Tensor], _: int) -> None:
         positions, pictures = batch[:2]
         prediction = self.model(positions).float().cpu().numpy()
-        self._validation.append(ssim(prediction, spectrum_of(pictures.cpu().numpy())))
+        self._validation.append(ssim_of_each(prediction, spectrum_of(pictures.cpu().numpy())))
 
     def on_validation_epoch_end(self) -> None:
         ssim_median = float(np.median(np.concatenate(self._validation)))

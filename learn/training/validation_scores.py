@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from learn.data.metrics import ssim
+from learn.data.metrics import ssim_of_each
 from learn.data.splits import Split
 from learn.models.base import SpectrumModel
 from learn.training.deviation import Deviation, fit_deviation, pixel_errors
@@ -43,4 +43,6 @@ def validate(model: SpectrumModel, dataset: Dataset, parts: Split) -> Validation
     positions, truth = dataset.positions[validated], spectrum_of(dataset.pictures[validated])
     prediction = predict(model, positions).spectra
     error = pixel_errors(prediction, truth)
-    return Validation(float(np.median(ssim(prediction, truth))), fit_deviation(error, uncertainty(model, positions)))
+    return Validation(
+        float(np.median(ssim_of_each(prediction, truth))), fit_deviation(error, uncertainty(model, positions))
+    )

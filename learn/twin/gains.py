@@ -73,7 +73,7 @@ def chain_gains(
     """The gains g_c of Σ_c g_c a_c + ε, for traced parts a_c of responses and what their sum leaves of measured ones.
 
     g_c are taken for independent draws of a normal distribution of variance τ², and ε for white noise of variance ν.
-    g is the posterior mean (ridge regression), with the τ² and ν of highest marginal likelihood (MacKay 1992).
+    g is the posterior mean (ridge regression), with the τ² and ν of highest marginal likelihood [mackay1992].
 
     Args:
         by_chain: a_c.

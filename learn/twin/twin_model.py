@@ -3,8 +3,8 @@
 The scene's unknowns are corrected first, then a complex gain of each chain of interactions.
 
 Where very many spectra are known, kriging knows the field better than any description of the place. The prediction is
-therefore a weighted mean of both, with the weight by which known spectra are best predicted from the others (stacking,
-Wolpert 1992).
+therefore a weighted mean of both, with the weight by which known spectra are best predicted from the others (stacking
+[wolpert1992]).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ import torch
 from jaxtyping import Complex, Float, Int, UInt8
 from torch import Tensor
 
-from learn.data.metrics import ssim
+from learn.data.metrics import ssim_of_each
 from learn.models.base import SpectrumModel
 from learn.models.kriged_field import KrigedField
 from scenes.files.errors import InputError, ParameterError
@@ -285,7 +285,7 @@ class Twin(SpectrumModel):
             scores = {}
             for trust in TRUSTS:
                 found = self.beamforming(self._mixed(traced[left_out], rest, whole, trust)).numpy()
-                scores[trust] = float(ssim(found, spectra).mean())
+                scores[trust] = float(ssim_of_each(found, spectra).mean())
         return max(scores, key=lambda trust: scores[trust])
 
     @cached_property

@@ -166,7 +166,7 @@ class Subject:
             return np.zeros(0)
         predict = next(iter(self.predictors.values()))
         prediction = np.stack([predict(position) for position in self.dataset.positions[self.tested]])
-        return ssim(prediction.astype(float), spectrum_of(self.dataset.pictures[self.tested]))
+        return ssim(prediction, spectrum_of(self.dataset.pictures[self.tested]))
 
     def field(self, position: Position) -> Complex[np.ndarray, "90 360"] | None:
         """The complex field of the run's prediction, up to a common factor; None: the model has no field.

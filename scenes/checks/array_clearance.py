@@ -84,7 +84,7 @@ def obstruction(gateway: Gateway, wavelength: float, objects: Iterable[SceneObje
 def crosses(
     starts: Float[np.ndarray, "*n 3"], ends: Float[np.ndarray, "n 3"], triangle: Float[np.ndarray, "3 3"]
 ) -> Bool[np.ndarray, " n"]:
-    """Whether straight lines cross a triangle (Möller and Trumbore 1997).
+    """Whether straight lines cross a triangle (Möller and Trumbore [moller1997]).
 
     Args:
         starts: where each line begins, or all of them; metres.

@@ -16,7 +16,7 @@ CHUNK = 200_000
 def winding_number(points: Float[np.ndarray, "n 3"], triangles: Float[np.ndarray, "t 3 3"]) -> Float[np.ndarray, " n"]:
     """How often a surface wraps around each point: ±1 inside a closed surface, 0 outside.
 
-    Sum of the triangles' signed solid angles over 4π, each by Van Oosterom and Strackee (1983):
+    Sum of the triangles' signed solid angles over 4π, each by Van Oosterom and Strackee [vanoosterom1983]:
 
         tan(Ω/2) = a·(b × c) / (|a||b||c| + (a·b)|c| + (b·c)|a| + (c·a)|b|)
 

@@ -87,6 +87,9 @@ def draw_scene(scene: Scene, path: str | Path) -> None:
     Args:
         scene: the scene.
         path: the PNG file.
+
+    >>> import bisplat
+    >>> bisplat.draw_scene(bisplat.load_scene("closet"), "closet.png")
     """
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D

@@ -246,12 +246,11 @@ def import_scene(
             that cannot be right, or a scene that ``scenes.checks.validation.validate`` refuses.
         ParameterError: the frequency is not positive.
 
-    >>> import tempfile
-    >>> from scenes.scene.description import Gateway, Transmitter, facing
-    >>> from scenes.scene.shapes import sheet
-    >>> gateway, transmitter = Gateway((0, 0, 1.5), facing((1, 0, 0))), Transmitter((1, -1, 0.5), (3, 1, 1.5))
+    >>> import bisplat, tempfile
+    >>> gateway = bisplat.Gateway(position=(0, 0, 1.5), orientation=bisplat.facing((1, 0, 0)))
+    >>> transmitter = bisplat.Transmitter(region_min=(1, -1, 0.5), region_max=(3, 1, 1.5))
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     _ = sheet((-5, -5, 0), (10, 0, 0), (0, 10, 0)).export(f"{folder}/yard.ply")
+    ...     _ = bisplat.shapes.sheet((-5, -5, 0), (10, 0, 0), (0, 10, 0)).export(f"{folder}/yard.ply")
     ...     scene, report = import_scene(
     ...         f"{folder}/yard.ply", [("yard", "concrete")], gateway=gateway, transmitter=transmitter
     ...     )

@@ -181,8 +181,8 @@ class SceneObject:
         material: a key of the scene's materials.
         thickness: thickness of the slab that a surface stands for, metres; the material's if None.
 
-    >>> from scenes.scene.shapes import sheet
-    >>> floor = SceneObject("floor", sheet((0, 0, 0), (4, 0, 0), (0, 3, 0)), "concrete", thickness=0.3)
+    >>> import bisplat
+    >>> floor = SceneObject("floor", bisplat.shapes.sheet((0, 0, 0), (4, 0, 0), (0, 3, 0)), "concrete", thickness=0.3)
     >>> float(floor.mesh.area)
     12.0
     """
@@ -215,12 +215,12 @@ class Scene:
         materials: every material an object is made of, at the scene's frequency, by name.
         further_gateways: gateways that receive the same transmitters, each in a dataset of its own, by name.
 
-    >>> from scenes.scene.materials import p2040_materials
-    >>> from scenes.scene.shapes import sheet
-    >>> floor = SceneObject("floor", sheet((-5, -5, 0), (10, 0, 0), (0, 10, 0)), "concrete")
-    >>> gateway = Gateway(position=(0, 0, 1.5), orientation=facing((-1, 0, 0)))
-    >>> region = Transmitter(region_min=(-4, -1, 0.5), region_max=(-2, 1, 2))
-    >>> yard = Scene("yard", 915e6, gateway, region, (floor,), p2040_materials(["concrete"], 915e6))
+    >>> import bisplat
+    >>> floor = bisplat.SceneObject("floor", bisplat.shapes.sheet((-5, -5, 0), (10, 0, 0), (0, 10, 0)), "concrete")
+    >>> gateway = bisplat.Gateway(position=(0, 0, 1.5), orientation=bisplat.facing((-1, 0, 0)))
+    >>> region = bisplat.Transmitter(region_min=(-4, -1, 0.5), region_max=(-2, 1, 2))
+    >>> materials = bisplat.p2040_materials(["concrete"], 915e6)
+    >>> yard = bisplat.Scene("yard", 915e6, gateway, region, (floor,), materials)
     >>> round(yard.wavelength, 3), yard.bounds.tolist()
     (0.328, [[-5.0, -5.0, 0.0], [5.0, 5.0, 0.0]])
     """

@@ -1,4 +1,4 @@
-"""The solids and sheets that built-in places are made of, as triangle meshes in metres."""
+"""Solids and sheets for the objects of a scene, as triangle meshes in metres."""
 
 from __future__ import annotations
 
@@ -30,7 +30,15 @@ def bounding_box(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "2 3"]:
 
 
 def box(low: Vector3, high: Vector3) -> Trimesh:
-    """Closed axis-aligned box between two corners (metres): 8 vertices, 12 triangles, normals outwards."""
+    """Closed axis-aligned box between two corners: 8 vertices, 12 triangles, normals outwards.
+
+    Args:
+        low: lowest corner, metres.
+        high: highest corner, metres.
+
+    >>> float(box((0, 0, 0), (2, 1, 0.5)).volume)
+    1.0
+    """
     return trimesh.creation.box(bounds=np.array([low, high], dtype=float))
 
 
@@ -46,6 +54,10 @@ def sheet(corner: Vector3, u: Vector3, v: Vector3, openings: Sequence[Sequence[f
 
     Returns:
         The sheet; no two of its triangles overlap.
+
+    >>> wall = sheet((0, 0, 0), (4, 0, 0), (0, 0, 2.5), openings=[(1, 2, 0, 2)])  # with a door of 1 x 2 metres
+    >>> float(wall.area)
+    8.0
     """
     width, height = float(np.linalg.norm(u)), float(np.linalg.norm(v))
     # Cut along every edge of every opening and keep the cells that lie in none: no overlap, no T-junction.
@@ -66,14 +78,29 @@ def sheet(corner: Vector3, u: Vector3, v: Vector3, openings: Sequence[Sequence[f
 
 
 def union(*parts: Trimesh) -> Trimesh:
-    """Several parts as one mesh; parts that touch stay separate shells, so leave a gap between them."""
+    """Several parts as one mesh; parts that touch stay separate shells, so leave a gap between them.
+
+    Args:
+        parts: at least one mesh.
+
+    >>> len(union(box((0, 0, 0), (1, 1, 1)), sheet((0, 0, 2), (1, 0, 0), (0, 1, 0))).faces)
+    14
+    """
     offsets = np.cumsum([0, *(len(p.vertices) for p in parts[:-1])])
     faces = [p.faces + offset for p, offset in zip(parts, offsets, strict=True)]
     return Trimesh(np.vstack([p.vertices for p in parts]), np.vstack(faces), process=False)
 
 
 def rotate(mesh: Trimesh, degrees: float) -> Trimesh:
-    """A copy that is rotated about the vertical through its centre."""
+    """A copy that is rotated about the vertical through its centre.
+
+    Args:
+        mesh: the mesh, which stays as it is.
+        degrees: counterclockwise, seen from above.
+
+    >>> rotate(box((0, 0, 0), (4, 2, 1)), 90).extents.round(6).tolist()
+    [2.0, 4.0, 1.0]
+    """
     matrix = np.eye(4)
     matrix[:3, :3] = Rotation.from_euler("z", degrees, degrees=True).as_matrix()
     centre = mesh.bounds.mean(axis=0)

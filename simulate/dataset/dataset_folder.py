@@ -48,6 +48,13 @@ class Dataset:
             y_m -> y*_{MN−1−m} of its own; None where the folder has none.
         metadata: content of metadata.json; empty where the folder has none (simulated folders have it).
         identification: the array and the grid of the spectra, and how they are known.
+
+    >>> import bisplat
+    >>> dataset = bisplat.read_dataset("data/lab")
+    >>> dataset.positions.shape, dataset.pictures.shape, dataset.responses.shape
+    ((40, 3), (40, 90, 360), (40, 16))
+    >>> len(dataset.train), len(dataset.test), round(dataset.wavelength, 3)
+    (32, 8, 0.328)
     """
 
     folder: Path
@@ -116,20 +123,9 @@ def read_dataset(folder: Path | str) -> Dataset:
     Raises:
         InputError: the first problem that ``inspect`` finds.
 
-    >>> import tempfile
-    >>> from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
-    >>> from scenes.scene.materials import p2040_materials
-    >>> from scenes.scene.shapes import sheet
-    >>> from simulate.rays.core.propagation import Propagation
-    >>> from simulate.generation.simulation import simulate
-    >>> floor = SceneObject("floor", sheet((-5, -5, 0), (10, 0, 0), (0, 10, 0)), "concrete")
-    >>> gateway, region = Gateway((0, 0, 1.5), facing((-1, 0, 0))), Transmitter((-4, -1, 0.5), (-2, 1, 2))
-    >>> yard = Scene("yard", 915e6, gateway, region, (floor,), p2040_materials(["concrete"], 915e6))
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     _ = simulate(yard, folder, n=3, propagation=Propagation(max_depth=0))
-    ...     dataset = read_dataset(folder)
-    >>> dataset.names, dataset.spectra.shape, dataset.array.elements
-    (['00001', '00002', '00003'], (3, 90, 360), 16)
+    >>> dataset = read_dataset("data/lab")
+    >>> dataset.names[:3], dataset.spectra.shape, dataset.array.elements
+    (['00001', '00002', '00003'], (40, 90, 360), 16)
     """
     inspection = inspect(Path(folder))
     if inspection.dataset is None:

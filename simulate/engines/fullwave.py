@@ -74,7 +74,8 @@ class FullWave(Solver, Engine):
         field: folder of a full-wave dataset of the same scene; its stored field is used instead of a new run.
         gpu: in full wave, run gprMax on an NVIDIA GPU (needs bisplat-wrf[fullwave] and pycuda).
 
-    >>> FullWave(cell=0.01).solver
+    >>> import bisplat
+    >>> bisplat.FullWave(cell=0.01).solver
     'bisplat'
     """
 

@@ -27,8 +27,9 @@ class Rays(Engine):
     Attributes:
         propagation: mechanisms that the ray tracer follows.
 
-    >>> Rays(Propagation(max_depth=1)).propagation.max_depth
-    1
+    >>> import bisplat
+    >>> bisplat.Rays(bisplat.Propagation(max_depth=1)).propagation.diffraction
+    True
     """
 
     propagation: Propagation = Propagation()

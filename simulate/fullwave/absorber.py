@@ -1,4 +1,4 @@
-"""The absorbing boundary around the cells: a convolutional perfectly matched layer (Roden and Gedney 2000).
+"""The absorbing boundary around the cells: a convolutional perfectly matched layer [roden2000].
 
 In the layer the difference D of a field along the layer's normal, in the update of another field, becomes D + ψ with
 

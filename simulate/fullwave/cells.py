@@ -6,8 +6,8 @@ An edge that a slab's surface passes near is partly in the slab. With the fracti
     1/ε̃ = f/ε̃_s + (1 − f)      where it is across (the flux density is continuous),
 
 ε̃ = ε_r − jσ/ωε₀. The surface thus lies where it is, not at the nearest edge, and a board thinner than a cell is an
-equivalent sheet (Farjadpour et al. 2006 derive the same means for FDTD). A conductor is the faces between the middles
-of cells on its two sides: curved and oblique ones become staircases, up to half a cell off.
+equivalent sheet ([farjadpour2006] derives the same means for FDTD). A conductor is the faces between the middles of
+cells on its two sides: curved and oblique ones become staircases, up to half a cell off.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 The electric field along an edge grows like r^½ with the distance r from a sheet's edge, and like r^⅔ from a block's.
 Differences between cells take it for smooth, so that a conductor appears about a third of a cell too large. On the
 cells' edges next to the conductor's edge, the difference form of Laplace's equation, Σ (E_neighbour − E)/μ_r = 0, holds
-for this static field if the difference towards the conductor's edge has the weight α = 1/μ_r (Mur 1981),
+for this static field if the difference towards the conductor's edge has the weight α = 1/μ_r [mur1981],
 
     α = √2 + 2·2^¼ cos(π/8) − 3                  = 0.612 beside the edge of a sheet,
     α = (2^⅔ sin 60° + 2^⅓ (1 + ½)) / sin 60° − 3 = 0.770 beside that of a block,

@@ -1,6 +1,6 @@
 """One run of gprMax: the field that one source makes in a box, from the materials of the cells.
 
-gprMax (Warren et al. 2016) runs on NVIDIA GPUs, and our own solver is tested against it. It is licensed under the GPL;
+gprMax [warren2016] runs on NVIDIA GPUs, and our own solver is tested against it. It is licensed under the GPL;
 it is an optional extra, bisplat-wrf[fullwave], and runs as a program of its own, which gets files and leaves files.
 """
 

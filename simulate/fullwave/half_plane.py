@@ -1,8 +1,8 @@
 """Exact field of a dipole beside a conducting half-plane: what diffraction is tested against.
 
 The half-plane is x = 0, y < 0; its edge is the z axis. A dipole parallel to the edge has a Hertz vector along z, which
-vanishes on the plane. Macdonald (1915) solved this case (Bowman, Senior and Uslenghi, Electromagnetic and Acoustic
-Scattering by Simple Shapes, chapter 8): with the distances R from the source and R′ from its image,
+vanishes on the plane. Macdonald [macdonald1915] solved this case ([bowman1969], chapter 8): with the distances R from
+the source and R′ from its image,
 
     G = g(R, m) − g(R′, m′),
     g(R, m) = k/(8πj) · ∫_{−∞}^{T} H₁⁽²⁾(kR cosh t) dt,   sinh T = m / kR,

@@ -1,4 +1,4 @@
-"""Time steps of Maxwell's equations on Yee's cells (1966), of several sources side by side.
+"""Time steps of Maxwell's equations on Yee's cells [yee1966], of several sources side by side.
 
 With E divided by η₀, S = cΔt/Δ, ε̃ = σΔt/2ε₀ε_r, and axes a, b, c in cyclic order, one time step is
 

@@ -17,7 +17,7 @@ COURANT = 1 / math.sqrt(3)
 
 @dataclass(frozen=True)
 class YeeGrid:
-    """A box of cubic cells (Yee 1966).
+    """A box of cubic cells [yee1966].
 
     Cell (i, j, k) reaches from ``origin`` + (i, j, k)·``cell`` to one cell further. The electric field along an axis is
     known at the middles of the cells' edges along it.

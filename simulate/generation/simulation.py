@@ -46,16 +46,15 @@ def simulate(
         InputError: a scene that is refused or has several gateways, or a folder that holds something else.
         ParameterError: a parameter out of its range, or positions inside an object.
 
-    >>> import tempfile
-    >>> from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
-    >>> from scenes.scene.materials import p2040_materials
-    >>> from scenes.scene.shapes import sheet
-    >>> from simulate.rays.core.propagation import Propagation
-    >>> floor = SceneObject("floor", sheet((-5, -5, 0), (10, 0, 0), (0, 10, 0)), "concrete")
-    >>> gateway, region = Gateway((0, 0, 1.5), facing((-1, 0, 0))), Transmitter((-4, -1, 0.5), (-2, 1, 2))
-    >>> yard = Scene("yard", 915e6, gateway, region, (floor,), p2040_materials(["concrete"], 915e6))
+    >>> import bisplat, tempfile
+    >>> floor = bisplat.SceneObject("floor", bisplat.shapes.sheet((-5, -5, 0), (10, 0, 0), (0, 10, 0)), "concrete")
+    >>> gateway = bisplat.Gateway(position=(0, 0, 1.5), orientation=bisplat.facing((-1, 0, 0)))
+    >>> region = bisplat.Transmitter(region_min=(-4, -1, 0.5), region_max=(-2, 1, 2))
+    >>> materials = bisplat.p2040_materials(["concrete"], 915e6)
+    >>> outdoors = bisplat.Scene("outdoors", 915e6, gateway, region, (floor,), materials)
     >>> with tempfile.TemporaryDirectory() as folder:
-    ...     dataset = simulate(yard, f"{folder}/yard", n=3, propagation=Propagation(max_depth=1, rays=10_000))
+    ...     coarse = bisplat.Propagation(max_depth=1, rays=10_000)
+    ...     dataset = bisplat.simulate(outdoors, f"{folder}/data", n=3, propagation=coarse)
     >>> dataset.positions.shape, dataset.responses.shape, dataset.pictures.shape
     ((3, 3), (3, 16), (3, 90, 360))
     """

@@ -85,12 +85,12 @@ class Tracer:
         InputError: libLLVM is missing or too old.
         ParameterError: so many rays that one transmitter's paths exceed the memory.
 
-    >>> from scenes.scene.description import Gateway, SceneObject, Transmitter, facing
-    >>> from scenes.scene.materials import p2040_materials
-    >>> from scenes.scene.shapes import sheet
-    >>> floor = SceneObject("floor", sheet((-5, -5, 0), (10, 0, 0), (0, 10, 0)), "concrete")
-    >>> gateway, region = Gateway((0, 0, 1.5), facing((-1, 0, 0))), Transmitter((-4, -1, 0.5), (-2, 1, 2))
-    >>> yard = Scene("yard", 915e6, gateway, region, (floor,), p2040_materials(["concrete"], 915e6))
+    >>> import bisplat
+    >>> floor = bisplat.SceneObject("floor", bisplat.shapes.sheet((-5, -5, 0), (10, 0, 0), (0, 10, 0)), "concrete")
+    >>> gateway = bisplat.Gateway(position=(0, 0, 1.5), orientation=bisplat.facing((-1, 0, 0)))
+    >>> region = bisplat.Transmitter(region_min=(-4, -1, 0.5), region_max=(-2, 1, 2))
+    >>> materials = bisplat.p2040_materials(["concrete"], 915e6)
+    >>> yard = bisplat.Scene("yard", 915e6, gateway, region, (floor,), materials)
     >>> tracer = Tracer(yard, Propagation(max_depth=1, rays=10_000))
     >>> tracer.responses(np.array([[-3.0, 0.0, 1.0]])).shape, len(tracer.paths(np.array([-3.0, 0.0, 1.0])))
     ((1, 16), 2)

@@ -3,7 +3,7 @@
     y'_m = g_m e^{jψ_m} e^{jε_m} y_m + n_m
 
 The errors g_m and ψ_m belong to the array and are the same in every spectrum; ε_m and n_m are drawn for each spectrum.
-How such errors act on a beamformer: Van Trees, Optimum Array Processing (Wiley, 2002), chapter 2.
+How such errors act on a beamformer: [vantrees2002], chapter 2.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The element responses behind a spectrum: phase retrieval from its lags, polished at some hundred directions.
 
 A magnitude spectrum determines the responses y of a planar array up to a common phase and the flip y_m -> y*_{MN−1−m},
-since both leave all lags R_Δ = Σ_{m−n=Δ} y_m y_n* as they are (Hayes 1982: the autocorrelation of a finite
+since both leave all lags R_Δ = Σ_{m−n=Δ} y_m y_n* as they are ([hayes1982]: the autocorrelation of a finite
 two-dimensional sequence determines it up to these). Levenberg and Marquardt's method finds y from random starts: first
 such that its lags are the fitted ones, a small problem, then such that |A y| is the spectrum itself.
 """
@@ -62,10 +62,9 @@ def retrieve_responses(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamf
         beamformer: the array that measured them, and their grid.
         seed: draws the starts.
 
-    >>> from simulate.spectra.spectrum import normalise
-    >>> beamformer = Beamformer()
-    >>> truth = np.random.default_rng(0).standard_normal((2, 16, 2)) @ [1, 1j]
-    >>> found = retrieve_responses(normalise(beamformer.spectrum(truth)), beamformer)
+    >>> import bisplat
+    >>> dataset = bisplat.read_dataset("data/lab")
+    >>> found = retrieve_responses(dataset.spectra[:2], dataset.beamformer)
     >>> found.responses.shape, bool((found.residual < GOOD).all())
     ((2, 16), True)
     """

@@ -5,6 +5,9 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float, UInt8
 
+from scenes.files.errors import ParameterError
+from simulate.spectra.angular_grid import COLUMNS, ROWS
+
 LARGEST_GREY = 255
 """Grey level of an 8-bit picture that stands for 1."""
 
@@ -50,3 +53,26 @@ def spectrum_of(picture: UInt8[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray
     [[0.0, 1.0]]
     """
     return picture / np.float32(LARGEST_GREY)
+
+
+def check_spectra(parameter: str, spectra: Float[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray, "*batch 90 360"]:
+    """Spectra that a user gave, checked.
+
+    Args:
+        parameter: name of the parameter that has them.
+        spectra: a spectrum or a stack of spectra, 0…1.
+
+    Raises:
+        ParameterError: an array of another shape, or of whole numbers such as the grey levels of pictures.
+
+    >>> check_spectra("truth", np.zeros((2, 90, 360), np.uint8))
+    Traceback (most recent call last):
+    ...
+    scenes.files.errors.ParameterError: truth: expected numbers from 0 to 1 (grey levels / 255), found uint8
+    """
+    spectra = np.asarray(spectra)
+    if spectra.shape[-2:] != (ROWS, COLUMNS):
+        raise ParameterError(parameter, f"expected spectra of {ROWS} x {COLUMNS}, found shape {spectra.shape}")
+    if not np.issubdtype(spectra.dtype, np.floating):
+        raise ParameterError(parameter, f"expected numbers from 0 to 1 (grey levels / 255), found {spectra.dtype}")
+    return spectra

@@ -2,6 +2,7 @@
 
 import doctest
 import inspect
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -9,8 +10,12 @@ from pathlib import Path
 import pytest
 
 import bisplat
+from scenes.scene import shapes
+from scenes.scene.description import Gateway
 
 ROOT = Path(__file__).parents[2]
+OUR_PACKAGES = re.compile(r"(from|import) (scenes|simulate|learn)\b")
+"""An import that users need not write."""
 
 
 @pytest.mark.parametrize("name", bisplat.__all__)
@@ -20,6 +25,12 @@ def test_every_name_has_an_example(name):
     found = doctest.DocTestFinder().find(thing, name, module=inspect.getmodule(thing))
     assert any(each.examples for each in found), f"{name} has no example"
     assert (inspect.getdoc(thing) or "").strip()
+    assert not [example.source for each in found for example in each.examples if OUR_PACKAGES.search(example.source)]
+
+
+def test_the_tutorial_and_the_readme_import_bisplat_alone():
+    for page in ("README.md", "docs/tutorial.ipynb"):
+        assert not OUR_PACKAGES.search((ROOT / page).read_text()), page
 
 
 def test_the_import_is_light():
@@ -41,9 +52,10 @@ def test_help_needs_neither_torch_nor_the_ray_tracer_nor_scipy():
     assert not roots & {"torch", "drjit", "mitsuba", "sionna", "scipy", "trimesh", "matplotlib", "lightning"}
 
 
-def test_names_of_type_checkers_are_the_names_there_are():
-    block = (ROOT / "bisplat" / "__init__.py").read_text().split("if TYPE_CHECKING")[1].split("\n\n")[0]
-    typed = {line.split(" as ")[-1] for line in block.splitlines() if " import " in line}
-    assert typed == set(bisplat.__all__) <= set(dir(bisplat))
+def test_names_are_those_of_the_stub_and_of_nothing_else():
+    stub = (ROOT / "bisplat" / "__init__.pyi").read_text()
+    typed = [line.split(" as ")[-1] for line in stub.splitlines() if " import " in line]
+    assert len(typed) == len(set(typed)) and set(typed) == set(bisplat.__all__) <= set(dir(bisplat))
+    assert bisplat.Gateway is Gateway and bisplat.shapes is shapes  # a class, and a module
     with pytest.raises(AttributeError, match="nothing"):
         _ = bisplat.nothing

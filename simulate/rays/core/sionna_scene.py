@@ -1,4 +1,4 @@
-"""A scene description as Sionna RT objects: meshes with radio materials, and the antennas at both ends of the paths.
+"""A scene description as objects of Sionna RT [hoydis2023]: meshes with radio materials, and the antennas at both ends.
 
 Frames: Sionna's devices look along their local +x and are vertically polarised along local +z; the gateway looks
 along +z and is vertically polarised along +y (docs/physics.md, Frames). The cyclic permutation (x, y, z)_gateway =

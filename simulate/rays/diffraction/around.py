@@ -132,7 +132,7 @@ def _sine_between(first, second, p, q):
 
 @numba.njit(cache=True)
 def _length_between(before, apart, behind, twist):
-    """L at the second of two edges, over sin² β₀ (Kouyoumjian and Pathak 1974, equation 33).
+    """L at the second of two edges, over sin² β₀ ([kouyoumjian1974], equation 33).
 
     The wavefront has the radii ρ₁ = s₁₂ and ρ₂ = s′ + s₁₂, and ρ along the second edge.
     """

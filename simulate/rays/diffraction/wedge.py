@@ -1,4 +1,4 @@
-"""The uniform theory of diffraction at a conducting wedge (Kouyoumjian and Pathak 1974).
+"""The uniform theory of diffraction at a conducting wedge [kouyoumjian1974].
 
 Around an edge with the open angle nπ, the source is at the angle φ′ from face 0, the target at φ. With the distances s′
 and s to the edge, the angle β₀ between ray and edge, and L = s s′/(s + s′) · sin² β₀,

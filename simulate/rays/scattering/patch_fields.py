@@ -1,6 +1,6 @@
 """The waves between antennas and the patches of rough surfaces.
 
-The effective-roughness model (Degli-Esposti et al. 2007) with Lambert's pattern, as Sionna RT has it. A wave of the
+The effective-roughness model [degliesposti2007] with Lambert's pattern, as Sionna RT has it. A wave of the
 field strength E that meets a patch of area A at the angle of incidence θ is scattered into every direction of the side
 that it came from, at the angle θ' and the distance r with the field strength
 

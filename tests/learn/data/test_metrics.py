@@ -8,6 +8,7 @@ from learn.baselines.array_ceiling import array_ceiling
 from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.data.metrics import aoa_error, score, ssim
 from learn.evaluation.leakage import leakage
+from scenes.files.errors import InputError
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import write_index
 from simulate.spectra.angular_grid import AngularGrid
@@ -171,3 +172,34 @@ def test_picture_that_the_array_cannot_make_is_above_its_ceiling():
     truth = np.exp(-((azimuth - 180) ** 2 + (elevation - 45) ** 2) / (2 * 2.5**2))[None]
     fitted = array_ceiling(truth, Beamformer())
     assert fitted.shape == truth.shape and ssim(fitted, truth)[0] < 0.9
+
+
+# What users call
+
+
+def test_ssim_and_angle_of_one_pair_are_numbers_and_of_a_stack_those_of_each(pictures):
+    prediction, truth = pictures
+    for metric in (ssim, aoa_error):
+        each = metric(prediction, truth)
+        assert [float(metric(p, t)) for p, t in zip(prediction, truth, strict=True)] == each.tolist()
+        stacked = metric(prediction.reshape(3, 1, 90, 360), truth.reshape(3, 1, 90, 360))
+        assert stacked.shape == (3, 1) and stacked.ravel().tolist() == each.tolist()
+
+
+def test_ssim_of_single_precision_is_the_reported_figure(pictures):
+    prediction, truth = (x.astype(np.float32) for x in pictures)
+    assert ssim(prediction, truth).tolist() == score(prediction, truth, GRID).ssim.tolist()
+
+
+@pytest.mark.parametrize("metric", [ssim, aoa_error])
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda p: np.round(255 * p).astype(np.uint8), "prediction: expected numbers from 0 to 1"),
+        (lambda p: p[..., :180], "prediction: expected spectra of 90 x 360, found shape"),
+        (lambda p: p[:2], "prediction: expected shape"),
+    ],
+)
+def test_grey_levels_and_other_shapes_are_refused(pictures, metric, change, words):
+    with pytest.raises(InputError, match=words):
+        metric(change(pictures[0]), pictures[1])

@@ -9,6 +9,7 @@ import learn.reports.figures
 from learn.baselines.array_ceiling import CEILING
 from learn.reports.figures import draw_error_over_distance, draw_ssim_distribution
 from learn.reports.log_axis import label_log_axis
+from learn.reports.plots import CEILING_STYLE
 
 
 def labelled(axis) -> list[str]:
@@ -57,6 +58,6 @@ def test_ceiling_has_one_colour_that_no_method_has(drawn, methods):
     draw_ssim_distribution({name: generator.random(9) for name in names}, "ssim")
     colours = {line.get_label().split(":")[0]: to_rgb(line.get_color()) for line in drawn["ssim"].axes[0].lines}
     bound = colours.pop(f"{CEILING} (bound)")
-    assert bound == to_rgb(learn.reports.figures.CEILING_STYLE["color"])
+    assert bound == to_rgb(CEILING_STYLE["color"])
     assert bound not in colours.values() and len(colours) == len(methods)
     assert all(max(colour) - min(colour) > 0.05 for colour in colours.values())

@@ -1,0 +1,188 @@
+"""Spectra and distributions of scores, drawn on an axis of Matplotlib: what reports and users draw with.
+
+With no axis given, each function draws a new figure, complete with colour bar or legend. On a given axis these are left
+to the caller, who knows what else is in the figure.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import cycle
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.patheffects import withStroke
+from matplotlib.projections.polar import PolarAxes
+
+from learn.baselines.array_ceiling import CEILING, shown_name
+from learn.reports.colours import DIFFERENCE, MAGNITUDE
+from scenes.files.errors import ParameterError, shown
+from scenes.files.plain_text import in_figure
+from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
+from simulate.spectra.spectrum import check_spectra
+
+CEILING_STYLE: dict[str, Any] = {"color": "0.35", "lw": 1.5, "ls": "--"}
+"""Line of the array's ceiling, the same in every figure: it is a bound, not a method."""
+
+GREYS = (14, 15)
+"""The greys among Matplotlib's colours of tab20."""
+
+
+def plot_spectrum(
+    spectrum: Float[np.ndarray, "90 360"],
+    ax: Axes | None = None,
+    grid: AngularGrid = AngularGrid(),
+    difference: bool = False,
+) -> Axes:
+    """Draw a spectrum over azimuth and elevation, the horizon at the bottom.
+
+    Azimuth is periodic: on a grid of the full turn, azimuth 0° is drawn at both ends.
+
+    Args:
+        spectrum: magnitude, 0…1; or with ``difference`` the difference of two, -1…1.
+        ax: the axis to draw on; ``ax.figure.colorbar(ax.images[0])`` adds a colour bar. None: a new figure with one.
+        grid: directions of the rows and columns, ``dataset.grid``; NeRF²'s by default.
+        difference: colours for a difference.
+
+    Returns:
+        The axis.
+
+    Raises:
+        ParameterError: another shape, or grey levels instead of numbers from 0 to 1.
+
+    >>> import bisplat
+    >>> spectrum = bisplat.load_run("runs/lab").predict([[2.5, 3.0, 1.2]]).spectra[0]
+    >>> ax = bisplat.plot_spectrum(spectrum)
+    >>> ax.get_xlabel(), ax.get_ylabel()
+    ('azimuth (°)', 'elevation (°)')
+    >>> ax.figure.savefig("spectrum.png")
+    """
+    values = _one(spectrum)
+    given, ax = ax, _new_axis(figsize=(6.4, 2.6)) if ax is None else ax
+    azimuth, elevation = _pixel_edges(grid)
+    turn = COLUMNS * grid.azimuth_step_deg
+    if np.isclose(turn, 360):
+        values = np.column_stack([values, values[:, 0]])
+        azimuth = np.append(azimuth, turn + 0.5 * grid.azimuth_step_deg)
+    extent = (azimuth[0], azimuth[-1], elevation[0], elevation[-1])
+    image = ax.imshow(values, origin="lower", extent=extent, aspect="auto", **_colours(difference))
+    ax.set(xlabel="azimuth (°)", ylabel="elevation (°)", xticks=range(0, 361, 90), yticks=range(0, 91, 30))
+    ax.set(xlim=(0, min(turn, 360)), ylim=extent[2:])
+    if given is None:
+        ax.figure.colorbar(image, ax=ax, label=_quantity(difference))
+    return ax
+
+
+def plot_polar(
+    spectrum: Float[np.ndarray, "90 360"],
+    ax: Axes | None = None,
+    grid: AngularGrid = AngularGrid(),
+    difference: bool = False,
+) -> Axes:
+    """Draw a spectrum as the gateway sees it: azimuth is the angle, and boresight is in the centre.
+
+    Args:
+        spectrum: magnitude, 0…1; or with ``difference`` the difference of two, -1…1.
+        ax: a polar axis to draw on, ``plt.subplot(projection="polar")``; ``ax.figure.colorbar(ax.collections[0])``
+            adds a colour bar. None: a new figure with one.
+        grid: directions of the rows and columns, ``dataset.grid``; NeRF²'s by default.
+        difference: colours for a difference.
+
+    Returns:
+        The axis; its angle is the azimuth in radians, its radius 90 minus the elevation in degrees.
+
+    Raises:
+        ParameterError: an axis that is not polar, another shape, or grey levels instead of numbers from 0 to 1.
+
+    >>> import bisplat
+    >>> dataset = bisplat.read_dataset("data/lab")
+    >>> ax = bisplat.plot_polar(dataset.spectra[0], grid=dataset.grid)
+    >>> ax.get_xlabel()
+    'azimuth around, elevation from the rim (0°) to the centre (90°)'
+    """
+    values = _one(spectrum)
+    given, ax = ax, _new_axis(figsize=(6, 4.2), subplot_kw={"projection": "polar"}) if ax is None else ax
+    if not isinstance(ax, PolarAxes):
+        raise ParameterError("ax", f'expected a polar axis, of projection="polar", found {type(ax).__name__}')
+    azimuth, elevation = _pixel_edges(grid)
+    radius = (90 - elevation).clip(0)
+    image = ax.pcolormesh(np.radians(azimuth), radius, values, rasterized=True, **_colours(difference))
+    ax.set_xticks(np.radians([0, 90, 180, 270]))
+    ax.set_yticks([30, 60, 90], ["60°", "30°", ""], path_effects=[withStroke(linewidth=2, foreground="white")])
+    ax.set(xlabel="azimuth around, elevation from the rim (0°) to the centre (90°)", ylim=(0, 90))
+    ax.grid(alpha=0.3)
+    if given is None:
+        ax.figure.colorbar(image, ax=ax, label=_quantity(difference), shrink=0.8, pad=0.1)
+    return ax
+
+
+def plot_cdf(
+    scores: Mapping[str, Float[np.ndarray, " K"]] | Float[np.ndarray, " K"],
+    ax: Axes | None = None,
+    quantity: str = "SSIM",
+) -> Axes:
+    """Draw the cumulative distribution of scores, of one method or of several.
+
+    Args:
+        scores: a score of each spectrum; or these by name of the method. Names become labels, with the median.
+        ax: the axis to draw on; ``ax.legend()`` adds the names. None: a new figure, with a legend.
+        quantity: what the scores are, with the unit, such as "AoA error (°)".
+
+    Returns:
+        The axis.
+
+    Raises:
+        ParameterError: scores that are not finite, or none at all.
+
+    >>> import bisplat
+    >>> scores = bisplat.evaluate("runs/lab").scores
+    >>> ax = bisplat.plot_cdf({name: each.aoa_error for name, each in scores.items()}, quantity="AoA error (°)")
+    >>> ax.get_xlabel(), ax.get_ylabel(), len(ax.lines)
+    ('AoA error (°)', 'share of spectra', 5)
+    """
+    given, ax = ax, _new_axis(figsize=(6.4, 4.2)) if ax is None else ax
+    # The bound's grey is no method's.
+    colours = cycle(colormaps["tab20"]([number for number in range(20) if number not in GREYS]))
+    named = scores if isinstance(scores, Mapping) else {"": scores}
+    for name, values in named.items():
+        if not (np.size(values) and np.isfinite(values).all()):
+            raise ParameterError("scores", f"expected finite numbers, found {shown(np.asarray(values).tolist())}")
+        style = CEILING_STYLE if name == CEILING else {"color": next(colours), "lw": 2 if name == "model" else 1.2}
+        label = f"{in_figure(shown_name(name))}: median {np.median(values):.3f}" if name else None
+        ax.ecdf(values, label=label, **style)
+    ax.set(xlabel=quantity, ylabel="share of spectra", ylim=(0, 1))
+    ax.grid(alpha=0.3)
+    if given is None and any(named):
+        ax.legend()
+    return ax
+
+
+def _new_axis(**style: Any) -> Axes:
+    """The axis of a new figure of pyplot, which notebooks show."""
+    from matplotlib import pyplot  # reports draw without it
+
+    return pyplot.subplots(layout="constrained", **style)[1]
+
+
+def _one(spectrum: Float[np.ndarray, "90 360"]) -> Float[np.ndarray, "90 360"]:
+    values = check_spectra("spectrum", spectrum)
+    if values.ndim != 2:
+        raise ParameterError("spectrum", f"expected one spectrum of {ROWS} x {COLUMNS}, found shape {values.shape}")
+    return values
+
+
+def _pixel_edges(grid: AngularGrid) -> tuple[Float[np.ndarray, " 361"], Float[np.ndarray, " 91"]]:
+    """Azimuths and elevations half a step before, between and half a step after a grid's directions, degrees."""
+    azimuth = (np.arange(COLUMNS + 1) - 0.5) * grid.azimuth_step_deg
+    return azimuth, grid.elevation_first_deg + (np.arange(ROWS + 1) - 0.5) * grid.elevation_step_deg
+
+
+def _colours(difference: bool) -> dict[str, Any]:
+    return {"cmap": DIFFERENCE, "vmin": -1, "vmax": 1} if difference else {"cmap": MAGNITUDE, "vmin": 0, "vmax": 1}
+
+
+def _quantity(difference: bool) -> str:
+    return "difference" if difference else "normalised magnitude"
