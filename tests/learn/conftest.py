@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 import torch
 
+from learn.evaluation import evaluate
 from learn.models.registry import MODELS
 from learn.models.steps import Steps
+from learn.training import by_steps
 from learn.training.config import Config
 from learn.training.train import train_run
 from simulate.dataset.dataset_writer import encode_picture, write_gateway, write_index, write_positions, write_responses
@@ -110,7 +112,7 @@ def _use_small_models(patch: pytest.MonkeyPatch, small: dict[str, int], small_ap
     sizes = {"bisplat": small, "bisplat-plus": {**small, "primitives": 60}, "bisplat-aperture": small_aperture}
     for name, options in sizes.items():
         patch.setitem(MODELS, name, replace(MODELS[name], options=options))
-    patch.setattr("learn.training.by_steps.STEPS_PER_VALIDATION", 6)
+    patch.setattr(by_steps, "STEPS_PER_VALIDATION", 6)
 
 
 @pytest.fixture
@@ -122,7 +124,7 @@ def small_models(monkeypatch, small, small_aperture) -> None:
 @pytest.fixture
 def no_ceiling(monkeypatch) -> None:
     """The array's ceiling takes longest of all that ``evaluate`` does: here the truth itself in its place."""
-    monkeypatch.setattr("learn.evaluation.evaluate.array_ceiling", lambda truth, beamformer: truth)
+    monkeypatch.setattr(evaluate, "array_ceiling", lambda truth, beamformer: truth)
 
 
 @pytest.fixture(scope="session")

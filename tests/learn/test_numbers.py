@@ -13,6 +13,7 @@ from learn.comparison.baseline_methods import BASELINES
 from learn.comparison.task import Task
 from learn.data.splits import Split
 from learn.evaluation.check import check
+from learn.models import helmholtz, stacking, vecchia
 from learn.models.quadrature import quadrature
 from learn.models.registry import MODELS, model_entry
 from learn.training.config import Config
@@ -131,10 +132,10 @@ FEWER = [far_apart, at_one_place, black, white, hardly_any_signal]
 @pytest.fixture(autouse=True)
 def short_fits(monkeypatch):
     """Few iterations of every fit, and kriging's scores without folds."""
-    monkeypatch.setattr("learn.models.vecchia.ITERATIONS", 3)
-    monkeypatch.setattr("learn.models.helmholtz.FOLDS", 1)
-    monkeypatch.setattr("learn.models.helmholtz.LEFT_OUT", 2)
-    monkeypatch.setattr("learn.models.stacking.QUARTERS", 1)
+    monkeypatch.setattr(vecchia, "ITERATIONS", 3)
+    monkeypatch.setattr(helmholtz, "FOLDS", 1)
+    monkeypatch.setattr(helmholtz, "LEFT_OUT", 2)
+    monkeypatch.setattr(stacking, "QUARTERS", 1)
 
 
 def finite(spectra: np.ndarray, clipped: bool = False) -> None:

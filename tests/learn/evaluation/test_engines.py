@@ -18,6 +18,7 @@ from scenes.scene.materials import p2040_materials
 from scenes.scene.shapes import sheet
 from simulate.fullwave.dipole import free_space_response
 from simulate.fullwave.stored_field import StoredField
+from simulate.generation import dataset_field, simulation
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation
 
@@ -40,7 +41,7 @@ def in_free_space(monkeypatch):
         folder.mkdir()
         return StoredField(low, 0.02, np.stack(values).reshape(-1, *size), np.zeros(16), 900)
 
-    monkeypatch.setattr("simulate.generation.dataset_field.stored_field", field)
+    monkeypatch.setattr(dataset_field, "stored_field", field)
 
 
 @pytest.fixture
@@ -116,7 +117,7 @@ def test_run_on_rays_is_validated_by_full_wave_if_asked(yard, full_wave, tmp_pat
     run = train(rays, tmp_path / "run")
     fresh = crossvalidate(run, yard, positions=8, field=full_wave.folder)
     assert fresh.truth_by == "full wave" and np.median(fresh.correlation) > 0.99
-    monkeypatch.setattr("simulate.generation.simulation.default_cell", lambda scene: 0.03)  # which the formula ignores
+    monkeypatch.setattr(simulation, "default_cell", lambda scene: 0.03)  # which the formula ignores
     solved = crossvalidate(run, dipoles, positions=8, engine="fullwave")
     assert solved.truth_by == "full wave" and (tmp_path / "run" / "fullwave" / "field.npz").is_file()
     np.testing.assert_allclose(solved.correlation, fresh.correlation)

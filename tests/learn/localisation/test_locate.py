@@ -12,6 +12,8 @@ from skimage.io import imsave
 import bisplat
 from bisplat.commands.uses_commands import locate as locate_command
 from learn.evaluation.locations import evaluate_locations
+from learn.localisation import locate as locate_module
+from learn.localisation import refine as refine_module
 from learn.localisation.fingerprints import Field, Fingerprints
 from learn.localisation.locate import MODES, _starts, grid_warning
 from learn.localisation.places_file import HEADER
@@ -79,7 +81,7 @@ def test_report(found, tmp_path):
 
 
 def test_command_writes_what_the_function_finds(folder, runs, tmp_path, monkeypatch):
-    monkeypatch.setattr("learn.localisation.refine.STEPS", 2)
+    monkeypatch.setattr(refine_module, "STEPS", 2)
     (tmp_path / "seen").mkdir()
     for number in (1, 2, 3):
         shutil.copy(folder / "one" / "spectrum" / f"{number:05d}.png", tmp_path / "seen")
@@ -95,7 +97,7 @@ def test_command_writes_what_the_function_finds(folder, runs, tmp_path, monkeypa
 
 
 def test_a_black_picture_has_no_place(folder, runs, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr("learn.localisation.refine.STEPS", 1)
+    monkeypatch.setattr(refine_module, "STEPS", 1)
     pictures = tmp_path / "seen"
     pictures.mkdir()
     for number, picture in enumerate((bisplat.read_dataset(folder / "one").pictures[0], np.zeros((90, 360))), start=1):
@@ -106,7 +108,7 @@ def test_a_black_picture_has_no_place(folder, runs, tmp_path, monkeypatch, capsy
 
 
 def test_black_test_spectra_are_not_located(runs, monkeypatch):
-    monkeypatch.setattr("learn.localisation.refine.STEPS", 1)
+    monkeypatch.setattr(refine_module, "STEPS", 1)
     data = runs[0].dataset()
     test = runs[0].split(data).test
     pictures = data.pictures.copy()
@@ -120,7 +122,7 @@ def test_black_test_spectra_are_not_located(runs, monkeypatch):
 
 def test_a_large_region_is_warned_of(runs, monkeypatch):
     assert grid_warning(runs[:1]) is None
-    monkeypatch.setattr("learn.localisation.locate.MOST_POINTS", 50)
+    monkeypatch.setattr(locate_module, "MOST_POINTS", 50)
     assert "wavelengths apart; beyond 0.25, transmitters between them may be missed" in grid_warning(runs[:1])
 
 

@@ -10,6 +10,7 @@ from learn.baselines.neighbours import inverse_distance
 from learn.comparison.task import Task
 from learn.comparison.trained_model import TrainedModel
 from learn.data.metrics import ssim
+from learn.models import vecchia
 from learn.models.helmholtz import HelmholtzField
 from learn.models.kriged_field import DIRECTIONS, KrigedField
 from learn.models.stacking import best_weights
@@ -275,7 +276,7 @@ def test_positions_close_to_each_other_are_interpolated_by_kriging_of_responses(
 
 def test_pictures_are_interpolated_by_the_responses_behind_them(monkeypatch):
     """Of 5 waves in 1.5 wavelengths, by 120 pictures: with their phases the others are predicted far better."""
-    monkeypatch.setattr("learn.models.vecchia.ITERATIONS", 15)  # for the time it takes
+    monkeypatch.setattr(vecchia, "ITERATIONS", 15)  # for the time it takes
     positions = np.random.default_rng(0).uniform(0, SIDE, (140, 3))
     dataset = dataset_of(positions, plane_waves(positions, 5, 3), keep_responses=False)
     known, asked = np.arange(120), np.arange(120, 140)

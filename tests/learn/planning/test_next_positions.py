@@ -10,6 +10,7 @@ import torch
 
 import bisplat
 from bisplat.__main__ import main
+from learn.planning import candidates, next_positions, planned_fields
 from learn.planning.candidates import candidates_among
 from learn.planning.next_positions import plan
 from learn.planning.planned_fields import Field, fields_of_model, fields_of_run
@@ -32,8 +33,8 @@ CRATE = SceneObject("crate", box((2.0, -0.5, 0.001), (2.5, 0.5, 1.3)), "metal")
 @pytest.fixture(autouse=True)
 def fewer(monkeypatch):
     """Fewer candidates and traced positions, which take less time."""
-    monkeypatch.setattr("learn.planning.candidates.CANDIDATES", 400)
-    monkeypatch.setattr("learn.planning.planned_fields.TRACED", 40)
+    monkeypatch.setattr(candidates, "CANDIDATES", 400)
+    monkeypatch.setattr(planned_fields, "TRACED", 40)
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +93,7 @@ def test_all_gateways_of_a_scene_count(scene, monkeypatch):
         length = 0.1 * len(planned_for)
         return [Field(lambda a, b: np.exp(-((np.linalg.norm(a[:, None] - b, axis=-1) / length) ** 2)), 0.01)]
 
-    monkeypatch.setattr("learn.planning.next_positions.fields_of_scene", fields)
+    monkeypatch.setattr(next_positions, "fields_of_scene", fields)
     other = replace(scene.gateway, position=(0.0, 0.3, 1.5))
     both = plan(replace(scene, further_gateways={"other": other}), 3)
     assert planned_for == [scene.gateway.position, other.position]

@@ -9,6 +9,7 @@ import pytest
 import bisplat
 from learn.data.metrics import ssim
 from learn.data.splits import Split
+from learn.models import vecchia
 from learn.models.phase_synchronisation import flipped
 from learn.models.registry import MODELS
 from learn.training.config import Config
@@ -28,7 +29,7 @@ STEPS = MODELS["mlp-responses"].by_steps
 
 @pytest.fixture(autouse=True)
 def _few_iterations(monkeypatch):
-    monkeypatch.setattr("learn.models.vecchia.ITERATIONS", 30)
+    monkeypatch.setattr(vecchia, "ITERATIONS", 30)
 
 
 def dataset_of(responses: np.ndarray, positions: np.ndarray) -> Dataset:

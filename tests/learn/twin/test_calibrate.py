@@ -10,6 +10,7 @@ import pytest
 import bisplat
 from bisplat.__main__ import main
 from learn.data.splits import split
+from learn.twin import calibrate as calibrate_module
 from learn.twin.calibrate import RECORD, calibrate, calibrate_by, rows_of, write_calibration
 from learn.twin.gauss_newton import Calibration
 from scenes.files.errors import InputError, ParameterError
@@ -51,7 +52,7 @@ def test_what_was_not_measured_there_is_refused(tiny, of_scene, array, tolerance
 
 def test_spectra_are_taken_evenly_from_those_that_are_not_held_out(tiny, monkeypatch):
     used = []
-    monkeypatch.setattr("learn.twin.calibrate.calibrate_by", lambda place, data, known, *options: used.extend(known))
+    monkeypatch.setattr(calibrate_module, "calibrate_by", lambda place, data, known, *options: used.extend(known))
     known = split(read_dataset(tiny), "random", 3).known
     calibrate(yard(CABINET), tiny, 4, split="random", seed=3)
     assert len(used) == 4 and set(used) < set(known)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from learn.twin import first_guess as first_guess_module
 from learn.twin.first_guess import first_guess
 from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import unknowns, varied
@@ -41,8 +42,8 @@ def test_a_guess_is_a_valid_scene(monkeypatch):
     tracer, measured = Tracer(yard(CABINET), PROPAGATION), Tracer(true, PROPAGATION).responses(POSITIONS)
     best = first_guess(tracer, which, POSITIONS, measured, flips=False, counted=160)
     there = varied(yard(CABINET), which, best).gateway.position
-    monkeypatch.setattr("learn.twin.first_guess.is_valid", lambda scene: scene.gateway.position != there)
+    monkeypatch.setattr(first_guess_module, "is_valid", lambda scene: scene.gateway.position != there)
     other = first_guess(tracer, which, POSITIONS, measured, flips=False, counted=160)
     assert other.any() and (other != best).any()
-    monkeypatch.setattr("learn.twin.first_guess.is_valid", lambda scene: False)
+    monkeypatch.setattr(first_guess_module, "is_valid", lambda scene: False)
     assert not first_guess(tracer, which, POSITIONS, measured, flips=False, counted=160).any()

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from learn.twin import gauss_newton
 from learn.twin.gauss_newton import _Minimum, _Search, most_likely
 from scenes.checks.validation import validate
 from scenes.files.errors import InputError
@@ -113,7 +114,7 @@ def test_the_likelier_of_two_ends_is_taken(true, measured, monkeypatch, off, lik
         return _Minimum(start + np.array([0, 0.01, 0]), np.full(3, 0.1), 1 + 0j, 0.1, unlikely, tracer)
 
     monkeypatch.setattr(_Search, "from_start", from_start)
-    monkeypatch.setattr("learn.twin.gauss_newton.first_guess", lambda *arguments: guess)
+    monkeypatch.setattr(gauss_newton, "first_guess", lambda *arguments: guess)
     found = most_likely(true, which, PROPAGATION, *measured, phases_known=True)
     np.testing.assert_allclose(found.values, [0, expected, 0])
 
@@ -129,7 +130,7 @@ def test_a_guess_counts_where_only_the_orientation_is_unknown(true, measured, mo
     monkeypatch.setattr(_Search, "from_start", from_start)
     for of_guess, expected in ((guess, 2), (np.zeros(3), 1)):
         starts.clear()
-        monkeypatch.setattr("learn.twin.gauss_newton.first_guess", lambda *arguments, found=of_guess: found)
+        monkeypatch.setattr(gauss_newton, "first_guess", lambda *arguments, found=of_guess: found)
         most_likely(true, which, PROPAGATION, *measured, phases_known=True)
         assert len(starts) == expected
 
@@ -151,10 +152,10 @@ def steps_of(true, monkeypatch):
             slope = (response(value + 1e-6) - response(value - 1e-6)) / 2e-6
             return response(value)[None], slope[None, :, None]
 
-        monkeypatch.setattr("learn.twin.gauss_newton.moved", lambda tracer, scene, region: scene.gateway.position[0])
-        monkeypatch.setattr("learn.twin.gauss_newton.linearised", linearised)
-        monkeypatch.setattr("learn.twin.gauss_newton.by_materials", lambda tracer, which, positions, traced: 0)
-        monkeypatch.setattr("learn.twin.gauss_newton.is_valid", lambda scene: True)
+        monkeypatch.setattr(gauss_newton, "moved", lambda tracer, scene, region: scene.gateway.position[0])
+        monkeypatch.setattr(gauss_newton, "linearised", linearised)
+        monkeypatch.setattr(gauss_newton, "by_materials", lambda tracer, which, positions, traced: 0)
+        monkeypatch.setattr(gauss_newton, "is_valid", lambda scene: True)
         search = _Search(true, which, np.zeros((1, 3)), measured, False, lambda sentence: None)
         return search.minimum(0.0, np.zeros(1), True, 1e-3, 16), tried
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from scenes.files.errors import InputError
+from scenes.importing import mesh_files
 from scenes.importing.mesh_files import read_meshes
 from scenes.importing.mesh_import import import_mesh, import_mitsuba, import_scene
 from scenes.importing.mitsuba_xml import read_mitsuba
@@ -74,7 +75,7 @@ def test_buffers_beside_a_gltf_are_read_up_to_a_size(tmp_path, monkeypatch):
     path.write_bytes(hostile.gltf_bytes(buffers=[buffer]))
     assert [name for name, _ in read_meshes(path)] == ["wall"]
     (tmp_path / "data" / "my wall.bin").write_bytes(data + bytes(1000))
-    monkeypatch.setattr("scenes.importing.mesh_files.LARGEST_FILE", 1500)
+    monkeypatch.setattr(mesh_files, "LARGEST_FILE", 1500)
     path.write_bytes(hostile.gltf_bytes(buffers=[buffer] * 2))  # each fits, and both together do not
     assert "my wall.bin: expected a buffer of glTF of at most" in refusal(read_meshes, path)
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from scenes.files.errors import InputError
+from scenes.importing import mitsuba_xml
 from scenes.importing.mesh_import import import_mitsuba, import_scene
 from scenes.importing.mitsuba_xml import SIONNA, read_mitsuba, sionna_scene
 from scenes.scene.description import Gateway, Transmitter, facing
@@ -288,9 +289,8 @@ def test_load_scene_says_to_import_it_first(name):
 def test_built_in_scenes_of_sionna(name, monkeypatch):
     path = sionna_scene(SIONNA + name)
     # Meshes of a city take seconds to read, and etoile's are read below: here only whether each is there.
-    monkeypatch.setattr(
-        "scenes.importing.mitsuba_xml.read_meshes", lambda path: [("", box((0, 0, 0), (1, 1, 1)))] * path.is_file()
-    )
+    cube = [("", box((0, 0, 0), (1, 1, 1)))]
+    monkeypatch.setattr(mitsuba_xml, "read_meshes", lambda path: cube * path.is_file())
     shapes = read_mitsuba(path)
     assert {shape.radio_material(GHZ).conductivity > 0 for shape in shapes} == {True}
 
@@ -323,7 +323,7 @@ def test_names_of_sionna_without_the_ray_tracer(monkeypatch):
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     roots = {line.split(".")[0] for line in loaded.splitlines()}
     assert "scenes" in roots and not roots & {"sionna", "mitsuba", "drjit"}
-    monkeypatch.setattr("scenes.importing.mitsuba_xml.find_spec", lambda name: None)
+    monkeypatch.setattr(mitsuba_xml, "find_spec", lambda name: None)
     with pytest.raises(InputError, match=r"sionna:etoile: the scenes of Sionna RT come with it, and it is not inst"):
         sionna_scene("sionna:etoile")
 

@@ -8,6 +8,7 @@ import pytest
 from scenes.places.closet import closet
 from simulate.dataset.dataset_folder import Dataset
 from simulate.fullwave.stored_field import read_stored_field
+from simulate.generation import dataset_field
 from simulate.generation.simulation import simulate
 
 CLOSET = Path(__file__).parents[2] / "data" / "closet"
@@ -17,7 +18,7 @@ CLOSET = Path(__file__).parents[2] / "data" / "closet"
 def dataset(tmp_path_factory) -> Dataset:
     folder = tmp_path_factory.mktemp("full-wave") / "closet"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("simulate.generation.dataset_field.stored_field", lambda *_: pytest.fail("no run is needed"))
+        patch.setattr(dataset_field, "stored_field", lambda *_: pytest.fail("no run is needed"))
         return simulate("closet", folder, n=40, engine="fullwave", field=CLOSET)
 
 

@@ -18,6 +18,7 @@ from scenes.scene.permittivity import VACUUM_PERMEABILITY
 from scenes.scene.shapes import sheet
 from scenes.storage.scene_yaml import write_scene
 from simulate.dataset.dataset_folder import read_dataset
+from simulate.fullwave import all_elements, element_fields, gprmax, solver_runs
 from simulate.fullwave.dipole import GAIN, free_space_response
 from simulate.fullwave.solver import SourceField
 from simulate.fullwave.stored_field import read_stored_field
@@ -69,8 +70,8 @@ class Solver:
 def solver(monkeypatch) -> Solver:
     """Takes the solver's place."""
     instead = Solver()
-    monkeypatch.setattr("simulate.fullwave.element_fields.solve", instead.solve)
-    monkeypatch.setattr("simulate.fullwave.solver_runs.MOST_AT_ONCE", 1)
+    monkeypatch.setattr(element_fields, "solve", instead.solve)
+    monkeypatch.setattr(solver_runs, "MOST_AT_ONCE", 1)
     return instead
 
 
@@ -128,7 +129,7 @@ def test_interrupt_ends_the_runs_beside(nook, solver, monkeypatch, tmp_path):
             ended.set()
             raise
 
-    monkeypatch.setattr("simulate.fullwave.element_fields.solve", solve)
+    monkeypatch.setattr(element_fields, "solve", solve)
     with pytest.raises(KeyboardInterrupt):
         simulate(nook, tmp_path / "nook", n=4, engine="fullwave", cell=0.03, workers=2)
     assert ended.is_set()
@@ -165,7 +166,7 @@ def test_gpu_is_asked_of_the_solver(nook, monkeypatch, tmp_path):
         commands.append(command)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("simulate.fullwave.gprmax.subprocess", SimpleNamespace(Popen=start, PIPE=None, STDOUT=None))
+    monkeypatch.setattr(gprmax, "subprocess", SimpleNamespace(Popen=start, PIPE=None, STDOUT=None))
     with pytest.raises(KeyboardInterrupt):
         simulate(nook, tmp_path / "nook", n=4, engine="fullwave", cell=0.03, gpu=True)
     assert commands and all(command[-1] == "-gpu" for command in commands)
@@ -199,7 +200,7 @@ def test_damaged_file_of_an_element_is_solved_again(nook, solver, tmp_path, monk
     whole = simulate(nook, tmp_path / "whole", **settings)
     runs = len(solver.sources)
     with monkeypatch.context() as patch:
-        patch.setattr("simulate.fullwave.all_elements.replace", lambda *_, **__: 1 / 0)  # after all elements
+        patch.setattr(all_elements, "replace", lambda *_, **__: 1 / 0)  # after all elements
         with pytest.raises(ZeroDivisionError):
             simulate(nook, tmp_path / "nook", **settings)
     element = tmp_path / "nook" / "field" / "element-001.npz"
@@ -220,7 +221,7 @@ def test_missing_gprmax_is_one_sentence_and_the_cpu_needs_none(nook, solver, mon
     def missing(name):
         raise PackageNotFoundError(name)
 
-    monkeypatch.setattr("simulate.fullwave.gprmax.version", missing)
+    monkeypatch.setattr(gprmax, "version", missing)
     with pytest.raises(InputError, match="on a GPU: expected the solver gprMax, found none"):
         simulate(nook, tmp_path / "nook", n=4, engine="fullwave", cell=0.03, gpu=True)
     assert not (tmp_path / "nook").exists()
@@ -237,7 +238,7 @@ def test_dataset_by_gprmax_is_made_once_more_by_gprmax(nook, solver, monkeypatch
         ran.append(gpu)
         return np.random.default_rng(0).standard_normal((1, 3, *np.diff(box, axis=0)[0])) * np.ones((3, 1, 1, 1, 1))
 
-    monkeypatch.setattr("simulate.fullwave.element_fields.run", run)
+    monkeypatch.setattr(element_fields, "run", run)
     again = simulate(folder, tmp_path / "again")
     assert ran == [False, False]
     assert json.loads((again.folder / "metadata.json").read_text())["fullwave"]["solver"] == "gprMax 4.0.1"
