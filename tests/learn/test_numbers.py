@@ -27,7 +27,7 @@ from simulate.dataset.dataset_writer import encode_picture, write_gateway, write
 from simulate.positions.given_positions import FARTHEST
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import picture
-from tests.yard import yard
+from tests.small_scene import small_scene
 
 COUNT = 6
 OPTIONS = {
@@ -42,7 +42,7 @@ OPTIONS = {
 
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory) -> str:
-    return str(write_scene(yard(), tmp_path_factory.mktemp("numbers") / "yard"))
+    return str(write_scene(small_scene(), tmp_path_factory.mktemp("numbers") / "scene"))
 
 
 def usual() -> Dataset:

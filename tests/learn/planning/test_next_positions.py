@@ -23,7 +23,7 @@ from scenes.storage.scene_yaml import write_scene
 from simulate.positions.given_positions import read_points
 from simulate.positions.placement import place
 from simulate.rays.core.propagation import Propagation
-from tests.yard import yard
+from tests.small_scene import small_scene
 
 COARSE = Propagation(max_depth=1, rays=10_000, diffraction=False)
 TWO = np.array([[[2.1, 0.0, 1.5]], [[2.4, 0.1, 1.4]]])
@@ -39,7 +39,7 @@ def fewer(monkeypatch):
 
 @pytest.fixture(scope="module")
 def scene() -> Scene:
-    return yard(CRATE)
+    return small_scene(CRATE)
 
 
 @pytest.fixture(scope="module")
@@ -148,7 +148,7 @@ def test_candidates_are_in_the_hull_of_measured_positions():
 
 
 def test_command_writes_a_csv_that_simulate_reads(scene, traced_run, command, tmp_path):
-    csv, file = tmp_path / "positions.csv", write_scene(scene, tmp_path / "yard")
+    csv, file = tmp_path / "positions.csv", write_scene(scene, tmp_path / "scene")
     status, out, err = command("plan", traced_run.folder, "-n", 6, "-o", csv, "--tour")
     assert status == 0 and "6 positions: " in out and "open variance" in out and "tour: " in out
     assert "plan: positions" in err

@@ -1,4 +1,4 @@
-"""A wrongly described yard is corrected by responses to thirty transmitters."""
+"""A wrongly described scene is corrected by responses to thirty transmitters."""
 
 import numpy as np
 import pytest
@@ -13,7 +13,7 @@ from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import unknowns, varied
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer
-from tests.yard import CABINET, yard
+from tests.small_scene import CABINET, small_scene
 
 PROPAGATION = Propagation(max_depth=2, rays=20_000)
 TOLERANCES = Tolerances(position=0.04, turn=3.0, objects=0.06, materials=0.3)
@@ -21,12 +21,12 @@ TOLERANCES = Tolerances(position=0.04, turn=3.0, objects=0.06, materials=0.3)
 
 @pytest.fixture(scope="module")
 def true():
-    return yard(CABINET)
+    return small_scene(CABINET)
 
 
 @pytest.fixture(scope="module")
 def wrong(true):
-    """The yard as described, what may be wrong with it, and by how much it is."""
+    """The small scene as described, what may be wrong with it, and by how much it is."""
     which = unknowns(true, TOLERANCES)
     draw = np.random.default_rng(4).normal(size=len(which)) * [each.tolerance for each in which]
     return varied(true, which, draw), which, draw
@@ -77,7 +77,7 @@ def test_what_is_left_is_within_what_is_said(wrong, with_phases):
 
 def test_a_step_that_puts_the_gateway_into_a_box_is_halved():
     post = SceneObject("post", box((-0.1, 0.2, 1.38), (-0.07, 0.3, 1.46)), "concrete")
-    place, pose = yard(CABINET, post), Tolerances(position=0.06, turn=0, objects=0, materials=0)
+    place, pose = small_scene(CABINET, post), Tolerances(position=0.06, turn=0, objects=0, materials=0)
     which, start = unknowns(place, pose), np.zeros(3)
     search = _Search(place, which, np.zeros((1, 3)), np.ones((1, 16)), False, lambda sentence: None)
     into_the_post = np.array([-0.04, 0.0, 0.0])
@@ -201,5 +201,5 @@ def test_position_that_no_path_reaches_does_no_harm(true):
 
 @pytest.mark.parametrize("phases_known", [True, False])
 def test_spectra_without_power_are_refused(true, phases_known):
-    with pytest.raises(InputError, match="yard: expected spectra with some power to correct the scene by, found none"):
+    with pytest.raises(InputError, match="small: expected spectra with some power to correct the scene by, found none"):
         most_likely(true, unknowns(true, TOLERANCES), PROPAGATION, np.ones((3, 3)), np.zeros((3, 16)), phases_known)

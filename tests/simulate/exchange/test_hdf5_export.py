@@ -14,13 +14,13 @@ from simulate.exchange import hdf5_export
 from simulate.exchange.hdf5_export import export_hdf5
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation
-from tests.yard import yard
+from tests.small_scene import small_scene
 
 
 @pytest.fixture(scope="module")
 def dataset(tmp_path_factory) -> Dataset:
-    """Five spectra of the yard."""
-    return simulate(yard(), tmp_path_factory.mktemp("hdf5") / "data", 5, propagation=Propagation(max_depth=0))
+    """Five spectra of the small scene."""
+    return simulate(small_scene(), tmp_path_factory.mktemp("hdf5") / "data", 5, propagation=Propagation(max_depth=0))
 
 
 def test_every_array_and_number_of_a_simulated_dataset_is_there(dataset, tmp_path):
