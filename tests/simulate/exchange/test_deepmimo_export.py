@@ -22,7 +22,7 @@ from simulate.rays.core.ray_tracer import rt
 from simulate.rays.core.terms import Interaction
 from simulate.rays.scattering import scattered
 from simulate.rays.tracer import Tracer
-from tests.killing import contents
+from tests.folders import contents
 from tests.small_scene import small_scene
 
 SCREEN = 1.5

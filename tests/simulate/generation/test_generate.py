@@ -27,7 +27,8 @@ from simulate.rays.core.propagation import Propagation
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.measurement import Measurement
 from simulate.spectra.spectrum import picture
-from tests.killing import contents, finish, kill_and_finish, moments
+from tests.folders import contents
+from tests.killing import finish, kill_and_finish, moments
 
 COUNT = 7
 

@@ -13,12 +13,9 @@ from scenes.storage.scene_yaml import write_scene
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.sionna_scene import sionna_names
+from tests.folders import contents
 
 DIRECT = Propagation(max_depth=0)
-
-
-def contents(folder):
-    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 @pytest.fixture(scope="module")

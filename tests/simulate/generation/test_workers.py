@@ -7,7 +7,6 @@ import sys
 import threading
 import time
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import psutil
@@ -19,6 +18,7 @@ from simulate.generation.generate import generate
 from simulate.generation.request import Request
 from simulate.parallel.ray_cluster import ray_cluster
 from simulate.rays.core.propagation import Propagation
+from tests.folders import contents
 
 pytest.importorskip("ray", reason="Ray is an extra: make setup")
 
@@ -33,10 +33,6 @@ def request_of(room) -> Request:
     low, high = room.transmitter.region_min, room.transmitter.region_max
     positions = np.random.default_rng(9).uniform(low, high, (60, 3))
     return Request(room, positions, "uniform, seed 9", Propagation(max_depth=2, diffraction=True, rays=20_000), seed=3)
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 def kill_a_worker(found: list[int]) -> None:
