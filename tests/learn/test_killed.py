@@ -10,6 +10,8 @@ from scenes.files.folder_lock import LOCK
 from tests.folders import contents
 from tests.killing import finish, kill_and_finish, moments
 
+pytestmark = pytest.mark.kill
+
 TRAIN = """
 import sys
 import torch

@@ -22,6 +22,8 @@ from simulate.generation.generate import generate
 from simulate.generation.request import Request
 from simulate.rays.core.propagation import Propagation
 
+pytestmark = pytest.mark.browser
+
 FOR_THE_DOCS = "BISPLAT_SCREENSHOTS" in os.environ
 """Screenshots are kept: then of the lab and of a model that knows it, for which there is no time otherwise."""
 
