@@ -3,8 +3,8 @@
 python benchmarks/attack.py --json
 
 Runs tests/attack with many more changed inputs than ``make test-all`` has, and the tests that kill commands or read
-hostile files. Measured: the number of inputs that were tried, refused and accepted, and that broke a promise, by kind of input.
-The output of pytest goes to stderr, and its exit status is that of the benchmark.
+hostile files. Measured: the number of inputs that were tried, refused and accepted, and that broke a promise, by kind
+of input. The output of pytest goes to stderr, and its exit status is that of the benchmark.
 """
 
 from __future__ import annotations
