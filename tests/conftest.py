@@ -8,7 +8,7 @@ import numba
 import pytest
 import torch
 
-pytest_plugins = ("tests.browser", "tests.peak_memory", "tests.small_runs", "tests.tabs")
+pytest_plugins = ("tests.browser", "tests.memory", "tests.small_runs", "tests.tabs")
 
 signal.signal(signal.SIGINT, signal.default_int_handler)  # for tests of Ctrl-C, which a shell's background jobs ignore
 

@@ -1,6 +1,7 @@
 """Rays against a full-wave dataset, and cross-validation by its stored field; the solver is replaced by a formula."""
 
 import json
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +17,7 @@ from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
 from scenes.scene.materials import p2040_materials
 from scenes.scene.shapes import sheet
+from simulate.dataset.dataset_folder import Dataset
 from simulate.fullwave.dipole import free_space_response
 from simulate.fullwave.stored_field import StoredField
 from simulate.generation import dataset_field, simulation
@@ -25,8 +27,8 @@ from simulate.rays.core.propagation import Propagation
 LINE_OF_SIGHT = Propagation(max_depth=0, rays=1000)
 
 
-@pytest.fixture
-def in_free_space(monkeypatch):
+@pytest.fixture(scope="module", autouse=True)
+def in_free_space():
     """The solver's field is that in free space."""
 
     def field(scene, planned, folder, at_once, solver, gpu, ray, report):
@@ -41,10 +43,12 @@ def in_free_space(monkeypatch):
         folder.mkdir()
         return StoredField(low, 0.02, np.stack(values).reshape(-1, *size), np.zeros(16), 900)
 
-    monkeypatch.setattr(dataset_field, "stored_field", field)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(dataset_field, "stored_field", field)
+        yield
 
 
-@pytest.fixture
+@pytest.fixture(scope="module")
 def floor_scene() -> Scene:
     """A floor, and patch-like elements, which full wave makes short dipoles."""
     floor = SceneObject("floor", sheet((-5, -5, 0), (10, 0, 0), (0, 10, 0)), "concrete")
@@ -53,9 +57,11 @@ def floor_scene() -> Scene:
     return Scene("floor", 915e6, gateway, region, (floor,), p2040_materials(["concrete"], 915e6))
 
 
-@pytest.fixture
-def full_wave(floor_scene, in_free_space, tmp_path):
-    return simulate(floor_scene, tmp_path / "floor", n=24, engine="fullwave", cell=0.03)
+@pytest.fixture(scope="module")
+def full_wave(floor_scene, tmp_path_factory) -> Dataset:
+    """To be read from only."""
+    folder = tmp_path_factory.mktemp("engines") / "floor"
+    return simulate(floor_scene, folder, n=24, engine="fullwave", cell=0.03)
 
 
 def test_line_of_sight_is_the_field_in_free_space(full_wave, tmp_path):
@@ -87,17 +93,18 @@ def test_plane_shows_each_depths_error_and_counts_paths(floor_scene, full_wave, 
     assert (tmp_path / "engines_plane.png").stat().st_size > 10_000
 
 
-def test_other_datasets_are_refused(floor_scene, full_wave, tmp_path, in_free_space):
+def test_other_datasets_are_refused(floor_scene, full_wave, tmp_path):
     rays = simulate(floor_scene, tmp_path / "rays", n=4, propagation=LINE_OF_SIGHT)
     with pytest.raises(InputError, match="expected a dataset simulated with --engine fullwave"):
         compare_engines(rays.folder, LINE_OF_SIGHT, 4)
     with pytest.raises(ParameterError, match="positions: expected a whole number of at least 1, found 0"):
         compare_engines(full_wave.folder, LINE_OF_SIGHT, 0)
-    metadata = json.loads((full_wave.folder / "metadata.json").read_text())
+    noisy = shutil.copytree(full_wave.folder, tmp_path / "noisy")
+    metadata = json.loads((noisy / "metadata.json").read_text())
     metadata["measurement"]["snr_db"] = 20.0
-    (full_wave.folder / "metadata.json").write_text(json.dumps(metadata))
+    (noisy / "metadata.json").write_text(json.dumps(metadata))
     with pytest.raises(InputError, match="expected a dataset without measurement errors"):
-        compare_engines(full_wave.folder, LINE_OF_SIGHT, 4)
+        compare_engines(noisy, LINE_OF_SIGHT, 4)
 
 
 def test_run_on_full_wave_is_validated_by_the_stored_field(floor_scene, full_wave, tmp_path):

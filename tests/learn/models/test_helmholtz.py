@@ -144,6 +144,7 @@ def drawn(length: float, nugget: float, drift: float = np.inf, walk: bool = Fals
     return dataset_of(positions, np.linalg.cholesky(covariance + nugget * np.eye(500)) @ white)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("length", "nugget"), [(0.1, 0.05), (0.6, 0.01)])
 def test_finds_the_law_a_field_was_drawn_from(length, nugget):
     field = fitted(drawn(length, nugget), np.arange(500))
@@ -152,6 +153,7 @@ def test_finds_the_law_a_field_was_drawn_from(length, nugget):
     assert float(field.shares.max()) < 5 / DIRECTIONS
 
 
+@pytest.mark.slow
 def test_finds_how_fast_a_place_changes_and_predicts_the_better_for_it():
     dataset = drawn(0.6, 0.01, drift=100, walk=True)
     known = np.flatnonzero(np.arange(500) % 5 != 2)
@@ -202,6 +204,7 @@ def test_pictures_that_are_all_the_same_are_predicted_everywhere(waves):
     np.testing.assert_allclose(found, spectrum_of(dataset.pictures[:3]), atol=1e-3)
 
 
+@pytest.mark.slow
 def test_finds_where_the_waves_come_from():
     directions = unfitted().directions.numpy()
     generator = np.random.default_rng(8)
@@ -227,6 +230,7 @@ def test_known_pictures_are_kept_and_far_away_the_mean_is_shown(waves):
     assert float(open_share[0]) == pytest.approx(1.0)
 
 
+@pytest.mark.slow
 def test_open_share_is_the_mean_squared_error():
     dataset = drawn(0.3, 0.01)
     field = fitted(dataset, np.arange(0, 500, 2))
@@ -253,6 +257,7 @@ def test_trains_predicts_and_loads_again(tiny, tmp_path):
     assert dataclasses.asdict(run.config)["model"] == "helmholtz"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("keep_responses", [True, False])
 def test_positions_many_wavelengths_apart_are_interpolated_no_worse_than_by_distance(keep_responses):
     """Forty positions in 6 m × 6 m × 2 m: kriging of responses then predicts noise."""
@@ -274,6 +279,7 @@ def test_positions_close_to_each_other_are_interpolated_by_kriging_of_responses(
     assert field.has_responses and list(field.fields) == ["responses"]
 
 
+@pytest.mark.slow
 def test_pictures_are_interpolated_by_the_responses_behind_them(monkeypatch):
     """Of 5 waves in 1.5 wavelengths, by 120 pictures: with their phases the others are predicted far better."""
     monkeypatch.setattr(vecchia, "ITERATIONS", 15)  # for the time it takes

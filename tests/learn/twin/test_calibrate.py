@@ -82,6 +82,7 @@ def test_changes_are_written_down(tmp_path):
     assert rows["gateway turn about z"]["±"] == "0.29°"
 
 
+@pytest.mark.slow
 def test_command_writes_the_corrected_scene(tmp_path, monkeypatch, capsys):
     """Its gateway is where the spectra were received, and not where it is described."""
     coarse = ("--max-depth", "1", "--no-diffraction", "--rays", "20000")

@@ -56,6 +56,7 @@ def behind_pictures(responses):
     return turned
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("phases_known", [True, False])
 def test_pose_and_cabinet_are_found(phases_known, wrong, measured, with_phases):
     positions, responses = measured
@@ -69,6 +70,7 @@ def test_pose_and_cabinet_are_found(phases_known, wrong, measured, with_phases):
     assert found.misfit[0] < 0.1 * found.misfit[1]
 
 
+@pytest.mark.slow
 def test_what_is_left_is_within_what_is_said(wrong, with_phases):
     ratios = (wrong[2] + with_phases.values) / with_phases.deviations
     assert np.abs(ratios).max() < 4 and np.sqrt((ratios**2).mean()) < 2
@@ -88,10 +90,12 @@ def test_a_step_that_puts_the_gateway_into_a_box_is_halved():
     np.testing.assert_array_equal(search._halved_to_valid(start, -into_the_post), -into_the_post)
 
 
+@pytest.mark.slow
 def test_gain_of_the_receiver_is_found(with_phases):
     assert with_phases.gain == pytest.approx(5j, abs=0.25)
 
 
+@pytest.mark.slow
 def test_a_gateway_is_not_taken_for_one_half_a_wavelength_away(true, measured):
     """Steps that compare all responses in one common phase end 15 cm away from here, with the opposite gain."""
     which = unknowns(true, Tolerances(position=0.06, turn=4.0, objects=0.06, materials=0.4))

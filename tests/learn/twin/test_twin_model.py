@@ -27,6 +27,8 @@ from simulate.rays.core.propagation import Propagation
 from simulate.spectra.beamformer import Beamformer
 from tests.small_scene import CABINET, small_scene
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def true() -> Scene:

@@ -14,6 +14,8 @@ from simulate.fullwave.run_plan import plan
 
 pytest.importorskip("ray", reason="Ray is an extra: make setup")
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def address():

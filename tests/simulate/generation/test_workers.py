@@ -22,6 +22,8 @@ from tests.folders import contents
 
 pytest.importorskip("ray", reason="Ray is an extra: make setup")
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def request_of(room) -> Request:

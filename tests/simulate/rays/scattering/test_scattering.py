@@ -45,6 +45,7 @@ def power_by_objects_passed(tracer: Tracer, position: np.ndarray) -> dict[int, f
     return {passed: float((np.abs(responses[alike & (sent.passed[0] == passed)]) ** 2).sum()) for passed in (0, 1)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("turned", "polarization"), [(0.0, "V"), (0.3, "H")])
 def test_power_is_sionnas(turned, polarization):
     """Also of waves that pass through the pane before they are scattered. (Sionna has none that pass it afterwards.)"""
@@ -103,6 +104,7 @@ def test_smooth_surfaces_scatter_nothing():
     assert (Tracer(rough_scene(0.0), replace(propagation, diffuse=True)).responses(POSITIONS) == plain).all()
 
 
+@pytest.mark.slow
 def test_rough_surface_reflects_less_around_edges_too():
     """A reflection off the floor after an edge has √(1 − S²) of the amplitude that a smooth floor gives it."""
 

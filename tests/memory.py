@@ -1,11 +1,26 @@
-"""A line at the end of every session of pytest: the memory that it, or each of its workers, needed at most."""
+"""Memory is given back after each file of tests; a session's last lines tell how much each of its processes needed."""
 
+import ctypes
+import gc
 import resource
+import sys
+from collections.abc import Iterator
 
 import pytest
 
 PEAKS = pytest.StashKey[dict[str, int]]()
 """Bytes by the name of a process."""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def give_memory_back() -> Iterator[None]:
+    """What Dr.Jit and the C library keep of freed memory for later goes back to the system."""
+    yield
+    gc.collect()
+    if "drjit" in sys.modules:
+        sys.modules["drjit"].flush_malloc_cache()
+    if trim := getattr(ctypes.CDLL(None), "malloc_trim", None):  # glibc has it
+        trim(0)
 
 
 def _peak() -> int:
