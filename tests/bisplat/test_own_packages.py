@@ -43,6 +43,7 @@ def test_a_script_beside_such_a_file(tmp_path, name):
     assert "closet <function" in run(tmp_path, "script.py")
 
 
+@pytest.mark.slow
 def test_a_script_of_such_a_name_that_simulates(tmp_path):
     write(
         tmp_path / "simulate.py",
@@ -74,6 +75,7 @@ def test_processes_of_multiprocessing(occupied, method):
     assert run(occupied, "script.py") == "['closet', 'lab']\n"
 
 
+@pytest.mark.slow
 def test_workers_of_a_data_loader(occupied):
     write(
         occupied / "script.py",

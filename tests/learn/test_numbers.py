@@ -145,7 +145,11 @@ def finite(spectra: np.ndarray, clipped: bool = False) -> None:
 
 @pytest.mark.parametrize(
     ("name", "odd"),
-    [(name, odd) for name, entry in MODELS.items() for odd in (FEWER if entry.by_steps or entry.needs else ODD)],
+    [
+        pytest.param(name, odd, marks=pytest.mark.slow if entry.needs else ())
+        for name, entry in MODELS.items()
+        for odd in (FEWER if entry.by_steps or entry.needs else ODD)
+    ],
 )
 def test_models(name, odd, scene):
     data = odd(usual())

@@ -43,7 +43,7 @@ def folder(tmp_path_factory) -> Path:
 @pytest.fixture(scope="session")
 def runs(folder) -> list[Run]:
     patch = pytest.MonkeyPatch()
-    patch.setattr(vecchia, "ITERATIONS", 40)
+    patch.setattr(vecchia, "ITERATIONS", 15)
     found = [bisplat.train(folder / name, folder / f"run-{name}") for name in ("one", "two")]
     patch.undo()
     return found

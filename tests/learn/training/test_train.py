@@ -429,6 +429,7 @@ train_run({config!r}, Path(sys.argv[1]), devices=2)
 """
 
 
+@pytest.mark.slow
 def test_two_processes_have_the_loss_curve_of_one(tiny_config, changed, small, tmp_path, monkeypatch):
     """The same global batches, gradients averaged: equal but for rounding. By plain descent, since Adam divides by the
     gradient's size and so makes whole steps of rounding errors."""

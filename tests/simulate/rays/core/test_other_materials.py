@@ -36,7 +36,7 @@ def with_thicker_board():
 @pytest.mark.parametrize(
     "propagation",
     [
-        Propagation(max_depth=2, rays=20_000),
+        pytest.param(Propagation(max_depth=2, rays=20_000), marks=pytest.mark.slow),
         Propagation(max_depth=2, rays=20_000, diffraction=False),
         Propagation(max_depth=2, rays=5_000, sionna=True, diffraction=False),
     ],

@@ -95,7 +95,7 @@ def test_other_materials_need_no_kernels_compiled_anew(room, room_tracer, room_p
 
 
 def test_responses_do_not_depend_on_the_batch(room_tracer, room_positions, room_responses, monkeypatch):
-    monkeypatch.setattr(reflection_chains, "LANES", 1)
+    monkeypatch.setattr(reflection_chains, "LANES", 7)
     assert (room_tracer.responses(room_positions[:2]) == room_responses[:2]).all()
 
 
