@@ -4,23 +4,39 @@ import ctypes
 import gc
 import resource
 import sys
-from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
+
+MUCH = 200_000_000
+"""Bytes."""
+
+LEFT = pytest.StashKey[int]()
+"""Bytes of memory after it was last given back."""
 
 PEAKS = pytest.StashKey[dict[str, int]]()
 """Bytes by the name of a process."""
 
 
-@pytest.fixture(scope="module", autouse=True)
-def give_memory_back() -> Iterator[None]:
-    """What Dr.Jit and the C library keep of freed memory for later goes back to the system."""
-    yield
+def _resident() -> int:
+    """Bytes of memory that this process has now."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()
+
+
+@pytest.hookimpl(trylast=True)  # when the fixtures are gone
+def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> None:
+    """After each file, and after each test that left much, what was freed goes back to the system.
+
+    Figures of matplotlib wait for Python's garbage collection, and Dr.Jit and the C library keep memory for later.
+    """
+    last_of_file = nextitem is None or nextitem.path != item.path
+    if not last_of_file and _resident() < item.config.stash.get(LEFT, 0) + MUCH:
+        return
     gc.collect()
     if "drjit" in sys.modules:
         sys.modules["drjit"].flush_malloc_cache()
-    if trim := getattr(ctypes.CDLL(None), "malloc_trim", None):  # glibc has it
-        trim(0)
+    ctypes.CDLL(None).malloc_trim(0)
+    item.config.stash[LEFT] = _resident()
 
 
 def _peak() -> int:

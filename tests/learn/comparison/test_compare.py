@@ -122,6 +122,7 @@ PYTHON_EXAMPLE, METHOD = re.findall(
 )
 
 
+@pytest.mark.slow
 def test_python_example_in_the_docs_runs(workplace, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "data").symlink_to(workplace / "data")

@@ -126,6 +126,7 @@ def test_open_variance_is_that_of_the_model(scene, traced_run):
     np.testing.assert_allclose(found.covariance.diagonal().real, expected, atol=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small_models")
 def test_run_of_another_model_on_measured_spectra_has_candidates_among_its_positions(finished_run, tiny):
     planned = plan(finished_run, 5, tour=True)
