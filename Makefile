@@ -1,9 +1,14 @@
-# `make demo`, `make test` and `make attack` each do the set-up they need, in .venv, with Python 3.11 or newer.
+# `make demo`, `make test`, `make test-all` and `make attack` each do the set-up they need, in .venv, with Python 3.11
+# or newer.
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
 VENV   := .venv
 BIN    := $(VENV)/bin
 
-.PHONY: demo test attack setup clean
+# The kinds of tests (pyproject.toml) that take long: `make test-all` runs them, `make test` all others.
+LONG   := attack or kill or browser or benchmark or slow
+PYTEST := OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1 MALLOC_ARENA_MAX=2 $(BIN)/python -m pytest -n 2 --dist loadscope
+
+.PHONY: demo test test-all attack setup clean
 
 demo: setup
 	$(BIN)/bisplat demo
@@ -12,7 +17,10 @@ test: setup
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
-	OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist loadscope
+	$(PYTEST) --durations=10 -m "not ($(LONG))"
+
+test-all: setup
+	$(PYTEST) -m "$(LONG)"
 
 attack: setup
 	mkdir -p runs

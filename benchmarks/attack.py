@@ -2,9 +2,9 @@
 
 python benchmarks/attack.py --json
 
-Runs tests/attack with many more changed inputs than ``make test`` has, and the tests that kill commands or read hostile
-files. Measured: the number of inputs that were tried, refused and accepted, and that broke a promise, by kind of input.
-The output of pytest goes to stderr, and its exit status is that of the benchmark.
+Runs tests/attack with many more changed inputs than ``make test-all`` has, and the tests that kill commands or read
+hostile files. Measured: the number of inputs that were tried, refused and accepted, and that broke a promise, by kind
+of input. The output of pytest goes to stderr, and its exit status is that of the benchmark.
 """
 
 from __future__ import annotations
@@ -23,21 +23,15 @@ from report.printing import print_figures
 ATTACK = "tests/attack"
 
 OTHERS = (
-    *(
-        "tests/learn/test_killed.py",
-        "tests/simulate/generation/test_generate.py",
-        "tests/simulate/dataset/test_hostile_files.py",
-    ),
-    *(
-        "tests/scenes/importing/test_hostile_meshes.py",
-        "tests/scenes/files/test_json_and_yaml.py",
-        "tests/bisplat/test_options.py",
-    ),
-    *(
-        "tests/learn/training/test_damaged_runs.py",
-        "tests/scenes/browser/test_served_page.py",
-        "tests/learn/view/test_tabs.py",
-    ),
+    "tests/learn/test_killed.py",
+    "tests/simulate/generation/test_generate.py",
+    "tests/simulate/dataset/test_hostile_files.py",
+    "tests/scenes/importing/test_hostile_meshes.py",
+    "tests/scenes/files/test_json_and_yaml.py",
+    "tests/bisplat/test_options.py",
+    "tests/learn/training/test_damaged_runs.py",
+    "tests/scenes/browser/test_served_page.py",
+    "tests/learn/view/test_tabs.py",
 )
 
 

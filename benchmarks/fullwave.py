@@ -29,8 +29,8 @@ from typing import Annotated, Any
 
 import numpy as np
 import tyro
-from report.nook import nook
 from report.printing import print_figures
+from report.smallest_room import smallest_room
 
 from learn.evaluation.crossvalidate import correlation
 from learn.evaluation.engines import compare_engines
@@ -112,7 +112,7 @@ def main(
     """
     scene, further, depths, rays = closet(), 10_000, DEPTHS, Propagation()
     if smallest:
-        scene, positions, further = nook(), 5, 20
+        scene, positions, further = smallest_room(), 5, 20
         rays = Propagation(max_depth=1, rays=10_000, diffraction=False)
         depths = {"depth 1": rays}
         folder = Path(tempfile.mkdtemp())

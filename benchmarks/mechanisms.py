@@ -23,8 +23,8 @@ from unittest.mock import patch
 import numpy as np
 import tyro
 from PIL import Image
-from report.nook import nook
 from report.printing import print_figures
+from report.smallest_room import smallest_room
 
 from learn.evaluation.engines import EngineComparison, compare_responses, scene_for_rays
 from learn.reports.figures import draw_examples
@@ -128,7 +128,7 @@ def main(
     """
     rooms, mechanisms, cell = ROOMS, MECHANISMS, CELL
     if smallest:
-        rooms, positions, folder, cell = {"nook": nook}, 5, Path(tempfile.mkdtemp()), 0.024
+        rooms, positions, folder, cell = {"smallest": smallest_room}, 5, Path(tempfile.mkdtemp()), 0.024
         mechanisms = {name: Propagation(max_depth=1, rays=1000, diffraction=name == SHOWN) for name in (ONCE, SHOWN)}
     result: dict[str, Any] = {}
     for room, scene in rooms.items():

@@ -14,8 +14,8 @@ from typing import Annotated, Any
 
 import numpy as np
 import tyro
-from report.nook import nook
 from report.printing import print_figures
+from report.smallest_room import smallest_room
 
 from learn.data.metrics import ssim
 from learn.evaluation.engines import scene_for_rays
@@ -71,8 +71,8 @@ def main(
     """
     followed = RAYS
     if smallest:
-        folder, rooms, count = Path(tempfile.mkdtemp()), ("nook",), 3
-        simulate(nook(), folder / "nook", 3, engine="fullwave", cell=0.024)
+        folder, rooms, count = Path(tempfile.mkdtemp()), ("smallest",), 3
+        simulate(smallest_room(), folder / "smallest", 3, engine="fullwave", cell=0.024)
         followed = {"geometric optics": Propagation(max_depth=1, rays=1000, diffraction=False)}
     result: dict[str, Any] = {}
     for room in rooms:

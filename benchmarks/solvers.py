@@ -15,8 +15,8 @@ from typing import Annotated, Any
 
 import numpy as np
 import tyro
-from report.nook import nook
 from report.printing import print_figures
+from report.smallest_room import smallest_room
 
 from scenes.places.closet import closet
 from scenes.scene.description import Scene
@@ -74,7 +74,7 @@ def main(smallest: bool = False, json_output: Annotated[bool, tyro.conf.arg(name
         smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
         json_output: print one JSON object.
     """
-    small = nook()
+    small = smallest_room()
     small_plan = plan(small, small.transmitter.region, 0.024 if smallest else 0.02)
     scene, steps = (small, 20) if smallest else (closet(), 200)
     planned = small_plan if smallest else plan(scene, scene.transmitter.region, default_cell(scene))

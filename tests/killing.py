@@ -67,11 +67,6 @@ def kill_and_finish(code: str, *arguments: str | Path, after: Sequence[float]) -
     return killed
 
 
-def contents(folder: Path) -> dict[str, bytes]:
-    """Every file's bytes, by its path in the folder; a folder counts too."""
-    return {str(path.relative_to(folder)): b"" if path.is_dir() else path.read_bytes() for path in folder.rglob("*")}
-
-
 def _start(code: str, arguments: Sequence[str | Path]) -> subprocess.Popen:
     """A process that has printed ``READY``."""
     environment = os.environ | {"PYTHONPATH": os.pathsep.join(path for path in sys.path if path)}

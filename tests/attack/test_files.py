@@ -6,6 +6,8 @@ from hypothesis import strategies as st
 
 from tests.attack.victims import GROUPS
 
+pytestmark = pytest.mark.attack
+
 
 @pytest.mark.parametrize("group", GROUPS)
 def test_valid_files_are_taken(group, workplace):

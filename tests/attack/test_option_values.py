@@ -10,6 +10,8 @@ from bisplat import __main__ as program
 from tests.attack.options import COMMANDS, command_lines, options_of
 from tests.attack.victims import Victim
 
+pytestmark = pytest.mark.attack
+
 
 def test_every_command_is_attacked():
     known = {name for name, value in vars(program).items() if callable(value) and value.__module__.endswith("commands")}

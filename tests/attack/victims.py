@@ -176,11 +176,11 @@ GROUPS = {
 """Each group gets as many attacks as any other."""
 
 
-def nook() -> Scene:
+def small_room() -> Scene:
     """Floor and a wall: drawn at once."""
     concrete = p2040_material("concrete", 915e6)
     return Scene(
-        name="nook",
+        name="room",
         frequency=915e6,
         gateway=Gateway((0.3, 1.5, 1.4), facing((1, 0, 0))),
         transmitter=Transmitter((1.2, 0.8, 0.9), (2.6, 2.2, 1.6)),
@@ -201,7 +201,7 @@ def make_files(folder: Path, field: Path) -> None:
     """
     corners = np.array(hostile.CORNERS)
     write_positions(folder / "places.csv", np.array([[1.5, 1.0, 1.2], [1.7, 1.1, 1.0]]))
-    write_scene(nook(), folder / "room")
+    write_scene(small_room(), folder / "room")
     (folder / "xml").mkdir()
     mesh = '<string name="filename" value="wall.obj"/><bsdf type="diffuse" id="mat-itu_wood"/>'
     turned = hostile.to_world('<rotate x="1" angle="90"/><translate value="0, 2, 0"/>')

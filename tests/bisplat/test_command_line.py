@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from bisplat.__main__ import main
+from learn.training import by_steps
 from learn.training.lightning_module import Training
 from learn.training.run_folder import load_run
 from simulate.dataset.dataset_folder import read_dataset
@@ -138,7 +139,7 @@ def test_evaluate_prints_a_table_of_model_and_baselines(command, finished_run):
 
 
 def test_model_without_an_aperture_predicts_spectra_alone(command, tiny, tmp_path, monkeypatch):
-    monkeypatch.setattr("learn.training.by_steps.STEPS_PER_VALIDATION", 1)
+    monkeypatch.setattr(by_steps, "STEPS_PER_VALIDATION", 1)
     run = tmp_path / "run"
     assert command("train", tiny, "-o", run, "--model", "bisplat", "--steps", 1, "--batch-size", 17)[0] == 0
     assert command("predict", run, "--positions", tiny / "tx_pos.csv", "-o", tmp_path / "out.npz")[0] == 0
@@ -160,7 +161,7 @@ def test_interrupted_training_says_so_and_exits_130(command, tiny, tmp_path, mon
         "train", tiny, "-o", tmp_path / "run", "--model", "bisplat-aperture", "--steps", 6, "--batch-size", 5
     )
     assert status == 130 and "run: " not in out
-    assert err.splitlines()[-1] == "bisplat: interrupted; run the same command again to continue"
+    assert err.splitlines()[-1].startswith("bisplat: interrupted")
 
 
 # Files

@@ -22,33 +22,32 @@ def run(folder: Path, *arguments: str) -> str:
     return done.stdout
 
 
-def write(folder: Path, **files: str) -> None:
-    """Write files; two underscores in a name stand for a slash, so that init is __init__."""
-    for name, text in files.items():
-        path = folder / f"{name.replace('__', '/').replace('init', '__init__')}.py"
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(textwrap.dedent(text))
+def write(path: Path, text: str) -> None:
+    """Write a file and the folders above it."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(textwrap.dedent(text))
 
 
 @pytest.fixture
 def occupied(tmp_path) -> Path:
     """A folder with all three names."""
-    write(tmp_path, simulate="mine = 1", learn="mine = 1", scenes__init="mine = 1")
+    for name in ("simulate.py", "learn.py", "scenes/__init__.py"):
+        write(tmp_path / name, "mine = 1")
     return tmp_path
 
 
 @pytest.mark.parametrize("name", NAMES)
 def test_a_script_beside_such_a_file(tmp_path, name):
-    (tmp_path / name).parent.mkdir(exist_ok=True)
-    (tmp_path / name).write_text("mine = 1")
-    write(tmp_path, script="import bisplat\nprint(bisplat.load_scene('closet').name, bisplat.check)")
+    write(tmp_path / name, "mine = 1")
+    write(tmp_path / "script.py", "import bisplat\nprint(bisplat.load_scene('closet').name, bisplat.check)")
     assert "closet <function" in run(tmp_path, "script.py")
 
 
+@pytest.mark.slow
 def test_a_script_of_such_a_name_that_simulates(tmp_path):
     write(
-        tmp_path,
-        simulate="""
+        tmp_path / "simulate.py",
+        """
         import bisplat
         coarse = bisplat.Propagation(max_depth=1, diffraction=False, rays=1000)
         print(len(bisplat.simulate("closet", "out", n=4, propagation=coarse).names))
@@ -64,8 +63,8 @@ def test_the_command_line(occupied):
 @pytest.mark.parametrize("method", ["spawn", "forkserver", "fork"])
 def test_processes_of_multiprocessing(occupied, method):
     write(
-        occupied,
-        script=f"""
+        occupied / "script.py",
+        f"""
         import multiprocessing
         import bisplat
         if __name__ == "__main__":
@@ -76,10 +75,11 @@ def test_processes_of_multiprocessing(occupied, method):
     assert run(occupied, "script.py") == "['closet', 'lab']\n"
 
 
+@pytest.mark.slow
 def test_workers_of_a_data_loader(occupied):
     write(
-        occupied,
-        script="""
+        occupied / "script.py",
+        """
         import bisplat
         from torch.utils.data import DataLoader
 
@@ -101,7 +101,8 @@ def test_workers_of_a_data_loader(occupied):
 
 def test_pytest(occupied):
     write(
-        occupied, test_mine="import bisplat\ndef test_it():\n    assert bisplat.load_scene('closet').name == 'closet'"
+        occupied / "test_mine.py",
+        "import bisplat\ndef test_it():\n    assert bisplat.load_scene('closet').name == 'closet'",
     )
     assert "1 passed" in run(occupied, "-m", "pytest", "-q", "-p", "no:cacheprovider")
 

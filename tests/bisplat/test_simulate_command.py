@@ -13,6 +13,8 @@ from scenes.scene.description import facing
 from scenes.storage.scene_yaml import write_scene
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import write_positions
+from tests.folders import contents
+from tests.small_scene import small_scene
 
 DIRECT = ("--max-depth", "0")
 
@@ -25,32 +27,28 @@ def simulate(scene: object, output: Path, *options: object) -> None:
 
 
 @pytest.fixture(scope="module")
-def two_gateways(make_scene, floor, tmp_path_factory) -> Path:
+def two_gateways(tmp_path_factory) -> Path:
     """A scene YAML of two gateways over a floor."""
-    scene = make_scene(floor)
-    second = replace(scene.gateway, position=(-7.0, 0.0, 1.5), orientation=facing((1, 0, 0)), rows=2)
-    return write_scene(replace(scene, further_gateways={"west": second}), tmp_path_factory.mktemp("scene"))
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    scene = small_scene()
+    second = replace(scene.gateway, position=(5.0, 0.0, 1.5), orientation=facing((-1, 0, 0)), rows=2)
+    return write_scene(replace(scene, further_gateways={"east": second}), tmp_path_factory.mktemp("scene"))
 
 
 def test_each_gateway_gets_a_folder_of_the_same_positions(two_gateways, tmp_path):
     simulate(two_gateways, tmp_path, "-n", 5, *DIRECT)
-    first, second = read_dataset(tmp_path / "gateway1"), read_dataset(tmp_path / "west")
+    first, second = read_dataset(tmp_path / "gateway1"), read_dataset(tmp_path / "east")
     assert (first.positions == second.positions).all()
     assert first.responses is not None and second.responses is not None
     assert first.responses.shape == (5, 16)
     assert second.responses.shape == (5, 8)
-    np.testing.assert_allclose(second.gateway_position, [-7, 0, 1.5])
+    np.testing.assert_allclose(second.gateway_position, [5, 0, 1.5])
 
 
 def test_receivers_errors_are_as_large_as_asked_for_and_each_arrays_own(two_gateways, tmp_path):
     simulate(two_gateways, tmp_path / "ideal", "-n", 5, *DIRECT)
     simulate(two_gateways, tmp_path / "real", "-n", 5, *DIRECT, "--phase-error-deg", 10)
     errors = []
-    for name in ("gateway1", "west"):
+    for name in ("gateway1", "east"):
         ideal, real = (read_dataset(tmp_path / kind / name).responses for kind in ("ideal", "real"))
         errors.append(np.angle(real / ideal, deg=True))
         assert np.ptp(errors[-1], axis=0).max() < 1e-3  # the same in every spectrum
@@ -60,8 +58,8 @@ def test_receivers_errors_are_as_large_as_asked_for_and_each_arrays_own(two_gate
 
 def test_folder_made_once_more_is_the_same_with_its_own_settings(two_gateways, tmp_path):
     simulate(two_gateways, tmp_path / "a", "-n", 5, "--seed", 4, *DIRECT, "--snr-db", 10, "--power-db")
-    simulate(tmp_path / "a" / "west", tmp_path / "again")
-    assert contents(tmp_path / "again") == contents(tmp_path / "a" / "west")
+    simulate(tmp_path / "a" / "east", tmp_path / "again")
+    assert contents(tmp_path / "again") == contents(tmp_path / "a" / "east")
     assert (tmp_path / "again" / "power_db" / "00005.tif").exists()
 
 

@@ -7,7 +7,10 @@ import pandas as pd
 import pytest
 
 from scenes.files.folder_lock import LOCK
-from tests.killing import contents, finish, kill_and_finish, moments
+from tests.folders import contents
+from tests.killing import finish, kill_and_finish, moments
+
+pytestmark = pytest.mark.kill
 
 TRAIN = """
 import sys

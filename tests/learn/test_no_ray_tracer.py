@@ -4,6 +4,8 @@ import os
 import subprocess
 import sys
 
+import pytest
+
 PROGRAM = '''
 import sys
 
@@ -44,6 +46,7 @@ for command in (
 '''
 
 
+@pytest.mark.slow
 def test_measured_data_is_checked_learned_and_predicted_without_a_ray_tracer(tmp_path, write_folder):
     folder = write_folder(tmp_path / "data")
     assert not (folder / "metadata.json").exists() and not (folder / "channels.npz").exists()

@@ -13,6 +13,7 @@ from learn.comparison.baseline_methods import BASELINES
 from learn.comparison.task import Task
 from learn.data.splits import Split
 from learn.evaluation.check import check
+from learn.models import helmholtz, stacking, vecchia
 from learn.models.quadrature import quadrature
 from learn.models.registry import MODELS, model_entry
 from learn.training.config import Config
@@ -26,7 +27,7 @@ from simulate.dataset.dataset_writer import encode_picture, write_gateway, write
 from simulate.positions.given_positions import FARTHEST
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import picture
-from tests.yard import yard
+from tests.small_scene import small_scene
 
 COUNT = 6
 OPTIONS = {
@@ -41,7 +42,7 @@ OPTIONS = {
 
 @pytest.fixture(scope="module")
 def scene(tmp_path_factory) -> str:
-    return str(write_scene(yard(), tmp_path_factory.mktemp("numbers") / "yard"))
+    return str(write_scene(small_scene(), tmp_path_factory.mktemp("numbers") / "scene"))
 
 
 def usual() -> Dataset:
@@ -131,10 +132,10 @@ FEWER = [far_apart, at_one_place, black, white, hardly_any_signal]
 @pytest.fixture(autouse=True)
 def short_fits(monkeypatch):
     """Few iterations of every fit, and kriging's scores without folds."""
-    monkeypatch.setattr("learn.models.vecchia.ITERATIONS", 3)
-    monkeypatch.setattr("learn.models.helmholtz.FOLDS", 1)
-    monkeypatch.setattr("learn.models.helmholtz.LEFT_OUT", 2)
-    monkeypatch.setattr("learn.models.stacking.QUARTERS", 1)
+    monkeypatch.setattr(vecchia, "ITERATIONS", 3)
+    monkeypatch.setattr(helmholtz, "FOLDS", 1)
+    monkeypatch.setattr(helmholtz, "LEFT_OUT", 2)
+    monkeypatch.setattr(stacking, "QUARTERS", 1)
 
 
 def finite(spectra: np.ndarray, clipped: bool = False) -> None:
@@ -144,7 +145,11 @@ def finite(spectra: np.ndarray, clipped: bool = False) -> None:
 
 @pytest.mark.parametrize(
     ("name", "odd"),
-    [(name, odd) for name, entry in MODELS.items() for odd in (FEWER if entry.by_steps or entry.needs else ODD)],
+    [
+        pytest.param(name, odd, marks=pytest.mark.slow if entry.needs else ())
+        for name, entry in MODELS.items()
+        for odd in (FEWER if entry.by_steps or entry.needs else ODD)
+    ],
 )
 def test_models(name, odd, scene):
     data = odd(usual())

@@ -54,6 +54,7 @@ def test_whole_folder_is_read(rfid):
     assert rfid.responses is None and rfid.metadata == {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("kind", "baseline", "ahead"), [("files", nearest, 0.002), ("blocked", inverse_distance, 0.025)]
 )

@@ -13,7 +13,7 @@ FREQUENCY = 915e6
 def scene() -> Scene:
     """A floor and a crate, the gateway at (4, 0, 1), the transmitter's region around the origin."""
     return Scene(
-        name="yard",
+        name="outdoors",
         frequency=FREQUENCY,
         gateway=Gateway(position=(4.0, 0.0, 1.0), orientation=(0.5, -0.5, -0.5, 0.5)),
         transmitter=Transmitter(region_min=(-1.0, -1.0, 0.5), region_max=(1.0, 1.0, 1.5)),

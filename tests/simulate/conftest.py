@@ -112,7 +112,13 @@ def public_solver() -> Callable[..., np.ndarray]:
         sionna.add(rt.Transmitter("sender", **sender))
         sionna.add(rt.Receiver("receiver", **receiver))
         paths = rt.PathSolver(deterministic=True)(
-            sionna, max_depth=depth, samples_per_src=rays, synthetic_array=False, refraction=True, seed=11
+            sionna,
+            max_depth=depth,
+            samples_per_src=rays,
+            max_num_paths_per_src=10_000,  # by default there is memory for a million
+            synthetic_array=False,
+            refraction=True,
+            seed=11,
         )
         real, imaginary = (part.numpy().astype(float) for part in paths.a)
         delay = paths.tau.numpy().astype(float)

@@ -4,6 +4,7 @@ import csv
 import json
 import re
 import sys
+import tempfile
 from dataclasses import replace
 from inspect import signature
 from pathlib import Path
@@ -16,6 +17,7 @@ import pytest
 from bisplat.commands import comparison_commands, training_commands
 from learn.baselines.kriging import krige_responses, krige_spectra
 from learn.baselines.neighbours import nearest
+from learn.comparison import experiment, trained_model
 from learn.comparison.ablate import ablate, variants
 from learn.comparison.compare import compare
 from learn.comparison.experiment import CEILING, summary
@@ -47,7 +49,7 @@ INSTANT = 1e-6
 
 @pytest.fixture
 def no_ceiling(monkeypatch):
-    monkeypatch.setattr("learn.comparison.experiment.array_ceiling", lambda truth, beamformer: truth)
+    monkeypatch.setattr(experiment, "array_ceiling", lambda truth, beamformer: truth)
 
 
 @pytest.fixture
@@ -120,6 +122,7 @@ PYTHON_EXAMPLE, METHOD = re.findall(
 )
 
 
+@pytest.mark.slow
 def test_python_example_in_the_docs_runs(workplace, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "data").symlink_to(workplace / "data")
@@ -152,7 +155,7 @@ class Grey:
 
 
 def test_methods_are_given_as_classes_objects_and_functions_too(tiny, tmp_path, monkeypatch):
-    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))  # where a comparison without an output folder is kept
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))  # where a comparison without an output folder is kept
     models = {"grey": Grey, "black": Grey(0.0), "white": lambda: Grey(1.0), "copy": "nearest"}
     comparison = compare(read_dataset(tiny), models, budget=INSTANT, seeds=2)
     assert comparison.folder.parent == tmp_path
@@ -240,10 +243,10 @@ def test_trained_model_is_a_run_that_is_not_trained_twice(tiny, tmp_path):
 
 
 def test_budget_becomes_steps(tiny, tmp_path, monkeypatch):
-    monkeypatch.setattr("learn.comparison.trained_model.steps_within", lambda minutes, *_: round(120 * minutes))
+    monkeypatch.setattr(trained_model, "steps_within", lambda minutes, *_: round(120 * minutes))
     seen = []
-    monkeypatch.setattr("learn.comparison.trained_model.train_run", lambda config, folder, learned: seen.append(config))
-    monkeypatch.setattr("learn.comparison.trained_model.load_run", lambda folder: None)
+    monkeypatch.setattr(trained_model, "train_run", lambda config, folder, learned: seen.append(config))
+    monkeypatch.setattr(trained_model, "load_run", lambda folder: None)
     TrainedModel("mlp").fit(Task(read_dataset(tiny), "files", 0, None, 7, 3.0, None, tmp_path / "run"))
     assert seen[0].by_steps.steps == 360 and seen[0].seed == 7
 

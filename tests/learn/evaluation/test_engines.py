@@ -1,6 +1,7 @@
 """Rays against a full-wave dataset, and cross-validation by its stored field; the solver is replaced by a formula."""
 
 import json
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +17,8 @@ from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
 from scenes.scene.materials import p2040_materials
 from scenes.scene.shapes import sheet
+from simulate.dataset.dataset_folder import Dataset
+from simulate.fullwave import run_plan, solved_field
 from simulate.fullwave.dipole import free_space_response
 from simulate.fullwave.stored_field import StoredField
 from simulate.generation.simulation import simulate
@@ -24,8 +27,8 @@ from simulate.rays.core.propagation import Propagation
 LINE_OF_SIGHT = Propagation(max_depth=0, rays=1000)
 
 
-@pytest.fixture
-def in_free_space(monkeypatch):
+@pytest.fixture(scope="module", autouse=True)
+def in_free_space():
     """The solver's field is that in free space."""
 
     def field(scene, planned, folder, at_once, solver, gpu, ray, report):
@@ -40,21 +43,25 @@ def in_free_space(monkeypatch):
         folder.mkdir()
         return StoredField(low, 0.02, np.stack(values).reshape(-1, *size), np.zeros(16), 900)
 
-    monkeypatch.setattr("simulate.fullwave.solved_field.stored_field", field)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(solved_field, "stored_field", field)
+        yield
 
 
-@pytest.fixture
-def yard() -> Scene:
+@pytest.fixture(scope="module")
+def floor_scene() -> Scene:
     """A floor, and patch-like elements, which full wave makes short dipoles."""
     floor = SceneObject("floor", sheet((-5, -5, 0), (10, 0, 0), (0, 10, 0)), "concrete")
     gateway = Gateway((0, 0, 1.5), facing((-1, 0, 0)), pattern="tr38901")
     region = Transmitter((-2.5, -0.5, 0.8), (-1.5, 0.5, 1.4))
-    return Scene("yard", 915e6, gateway, region, (floor,), p2040_materials(["concrete"], 915e6))
+    return Scene("floor", 915e6, gateway, region, (floor,), p2040_materials(["concrete"], 915e6))
 
 
-@pytest.fixture
-def full_wave(yard, in_free_space, tmp_path):
-    return simulate(yard, tmp_path / "yard", n=24, engine="fullwave", cell=0.03)
+@pytest.fixture(scope="module")
+def full_wave(floor_scene, tmp_path_factory) -> Dataset:
+    """To be read from only."""
+    folder = tmp_path_factory.mktemp("engines") / "floor"
+    return simulate(floor_scene, folder, n=24, engine="fullwave", cell=0.03)
 
 
 def test_line_of_sight_is_the_field_in_free_space(full_wave, tmp_path):
@@ -77,7 +84,7 @@ def test_reflection_that_the_field_lacks_is_seen(full_wave):
     assert with_floor["level_error_db"] > 3 * without["level_error_db"]
 
 
-def test_plane_shows_each_depths_error_and_counts_paths(yard, full_wave, tmp_path):
+def test_plane_shows_each_depths_error_and_counts_paths(floor_scene, full_wave, tmp_path):
     plane = compare_on_plane(full_wave.folder, Propagation(max_depth=1, diffraction=False, rays=20_000))
     assert plane.errors_db[0].max() < -25  # the field is that in free space, near field included
     assert plane.errors_db[1].mean() > plane.errors_db[0].max() + 4  # and lacks the reflection
@@ -86,37 +93,38 @@ def test_plane_shows_each_depths_error_and_counts_paths(yard, full_wave, tmp_pat
     assert (tmp_path / "engines_plane.png").stat().st_size > 10_000
 
 
-def test_other_datasets_are_refused(yard, full_wave, tmp_path, in_free_space):
-    rays = simulate(yard, tmp_path / "rays", n=4, propagation=LINE_OF_SIGHT)
+def test_other_datasets_are_refused(floor_scene, full_wave, tmp_path):
+    rays = simulate(floor_scene, tmp_path / "rays", n=4, propagation=LINE_OF_SIGHT)
     with pytest.raises(InputError, match="expected a dataset simulated with --engine fullwave"):
         compare_engines(rays.folder, LINE_OF_SIGHT, 4)
     with pytest.raises(ParameterError, match="positions: expected a whole number of at least 1, found 0"):
         compare_engines(full_wave.folder, LINE_OF_SIGHT, 0)
-    metadata = json.loads((full_wave.folder / "metadata.json").read_text())
+    noisy = shutil.copytree(full_wave.folder, tmp_path / "noisy")
+    metadata = json.loads((noisy / "metadata.json").read_text())
     metadata["measurement"]["snr_db"] = 20.0
-    (full_wave.folder / "metadata.json").write_text(json.dumps(metadata))
+    (noisy / "metadata.json").write_text(json.dumps(metadata))
     with pytest.raises(InputError, match="expected a dataset without measurement errors"):
-        compare_engines(full_wave.folder, LINE_OF_SIGHT, 4)
+        compare_engines(noisy, LINE_OF_SIGHT, 4)
 
 
-def test_run_on_full_wave_is_validated_by_the_stored_field(yard, full_wave, tmp_path):
+def test_run_on_full_wave_is_validated_by_the_stored_field(floor_scene, full_wave, tmp_path):
     run = train(full_wave, tmp_path / "run")
-    fresh = crossvalidate(run, yard, positions=8)
+    fresh = crossvalidate(run, floor_scene, positions=8)
     assert fresh.truth_by == "full wave"
     assert np.median(fresh.correlation) > 0.99
 
 
-def test_run_on_rays_is_validated_by_full_wave_if_asked(yard, full_wave, tmp_path, monkeypatch):
+def test_run_on_rays_is_validated_by_full_wave_if_asked(floor_scene, full_wave, tmp_path, monkeypatch):
     dipoles = replace(
-        yard,
-        gateway=replace(yard.gateway, pattern="dipole"),
-        transmitter=replace(yard.transmitter, pattern="dipole"),
+        floor_scene,
+        gateway=replace(floor_scene.gateway, pattern="dipole"),
+        transmitter=replace(floor_scene.transmitter, pattern="dipole"),
     )
     rays = simulate(dipoles, tmp_path / "rays", n=24, propagation=LINE_OF_SIGHT)
     run = train(rays, tmp_path / "run")
-    fresh = crossvalidate(run, yard, positions=8, field=full_wave.folder)
+    fresh = crossvalidate(run, floor_scene, positions=8, field=full_wave.folder)
     assert fresh.truth_by == "full wave" and np.median(fresh.correlation) > 0.99
-    monkeypatch.setattr("simulate.fullwave.run_plan.default_cell", lambda scene: 0.03)  # which the formula ignores
+    monkeypatch.setattr(run_plan, "default_cell", lambda scene: 0.03)  # which the formula ignores
     solved = crossvalidate(run, dipoles, positions=8, engine="fullwave")
     assert solved.truth_by == "full wave" and (tmp_path / "run" / "fullwave" / "field.npz").is_file()
     np.testing.assert_allclose(solved.correlation, fresh.correlation)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import bisplat
+from learn.models import helmholtz, vecchia
 from learn.training.run_folder import Run
 from simulate.dataset.dataset_writer import encode_picture, write_gateway, write_index, write_positions, write_responses
 from simulate.fullwave.stored_field import read_stored_field
@@ -41,8 +42,7 @@ def folder(tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="session")
 def runs(folder) -> list[Run]:
-    patch = pytest.MonkeyPatch()
-    patch.setattr("learn.models.vecchia.ITERATIONS", 40)
-    found = [bisplat.train(folder / name, folder / f"run-{name}") for name in ("one", "two")]
-    patch.undo()
-    return found
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(vecchia, "ITERATIONS", 15)
+        patch.setattr(helmholtz, "FOLDS", 1)
+        return [bisplat.train(folder / name, folder / f"run-{name}") for name in ("one", "two")]

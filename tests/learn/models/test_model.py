@@ -273,6 +273,7 @@ def similarity(model, pictures):
         return ssim(model(POSITIONS[:1]).double().numpy(), pictures)[0]
 
 
+@pytest.mark.slow
 def test_bisplat_learns_a_spectrum_of_two_plane_waves(two_plane_waves, small, region):
     torch.manual_seed(0)
     model = BiSplatWRF(region, Beamformer(), WAVELENGTH, **{**small, "primitives": 400})

@@ -45,6 +45,7 @@ def bisplat_with_level(tmp_path):
     return run
 
 
+@pytest.mark.slow
 def test_a_new_model_is_one_file_and_one_line(bisplat_with_level, tiny, tmp_path, monkeypatch):
     assert "level" in bisplat_with_level("train", "--help")
     bisplat_with_level("train", tiny, "-o", tmp_path / "run", "--model", "level", "--steps", 2)

@@ -10,6 +10,7 @@ import torch
 
 import bisplat
 from bisplat.__main__ import main
+from learn.planning import candidates, next_positions, planned_fields
 from learn.planning.candidates import candidates_among
 from learn.planning.next_positions import plan
 from learn.planning.planned_fields import Field, fields_of_model, fields_of_run
@@ -22,7 +23,7 @@ from scenes.storage.scene_yaml import write_scene
 from simulate.positions.given_positions import read_points
 from simulate.positions.placement import place
 from simulate.rays.core.propagation import Propagation
-from tests.yard import yard
+from tests.small_scene import small_scene
 
 COARSE = Propagation(max_depth=1, rays=10_000, diffraction=False)
 TWO = np.array([[[2.1, 0.0, 1.5]], [[2.4, 0.1, 1.4]]])
@@ -32,13 +33,13 @@ CRATE = SceneObject("crate", box((2.0, -0.5, 0.001), (2.5, 0.5, 1.3)), "metal")
 @pytest.fixture(autouse=True)
 def fewer(monkeypatch):
     """Fewer candidates and traced positions, which take less time."""
-    monkeypatch.setattr("learn.planning.candidates.CANDIDATES", 400)
-    monkeypatch.setattr("learn.planning.planned_fields.TRACED", 40)
+    monkeypatch.setattr(candidates, "CANDIDATES", 400)
+    monkeypatch.setattr(planned_fields, "TRACED", 40)
 
 
 @pytest.fixture(scope="module")
 def scene() -> Scene:
-    return yard(CRATE)
+    return small_scene(CRATE)
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +93,7 @@ def test_all_gateways_of_a_scene_count(scene, monkeypatch):
         length = 0.1 * len(planned_for)
         return [Field(lambda a, b: np.exp(-((np.linalg.norm(a[:, None] - b, axis=-1) / length) ** 2)), 0.01)]
 
-    monkeypatch.setattr("learn.planning.next_positions.fields_of_scene", fields)
+    monkeypatch.setattr(next_positions, "fields_of_scene", fields)
     other = replace(scene.gateway, position=(0.0, 0.3, 1.5))
     both = plan(replace(scene, further_gateways={"other": other}), 3)
     assert planned_for == [scene.gateway.position, other.position]
@@ -125,6 +126,7 @@ def test_open_variance_is_that_of_the_model(scene, traced_run):
     np.testing.assert_allclose(found.covariance.diagonal().real, expected, atol=2e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("small_models")
 def test_run_of_another_model_on_measured_spectra_has_candidates_among_its_positions(finished_run, tiny):
     planned = plan(finished_run, 5, tour=True)
@@ -147,7 +149,7 @@ def test_candidates_are_in_the_hull_of_measured_positions():
 
 
 def test_command_writes_a_csv_that_simulate_reads(scene, traced_run, command, tmp_path):
-    csv, file = tmp_path / "positions.csv", write_scene(scene, tmp_path / "yard")
+    csv, file = tmp_path / "positions.csv", write_scene(scene, tmp_path / "scene")
     status, out, err = command("plan", traced_run.folder, "-n", 6, "-o", csv, "--tour")
     assert status == 0 and "6 positions: " in out and "open variance" in out and "tour: " in out
     assert "plan: positions" in err

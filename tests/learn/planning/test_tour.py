@@ -8,10 +8,10 @@ import pytest
 from learn.planning.tour import short_tour
 from scenes.scene.description import SceneObject
 from scenes.scene.shapes import sheet
-from tests.yard import yard
+from tests.small_scene import small_scene
 
 WALL = SceneObject("wall", sheet((2.5, -0.5, 0), (0, 0.8, 0), (0, 0, 3)), "concrete")
-"""Through the yard's region at x = 2.5, with a way round it at y above 0.3."""
+"""Through the region at x = 2.5, with a way round it at y above 0.3."""
 
 
 def length(points: np.ndarray) -> float:
@@ -38,11 +38,11 @@ def test_tour_goes_round_a_wall():
     """Pairs face each other across the wall; one pair is beside its end."""
     y = np.array([-0.4, -0.2, 0.0, 0.4])
     points = np.array([[x, each, 1.3] for each in y for x in (2.45, 2.55)])
-    assert short_tour(points, yard()).length == pytest.approx(1.2)
-    found = short_tour(points, yard(WALL))
+    assert short_tour(points, small_scene()).length == pytest.approx(1.2)
+    found = short_tour(points, small_scene(WALL))
     assert found.crossings == 0 and found.length == pytest.approx(1.7)
 
 
 def test_lines_that_have_to_cross_are_counted():
     points = np.array([[2.2, -0.3, 1.2], [2.8, -0.3, 1.2], [2.2, -0.2, 1.2], [2.8, -0.2, 1.2]])
-    assert short_tour(points, yard(WALL)).crossings == 1
+    assert short_tour(points, small_scene(WALL)).crossings == 1

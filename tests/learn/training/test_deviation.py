@@ -62,6 +62,7 @@ def test_evaluation_shows_how_often_the_intervals_hold(run, tmp_path, no_ceiling
     assert "How far the model says" in (tmp_path / "report.html").read_text()
 
 
+@pytest.mark.slow
 def test_a_run_of_an_earlier_version_states_none(run, no_ceiling, tmp_path):
     path = run.folder / "training.json"
     before = path.read_text()

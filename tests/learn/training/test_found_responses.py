@@ -9,6 +9,7 @@ import pytest
 import bisplat
 from learn.data.metrics import ssim
 from learn.data.splits import Split
+from learn.models import vecchia
 from learn.models.phase_synchronisation import flipped
 from learn.models.registry import MODELS
 from learn.training.config import Config
@@ -28,7 +29,7 @@ STEPS = MODELS["mlp-responses"].by_steps
 
 @pytest.fixture(autouse=True)
 def _few_iterations(monkeypatch):
-    monkeypatch.setattr("learn.models.vecchia.ITERATIONS", 30)
+    monkeypatch.setattr(vecchia, "ITERATIONS", 30)
 
 
 def dataset_of(responses: np.ndarray, positions: np.ndarray) -> Dataset:
@@ -78,6 +79,7 @@ def test_responses_behind_pictures_of_one_field_are_the_true_ones_but_for_a_fact
     assert "learns from responses found behind the pictures" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_black_picture_says_nothing(closet):
     dataset, parts = closet
     pictures = dataset.pictures.copy()
@@ -94,6 +96,7 @@ def test_a_switch_is_true_or_false():
         replace(STEPS, find_phases=1)
 
 
+@pytest.mark.slow
 def test_pictures_that_are_no_field_are_learned_as_they_are(closet, capsys):
     dataset, parts = closet
     mixed_up = replace(dataset, positions=dataset.positions[np.random.default_rng(1).permutation(90)], responses=None)
@@ -111,6 +114,7 @@ def test_responses_are_found_only_where_a_model_can_learn_them(closet):
     assert found(pictures, Split(np.arange(15), parts.validation, parts.test)) is None
 
 
+@pytest.mark.slow
 def test_a_network_learns_pictures_better_by_their_responses(tmp_path, closet):
     dataset, _ = closet
     known = replace(dataset, responses=None, train=np.arange(80), test=np.arange(80, 90))

@@ -45,7 +45,9 @@ def runs(finished_run, small, region, small_models):
 POSITIONS = np.array([[1.0, 0.4, 1.0], [3.2, 0.1, 1.0], [0.1, 0.2, 1.0]])
 
 
-@pytest.mark.parametrize("model", ["bisplat-aperture", "bisplat", "helmholtz"])
+@pytest.mark.parametrize(
+    "model", ["bisplat-aperture", *(pytest.param(name, marks=pytest.mark.slow) for name in ("bisplat", "helmholtz"))]
+)
 def test_onnx_gives_the_same_spectra(runs, tmp_path, model):
     path = tmp_path / "model.onnx"
     export(runs[model], path)

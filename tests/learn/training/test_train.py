@@ -28,6 +28,7 @@ from learn.models.quadrature import quadrature
 from learn.models.registry import model_class
 from learn.models.steps import Steps
 from learn.reports.evaluation_report import write_evaluation
+from learn.training import by_steps
 from learn.training.checkpoints import LAST, PREVIOUS, read_checkpoint
 from learn.training.config import read_config
 from learn.training.lightning_module import Spectra, Training
@@ -138,7 +139,7 @@ def test_interrupted_training_leaves_the_programs_own_answer_to_ctrl_c(tmp_path,
 
 
 def test_a_long_epoch_ends_at_the_validation_and_is_resumed_there(tmp_path, tiny_config, changed, stop_at, monkeypatch):
-    monkeypatch.setattr("learn.training.by_steps.STEPS_PER_VALIDATION", 3)
+    monkeypatch.setattr(by_steps, "STEPS_PER_VALIDATION", 3)
     config = changed(tiny_config, steps=7, batch_size=2)  # a pass has more than six batches
     train_run(config, tmp_path / "whole")
     assert json.loads((tmp_path / "whole" / "training.json").read_text())["steps"] == 6
@@ -161,7 +162,7 @@ def test_run_killed_between_the_last_checkpoint_and_the_weights_needs_no_more_st
 
     folder = tmp_path / "run"
     with monkeypatch.context() as patch:
-        patch.setattr("learn.training.by_steps.save_weights", no_disk)
+        patch.setattr(by_steps, "save_weights", no_disk)
         with pytest.raises(OSError, match="no space left"):
             train_run(tiny_config, folder)
     stop_at(12, AssertionError("a step too many"))
@@ -264,7 +265,7 @@ def test_training_improves_on_the_untrained_model(tmp_path, tiny, tiny_config, f
 @pytest.mark.parametrize("model", ["bisplat", "bisplat-plus"])
 def test_other_models_train_predict_and_load_too(tmp_path, monkeypatch, tiny_config, changed, model):
     folder = tmp_path / "run"
-    monkeypatch.setattr("learn.training.by_steps.STEPS_PER_VALIDATION", 1)
+    monkeypatch.setattr(by_steps, "STEPS_PER_VALIDATION", 1)
     config = changed(tiny_config, model=model, steps=1, batch_size=17, options={"bypass": ("bst",)})
     train_run(config, folder)
     run = load_run(folder)
@@ -428,11 +429,12 @@ train_run({config!r}, Path(sys.argv[1]), devices=2)
 """
 
 
+@pytest.mark.slow
 def test_two_processes_have_the_loss_curve_of_one(tiny_config, changed, small, tmp_path, monkeypatch):
     """The same global batches, gradients averaged: equal but for rounding. By plain descent, since Adam divides by the
     gradient's size and so makes whole steps of rounding errors."""
     config = changed(tiny_config, model="bisplat", options=small, batch_size=4, learning_rate=0.03)
-    monkeypatch.setattr("torch.optim.AdamW", lambda parameters, lr, **_: torch.optim.SGD(parameters, lr))
+    monkeypatch.setattr(torch.optim, "AdamW", lambda parameters, lr, **_: torch.optim.SGD(parameters, lr))
     train_run(config, tmp_path / "one")
     script = tmp_path / "two_processes.py"
     script.write_text(TWO_PROCESSES.format(config=config))

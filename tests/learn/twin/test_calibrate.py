@@ -10,6 +10,7 @@ import pytest
 import bisplat
 from bisplat.__main__ import main
 from learn.data.splits import split
+from learn.twin import calibrate as calibrate_module
 from learn.twin.calibrate import RECORD, calibrate, calibrate_by, rows_of, write_calibration
 from learn.twin.gauss_newton import Calibration
 from scenes.files.errors import InputError, ParameterError
@@ -21,7 +22,7 @@ from scenes.storage.scene_yaml import load_scene, write_scene
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.array import PlanarArray
-from tests.yard import CABINET, yard
+from tests.small_scene import CABINET, small_scene
 
 OF_POSITION = [Unknown("position", "", axis, 0.02) for axis in range(3)]
 EXACT = Tolerances(position=0, turn=0, objects=0, materials=0)
@@ -46,27 +47,28 @@ def test_what_was_not_measured_there_is_refused(tiny, of_scene, array, tolerance
     identification = replace(data.identification, beamformer=replace(data.beamformer, array=array))
     data = replace(data, identification=identification)
     with pytest.raises(InputError, match=expected):
-        calibrate_by(replace(yard(CABINET), **of_scene), data, np.arange(3), tolerances)
+        calibrate_by(replace(small_scene(CABINET), **of_scene), data, np.arange(3), tolerances)
 
 
 def test_spectra_are_taken_evenly_from_those_that_are_not_held_out(tiny, monkeypatch):
     used = []
-    monkeypatch.setattr("learn.twin.calibrate.calibrate_by", lambda place, data, known, *options: used.extend(known))
+    monkeypatch.setattr(calibrate_module, "calibrate_by", lambda place, data, known, *options: used.extend(known))
     known = split(read_dataset(tiny), "random", 3).known
-    calibrate(yard(CABINET), tiny, 4, split="random", seed=3)
+    calibrate(small_scene(CABINET), tiny, 4, split="random", seed=3)
     assert len(used) == 4 and set(used) < set(known)
     assert {used[0], used[-1]} == {known[0], known[-1]}
     with pytest.raises(ParameterError, match="n: expected"):
-        calibrate(yard(CABINET), tiny, 0)
+        calibrate(small_scene(CABINET), tiny, 0)
 
 
 def test_random_phases_are_refused(tiny):
     with pytest.raises(ParameterError, match="diffuse: expected none where a scene is corrected"):
-        calibrate_by(yard(CABINET), read_dataset(tiny), np.arange(3), propagation=Propagation(diffuse=True))
+        calibrate_by(small_scene(CABINET), read_dataset(tiny), np.arange(3), propagation=Propagation(diffuse=True))
 
 
 def test_changes_are_written_down(tmp_path):
-    scene = yard(SceneObject("gateway", box((1.0, 1.5, 0.5), (3.0, 2.0, 2.0)), "metal"))  # so is an unknown's kind
+    namesake = SceneObject("gateway", box((1.0, 1.5, 0.5), (3.0, 2.0, 2.0)), "metal")  # so is an unknown's kind
+    scene = small_scene(namesake)
     which = unknowns(scene, Tolerances(position=0.01, turn=1.0, objects=0.02, materials=0.1))
     values, deviations = np.linspace(-0.01, 0.01, len(which)), np.full(len(which), 0.005)
     found = Calibration(scene, which, values, deviations, 2j, (0.1, 0.5))
@@ -80,18 +82,20 @@ def test_changes_are_written_down(tmp_path):
     assert rows["gateway turn about z"]["±"] == "0.29°"
 
 
+@pytest.mark.slow
 def test_command_writes_the_corrected_scene(tmp_path, monkeypatch, capsys):
     """Its gateway is where the spectra were received, and not where it is described."""
     coarse = ("--max-depth", "1", "--no-diffraction", "--rays", "20000")
     followed = Propagation(max_depth=1, rays=20_000, diffraction=False)
-    data = bisplat.simulate(yard(CABINET), tmp_path / "data", n=12, propagation=followed)
-    described = write_scene(vary(yard(CABINET), OF_POSITION, np.array([0.03, -0.02, 0.02])), tmp_path / "described")
+    data = bisplat.simulate(small_scene(CABINET), tmp_path / "data", n=12, propagation=followed)
+    wrong = vary(small_scene(CABINET), OF_POSITION, np.array([0.03, -0.02, 0.02]))
+    described = write_scene(wrong, tmp_path / "described")
     only_pose = ("--objects", "0", "--materials", "0", "--turn", "1")
     arguments = ["calibrate", described, data.folder, "-o", tmp_path / "corrected", "-n", "9", *only_pose, *coarse]
     monkeypatch.setattr(sys, "argv", ["bisplat", *map(str, arguments)])
     main()
     found = load_scene(tmp_path / "corrected" / "scene.yaml")
-    np.testing.assert_allclose(found.gateway.position, yard().gateway.position, atol=0.002)
+    np.testing.assert_allclose(found.gateway.position, small_scene().gateway.position, atol=0.002)
     out = capsys.readouterr().out
     assert "gateway x" in out and "of the measured power was unexplained" in out
     with pytest.raises(SystemExit):

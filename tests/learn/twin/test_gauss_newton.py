@@ -1,8 +1,9 @@
-"""A wrongly described yard is corrected by responses to thirty transmitters."""
+"""A wrongly described scene is corrected by responses to thirty transmitters."""
 
 import numpy as np
 import pytest
 
+from learn.twin import gauss_newton
 from learn.twin.gauss_newton import _Minimum, _Search, most_likely
 from scenes.checks.validation import validate
 from scenes.files.errors import InputError
@@ -12,7 +13,7 @@ from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import unknowns, vary
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer
-from tests.yard import CABINET, yard
+from tests.small_scene import CABINET, small_scene
 
 PROPAGATION = Propagation(max_depth=2, rays=20_000)
 TOLERANCES = Tolerances(position=0.04, turn=3.0, objects=0.06, materials=0.3)
@@ -20,12 +21,12 @@ TOLERANCES = Tolerances(position=0.04, turn=3.0, objects=0.06, materials=0.3)
 
 @pytest.fixture(scope="module")
 def true():
-    return yard(CABINET)
+    return small_scene(CABINET)
 
 
 @pytest.fixture(scope="module")
 def wrong(true):
-    """The yard as described, what may be wrong with it, and by how much it is."""
+    """The small scene as described, what may be wrong with it, and by how much it is."""
     which = unknowns(true, TOLERANCES)
     draw = np.random.default_rng(4).normal(size=len(which)) * [each.tolerance for each in which]
     return vary(true, which, draw), which, draw
@@ -55,6 +56,7 @@ def behind_pictures(responses):
     return turned
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("phases_known", [True, False])
 def test_pose_and_cabinet_are_found(phases_known, wrong, measured, with_phases):
     positions, responses = measured
@@ -68,6 +70,7 @@ def test_pose_and_cabinet_are_found(phases_known, wrong, measured, with_phases):
     assert found.misfit[0] < 0.1 * found.misfit[1]
 
 
+@pytest.mark.slow
 def test_what_is_left_is_within_what_is_said(wrong, with_phases):
     ratios = (wrong[2] + with_phases.values) / with_phases.deviations
     assert np.abs(ratios).max() < 4 and np.sqrt((ratios**2).mean()) < 2
@@ -76,7 +79,7 @@ def test_what_is_left_is_within_what_is_said(wrong, with_phases):
 
 def test_a_step_that_puts_the_gateway_into_a_box_is_halved():
     post = SceneObject("post", box((-0.1, 0.2, 1.38), (-0.07, 0.3, 1.46)), "concrete")
-    place, pose = yard(CABINET, post), Tolerances(position=0.06, turn=0, objects=0, materials=0)
+    place, pose = small_scene(CABINET, post), Tolerances(position=0.06, turn=0, objects=0, materials=0)
     which, start = unknowns(place, pose), np.zeros(3)
     search = _Search(place, which, np.zeros((1, 3)), np.ones((1, 16)), False, lambda sentence: None)
     into_the_post = np.array([-0.04, 0.0, 0.0])
@@ -87,10 +90,12 @@ def test_a_step_that_puts_the_gateway_into_a_box_is_halved():
     np.testing.assert_array_equal(search._halved_to_valid(start, -into_the_post), -into_the_post)
 
 
+@pytest.mark.slow
 def test_gain_of_the_receiver_is_found(with_phases):
     assert with_phases.gain == pytest.approx(5j, abs=0.25)
 
 
+@pytest.mark.slow
 def test_a_gateway_is_not_taken_for_one_half_a_wavelength_away(true, measured):
     """Steps that compare all responses in one common phase end 15 cm away from here, with the opposite gain."""
     which = unknowns(true, Tolerances(position=0.06, turn=4.0, objects=0.06, materials=0.4))
@@ -113,7 +118,7 @@ def test_the_likelier_of_two_ends_is_taken(true, measured, monkeypatch, off, lik
         return _Minimum(start + np.array([0, 0.01, 0]), np.full(3, 0.1), 1 + 0j, 0.1, unlikely, tracer)
 
     monkeypatch.setattr(_Search, "from_start", from_start)
-    monkeypatch.setattr("learn.twin.gauss_newton.first_guess", lambda *arguments: guess)
+    monkeypatch.setattr(gauss_newton, "first_guess", lambda *arguments: guess)
     found = most_likely(true, which, PROPAGATION, *measured, phases_known=True)
     np.testing.assert_allclose(found.values, [0, expected, 0])
 
@@ -129,7 +134,7 @@ def test_a_guess_counts_where_only_the_orientation_is_unknown(true, measured, mo
     monkeypatch.setattr(_Search, "from_start", from_start)
     for of_guess, expected in ((guess, 2), (np.zeros(3), 1)):
         starts.clear()
-        monkeypatch.setattr("learn.twin.gauss_newton.first_guess", lambda *arguments, found=of_guess: found)
+        monkeypatch.setattr(gauss_newton, "first_guess", lambda *arguments, found=of_guess: found)
         most_likely(true, which, PROPAGATION, *measured, phases_known=True)
         assert len(starts) == expected
 
@@ -151,10 +156,10 @@ def steps_of(true, monkeypatch):
             slope = (response(value + 1e-6) - response(value - 1e-6)) / 2e-6
             return response(value)[None], slope[None, :, None]
 
-        monkeypatch.setattr("learn.twin.gauss_newton.moved", lambda tracer, scene, region: scene.gateway.position[0])
-        monkeypatch.setattr("learn.twin.gauss_newton.linearised", linearised)
-        monkeypatch.setattr("learn.twin.gauss_newton.by_materials", lambda tracer, which, positions, traced: 0)
-        monkeypatch.setattr("learn.twin.gauss_newton.is_valid", lambda scene: True)
+        monkeypatch.setattr(gauss_newton, "moved", lambda tracer, scene, region: scene.gateway.position[0])
+        monkeypatch.setattr(gauss_newton, "linearised", linearised)
+        monkeypatch.setattr(gauss_newton, "by_materials", lambda tracer, which, positions, traced: 0)
+        monkeypatch.setattr(gauss_newton, "is_valid", lambda scene: True)
         search = _Search(true, which, np.zeros((1, 3)), measured, False, lambda sentence: None)
         return search.minimum(0.0, np.zeros(1), True, 1e-3, 16), tried
 
@@ -200,5 +205,5 @@ def test_position_that_no_path_reaches_does_no_harm(true):
 
 @pytest.mark.parametrize("phases_known", [True, False])
 def test_spectra_without_power_are_refused(true, phases_known):
-    with pytest.raises(InputError, match="yard: expected spectra with some power to correct the scene by, found none"):
+    with pytest.raises(InputError, match=r"small: expected spectra with some power .* found none"):
         most_likely(true, unknowns(true, TOLERANCES), PROPAGATION, np.ones((3, 3)), np.zeros((3, 16)), phases_known)

@@ -1,4 +1,4 @@
-"""The twin: of a wrongly described yard and a few known spectra it predicts others, and is kept in a run folder."""
+"""The twin: of a wrongly described scene and a few known spectra it predicts others, and is kept in a run folder."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -13,6 +13,7 @@ from learn.training.config import Config
 from learn.training.model_export import export
 from learn.training.run_folder import load_run, predict
 from learn.training.train import train_run
+from learn.twin import twin_model
 from learn.twin.twin_model import Twin
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import Scene
@@ -25,17 +26,19 @@ from simulate.generation.generate import generate
 from simulate.generation.request import Request
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.beamformer import Beamformer
-from tests.yard import CABINET, yard
+from tests.small_scene import CABINET, small_scene
+
+pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
 def true() -> Scene:
-    return yard(CABINET)
+    return small_scene(CABINET)
 
 
 @pytest.fixture(scope="module")
 def data(true, tmp_path_factory) -> Dataset:
-    """Forty spectra of the yard."""
+    """Forty spectra of the small scene."""
     folder = tmp_path_factory.mktemp("twin") / "data"
     positions = np.random.default_rng(0).uniform(*true.transmitter.region, (40, 3))
     generate(Request(true, positions, "given", Rays(Propagation(rays=20_000)), 0), folder)
@@ -44,7 +47,7 @@ def data(true, tmp_path_factory) -> Dataset:
 
 @pytest.fixture(scope="module")
 def wrong(true, tmp_path_factory) -> str:
-    """The yard as described."""
+    """The small scene as described."""
     which = unknowns(true, Tolerances(materials=0))  # test_calibrate.py has materials, which take long
     draw = np.random.default_rng(1).normal(size=len(which)) * [each.tolerance for each in which]
     return str(write_scene(vary(true, which, draw), tmp_path_factory.mktemp("twin") / "wrong"))
@@ -109,7 +112,7 @@ def test_a_run_whose_scene_has_changed_is_refused(data, run, true, what, tmp_pat
     higher = tuple(np.add(true.gateway.position, (0, 0, 0.2)))
     changed = {
         "gateway": replace(true, gateway=replace(true.gateway, position=higher)),
-        "cabinet": yard(replace(CABINET, mesh=CABINET.mesh.copy().apply_translation((0, 3, 0)))),
+        "cabinet": small_scene(replace(CABINET, mesh=CABINET.mesh.copy().apply_translation((0, 3, 0)))),
     }[what]
     scene = str(write_scene(changed, tmp_path / "changed"))
     twin = Twin(run.model.region.numpy(), data.beamformer, data.wavelength, scene=scene, materials=0.0)
@@ -131,7 +134,7 @@ def test_known_responses_are_predicted_as_they_are(data, run):
 @pytest.mark.parametrize("right", [True, False])
 def test_the_scene_counts_by_how_well_it_predicts(data, wrong, monkeypatch, right):
     """Once it traces the true responses but for a little noise, once noise alone."""
-    monkeypatch.setattr("learn.twin.twin_model.LEAST_KNOWN", 10)
+    monkeypatch.setattr(twin_model, "LEAST_KNOWN", 10)
     noise = np.random.default_rng(2).normal(size=(*data.responses.shape, 2)) @ [1, 1j] * np.abs(data.responses).mean()
     responses = (data.responses + 0.05 * noise if right else noise).astype(np.complex64)
     monkeypatch.setattr(Twin, "_traced", lambda twin, positions: responses[: len(positions)])

@@ -21,6 +21,7 @@ from learn.view.session import Session
 from learn.view.subject import Spectrum, subject
 from learn.view.tracing import Tracing
 from scenes.files.errors import InputError
+from simulate.rays import tracer
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.angular_grid import AngularGrid, direction
 from simulate.spectra.beamformer import Beamformer
@@ -202,7 +203,7 @@ class SlowTracer:
 
 
 def test_only_the_latest_request_of_each_tab_is_traced(monkeypatch):
-    monkeypatch.setattr("simulate.rays.tracer.Tracer", SlowTracer)
+    monkeypatch.setattr(tracer, "Tracer", SlowTracer)
     tracing = Tracing(None, Beamformer(), Propagation(), np.zeros((2, 3)))
     done, last, other = [], threading.Event(), threading.Event()
     tracing.request("tab", np.array([0.0, 0, 0]), done.append)
@@ -224,7 +225,7 @@ def test_tracing_that_fails_says_so_and_logs_the_traceback(monkeypatch, where, c
         raise InputError("libLLVM: expected version 16, found 14")
 
     methods = {"__init__": lambda *arguments: None, where: refuse}
-    monkeypatch.setattr("simulate.rays.tracer.Tracer", type("Refusing", (), methods))
+    monkeypatch.setattr(tracer, "Tracer", type("Refusing", (), methods))
     tracing = Tracing(None, Beamformer(), Propagation(), np.zeros((2, 3)))
     tracing.request("tab", np.zeros(3), lambda traced: None)
     for _ in range(200):
@@ -242,7 +243,7 @@ def test_position_that_cannot_be_traced_does_not_end_the_tracing(monkeypatch):
         return np.ones((1, 16), np.complex64)
 
     methods = {"__init__": lambda *arguments: None, "responses": responses, "paths": lambda self, position: []}
-    monkeypatch.setattr("simulate.rays.tracer.Tracer", type("Local", (), methods))
+    monkeypatch.setattr(tracer, "Tracer", type("Local", (), methods))
     tracing = Tracing(None, Beamformer(), Propagation(), np.zeros((2, 3)))
     states, traced = [], threading.Event()
     tracing.request("one tab", np.full(3, 9.0), lambda traced: None)

@@ -23,6 +23,8 @@ from simulate.generation.generate import generate
 from simulate.generation.request import Request
 from simulate.rays.core.propagation import Propagation
 
+pytestmark = pytest.mark.browser
+
 FOR_THE_DOCS = "BISPLAT_SCREENSHOTS" in os.environ
 """Screenshots are kept: then of the lab and of a model that knows it, for which there is no time otherwise."""
 
@@ -34,7 +36,7 @@ def room() -> Scene:
         return lab()
     concrete, wood = (p2040_material(name, 915e6) for name in ("concrete", "wood"))
     return Scene(
-        name="nook",
+        name="room",
         frequency=915e6,
         gateway=Gateway((0.05, 1.5, 1.4), facing((1, 0, 0))),
         transmitter=Transmitter((1.2, 0.8, 0.9), (2.6, 2.2, 1.6)),

@@ -1,14 +1,17 @@
 """``bisplat scene --view`` in a real headless Chromium: what is typed and clicked is what is saved."""
 
 import numpy as np
+import pytest
 from playwright.sync_api import expect
 
 from scenes.scene.description import facing
 from scenes.storage.scene_yaml import load_scene, write_scene
 
+pytestmark = pytest.mark.browser
+
 
 def test_what_is_edited_is_what_is_saved(scene, tmp_path, serve, open_tab, on_screen, keep_screenshot):
-    path = write_scene(scene, tmp_path / "yard")
+    path = write_scene(scene, tmp_path / "outdoors")
     served = serve("scene", str(path), "--view", "-o", str(tmp_path / "edited"), "--port", "8640")
     page = open_tab(served.url, "Save scene.yaml")
 

@@ -64,24 +64,24 @@ def test_one_element_only_needs_its_own_place():
 def test_a_higher_frequency_has_a_smaller_array(scene):
     near = replace(scene, gateway=replace(scene.gateway, position=(4.0, 0.0, 0.1)))
     sentence = (
-        r"yard: gateway.position \[4.0, 0.0, 0.1\]: expected an array in the open, found an element at .*, "
+        r"outdoors: gateway.position \[4.0, 0.0, 0.1\]: expected an array in the open, found an element at .*, "
         r'behind object "floor" \(at 915 MHz the elements are up to 0.35 m from the position\)'
     )
     with pytest.raises(InputError, match=sentence):
-        validate(near, "yard")
-    validate(replace(near, frequency=9e9), "yard")
+        validate(near, "outdoors")
+    validate(replace(near, frequency=9e9), "outdoors")
 
 
 def test_further_gateway_is_named(scene):
     both = replace(scene, further_gateways={"low": replace(scene.gateway, position=(4.0, 0.0, 0.1))})
-    with pytest.raises(InputError, match=r"yard: further_gateways.low.position .* object \"floor\""):
-        validate(both, "yard")
+    with pytest.raises(InputError, match=r"outdoors: further_gateways.low.position .* object \"floor\""):
+        validate(both, "outdoors")
 
 
 def test_region_in_a_closed_room_that_the_gateway_is_not_in(scene):
     room = replace(scene, objects=(SceneObject("room", box((-5, -5, -0.1), (3, 5, 3)), "concrete"),))
     with pytest.raises(InputError, match=r'transmitter.region lies inside object "room" .* the gateway, which is at'):
-        validate(room, "yard")
-    validate(replace(room, gateway=replace(scene.gateway, position=(2.0, 0.0, 1.0))), "yard")
+        validate(room, "outdoors")
+    validate(replace(room, gateway=replace(scene.gateway, position=(2.0, 0.0, 1.0))), "outdoors")
     corner = Transmitter(region_min=(2.0, 4.0, 0.5), region_max=(4.0, 6.0, 1.5))  # half of it is outside
-    validate(replace(room, transmitter=corner), "yard")
+    validate(replace(room, transmitter=corner), "outdoors")

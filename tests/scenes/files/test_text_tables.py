@@ -1,6 +1,7 @@
 """Names in a table are whole, in a pipe as in a narrow terminal."""
 
 import re
+import sys
 
 from scenes.files.text_tables import print_rows, print_table
 
@@ -20,7 +21,7 @@ def test_sentences_are_folded_where_there_is_no_terminal(capsys):
 
 
 def test_long_names_are_folded_in_a_narrow_terminal(capsys, monkeypatch):
-    monkeypatch.setattr("sys.stdout.isatty", lambda: True)
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
     monkeypatch.setenv("COLUMNS", "40")
     print_rows("table", [{"": NAME.replace(" ", ""), "SSIM": 0.5, "AoA (°)": 12.5, "train (s)": 3.25}])
     lines = re.sub(r"\x1b\[\d+m", "", capsys.readouterr().out).splitlines()

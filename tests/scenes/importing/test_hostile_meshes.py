@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from scenes.files.errors import InputError
+from scenes.importing import mesh_files
 from scenes.importing.mesh_files import read_meshes
 from scenes.importing.mesh_import import import_mesh, import_mitsuba, import_scene
 from scenes.importing.mitsuba_xml import read_mitsuba
@@ -74,7 +75,7 @@ def test_buffers_beside_a_gltf_are_read_up_to_a_size(tmp_path, monkeypatch):
     path.write_bytes(hostile.gltf_bytes(buffers=[buffer]))
     assert [name for name, _ in read_meshes(path)] == ["wall"]
     (tmp_path / "data" / "my wall.bin").write_bytes(data + bytes(1000))
-    monkeypatch.setattr("scenes.importing.mesh_files.LARGEST_FILE", 1500)
+    monkeypatch.setattr(mesh_files, "LARGEST_FILE", 1500)
     path.write_bytes(hostile.gltf_bytes(buffers=[buffer] * 2))  # each fits, and both together do not
     assert "my wall.bin: expected a buffer of glTF of at most" in refusal(read_meshes, path)
 
@@ -91,24 +92,24 @@ def test_damaged_scene_files(tmp_path, case):
     content, sentence = hostile.XML[case]
     os.mkfifo(tmp_path / "pipe.ply")
     (tmp_path / "zero.ply").symlink_to("/dev/zero")
-    path = tmp_path / "yard.xml"
+    path = tmp_path / "outdoors.xml"
     path.write_text(content)
     said = refusal(read_mitsuba, path)
-    assert re.search(sentence, said) and "yard.xml" in said
+    assert re.search(sentence, said) and "outdoors.xml" in said
 
 
 @pytest.mark.parametrize("kind", hostile.SPECIAL)
 def test_a_scene_file_that_is_no_ordinary_file_is_not_opened(tmp_path, kind):
-    hostile.SPECIAL[kind](tmp_path / "yard.xml")
-    assert "expected a Mitsuba scene" in refusal(read_mitsuba, tmp_path / "yard.xml")
+    hostile.SPECIAL[kind](tmp_path / "outdoors.xml")
+    assert "expected a Mitsuba scene" in refusal(read_mitsuba, tmp_path / "outdoors.xml")
 
 
 def test_many_defaults_are_replaced_soon(tmp_path):
     defaults = "".join(f'<default name="name{k}" value="1"/>' for k in range(3000))
     shapes = "".join(hostile.rectangle(to_scale) for to_scale in [hostile.to_world('<scale x="$name2999"/>')] * 100)
-    (tmp_path / "yard.xml").write_text(hostile.xml(defaults, shapes))
+    (tmp_path / "outdoors.xml").write_text(hostile.xml(defaults, shapes))
     began = time.perf_counter()
-    assert len(read_mitsuba(tmp_path / "yard.xml")) == 100
+    assert len(read_mitsuba(tmp_path / "outdoors.xml")) == 100
     assert time.perf_counter() - began < AT_ONCE
 
 
@@ -122,19 +123,19 @@ def test_names_of_other_programs_become_names_that_a_scene_may_have(tmp_path):
         for name in NAMES
         if "\x1b" not in name
     ]  # XML cannot hold it
-    (tmp_path / "yard.xml").write_text(hostile.xml(*shapes).replace("\n", "&#10;"))
-    objects, _, _ = import_mitsuba(tmp_path / "yard.xml", 3.5e9)
+    (tmp_path / "outdoors.xml").write_text(hostile.xml(*shapes).replace("\n", "&#10;"))
+    objects, _, _ = import_mitsuba(tmp_path / "outdoors.xml", 3.5e9)
     names = [item.name for item in objects]
     assert len(set(names)) == len(names)
     assert names[:2] == ["shape_1", "a/b"] and names[4] == "line_feed" and names[-3:] == ["wall", "wall_3", "!!!"]
     assert all(0 < len(name) <= 200 and name.isprintable() for name in names)
     antennas = {"gateway": Gateway((0, 0, 4), facing((0, 0, -1))), "transmitter": Transmitter((-1, -1, 1), (1, 1, 2))}
-    scene, _ = import_scene(tmp_path / "yard.xml", frequency=3.5e9, **antennas)
-    assert read_scene(write_scene(scene, tmp_path / "yard")) == scene  # what is written can be read
+    scene, _ = import_scene(tmp_path / "outdoors.xml", frequency=3.5e9, **antennas)
+    assert read_scene(write_scene(scene, tmp_path / "outdoors")) == scene  # what is written can be read
 
 
 def test_names_of_gltf_nodes_too(tmp_path):
     nodes = [{"mesh": 0, "name": name} for name in ["\x1b[2J", "x" * 500, "\n"]]
-    (tmp_path / "yard.gltf").write_bytes(hostile.gltf_bytes(nodes=nodes, scenes=[{"nodes": [0, 1, 2]}]))
-    objects, _ = import_mesh(tmp_path / "yard.gltf", [], "wood")
+    (tmp_path / "outdoors.gltf").write_bytes(hostile.gltf_bytes(nodes=nodes, scenes=[{"nodes": [0, 1, 2]}]))
+    objects, _ = import_mesh(tmp_path / "outdoors.gltf", [], "wood")
     assert sorted(item.name for item in objects) == ["_", "_[2J", "x" * 200]

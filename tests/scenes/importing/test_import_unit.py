@@ -7,7 +7,9 @@ import pytest
 import trimesh
 
 from bisplat.__main__ import main
+from scenes.drawing import scene_drawing
 from scenes.files.errors import InputError
+from scenes.importing import import_unit
 from scenes.importing.import_unit import METRES, unit_doubt
 from scenes.importing.mesh_import import import_scene
 from scenes.scene.description import Gateway, Transmitter, facing
@@ -92,7 +94,7 @@ def bisplat_scene(tmp_path, monkeypatch, capsys):
     for name, low, high in (("Shell", (0, 0, 0), (500, 400, 300)), ("Desk.001", (100, 100, 20), (240, 160, 60))):
         room.add_geometry(box(low, high), node_name=name, geom_name=name)
     room.export(tmp_path / "room.glb")
-    monkeypatch.setattr("scenes.drawing.scene_drawing.draw_scene", lambda scene, path: None)
+    monkeypatch.setattr(scene_drawing, "draw_scene", lambda scene, path: None)
 
     def run(unit, *options):
         given = "--up z --default-material brick --gateway 4.7 2 1.8 --boresight -1 0 0".split()
@@ -110,7 +112,7 @@ def bisplat_scene(tmp_path, monkeypatch, capsys):
 
 
 def test_command_writes_nothing_by_a_unit_that_cannot_be(bisplat_scene, monkeypatch):
-    monkeypatch.setattr("scenes.importing.import_unit.REFUSED", (1 / 30, 100.0))
+    monkeypatch.setattr(import_unit, "REFUSED", (1 / 30, 100.0))
     status, err, folder = bisplat_scene("m", "--frequency", "915e6")
     assert status == 1 and err.count("\n") == 1 and "by the unit cm it would be 5 x 4 x 3 m" in err
     assert not folder.exists()

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from scenes.files.errors import InputError
+from scenes.importing import mitsuba_xml
 from scenes.importing.mesh_import import import_mitsuba, import_scene
 from scenes.importing.mitsuba_xml import SIONNA, read_mitsuba, sionna_scene
 from scenes.scene.description import Gateway, Transmitter, facing
@@ -31,7 +32,7 @@ def write(tmp_path):
     """Writes a scene of the given elements and returns its path."""
 
     def write(*elements: str) -> Path:
-        path = tmp_path / "yard.xml"
+        path = tmp_path / "outdoors.xml"
         path.write_text(f'<scene version="2.1.0">{"".join(elements)}</scene>')
         return path
 
@@ -247,7 +248,7 @@ def test_refusals(write, case):
     with pytest.raises(InputError) as refusal:
         import_mitsuba(write(elements), GHZ)
     sentence = str(refusal.value)
-    assert all(fact in sentence for fact in ("yard.xml: ", *facts)) and "\n" not in sentence, sentence
+    assert all(fact in sentence for fact in ("outdoors.xml: ", *facts)) and "\n" not in sentence, sentence
 
 
 def test_other_files_are_refused(tmp_path):
@@ -267,11 +268,11 @@ def test_other_files_are_refused(tmp_path):
     ],
 )
 def test_wrong_options(write, options, sentence):
-    with pytest.raises(InputError, match=f"yard.xml: {sentence}"):
+    with pytest.raises(InputError, match=f"outdoors.xml: {sentence}"):
         import_mitsuba(write(shape(CONCRETE)), GHZ, **options)
 
 
-@pytest.mark.parametrize("name", ["yard.xml", "sionna:etoile"])
+@pytest.mark.parametrize("name", ["outdoors.xml", "sionna:etoile"])
 def test_load_scene_says_to_import_it_first(name):
     with pytest.raises(InputError, match=f"{name}: has no gateway and no .* with bisplat scene {name} -o FOLDER"):
         load_scene(name)
@@ -285,9 +286,8 @@ def test_load_scene_says_to_import_it_first(name):
 def test_built_in_scenes_of_sionna(name, monkeypatch):
     path = sionna_scene(SIONNA + name)
     # Meshes of a city take seconds to read, and etoile's are read below: here only whether each is there.
-    monkeypatch.setattr(
-        "scenes.importing.mitsuba_xml.read_meshes", lambda path: [("", box((0, 0, 0), (1, 1, 1)))] * path.is_file()
-    )
+    cube = [("", box((0, 0, 0), (1, 1, 1)))]
+    monkeypatch.setattr(mitsuba_xml, "read_meshes", lambda path: cube * path.is_file())
     shapes = read_mitsuba(path)
     assert {shape.radio_material(GHZ).conductivity > 0 for shape in shapes} == {True}
 
@@ -320,7 +320,7 @@ def test_names_of_sionna_without_the_ray_tracer(monkeypatch):
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True).stdout
     roots = {line.split(".")[0] for line in loaded.splitlines()}
     assert "scenes" in roots and not roots & {"sionna", "mitsuba", "drjit"}
-    monkeypatch.setattr("scenes.importing.mitsuba_xml.find_spec", lambda name: None)
+    monkeypatch.setattr(mitsuba_xml, "find_spec", lambda name: None)
     with pytest.raises(InputError, match=r"sionna:etoile: the scenes of Sionna RT come with it, and it is not inst"):
         sionna_scene("sionna:etoile")
 

@@ -37,7 +37,7 @@ def test_objects_compare_by_value():
 
 
 def test_a_good_scene_passes(scene):
-    validate(scene, "yard.yaml")
+    validate(scene, "outdoors.yaml")
 
 
 def gateway(**changes):
@@ -95,5 +95,5 @@ NAN = Trimesh([[0, 0, 0], [1, 0, 0], [0, np.nan, 0]], [[0, 1, 2]], process=False
 )
 def test_refuses(scene, change, facts):
     with pytest.raises(InputError) as caught:
-        validate(change(scene), "yard.yaml")
-    assert str(caught.value).startswith("yard.yaml: ") and all(fact in str(caught.value) for fact in facts)
+        validate(change(scene), "outdoors.yaml")
+    assert str(caught.value).startswith("outdoors.yaml: ") and all(fact in str(caught.value) for fact in facts)

@@ -13,7 +13,7 @@ from scenes.scene.shapes import box
 from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import Unknown, movable, unknowns, vary
 from scenes.storage.scene_yaml import load_scene
-from tests.yard import CABINET, yard
+from tests.small_scene import CABINET, small_scene
 
 
 def test_walls_stay_and_conductors_have_no_properties():
@@ -33,9 +33,9 @@ def test_columns_and_inner_walls_stay():
 
 
 def test_in_the_open_everything_that_stands_on_the_floor_moves():
-    assert movable(yard(CABINET)) == [1]
+    assert movable(small_scene(CABINET)) == [1]
     low = SceneObject("low", box((4.0, 1.5, 0.001), (5.0, 2.0, 1.0)), "metal")
-    assert movable(yard(low, replace(low, name="other", mesh=box((6.0, 1.5, 0.001), (7.0, 2.0, 1.0))))) == [1, 2]
+    assert movable(small_scene(low, replace(low, name="other", mesh=box((6.0, 1.5, 0.001), (7.0, 2.0, 1.0))))) == [1, 2]
 
 
 def test_nothing_that_is_known_is_unknown():

@@ -15,7 +15,7 @@ from scenes.storage.scene_files import FilesInTheWay
 from scenes.storage.scene_yaml import load_scene, read_scene, write_scene
 
 YARD = """\
-name: yard
+name: outdoors
 frequency: 915 MHz
 gateway:
   position: [4, 0, 1]
@@ -41,13 +41,13 @@ def folder(tmp_path) -> Path:
 
 
 def read(folder: Path, text: str):
-    (folder / "yard.yaml").write_text(text)
-    return load_scene(str(folder / "yard.yaml"))
+    (folder / "outdoors.yaml").write_text(text)
+    return load_scene(str(folder / "outdoors.yaml"))
 
 
 def test_reads_every_key(folder):
     scene = read(folder, YARD)
-    assert (scene.name, scene.frequency) == ("yard", 915e6)
+    assert (scene.name, scene.frequency) == ("outdoors", 915e6)
     assert scene.gateway.position == (4, 0, 1) and scene.gateway.rows == 4 and scene.gateway.pattern == "iso"
     assert scene.transmitter.region_max == (1, 1, 1.5)
     assert [o.name for o in scene.objects] == ["crate", "wall", "mat"]
@@ -183,50 +183,50 @@ def test_what_is_no_file_is_not_replaced(scene, tmp_path):
 
 BAD = [
     # what to replace, by what, and what the sentence has to have: the place, what was found, what was perhaps meant
-    ("frequency: 915 MHz\n", "", "yard.yaml: ", "frequency"),
-    ("915 MHz", "915 MHzz", "yard.yaml: frequency", "'915 MHzz'"),
-    ("915 MHz", "-915e6", "yard.yaml: frequency", "'-915e6'"),
-    ("915 MHz", "[915]", "yard.yaml: frequency", "[915]"),
-    ("915 MHz", "9" * 400, "yard.yaml: frequency", "99"),
-    ("915 MHz", "400 MHz", "yard.yaml: materials.block", '"concrete"', "0.4 GHz"),
-    ("name: yard", "name: 3", "yard.yaml: name", "3"),
-    ("gateway:", "gatway:", "yard.yaml: ", "'gatway'", '"gateway"'),
-    ("  position: [4, 0, 1]\n", "", "yard.yaml: gateway", "position"),
-    ("[4, 0, 1]", "[4, 0]", "yard.yaml: gateway.position", "3", "[4, 0]"),
-    ("[4, 0, 1]", "[4, 0, up]", "yard.yaml: gateway.position[2]", "'up'"),
-    ("[4, 0, 1]", "[4, 0, true]", "yard.yaml: gateway.position[2]", "True"),
-    ("[4, 0, 1]", "[4, 0, .nan]", "yard.yaml: gateway.position", "nan"),
-    ("[4, 0, 1]", f"[4, 0, {'9' * 400}]", "yard.yaml: gateway.position[2]", "99"),
-    ("[4, 0, 1]", "[4, 0, 1e400]", "yard.yaml: gateway.position[2]", "'1e400'"),
-    ("[4, 0, 1]", "[0.5, 0.5, 0.2]", "yard.yaml: gateway.position", '"crate"'),
-    ("[4, 0, 1]", "[4, 0, 1]\n  rows: 4.5", "yard.yaml: gateway.rows", "4.5"),
-    ("[4, 0, 1]", "[4, 0, 1]\n  row: 4", "yard.yaml: gateway", "'row'", '"rows"'),
-    ("[4, 0, 1]", "[4, 0, 1]\n  3: 4", "yard.yaml: gateway", "3: 4"),
-    ("max: [1, 1, 1.5]", "size: [1, 1, 1]", "yard.yaml: transmitter.region", "'size'", "max"),
-    ("  region: {min: [-1, -1, 0.5], max: [1, 1, 1.5]}\n", "", "yard.yaml: transmitter", "nothing"),
-    ("conductivity: 1e-3, ", "", "yard.yaml: materials.felt", "conductivity"),
-    ("permittivity: 1.3", "permittivity: 0.3", "yard.yaml: materials.felt", "relative_permittivity", "0.3"),
-    ("p2040: concrete", "p2040: concret", "yard.yaml: materials.block", '"concret"', '"concrete"'),
-    ("p2040: concrete", "p2040: concrete, sigma: 1", "yard.yaml: materials.block", "'sigma'"),
-    ("material: wood", "material: wod", 'yard.yaml: objects[0] ("crate")', '"wod"', '"wood"'),
-    ("material: wood", "material: floorboard", 'yard.yaml: objects[0] ("crate")', '"floorboard"', "0.915 GHz"),
-    ("material: felt", "material: flet", 'yard.yaml: objects[2] ("mat")', '"flet"', '"felt"'),
-    ("crate.obj", "crat.obj", 'yard.yaml: objects[0] ("crate")', "crat.obj"),
-    ("crate.obj", "../crate.obj", 'yard.yaml: objects[0] ("crate")', "'../crate.obj'"),
-    ("crate.obj", "/etc/passwd.obj", 'yard.yaml: objects[0] ("crate")', "'/etc/passwd.obj'"),
-    ("crate.obj", "pipe.obj", 'yard.yaml: objects[0] ("crate")', "pipe.obj", "named pipe"),
-    ("thickness: 0.02", "thickness: thin", 'yard.yaml: objects[2] ("mat")', "thickness", "'thin'"),
-    ("thickness: 0.02", "thickness: -1", 'yard.yaml: objects[2] ("mat")', "thickness", "-1"),
-    ("  - {name: crate, mesh: crate.obj, material: wood}", "  - crate", "yard.yaml: objects[0]", "'crate'"),
-    (YARD[YARD.index("objects:") :], "objects: {crate: 1}\n", "yard.yaml: objects", "{'crate': 1}"),
-    (YARD[YARD.index("objects:") :], "objects: []\n", "yard.yaml: ", "object"),
-    (YARD, "", "yard.yaml: ", "nothing"),
-    (YARD, "- a\n- b\n", "yard.yaml: ", "['a', 'b']"),
-    (YARD, "just words\n", "yard.yaml: ", "'just words'"),
-    ("name: yard", "name: &a yard\nmaterials: *a", "yard.yaml, line 2: ", "*a"),
-    ("felt:", "? [felt]\n  :", "yard.yaml, line 9: "),
-    ("[4, 0, 1]", "[4, 0, 1", "yard.yaml, line 5: "),
-    ("name: yard", "name: yard\nname: garden", "yard.yaml, line 2: ", "'name'"),
+    ("frequency: 915 MHz\n", "", "outdoors.yaml: ", "frequency"),
+    ("915 MHz", "915 MHzz", "outdoors.yaml: frequency", "'915 MHzz'"),
+    ("915 MHz", "-915e6", "outdoors.yaml: frequency", "'-915e6'"),
+    ("915 MHz", "[915]", "outdoors.yaml: frequency", "[915]"),
+    ("915 MHz", "9" * 400, "outdoors.yaml: frequency", "99"),
+    ("915 MHz", "400 MHz", "outdoors.yaml: materials.block", '"concrete"', "0.4 GHz"),
+    ("name: outdoors", "name: 3", "outdoors.yaml: name", "3"),
+    ("gateway:", "gatway:", "outdoors.yaml: ", "'gatway'", '"gateway"'),
+    ("  position: [4, 0, 1]\n", "", "outdoors.yaml: gateway", "position"),
+    ("[4, 0, 1]", "[4, 0]", "outdoors.yaml: gateway.position", "3", "[4, 0]"),
+    ("[4, 0, 1]", "[4, 0, up]", "outdoors.yaml: gateway.position[2]", "'up'"),
+    ("[4, 0, 1]", "[4, 0, true]", "outdoors.yaml: gateway.position[2]", "True"),
+    ("[4, 0, 1]", "[4, 0, .nan]", "outdoors.yaml: gateway.position", "nan"),
+    ("[4, 0, 1]", f"[4, 0, {'9' * 400}]", "outdoors.yaml: gateway.position[2]", "99"),
+    ("[4, 0, 1]", "[4, 0, 1e400]", "outdoors.yaml: gateway.position[2]", "'1e400'"),
+    ("[4, 0, 1]", "[0.5, 0.5, 0.2]", "outdoors.yaml: gateway.position", '"crate"'),
+    ("[4, 0, 1]", "[4, 0, 1]\n  rows: 4.5", "outdoors.yaml: gateway.rows", "4.5"),
+    ("[4, 0, 1]", "[4, 0, 1]\n  row: 4", "outdoors.yaml: gateway", "'row'", '"rows"'),
+    ("[4, 0, 1]", "[4, 0, 1]\n  3: 4", "outdoors.yaml: gateway", "3: 4"),
+    ("max: [1, 1, 1.5]", "size: [1, 1, 1]", "outdoors.yaml: transmitter.region", "'size'", "max"),
+    ("  region: {min: [-1, -1, 0.5], max: [1, 1, 1.5]}\n", "", "outdoors.yaml: transmitter", "nothing"),
+    ("conductivity: 1e-3, ", "", "outdoors.yaml: materials.felt", "conductivity"),
+    ("permittivity: 1.3", "permittivity: 0.3", "outdoors.yaml: materials.felt", "relative_permittivity", "0.3"),
+    ("p2040: concrete", "p2040: concret", "outdoors.yaml: materials.block", '"concret"', '"concrete"'),
+    ("p2040: concrete", "p2040: concrete, sigma: 1", "outdoors.yaml: materials.block", "'sigma'"),
+    ("material: wood", "material: wod", 'outdoors.yaml: objects[0] ("crate")', '"wod"', '"wood"'),
+    ("material: wood", "material: floorboard", 'outdoors.yaml: objects[0] ("crate")', '"floorboard"', "0.915 GHz"),
+    ("material: felt", "material: flet", 'outdoors.yaml: objects[2] ("mat")', '"flet"', '"felt"'),
+    ("crate.obj", "crat.obj", 'outdoors.yaml: objects[0] ("crate")', "crat.obj"),
+    ("crate.obj", "../crate.obj", 'outdoors.yaml: objects[0] ("crate")', "'../crate.obj'"),
+    ("crate.obj", "/etc/passwd.obj", 'outdoors.yaml: objects[0] ("crate")', "'/etc/passwd.obj'"),
+    ("crate.obj", "pipe.obj", 'outdoors.yaml: objects[0] ("crate")', "pipe.obj", "named pipe"),
+    ("thickness: 0.02", "thickness: thin", 'outdoors.yaml: objects[2] ("mat")', "thickness", "'thin'"),
+    ("thickness: 0.02", "thickness: -1", 'outdoors.yaml: objects[2] ("mat")', "thickness", "-1"),
+    ("  - {name: crate, mesh: crate.obj, material: wood}", "  - crate", "outdoors.yaml: objects[0]", "'crate'"),
+    (YARD[YARD.index("objects:") :], "objects: {crate: 1}\n", "outdoors.yaml: objects", "{'crate': 1}"),
+    (YARD[YARD.index("objects:") :], "objects: []\n", "outdoors.yaml: ", "object"),
+    (YARD, "", "outdoors.yaml: ", "nothing"),
+    (YARD, "- a\n- b\n", "outdoors.yaml: ", "['a', 'b']"),
+    (YARD, "just words\n", "outdoors.yaml: ", "'just words'"),
+    ("name: outdoors", "name: &a outdoors\nmaterials: *a", "outdoors.yaml, line 2: ", "*a"),
+    ("felt:", "? [felt]\n  :", "outdoors.yaml, line 9: "),
+    ("[4, 0, 1]", "[4, 0, 1", "outdoors.yaml, line 5: "),
+    ("name: outdoors", "name: outdoors\nname: garden", "outdoors.yaml, line 2: ", "'name'"),
 ]
 
 
@@ -245,7 +245,7 @@ def test_mistakes(folder, old, new, facts):
     ("name", "sentence"),
     [
         ("labb", 'unknown scene "labb"; did you mean "lab"'),
-        ("nowhere/yard.yaml", "nowhere/yard.yaml: expected a scene, found no such file"),
+        ("nowhere/outdoors.yaml", "nowhere/outdoors.yaml: expected a scene, found no such file"),
         ("room.ifc", "room.ifc: not a scene description; expected a .yaml file or one of .*lab"),
     ],
 )
@@ -273,9 +273,11 @@ def test_several_gateways_are_read_written_and_each_has_a_place_of_its_own(scene
 @pytest.mark.parametrize("name", ["gateway1", "a/b", ""])
 def test_gateway_needs_a_name_that_can_be_a_folder(name, scene):
     with pytest.raises(InputError, match="further_gateways: expected a name of letters, digits, - and _"):
-        validate(replace(scene, further_gateways={name: scene.gateway}), "yard")
+        validate(replace(scene, further_gateways={name: scene.gateway}), "outdoors")
 
 
 def test_further_gateway_inside_an_object_is_named(scene):
     with pytest.raises(InputError, match=r"further_gateways.second.position .* lies inside object"):
-        validate(replace(scene, further_gateways={"second": replace(scene.gateway, position=(0.5, 0.5, 0.2))}), "yard")
+        validate(
+            replace(scene, further_gateways={"second": replace(scene.gateway, position=(0.5, 0.5, 0.2))}), "outdoors"
+        )

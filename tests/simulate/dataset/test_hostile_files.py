@@ -15,6 +15,7 @@ from simulate.dataset.dataset_writer import encode_picture, write_gateway, write
 from simulate.dataset.picture_files import picture_files, read_any_picture, read_picture
 from simulate.exchange.conversion import Conversion
 from simulate.exchange.convert import convert
+from simulate.positions import given_positions
 from simulate.positions.given_positions import FARTHEST, check_points, read_points
 from tests import corpus
 
@@ -132,7 +133,7 @@ def test_a_name_in_both_index_files(folder):
 
 
 def test_too_many_positions(folder, monkeypatch):
-    monkeypatch.setattr("simulate.positions.given_positions.MOST_POSITIONS", 4)
+    monkeypatch.setattr(given_positions, "MOST_POSITIONS", 4)
     refused(lambda: read_points(folder / "tx_pos.csv"), "at most 4 positions")
 
 

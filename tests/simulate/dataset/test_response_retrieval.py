@@ -6,6 +6,7 @@ import pytest
 from bisplat.commands.dataset_commands import responses
 from scenes.files.errors import InputError
 from scenes.files.folder_lock import locked
+from simulate.dataset import response_retrieval
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import (
     encode_picture,
@@ -53,7 +54,7 @@ def test_retrieved_responses_make_the_pictures_and_are_not_taken_for_recorded_on
 
 
 def test_interrupted_retrieval_goes_on_with_the_same_result(folder, monkeypatch):
-    monkeypatch.setattr("simulate.dataset.response_retrieval.AT_ONCE", 2)
+    monkeypatch.setattr(response_retrieval, "AT_ONCE", 2)
     whole = retrieve(read_dataset(folder))
     (folder / "channels.npz").unlink()
     batches = []
@@ -67,7 +68,7 @@ def test_interrupted_retrieval_goes_on_with_the_same_result(folder, monkeypatch)
     from simulate.spectra.phase_retrieval import retrieve_responses
 
     with monkeypatch.context() as patch:
-        patch.setattr("simulate.dataset.response_retrieval.retrieve_responses", interrupted)
+        patch.setattr(response_retrieval, "retrieve_responses", interrupted)
         with pytest.raises(KeyboardInterrupt):
             retrieve(read_dataset(folder))
         again = retrieve(read_dataset(folder))

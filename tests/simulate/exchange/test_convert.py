@@ -121,7 +121,7 @@ def test_several_pictures_of_one_position_are_a_problem_and_one_of_each_is_kept(
 def test_some_shared_positions_are_a_warning(foreign):
     write_positions(foreign / "tx_pos.csv", [*POSITIONS[:-1], POSITIONS[0]])
     found = inspect(foreign)
-    assert not found.problems and found.warnings == ["2 of 8 pictures share their position with another picture"]
+    assert not found.problems and len(found.warnings) == 1 and "2 of 8 pictures" in found.warnings[0]
 
 
 def test_one_position_for_all_is_a_problem(foreign):

@@ -23,8 +23,8 @@ from simulate.rays.core.ray_tracer import rt
 from simulate.rays.core.terms import Interaction
 from simulate.rays.scattering import scattered
 from simulate.rays.tracer import Tracer
-from tests.killing import contents
-from tests.yard import yard
+from tests.folders import contents
+from tests.small_scene import small_scene
 
 SCREEN = 1.5
 """Metres: x of a sheet that hides one of the positions from the gateway."""
@@ -41,14 +41,14 @@ def simulated(scene: Scene, folder: Path, propagation: Propagation) -> Path:
 def plain(tmp_path_factory) -> Path:
     """A dataset of the floor alone."""
     folder = tmp_path_factory.mktemp("deepmimo") / "plain"
-    return simulated(yard(), folder, Propagation(max_depth=1, diffraction=False, rays=10_000))
+    return simulated(small_scene(), folder, Propagation(max_depth=1, diffraction=False, rays=10_000))
 
 
 @pytest.fixture(scope="module")
 def rich(tmp_path_factory) -> Path:
     """A dataset with every interaction: a rough floor, and a screen to pass through."""
     screen = SceneObject("screen", sheet((SCREEN, -0.9, 0.2), (0, 0.7, 0), (0, 0, 2.5)), "wood")
-    scene = yard(screen)
+    scene = small_scene(screen)
     concrete = replace(scene.materials["concrete"], scattering_coefficient=0.3)
     wood = replace(concrete, name="wood", relative_permittivity=2.0, thickness=0.03, scattering_coefficient=0.0)
     scene = replace(scene, materials=scene.materials | {"concrete": concrete, "wood": wood})
@@ -89,7 +89,7 @@ def direction(azimuth: np.ndarray, elevation: np.ndarray) -> np.ndarray:
 def test_line_of_sight_and_floor_reflection_are_those_of_geometry(plain, tmp_path):
     export_deepmimo(plain, tmp_path / "plain")
     found = matrices(tmp_path / "plain")
-    element = Tracer(yard(), Propagation(max_depth=0)).middle.positions[0]
+    element = Tracer(small_scene(), Propagation(max_depth=0)).middle.positions[0]
     assert found["tx_pos"] == pytest.approx(element[None], abs=1e-6)
     assert found["rx_pos"] == pytest.approx(POSITIONS, abs=1e-6)
     assert found["inter"].tolist() == [[0, 1]] * 3
@@ -103,7 +103,7 @@ def test_line_of_sight_and_floor_reflection_are_those_of_geometry(plain, tmp_pat
         for angle, way in (("aod", leaves_to - element), ("aoa", comes_from - POSITIONS)):
             expected = way / np.linalg.norm(way, axis=1, keepdims=True)
             assert direction(found[f"{angle}_az"], found[f"{angle}_el"])[:, path] == pytest.approx(expected, abs=1e-4)
-    wavelength, length = yard().wavelength, np.linalg.norm(POSITIONS - element, axis=1)
+    wavelength, length = small_scene().wavelength, np.linalg.norm(POSITIONS - element, axis=1)
     assert found["power"][:, 0] == pytest.approx(20 * np.log10(wavelength / (4 * np.pi * length)), abs=0.3)  # isotropic
     phase = np.exp(1j * np.radians(found["phase"][:, 0]))
     assert np.abs(phase - np.exp(-2j * np.pi * length / wavelength)).max() < 1e-3
@@ -172,7 +172,7 @@ def test_interactions_are_numbered_as_the_ray_tracer_numbers_them():
 def test_position_without_paths_and_a_place_without_any(plain, tmp_path):
     """Nothing but reflections, and the floor ends before the first position's."""
     floor = SceneObject("floor", sheet((1.3, -9, 0), (18, 0, 0), (0, 18, 0)), "concrete")
-    scene = replace(yard(), objects=(floor,))
+    scene = replace(small_scene(), objects=(floor,))
     reflections = Propagation(max_depth=1, los=False, diffraction=False, rays=10_000)
     export_deepmimo(simulated(scene, tmp_path / "some", reflections), tmp_path / "some_paths")
     reached = np.isfinite(matrices(tmp_path / "some_paths")["power"][:, 0])

@@ -10,16 +10,17 @@ import numpy as np
 import pytest
 
 from simulate.dataset.dataset_folder import Dataset
+from simulate.exchange import hdf5_export
 from simulate.exchange.hdf5_export import export_hdf5
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation
-from tests.yard import yard
+from tests.small_scene import small_scene
 
 
 @pytest.fixture(scope="module")
 def dataset(tmp_path_factory) -> Dataset:
-    """Five spectra of the yard."""
-    return simulate(yard(), tmp_path_factory.mktemp("hdf5") / "data", 5, propagation=Propagation(max_depth=0))
+    """Five spectra of the small scene."""
+    return simulate(small_scene(), tmp_path_factory.mktemp("hdf5") / "data", 5, propagation=Propagation(max_depth=0))
 
 
 def test_every_array_and_number_of_a_simulated_dataset_is_there(dataset, tmp_path):
@@ -64,7 +65,7 @@ def test_measured_dataset_has_no_responses_but_those_that_were_retrieved(dataset
 
 
 def test_many_spectra_are_written_in_parts(dataset, tmp_path, monkeypatch):
-    monkeypatch.setattr("simulate.exchange.hdf5_export.AT_ONCE", 2)
+    monkeypatch.setattr(hdf5_export, "AT_ONCE", 2)
     export_hdf5(dataset, tmp_path / "data.h5")
     with h5py.File(tmp_path / "data.h5") as file:
         assert (file["spectra"][:] == dataset.pictures).all()
@@ -91,7 +92,7 @@ def test_killed_export_leaves_the_old_file_as_it_was(dataset, tmp_path, monkeypa
         raise KeyboardInterrupt
 
     (tmp_path / "data.h5").write_bytes(b"old")
-    monkeypatch.setattr("simulate.exchange.hdf5_export.progress_bar", killed)
+    monkeypatch.setattr(hdf5_export, "progress_bar", killed)
     with pytest.raises(KeyboardInterrupt):
         export_hdf5(dataset, tmp_path / "data.h5")
     assert [path.name for path in tmp_path.iterdir()] == ["data.h5"]

@@ -197,6 +197,7 @@ def test_slab_transmits_as_the_formula_says(thickness, tmp_path):
     assert error(found, through_plane_waves(scene, positions, height, transmission(thickness))) < 0.03
 
 
+@pytest.mark.slow
 def test_rays_through_a_slab_have_its_phase():
     """At some metres, where they are exact: as the ray tracer has it, unlike Sionna's that counts the slab twice."""
     turned = (0.0, 0.0, -np.sqrt(0.5), np.sqrt(0.5))  # its y axis along x

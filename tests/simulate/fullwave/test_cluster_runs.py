@@ -14,6 +14,8 @@ from simulate.fullwave.run_plan import plan
 
 pytest.importorskip("ray", reason="Ray is an extra: make setup")
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def address():
@@ -26,31 +28,31 @@ def address():
 
 
 @pytest.fixture
-def nook() -> Scene:
+def scene() -> Scene:
     floor = SceneObject("floor", sheet((0, 0, 0), (0.5, 0, 0), (0, 0.4, 0)), "concrete")
     gateway = Gateway((0.45, 0.2, 0.2), facing((-1, 0, 0)), rows=1, columns=2, pattern="dipole")
     region = Transmitter((0.1, 0.15, 0.15), (0.2, 0.25, 0.25), pattern="dipole")
-    return Scene("nook", 915e6, gateway, region, (floor,), p2040_materials(["concrete"], 915e6))
+    return Scene("small", 915e6, gateway, region, (floor,), p2040_materials(["concrete"], 915e6))
 
 
-def test_cluster_and_threads_leave_the_same_field(nook, address, tmp_path):
-    planned = plan(nook, nook.transmitter.region, 0.03)
-    here = stored_field(nook, planned, tmp_path / "here", at_once=1)
-    beside = stored_field(nook, planned, tmp_path / "beside", at_once=2)
+def test_cluster_and_threads_leave_the_same_field(scene, address, tmp_path):
+    planned = plan(scene, scene.transmitter.region, 0.03)
+    here = stored_field(scene, planned, tmp_path / "here", at_once=1)
+    beside = stored_field(scene, planned, tmp_path / "beside", at_once=2)
     reported: list[tuple[int, int]] = []
-    there = stored_field(nook, planned, tmp_path / "there", ray=address, report=lambda *each: reported.append(each))
+    there = stored_field(scene, planned, tmp_path / "there", ray=address, report=lambda *each: reported.append(each))
     assert np.array_equal(here.values, there.values) and np.array_equal(here.values, beside.values)
     assert sorted(number for number, _ in reported) == [0, 1]
 
 
-def test_failure_in_the_cluster_is_one_sentence(nook, address, tmp_path):
-    planned = plan(nook, nook.transmitter.region, 0.03)
+def test_failure_in_the_cluster_is_one_sentence(scene, address, tmp_path):
+    planned = plan(scene, scene.transmitter.region, 0.03)
     outside = replace(planned, box=planned.box + 1000)
     with pytest.raises(InputError, match=r"model\.in: expected gprMax to run it, found that it stopped with"):
-        stored_field(nook, outside, tmp_path, solver="gprMax 4.0.1", ray=address)
+        stored_field(scene, outside, tmp_path, solver="gprMax 4.0.1", ray=address)
 
 
-def test_machines_too_small_are_told_instead_of_waited_for(nook, address, tmp_path):
-    planned = plan(nook, nook.transmitter.region, 0.03)
+def test_machines_too_small_are_told_instead_of_waited_for(scene, address, tmp_path):
+    planned = plan(scene, scene.transmitter.region, 0.03)
     with pytest.raises(InputError, match=r"expected a machine with a core, .* GB of memory and a GPU in the Ray"):
-        stored_field(nook, planned, tmp_path, solver="gprMax", ray=address, gpu=True)
+        stored_field(scene, planned, tmp_path, solver="gprMax", ray=address, gpu=True)

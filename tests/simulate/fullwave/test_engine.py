@@ -19,6 +19,7 @@ from scenes.scene.shapes import sheet
 from scenes.storage.scene_yaml import write_scene
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.engines.fullwave import FIELD
+from simulate.fullwave import all_elements, element_fields, gprmax, solver_runs
 from simulate.fullwave.dipole import GAIN, free_space_response
 from simulate.fullwave.solver import SourceField
 from simulate.fullwave.stored_field import read_stored_field
@@ -26,12 +27,12 @@ from simulate.generation.simulation import simulate
 
 
 @pytest.fixture
-def nook() -> Scene:
+def scene() -> Scene:
     """A floor, an array of two elements and a small region."""
     floor = SceneObject("floor", sheet((0, 0, 0), (1.2, 0, 0), (0, 1.0, 0)), "concrete")
     gateway = Gateway((1.0, 0.5, 0.5), facing((-1, 0, 0)), rows=2, columns=1, pattern="dipole")
     region = Transmitter((0.35, 0.3, 0.3), (0.6, 0.7, 0.6), pattern="dipole")
-    return Scene("nook", 915e6, gateway, region, (floor,), p2040_materials(["concrete"], 915e6))
+    return Scene("small", 915e6, gateway, region, (floor,), p2040_materials(["concrete"], 915e6))
 
 
 class Solver:
@@ -69,13 +70,13 @@ class Solver:
 def solver(monkeypatch) -> Solver:
     """Takes the solver's place."""
     instead = Solver()
-    monkeypatch.setattr("simulate.fullwave.element_fields.solve", instead.solve)
-    monkeypatch.setattr("simulate.fullwave.solver_runs.MOST_AT_ONCE", 1)
+    monkeypatch.setattr(element_fields, "solve", instead.solve)
+    monkeypatch.setattr(solver_runs, "MOST_AT_ONCE", 1)
     return instead
 
 
-def test_dataset_has_the_responses_of_the_field(nook, solver, tmp_path):
-    dataset = simulate(nook, tmp_path / "nook", n=12, engine="fullwave", cell=0.03, workers=1)
+def test_dataset_has_the_responses_of_the_field(scene, solver, tmp_path):
+    dataset = simulate(scene, tmp_path / "small", n=12, engine="fullwave", cell=0.03, workers=1)
     assert len(solver.sources) == 2
     expected = np.stack(
         [
@@ -86,33 +87,33 @@ def test_dataset_has_the_responses_of_the_field(nook, solver, tmp_path):
     )
     # A field known at the middles of cells is taken for the mean of their edges, whose inverse raises it by about 2 %.
     assert np.abs(dataset.responses / expected - 1).max() < 0.08
-    metadata = json.loads((tmp_path / "nook" / "metadata.json").read_text())
+    metadata = json.loads((tmp_path / "small" / "metadata.json").read_text())
     assert metadata["engine"] == "fullwave" and metadata["fullwave"]["cell"] == 0.03
     assert metadata["fullwave"]["solver"] == "bisplat" and "propagation" not in metadata
 
 
-def test_more_positions_come_from_the_stored_field(nook, solver, tmp_path):
-    first = simulate(nook, tmp_path / "few", n=12, engine="fullwave", cell=0.03)
-    more = simulate(nook, tmp_path / "more", n=40, engine="fullwave", field=tmp_path / "few")
+def test_more_positions_come_from_the_stored_field(scene, solver, tmp_path):
+    first = simulate(scene, tmp_path / "few", n=12, engine="fullwave", cell=0.03)
+    more = simulate(scene, tmp_path / "more", n=40, engine="fullwave", field=tmp_path / "few")
     assert len(solver.sources) == 2
     field = read_stored_field(tmp_path / "few" / "field.npz")
     assert np.array_equal(more.responses, field.responses(more.positions))
     assert np.array_equal(first.responses, field.responses(first.positions))
 
 
-def test_interrupted_runs_are_continued(nook, solver, tmp_path):
+def test_interrupted_runs_are_continued(scene, solver, tmp_path):
     solver.interrupted_at = 1
     with pytest.raises(KeyboardInterrupt):
-        simulate(nook, tmp_path / "nook", n=12, engine="fullwave", cell=0.03, workers=1)
+        simulate(scene, tmp_path / "small", n=12, engine="fullwave", cell=0.03, workers=1)
     assert len(solver.sources) == 1
     solver.interrupted_at = None
-    simulate(nook, tmp_path / "nook", n=12, engine="fullwave", cell=0.03, workers=1)
+    simulate(scene, tmp_path / "small", n=12, engine="fullwave", cell=0.03, workers=1)
     assert len(solver.sources) == 2
-    assert len(read_dataset(tmp_path / "nook").names) == 12
-    assert not (tmp_path / "nook" / "field").exists()
+    assert len(read_dataset(tmp_path / "small").names) == 12
+    assert not (tmp_path / "small" / "field").exists()
 
 
-def test_interrupt_ends_the_runs_beside(nook, solver, monkeypatch, tmp_path):
+def test_interrupt_ends_the_runs_beside(scene, solver, monkeypatch, tmp_path):
     beside, ended, calls = Event(), Event(), count()
 
     def solve(cells, grid, sources, box, steps, earliest, report):
@@ -128,36 +129,36 @@ def test_interrupt_ends_the_runs_beside(nook, solver, monkeypatch, tmp_path):
             ended.set()
             raise
 
-    monkeypatch.setattr("simulate.fullwave.element_fields.solve", solve)
+    monkeypatch.setattr(element_fields, "solve", solve)
     with pytest.raises(KeyboardInterrupt):
-        simulate(nook, tmp_path / "nook", n=4, engine="fullwave", cell=0.03, workers=2)
+        simulate(scene, tmp_path / "small", n=4, engine="fullwave", cell=0.03, workers=2)
     assert ended.is_set()
 
 
-def test_settings_that_do_not_fit_are_refused_before_anything_is_written(nook, solver, tmp_path):
+def test_settings_that_do_not_fit_are_refused_before_anything_is_written(scene, solver, tmp_path):
     with pytest.raises(ParameterError, match="cell: expected none, or the engine fullwave"):
-        simulate(nook, tmp_path / "a", n=4, cell=0.03)
+        simulate(scene, tmp_path / "a", n=4, cell=0.03)
     with pytest.raises(ParameterError, match=r"cell: expected at most 0\.0357 m"):
-        simulate(nook, tmp_path / "a", n=4, engine="fullwave", cell=0.1)
+        simulate(scene, tmp_path / "a", n=4, engine="fullwave", cell=0.1)
     with pytest.raises(ParameterError, match="cell: expected metres from 1e-05 to 10, found"):
-        simulate(nook, tmp_path / "a", n=4, engine="fullwave", cell=-0.1)
+        simulate(scene, tmp_path / "a", n=4, engine="fullwave", cell=-0.1)
     with pytest.raises(InputError, match="expected a folder that was simulated with --engine fullwave"):
-        simulate(nook, tmp_path / "a", n=4, engine="fullwave", field=tmp_path)
+        simulate(scene, tmp_path / "a", n=4, engine="fullwave", field=tmp_path)
     assert not (tmp_path / "a").exists()
 
 
-def test_element_near_a_conductor_needs_small_cells(nook, solver, tmp_path):
+def test_element_near_a_conductor_needs_small_cells(scene, solver, tmp_path):
     fin = SceneObject("fin", sheet((0.98, 0.3, 0.3), (0, 0.4, 0), (0, 0, 0.4)), "metal")
     materials = p2040_materials(["concrete", "metal"], 915e6)
     with pytest.raises(ParameterError, match=r"cell: expected at most 0\.01 m, element 1 being 0\.02 m from a cond"):
         simulate(
-            replace(nook, objects=(*nook.objects, fin), materials=materials), tmp_path / "a", n=4, engine="fullwave",
+            replace(scene, objects=(*scene.objects, fin), materials=materials), tmp_path / "a", n=4, engine="fullwave",
             cell=0.03,
         )  # fmt: skip
     assert not (tmp_path / "a").exists()
 
 
-def test_gpu_is_asked_of_the_solver(nook, monkeypatch, tmp_path):
+def test_gpu_is_asked_of_the_solver(scene, monkeypatch, tmp_path):
     commands = []
 
     def start(command, **_):
@@ -165,70 +166,70 @@ def test_gpu_is_asked_of_the_solver(nook, monkeypatch, tmp_path):
         commands.append(command)
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("simulate.fullwave.gprmax.subprocess", SimpleNamespace(Popen=start, PIPE=None, STDOUT=None))
+    monkeypatch.setattr(gprmax, "subprocess", SimpleNamespace(Popen=start, PIPE=None, STDOUT=None))
     with pytest.raises(KeyboardInterrupt):
-        simulate(nook, tmp_path / "nook", n=4, engine="fullwave", cell=0.03, gpu=True)
+        simulate(scene, tmp_path / "small", n=4, engine="fullwave", cell=0.03, gpu=True)
     assert commands and all(command[-1] == "-gpu" for command in commands)
     with pytest.raises(ParameterError, match="gpu: expected none, or the engine fullwave"):
-        simulate(nook, tmp_path / "rays", n=4, gpu=True)
+        simulate(scene, tmp_path / "rays", n=4, gpu=True)
 
 
-def test_field_of_another_scene_is_refused(nook, solver, tmp_path):
-    simulate(nook, tmp_path / "nook", n=4, engine="fullwave", cell=0.03)
-    write_scene(nook, tmp_path / "scene")
+def test_field_of_another_scene_is_refused(scene, solver, tmp_path):
+    simulate(scene, tmp_path / "small", n=4, engine="fullwave", cell=0.03)
+    write_scene(scene, tmp_path / "scene")
     text = (tmp_path / "scene" / "scene.yaml").read_text().replace("915", "920")
     (tmp_path / "scene" / "scene.yaml").write_text(text)
-    with pytest.raises(InputError, match="expected the field of the same scene, found that of 'nook' with"):
-        simulate(tmp_path / "scene" / "scene.yaml", tmp_path / "b", n=4, engine="fullwave", field=tmp_path / "nook")
+    with pytest.raises(InputError, match="expected the field of the same scene, found that of 'small' with"):
+        simulate(tmp_path / "scene" / "scene.yaml", tmp_path / "b", n=4, engine="fullwave", field=tmp_path / "small")
 
 
-def test_damaged_field_of_a_finished_dataset_is_solved_again(nook, solver, tmp_path, capsys):
-    folder = simulate(nook, tmp_path / "nook", n=4, engine="fullwave", cell=0.03).folder
+def test_damaged_field_of_a_finished_dataset_is_solved_again(scene, solver, tmp_path, capsys):
+    folder = simulate(scene, tmp_path / "small", n=4, engine="fullwave", cell=0.03).folder
     field, runs = (folder / FIELD).read_bytes(), len(solver.sources)
     (folder / FIELD).write_bytes(field[:-100])
-    simulate(nook, folder, n=4, engine="fullwave", cell=0.03)
+    simulate(scene, folder, n=4, engine="fullwave", cell=0.03)
     assert (folder / FIELD).read_bytes() == field and len(solver.sources) == 2 * runs
     assert f"{folder / FIELD}: expected the stored field of a full-wave run" in capsys.readouterr().err
     (tmp_path / "more").mkdir()
-    simulate(nook, tmp_path / "more", n=5, engine="fullwave", field=folder)
+    simulate(scene, tmp_path / "more", n=5, engine="fullwave", field=folder)
     assert len(solver.sources) == 2 * runs
 
 
-def test_damaged_file_of_an_element_is_solved_again(nook, solver, tmp_path, monkeypatch, capsys):
+def test_damaged_file_of_an_element_is_solved_again(scene, solver, tmp_path, monkeypatch, capsys):
     settings = {"n": 4, "engine": "fullwave", "cell": 0.03}
-    whole = simulate(nook, tmp_path / "whole", **settings)
+    whole = simulate(scene, tmp_path / "whole", **settings)
     runs = len(solver.sources)
     with monkeypatch.context() as patch:
-        patch.setattr("simulate.fullwave.all_elements.replace", lambda *_, **__: 1 / 0)  # after all elements
+        patch.setattr(all_elements, "replace", lambda *_, **__: 1 / 0)  # after all elements
         with pytest.raises(ZeroDivisionError):
-            simulate(nook, tmp_path / "nook", **settings)
-    element = tmp_path / "nook" / "field" / "element-001.npz"
+            simulate(scene, tmp_path / "small", **settings)
+    element = tmp_path / "small" / "field" / "element-001.npz"
     element.write_bytes(b"")
-    assert (simulate(nook, tmp_path / "nook", **settings).pictures == whole.pictures).all()
+    assert (simulate(scene, tmp_path / "small", **settings).pictures == whole.pictures).all()
     assert len(solver.sources) == 2 * runs + 1
     assert f"bisplat: {element}: expected the stored field" in capsys.readouterr().err
 
 
-def test_dataset_is_made_once_more_by_its_own_settings(nook, solver, tmp_path):
-    first = simulate(nook, tmp_path / "nook", n=4, engine="fullwave", cell=0.03)
-    again = simulate(tmp_path / "nook", tmp_path / "again")
+def test_dataset_is_made_once_more_by_its_own_settings(scene, solver, tmp_path):
+    first = simulate(scene, tmp_path / "small", n=4, engine="fullwave", cell=0.03)
+    again = simulate(tmp_path / "small", tmp_path / "again")
     assert len(solver.sources) == 4
     assert np.array_equal(first.pictures, again.pictures)
 
 
-def test_missing_gprmax_is_one_sentence_and_the_cpu_needs_none(nook, solver, monkeypatch, tmp_path):
+def test_missing_gprmax_is_one_sentence_and_the_cpu_needs_none(scene, solver, monkeypatch, tmp_path):
     def missing(name):
         raise PackageNotFoundError(name)
 
-    monkeypatch.setattr("simulate.fullwave.gprmax.version", missing)
+    monkeypatch.setattr(gprmax, "version", missing)
     with pytest.raises(InputError, match="on a GPU: expected the solver gprMax, found none"):
-        simulate(nook, tmp_path / "nook", n=4, engine="fullwave", cell=0.03, gpu=True)
-    assert not (tmp_path / "nook").exists()
-    simulate(nook, tmp_path / "nook", n=4, engine="fullwave", cell=0.03)
+        simulate(scene, tmp_path / "small", n=4, engine="fullwave", cell=0.03, gpu=True)
+    assert not (tmp_path / "small").exists()
+    simulate(scene, tmp_path / "small", n=4, engine="fullwave", cell=0.03)
 
 
-def test_dataset_by_gprmax_is_made_once_more_by_gprmax(nook, solver, monkeypatch, tmp_path):
-    folder = simulate(nook, tmp_path / "nook", n=4, engine="fullwave", cell=0.03).folder
+def test_dataset_by_gprmax_is_made_once_more_by_gprmax(scene, solver, monkeypatch, tmp_path):
+    folder = simulate(scene, tmp_path / "small", n=4, engine="fullwave", cell=0.03).folder
     path = folder / "metadata.json"
     path.write_text(path.read_text().replace('"solver": "bisplat"', '"solver": "gprMax 4.0.1"'))
     ran = []
@@ -237,7 +238,7 @@ def test_dataset_by_gprmax_is_made_once_more_by_gprmax(nook, solver, monkeypatch
         ran.append(gpu)
         return np.random.default_rng(0).standard_normal((1, 3, *np.diff(box, axis=0)[0])) * np.ones((3, 1, 1, 1, 1))
 
-    monkeypatch.setattr("simulate.fullwave.element_fields.run", run)
+    monkeypatch.setattr(element_fields, "run", run)
     again = simulate(folder, tmp_path / "again")
     assert ran == [False, False]
     assert json.loads((again.folder / "metadata.json").read_text())["fullwave"]["solver"] == "gprMax 4.0.1"

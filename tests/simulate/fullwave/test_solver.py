@@ -30,6 +30,7 @@ def planned(corner) -> Plan:
     return plan(corner, corner.transmitter.region, 0.025)
 
 
+@pytest.mark.slow
 def test_same_field_as_by_gprmax(corner, planned, tmp_path):
     pytest.importorskip("gprMax", reason="gprMax is an extra: make setup")
     ours = stored_field(corner, planned, tmp_path / "ours")
@@ -46,6 +47,7 @@ def test_element_does_not_depend_on_those_beside_it(corner, planned, tmp_path):
     assert np.array_equal(together.unsettled, apart.unsettled)
 
 
+@pytest.mark.slow
 def test_echo_from_afar_is_waited_for(corner, planned, tmp_path):
     """A field may hardly change before its echo arrives: it is not judged before waves have crossed the scene twice."""
     assert planned.earliest * planned.grid.time_step > 2 * np.linalg.norm(np.ptp(corner.bounds, axis=0)) / 3e8

@@ -28,7 +28,8 @@ from simulate.rays.core.propagation import Propagation
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.measurement import Measurement
 from simulate.spectra.spectrum import picture
-from tests.killing import contents, finish, kill_and_finish, moments
+from tests.folders import contents
+from tests.killing import finish, kill_and_finish, moments
 
 COUNT = 7
 
@@ -394,6 +395,7 @@ module.generate(read_request(Path(sys.argv[1])), Path(sys.argv[2]))
 """
 
 
+@pytest.mark.kill
 def test_killed_with_signal_9_at_random_moments_ends_with_the_same_bytes(request_of, tmp_path, quick):
     generate(request_of, tmp_path / "whole")
     after = moments(0, finish(SLOW_RUN, tmp_path / "whole", tmp_path / "measured"))

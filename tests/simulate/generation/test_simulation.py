@@ -13,23 +13,20 @@ from scenes.storage.scene_yaml import write_scene
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.sionna_scene import sionna_names
+from tests.folders import contents
 
 DIRECT = Propagation(max_depth=0)
 
 
-def contents(folder):
-    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
-
-
 @pytest.fixture(scope="module")
-def yard(make_scene, floor):
+def scene(make_scene, floor):
     """A floor and one gateway."""
     return make_scene(floor)
 
 
-def test_function_and_command_write_the_same_bytes(yard, tmp_path, monkeypatch):
-    found = simulate(yard, tmp_path / "function", n=3, seed=2, propagation=DIRECT)
-    path = write_scene(yard, tmp_path / "scene")
+def test_function_and_command_write_the_same_bytes(scene, tmp_path, monkeypatch):
+    found = simulate(scene, tmp_path / "function", n=3, seed=2, propagation=DIRECT)
+    path = write_scene(scene, tmp_path / "scene")
     command = f"bisplat simulate {path} -o {tmp_path / 'command'} -n 3 --seed 2 --max-depth 0"
     monkeypatch.setattr(sys, "argv", command.split())
     main()
@@ -39,9 +36,9 @@ def test_function_and_command_write_the_same_bytes(yard, tmp_path, monkeypatch):
     assert (again.responses == found.responses).all()
 
 
-def test_given_positions_are_used(yard, tmp_path):
+def test_given_positions_are_used(scene, tmp_path):
     positions = np.array([[-3.0, 0.0, 1.0], [-4.0, 0.5, 1.0], [-4.0, 0.5, 2.0]])
-    assert (simulate(yard, tmp_path / "d", positions=positions, propagation=DIRECT).positions == positions).all()
+    assert (simulate(scene, tmp_path / "d", positions=positions, propagation=DIRECT).positions == positions).all()
 
 
 @pytest.mark.parametrize(
@@ -54,9 +51,9 @@ def test_given_positions_are_used(yard, tmp_path):
         ({"positions": np.full((2, 3), np.nan)}, "positions: expected finite numbers, found .* in row 0"),
     ],
 )
-def test_parameters_out_of_range_are_refused_before_anything_is_written(wrong, message, yard, tmp_path):
+def test_parameters_out_of_range_are_refused_before_anything_is_written(wrong, message, scene, tmp_path):
     with pytest.raises(ParameterError, match=message):
-        simulate(yard, tmp_path / "d", propagation=DIRECT, **wrong)
+        simulate(scene, tmp_path / "d", propagation=DIRECT, **wrong)
     assert not (tmp_path / "d").exists()
 
 
@@ -68,23 +65,23 @@ def test_impossible_propagation_is_refused(name, value):
         Propagation(**{name: value})
 
 
-def test_several_gateways_are_refused(yard, tmp_path):
-    several = replace(yard, further_gateways={"west": replace(yard.gateway, position=(-7.0, 0.0, 1.5))})
+def test_several_gateways_are_refused(scene, tmp_path):
+    several = replace(scene, further_gateways={"west": replace(scene.gateway, position=(-7.0, 0.0, 1.5))})
     with pytest.raises(InputError, match=r"expected a scene of one gateway, found 2; .* scene.by_gateway\(\)"):
         simulate(several, tmp_path / "d")
 
 
-def test_bad_scene_is_refused(yard, tmp_path):
+def test_bad_scene_is_refused(scene, tmp_path):
     with pytest.raises(InputError, match="frequency must be in hertz"):
-        simulate(replace(yard, frequency=-1.0), tmp_path / "d")
+        simulate(replace(scene, frequency=-1.0), tmp_path / "d")
 
 
-def test_dots_in_names_of_objects_are_allowed(yard, tmp_path):
+def test_dots_in_names_of_objects_are_allowed(scene, tmp_path):
     """Blender names copies Cube.001, Cube.002."""
-    item = yard.objects[0]
+    item = scene.objects[0]
     others = [replace(item, name=name, mesh=sheet((x, 50, 0), (1, 0, 0), (0, 1, 0))) for name, x in
               (("floor.001", 1), ("floor_001", 3), ("floor.001_", 5))]  # fmt: skip
-    dotted = replace(yard, objects=(item, *others))
+    dotted = replace(scene, objects=(item, *others))
     found = simulate(dotted, tmp_path / "dotted", n=3, seed=2, propagation=DIRECT)
-    assert (found.responses == simulate(yard, tmp_path / "plain", n=3, seed=2, propagation=DIRECT).responses).all()
+    assert (found.responses == simulate(scene, tmp_path / "plain", n=3, seed=2, propagation=DIRECT).responses).all()
     assert len(set(sionna_names(dotted))) == 4 and not any("." in name for name in sionna_names(dotted))

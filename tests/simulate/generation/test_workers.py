@@ -7,7 +7,6 @@ import sys
 import threading
 import time
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import psutil
@@ -21,8 +20,11 @@ from simulate.generation import generate as module
 from simulate.generation.generate import generate
 from simulate.generation.request import Request
 from simulate.rays.core.propagation import Propagation
+from tests.folders import contents
 
 pytest.importorskip("ray", reason="Ray is an extra: make setup")
+
+pytestmark = pytest.mark.slow
 
 
 @pytest.fixture(scope="module")
@@ -37,10 +39,6 @@ def request_of(room) -> Request:
     return Request(
         room, positions, "uniform, seed 9", Rays(Propagation(max_depth=2, diffraction=True, rays=20_000)), seed=3
     )
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 def kill_a_worker(found: list[int]) -> None:

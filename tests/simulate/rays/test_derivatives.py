@@ -11,7 +11,7 @@ from scenes.scene.shapes import sheet
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.derivatives import derivatives
 from simulate.rays.tracer import Tracer
-from tests.yard import yard
+from tests.small_scene import small_scene
 
 PROPAGATION = Propagation(max_depth=2, rays=20_000)
 STEP = 1e-3
@@ -23,7 +23,7 @@ AMPLITUDES = 0.06
 
 @pytest.fixture(scope="module")
 def scene() -> Scene:
-    return yard(
+    return small_scene(
         SceneObject("wall", sheet((-9, 2, -5), (18, 0, 0), (0, 0, 15)), "concrete"),
         SceneObject("screen", sheet((1.4, -3, 0.5), (0, 1.5, 0), (0, 0, 1.5)), "metal"),
     )

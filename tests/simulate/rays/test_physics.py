@@ -260,7 +260,7 @@ def test_a_board_reflects_at_its_front_half_its_thickness_before_the_sheet(make_
 @pytest.mark.parametrize("place", [0, 3])
 def test_the_gateway_receives_what_it_would_send(place, room, room_positions, room_responses, public_solver):
     """Reciprocity: Sionna's own solver, from the transmitter to a receiver with the gateway's array, agrees."""
-    expected = public_solver(room, room_positions[place], rays=1_000_000, depth=2, gateway_sends=False)
+    expected = public_solver(room, room_positions[place], rays=200_000, depth=2, gateway_sends=False)
     assert np.abs(room_responses[place] - expected).max() < 1e-3 * np.abs(expected).max()
 
 

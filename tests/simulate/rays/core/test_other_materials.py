@@ -12,10 +12,10 @@ from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.ray_tracer import dr, mi
 from simulate.rays.core.sionna_scene import gateway_antennas
 from simulate.rays.tracer import Tracer
-from tests.yard import CABINET, yard
+from tests.small_scene import CABINET, small_scene
 
 POSITIONS = np.random.default_rng(0).uniform((2.0, -0.5, 1.0), (3.0, 0.5, 1.6), (5, 3))
-PLACE = yard(
+PLACE = small_scene(
     CABINET,
     SceneObject("board", sheet((1.4, -0.4, 0.9), (0, 0.6, 0), (0, 0, 0.6)), "concrete"),
     SceneObject("block", box((1.0, -2.0, 0.3), (2.0, -1.5, 2.0)), "concrete"),
@@ -36,7 +36,7 @@ def with_thicker_board():
 @pytest.mark.parametrize(
     "propagation",
     [
-        Propagation(max_depth=2, rays=20_000),
+        pytest.param(Propagation(max_depth=2, rays=20_000), marks=pytest.mark.slow),
         Propagation(max_depth=2, rays=20_000, diffraction=False),
         Propagation(max_depth=2, rays=5_000, sionna=True, diffraction=False),
     ],

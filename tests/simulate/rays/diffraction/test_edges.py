@@ -7,6 +7,7 @@ import trimesh
 from scenes.scene.shapes import box, sheet, union
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.ray_scene import RayScene
+from simulate.rays.diffraction import edges as edges_module
 from simulate.rays.diffraction.edges import diffracting_edges, foremost
 
 FLOOR = ("floor", sheet((-5, -5, 0), (10, 0, 0), (0, 10, 0)), "concrete")
@@ -83,7 +84,7 @@ def test_of_too_many_edges_the_foremost_are_followed(make_scene, monkeypatch):
     scene = make_scene(FLOOR, ("far", far, "metal"), ("near", near, "metal"))
     edges = diffracting_edges(RayScene.of(scene, Propagation()))
     assert len(edges) == 8 and len(foremost(edges, scene)) == 8
-    monkeypatch.setattr("simulate.rays.diffraction.edges.MOST", 5)
+    monkeypatch.setattr(edges_module, "MOST", 5)
     kept = foremost(edges, scene)
     assert sorted(kept.starts[:, 0].round(1)) == [-1.5] * 4 + [15.0]
     middles = edges.points(np.array([0.5])).tolist()

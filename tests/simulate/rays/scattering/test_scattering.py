@@ -20,7 +20,7 @@ DIFFUSE = Propagation(
 )
 
 
-def yard(scattering=0.6, turned=0.0, polarization="V") -> Scene:
+def rough_scene(scattering=0.6, turned=0.0, polarization="V") -> Scene:
     """A rough floor and a rough wall behind the gateway, with a smooth pane between gateway and transmitter."""
     objects = (
         SceneObject("floor", sheet((-6, -6, 0), (12, 0, 0), (0, 12, 0)), "concrete"),
@@ -33,7 +33,7 @@ def yard(scattering=0.6, turned=0.0, polarization="V") -> Scene:
     }
     gateway = Gateway((0, 0, 1.5), facing((-1, 0, 0)), rows=1, columns=2, pattern="iso", polarization=polarization)
     region = Transmitter((-4, -1, 0.5), (-2, 1, 2), polarization=polarization)
-    return Scene("yard", 915e6, gateway, region, objects, rough | {"glass": p2040_material("glass", 915e6)})
+    return Scene("rough", 915e6, gateway, region, objects, rough | {"glass": p2040_material("glass", 915e6)})
 
 
 def power_by_objects_passed(tracer: Tracer, position: np.ndarray) -> dict[int, float]:
@@ -45,11 +45,12 @@ def power_by_objects_passed(tracer: Tracer, position: np.ndarray) -> dict[int, f
     return {passed: float((np.abs(responses[alike & (sent.passed[0] == passed)]) ** 2).sum()) for passed in (0, 1)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("turned", "polarization"), [(0.0, "V"), (0.3, "H")])
 def test_power_is_sionnas(turned, polarization):
     """Also of waves that pass through the pane before they are scattered. (Sionna has none that pass it afterwards.)"""
     propagation = replace(DIFFUSE, max_depth=2, refraction=True, patches=20_000)
-    scene = yard(turned=turned, polarization=polarization)
+    scene = rough_scene(turned=turned, polarization=polarization)
     ours, theirs = (
         Tracer(scene, replace(propagation, sionna=True, rays=50_000)) if sionna else Tracer(scene, propagation)
         for sionna in (False, True)
@@ -66,7 +67,7 @@ def test_power_is_sionnas(turned, polarization):
 
 
 def test_paths_add_up_to_the_response():
-    tracer = Tracer(yard(), replace(DIFFUSE, max_depth=2, refraction=True, patches=300))
+    tracer = Tracer(rough_scene(), replace(DIFFUSE, max_depth=2, refraction=True, patches=300))
     for position, response in zip(POSITIONS, tracer.responses(POSITIONS), strict=True):
         paths = tracer.paths(position)
         assert len(paths) > 100 and all(len(path.vertices) == 3 for path in paths if abs(path.response) > 0)
@@ -75,20 +76,20 @@ def test_paths_add_up_to_the_response():
 
 def test_field_is_a_function_of_the_position(monkeypatch):
     """The same whatever the batch, of one seed, and smooth; another seed draws another one."""
-    tracer = Tracer(yard(), DIFFUSE)
+    tracer = Tracer(rough_scene(), DIFFUSE)
     found = tracer.responses(POSITIONS)
     near = tracer.responses(POSITIONS + np.array([0, 0, 1e-3]))
     assert 0 < np.abs(near / found - 1).max() < 0.2
-    assert np.abs(Tracer(yard(), DIFFUSE, seed=2).responses(POSITIONS) / found - 1).min() > 0.2
+    assert np.abs(Tracer(rough_scene(), DIFFUSE, seed=2).responses(POSITIONS) / found - 1).min() > 0.2
     monkeypatch.setattr(scattered, "LANES", 1)
-    assert (Tracer(yard(), DIFFUSE).responses(POSITIONS[::-1])[::-1] == found).all()
+    assert (Tracer(rough_scene(), DIFFUSE).responses(POSITIONS[::-1])[::-1] == found).all()
 
 
 def test_power_converges_with_the_number_of_patches():
     def mean(patches: int) -> float:
         powers = []
         for seed in range(4):
-            tracer = Tracer(yard(), replace(DIFFUSE, patches=patches), seed=seed)
+            tracer = Tracer(rough_scene(), replace(DIFFUSE, patches=patches), seed=seed)
             powers.append(sum(abs(path.response) ** 2 for path in tracer.paths(POSITIONS[0])))
         return float(np.mean(powers))
 
@@ -99,15 +100,16 @@ def test_power_converges_with_the_number_of_patches():
 
 def test_smooth_surfaces_scatter_nothing():
     propagation = Propagation(max_depth=2, diffraction=False, rays=10_000)
-    plain = Tracer(yard(0.0), propagation).responses(POSITIONS)
-    assert (Tracer(yard(0.0), replace(propagation, diffuse=True)).responses(POSITIONS) == plain).all()
+    plain = Tracer(rough_scene(0.0), propagation).responses(POSITIONS)
+    assert (Tracer(rough_scene(0.0), replace(propagation, diffuse=True)).responses(POSITIONS) == plain).all()
 
 
+@pytest.mark.slow
 def test_rough_surface_reflects_less_around_edges_too():
     """A reflection off the floor after an edge has √(1 − S²) of the amplitude that a smooth floor gives it."""
 
     def strongest(scattering: float) -> dict[tuple, complex]:
-        scene = yard(scattering)
+        scene = rough_scene(scattering)
         panel = SceneObject("panel", sheet((-1.2, -0.5, 1.0), (0, 1, 0), (0, 0, 1)), "metal")
         metal = {"metal": p2040_material("metal", 915e6)}
         scene = replace(scene, objects=(scene.objects[0], panel), materials=scene.materials | metal)

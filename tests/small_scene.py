@@ -7,10 +7,10 @@ from scenes.scene.shapes import box, sheet
 CABINET = SceneObject("cabinet", box((1.0, 1.5, 0.001), (3.0, 2.0, 3.0)), "metal")
 
 
-def yard(*objects: SceneObject) -> Scene:
+def small_scene(*objects: SceneObject) -> Scene:
     """The floor and these objects, of concrete or metal, at 915 MHz."""
     return Scene(
-        name="yard",
+        name="small",
         frequency=915e6,
         gateway=Gateway((0, 0, 1.5), facing((1, 0.2, 0))),
         transmitter=Transmitter((2.0, -0.5, 1.0), (3.0, 0.5, 1.6)),

@@ -1,33 +1,21 @@
-"""What the learner's tests share: a small model, a small dataset folder, a run trained on it."""
+"""Fixtures for the learner: small models, a small dataset folder, a run trained on it.
+
+They import what trains and evaluates themselves: it takes seconds, and most tests need none of it.
+"""
 
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
-import numba
 import numpy as np
 import pytest
-import torch
 
 from learn.models.registry import MODELS
 from learn.models.steps import Steps
 from learn.training.config import Config
-from learn.training.train import train_run
 from simulate.dataset.dataset_writer import encode_picture, write_gateway, write_index, write_positions, write_responses
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import picture
-
-
-@pytest.fixture(scope="session", autouse=True)
-def one_thread():
-    """Small models are fastest on one thread: torch's and numba's threads wait for work by spinning, for each other
-    and for every other program on the machine."""
-    threads = torch.get_num_threads(), numba.get_num_threads()
-    torch.set_num_threads(1)
-    numba.set_num_threads(1)
-    yield
-    torch.set_num_threads(threads[0])
-    numba.set_num_threads(threads[1])
 
 
 @pytest.fixture(scope="session")
@@ -110,7 +98,9 @@ def _use_small_models(patch: pytest.MonkeyPatch, small: dict[str, int], small_ap
     sizes = {"bisplat": small, "bisplat-plus": {**small, "primitives": 60}, "bisplat-aperture": small_aperture}
     for name, options in sizes.items():
         patch.setitem(MODELS, name, replace(MODELS[name], options=options))
-    patch.setattr("learn.training.by_steps.STEPS_PER_VALIDATION", 6)
+    from learn.training import by_steps
+
+    patch.setattr(by_steps, "STEPS_PER_VALIDATION", 6)
 
 
 @pytest.fixture
@@ -122,7 +112,9 @@ def small_models(monkeypatch, small, small_aperture) -> None:
 @pytest.fixture
 def no_ceiling(monkeypatch) -> None:
     """The array's ceiling takes longest of all that ``evaluate`` does: here the truth itself in its place."""
-    monkeypatch.setattr("learn.evaluation.evaluate.array_ceiling", lambda truth, beamformer: truth)
+    from learn.evaluation import evaluate
+
+    monkeypatch.setattr(evaluate, "array_ceiling", lambda truth, beamformer: truth)
 
 
 @pytest.fixture(scope="session")
@@ -152,6 +144,8 @@ def changed() -> Callable[..., Config]:
 @pytest.fixture(scope="session")
 def finished_run(tmp_path_factory, tiny_config, small, small_aperture) -> Path:
     """A run on ``tiny`` that nothing interrupted, to be read from only."""
+    from learn.training.train import train_run
+
     folder = tmp_path_factory.mktemp("runs") / "finished"
     with pytest.MonkeyPatch.context() as patch:
         _use_small_models(patch, small, small_aperture)

@@ -9,11 +9,11 @@ from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, f
 from scenes.scene.shapes import sheet
 
 
-def nook() -> Scene:
+def smallest_room() -> Scene:
     """A floor and one object beside it, small enough for a run of seconds."""
     place = closet()
     floor = SceneObject("floor", sheet((0, 0, 0), (0.8, 0, 0), (0, 0.5, 0)), "concrete")
     panel = SceneObject("panel", sheet((0.0, 0.4, 0.0), (0.3, 0, 0), (0, 0, 0.3)), "metal")
     gateway = Gateway((0.7, 0.25, 0.25), facing((-1, 0, 0)), rows=1, columns=1, pattern="dipole")
     region = Transmitter((0.2, 0.2, 0.2), (0.3, 0.3, 0.3), pattern="dipole")
-    return replace(place, name="nook", gateway=gateway, transmitter=region, objects=(floor, panel))
+    return replace(place, name="smallest", gateway=gateway, transmitter=region, objects=(floor, panel))
