@@ -6,13 +6,15 @@ import json as json_format
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from tyro.conf import Positional, arg
+from tyro.conf import OmitArgPrefixes, Positional, arg
 
 from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.simulate_command import Output
 from learn.data.splits import SplitKind
 from learn.models.registry import DEFAULT_MODEL, MODELS
+from learn.models.steps import Processes, Steps
 from scenes.files.errors import InputError, ParameterError, printable
+from scenes.files.options import changed, optional, unchecked
 from scenes.files.plain_text import say
 from scenes.files.text_tables import print_table
 
@@ -74,18 +76,11 @@ def train(
     model: ModelName = DEFAULT_MODEL,
     split: SplitKind = "files",
     seed: int = 0,
-    steps: int | None = None,
-    batch_size: int | None = None,
-    learning_rate: float | None = None,
-    weight_decay: float | None = None,
-    full_resolution: float | None = None,
-    find_phases: bool = True,
     encoding: Literal["octaves", "waves"] | None = None,
     bypass: tuple[str, ...] = (),
     scene: str | None = None,
-    init: Path | None = None,
-    devices: int = 1,
-    nodes: int = 1,
+    steps: OmitArgPrefixes[optional(Steps)] = optional(Steps)(),  # type: ignore[valid-type]
+    processes: OmitArgPrefixes[unchecked(Processes)] = unchecked(Processes)(),  # type: ignore[valid-type]
 ) -> None:
     """Train a model on a dataset folder. The same command again resumes an interrupted run.
 
@@ -96,22 +91,14 @@ def train(
         split: how the test part is chosen. files: the folder's own index files; random: a random fifth of the spectra;
             blocked: every fourth block of ten consecutive spectra.
         seed: seed of the split, the initial weights and the order of the spectra.
-        steps: number of optimiser steps (default, here and below: the model's own); a model fitted in closed form
-            (helmholtz) takes none.
-        batch_size: number of spectra per step.
-        learning_rate: learning rate of AdamW.
-        weight_decay: weight decay of AdamW.
-        full_resolution: share of the steps, the last ones, that look at every pixel of a spectrum; those before look at
-            a few that hold the array's band, and are many times faster.
-        find_phases: where only pictures are known, find the responses behind them for models that learn from responses.
         encoding: encoding of the transmitter's position: octaves, the paper's TX-PE, or waves, plane waves of the
             dataset's wavelength.
         bypass: branches of bisplat or bisplat-plus to switch off, as the paper's ablation does: dynamic, delta, bst; or
             order, to blend the primitives in stored order instead of by depth.
         scene: of twin: the scene as described, a built-in name or a scene YAML.
-        init: finished run of the same model whose weights training starts from, instead of random ones.
-        devices: number of GPUs per machine; without a GPU, number of processes.
-        nodes: number of machines; start this command on each, as Lightning's launchers do.
+        steps: settings of training by steps, by default the model's own; a model fitted in closed form (helmholtz)
+            takes none.
+        processes: where the training runs.
     """
     from learn.training.train import train as train_model
 
@@ -124,15 +111,8 @@ def train(
         split=split,
         seed=seed,
         options={name: value for name, value in given.items() if value},
-        steps=steps,
-        batch_size=batch_size,
-        learning_rate=learning_rate,
-        weight_decay=weight_decay,
-        full_resolution=full_resolution,
-        find_phases=None if find_phases else False,  # a model fitted in closed form takes no settings of steps
-        init=init,
-        devices=devices,
-        nodes=nodes,
+        **changed(steps),
+        **vars(processes),
     )
     print(printable(f"run: {output}"))
 

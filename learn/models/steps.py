@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from scenes.files.errors import ParameterError, require_positive, require_whole, require_within, shown
+from scenes.files.schema import LATER
 from simulate.positions.given_positions import MOST_POSITIONS
 
 STEPS_MOST = 10**9
@@ -38,7 +39,7 @@ class Steps:
     learning_rate: float = 1e-3
     weight_decay: float = 0.0
     full_resolution: float = 0.1
-    find_phases: bool = True
+    find_phases: bool = field(default=True, metadata=LATER)
     init: str | None = None
 
     def __post_init__(self) -> None:
@@ -55,3 +56,21 @@ class Steps:
     def coarse_steps(self) -> int:
         """Number of steps that look at a few pixels only."""
         return round((1 - self.full_resolution) * self.steps)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Processes:
+    """Where a training runs.
+
+    Attributes:
+        devices: number of GPUs per machine; without a GPU, number of processes.
+        nodes: number of machines; start the same command or program on each, as Lightning's launchers do.
+    """
+
+    devices: int = 1
+    nodes: int = 1
+
+    @property
+    def count(self) -> int:
+        """Number of devices on all machines."""
+        return self.devices * self.nodes

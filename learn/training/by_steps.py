@@ -16,7 +16,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 
 from learn.models.base import SpectrumModel
 from learn.models.quadrature import Quadrature
-from learn.models.steps import Steps
+from learn.models.steps import Processes, Steps
 from learn.training.checkpoints import LAST, UNREADABLE, Checkpoints, WholeFiles, has_checkpoint
 from learn.training.lightning_module import Spectra, Training
 from learn.training.run_folder import save_weights
@@ -71,8 +71,7 @@ def train_by_steps(
     by_steps: Steps,
     pixels: Quadrature,
     folder: Path,
-    devices: int = 1,
-    nodes: int = 1,
+    processes: Processes = Processes(),
     seconds_before: float = 0.0,
 ) -> None:
     """Train a model by gradient steps, starting from the folder's last checkpoint if it has one, and save its weights.
@@ -83,8 +82,7 @@ def train_by_steps(
         by_steps: number of steps, learning rate and further settings.
         pixels: what most steps look at.
         folder: the run folder.
-        devices: number of GPUs per machine; without a GPU, number of processes.
-        nodes: number of machines.
+        processes: where it runs.
         seconds_before: seconds that finding responses took before the first step; they count as training time.
 
     Raises:
@@ -111,11 +109,11 @@ def train_by_steps(
         max_epochs=epochs,
         limit_train_batches=batches,
         accelerator="auto",
-        devices=devices,
-        num_nodes=nodes,
+        devices=processes.devices,
+        num_nodes=processes.nodes,
         use_distributed_sampler=False,  # Spectra shares the batches among the processes itself
         # A branch that is bypassed gets no gradient; this strategy of DDP allows that.
-        strategy="auto" if devices * nodes == 1 else "ddp_find_unused_parameters_true",
+        strategy="auto" if processes.count == 1 else "ddp_find_unused_parameters_true",
         check_val_every_n_epoch=epochs_per_validation,
         num_sanity_val_steps=0,
         gradient_clip_val=GRADIENT_NORM,

@@ -21,9 +21,7 @@ from scenes.files.json_file import read_json
 from scenes.files.schema import Count, conform
 from scenes.scene.description import MOST_ELEMENTS
 from simulate.spectra.angular_grid import AngularGrid
-from simulate.spectra.angular_grid import AngularGrid as Grid
 from simulate.spectra.array import PlanarArray
-from simulate.spectra.array import PlanarArray as Array
 from simulate.spectra.beamformer import Beamformer
 
 LARGEST_OPTION = 10**6
@@ -33,31 +31,11 @@ LARGEST_OPTION = 10**6
 Option = bool | Annotated[int, Meta(ge=-LARGEST_OPTION, le=LARGEST_OPTION)] | float | str | list[Any] | None
 
 
-class StepsFile(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """Fields of ``Steps`` in config.json."""
+class Receiver(Struct):
+    """The array and the grid in config.json."""
 
-    steps: Annotated[int, Meta(ge=1)]
-    batch_size: Annotated[int, Meta(ge=1)]
-    learning_rate: Annotated[float, Meta(gt=0)]
-    weight_decay: Annotated[float, Meta(ge=0)]
-    full_resolution: Annotated[float, Meta(ge=0, le=1)]
-    find_phases: bool = True
-    init: str | None
-
-
-class ConfigFile(Struct, frozen=True, kw_only=True):
-    """config.json: all fields of ``Config``, the array and the grid; other keys are for readers only."""
-
-    dataset: str
-    model: str
-    split: SplitKind
-    seed: Count
-    split_seed: Count
-    train_size: Annotated[int, Meta(ge=1)] | None
-    options: dict[str, Option]
-    by_steps: StepsFile | None
-    array: Array
-    grid: Grid
+    array: PlanarArray
+    grid: AngularGrid
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,10 +56,10 @@ class Config:
     dataset: str
     model: str = DEFAULT_MODEL
     split: SplitKind = "files"
-    seed: int = 0
-    split_seed: int = 0
-    train_size: int | None = None
-    options: dict[str, Any] = field(default_factory=dict)
+    seed: Count = 0
+    split_seed: Count = 0
+    train_size: Annotated[int, Meta(ge=1)] | None = None
+    options: dict[str, Option] = field(default_factory=dict)
     by_steps: Steps | None = None
 
     def __post_init__(self) -> None:
@@ -132,10 +110,9 @@ def read_config(folder: Path) -> tuple[Config, Beamformer]:
     if not os.path.lexists(path):
         raise InputError(f"{folder}: expected a run folder made by bisplat train, found no config.json in it")
     content = read_json(path, "the settings that bisplat train 0.2 writes")
-    checked = conform(content, ConfigFile, str(path))
-    if checked.array.rows * checked.array.columns > MOST_ELEMENTS:
-        raise InputError(f"{path}: array: expected at most {MOST_ELEMENTS} elements, found {checked.array}")
-    fields = {name: content[name] for name in Config.__dataclass_fields__}
-    if fields["by_steps"] is not None:
-        fields["by_steps"] = Steps(**fields["by_steps"])
-    return Config(**fields), Beamformer(PlanarArray(**content["array"]), AngularGrid(**content["grid"]))
+    receiver = conform(content, Receiver, str(path))
+    known = {name: content[name] for name in Config.__dataclass_fields__ if name in content}
+    config = conform(known, Config, str(path), complete=True)
+    if receiver.array.elements > MOST_ELEMENTS:
+        raise InputError(f"{path}: array: expected at most {MOST_ELEMENTS} elements, found {receiver.array}")
+    return config, Beamformer(receiver.array, receiver.grid)

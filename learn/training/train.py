@@ -20,6 +20,7 @@ from learn.data.splits import Split, SplitKind, split
 from learn.models.base import SpectrumModel
 from learn.models.quadrature import quadrature
 from learn.models.registry import DEFAULT_MODEL, check_options, model_entry
+from learn.models.steps import Processes, Steps
 from learn.training.by_steps import train_by_steps
 from learn.training.config import Config, read_config, write_config
 from learn.training.fit_progress import FitProgress
@@ -29,6 +30,7 @@ from learn.training.run_folder import Run, build_model, load_run, load_weights, 
 from learn.training.training_file import write_training
 from learn.training.validation_scores import validate
 from scenes.files.errors import ParameterError, require_seed, require_whole
+from scenes.files.options import changed, optional, taken, takes
 from scenes.files.output_folder import own_folder, require_own
 from scenes.scene.shapes import bounding_box
 from simulate.dataset.dataset_folder import Dataset, read_dataset
@@ -38,6 +40,7 @@ PROCESSES_LEAST, NODES_MOST = 8, 1000
 """Number of processes that a machine without a GPU may have, or as many as it has cores; and of machines."""
 
 
+@takes(Processes, optional(Steps))
 def train(
     dataset: Dataset | Path | str,
     output: Path | str,
@@ -46,15 +49,7 @@ def train(
     split: SplitKind = "files",
     seed: int = 0,
     options: Mapping[str, Any] | None = None,
-    steps: int | None = None,
-    batch_size: int | None = None,
-    learning_rate: float | None = None,
-    weight_decay: float | None = None,
-    full_resolution: float | None = None,
-    find_phases: bool | None = None,
-    init: Path | str | None = None,
-    devices: int = 1,
-    nodes: int = 1,
+    **settings: Any,
 ) -> Run:
     """Train a model on a dataset. The same call again resumes an interrupted run, or loads a finished one.
 
@@ -66,17 +61,8 @@ def train(
             spectra; ``blocked``: every fourth block of ten consecutive spectra.
         seed: seed of the split, the initial weights and the order of the spectra.
         options: options of the model that differ from its defaults, e.g. {"primitives": 250} or {"bypass": ["bst"]}.
-        steps: number of optimiser steps; None, here and below: the model's own. A model fitted in closed form takes
-            none of these.
-        batch_size: number of spectra per step.
-        learning_rate: learning rate of AdamW.
-        weight_decay: weight decay of AdamW.
-        full_resolution: share of the steps, the last ones, that look at every pixel of a spectrum; those before look at
-            a few that hold the array's band, and are many times faster.
-        find_phases: where only pictures are known, find the responses behind them for models that learn from responses.
-        init: folder of a finished run of the same model whose weights training starts from; None: random weights.
-        devices: number of GPUs per machine; without a GPU, number of processes.
-        nodes: number of machines; the launcher of the cluster makes this call on each.
+            None, here and below: the model's own. A model fitted in closed form takes no settings of steps.
+        **settings: those of ``Processes`` and ``Steps``.
 
     Returns:
         The trained run.
@@ -93,16 +79,10 @@ def train(
     (1, 16)
     """
     entry = model_entry(model)
-    given = {
-        "steps": steps,
-        "batch_size": batch_size,
-        "learning_rate": learning_rate,
-        "weight_decay": weight_decay,
-        "full_resolution": full_resolution,
-        "find_phases": find_phases,
-        "init": None if init is None else str(Path(init).resolve()),
-    }
-    by_steps: Any = {name: value for name, value in given.items() if value is not None}
+    processes, given = taken(settings, Processes, optional(Steps))
+    by_steps = changed(given)
+    if by_steps.get("init") is not None:
+        by_steps["init"] = str(Path(by_steps["init"]).resolve())
     if entry.by_steps is None and by_steps:
         raise ParameterError(next(iter(by_steps)), f"expected a model trained by steps, found {model}")
     folder = dataset.folder if isinstance(dataset, Dataset) else Path(dataset)
@@ -115,15 +95,14 @@ def train(
         options=dict(options or {}),
         by_steps=entry.by_steps and replace(entry.by_steps, **by_steps),
     )
-    train_run(config, Path(output), devices, nodes, dataset if isinstance(dataset, Dataset) else None)
+    train_run(config, Path(output), processes, dataset if isinstance(dataset, Dataset) else None)
     return load_run(Path(output))
 
 
 def train_run(
     config: Config,
     folder: Path,
-    devices: int = 1,
-    nodes: int = 1,
+    processes: Processes = Processes(),
     dataset: Dataset | None = None,
     learned: Learned | None = None,
 ) -> None:
@@ -134,8 +113,7 @@ def train_run(
     Args:
         config: settings of the run.
         folder: the run folder.
-        devices: number of GPUs per machine; without a GPU, number of processes. Lightning starts one process for each.
-        nodes: number of machines; the launcher of the cluster starts this program on each.
+        processes: where it runs; Lightning starts a process for each device of this machine.
         dataset: the dataset of ``config`` if it has been read already; None: it is read.
         learned: what ``learned_responses`` found for this training; None: it is called.
 
@@ -144,7 +122,7 @@ def train_run(
         InputError: the dataset is not valid or has too few spectra for the split, or the folder holds other files or
             a run with other settings, or another process writes to it.
     """
-    _check(config, devices, nodes)
+    _check(config, processes)
     dataset = dataset or read_dataset(config.dataset)
     parts = split(dataset, config.split, config.split_seed, config.train_size)
     own: Any = (folder, "run", "config.json", config.settings(), lambda path: read_config(path.parent)[0].settings())
@@ -152,16 +130,16 @@ def train_run(
     if (folder / "weights.safetensors").exists():
         return
     if getattr(rank_zero_only, "rank", 0) != 0:  # only the first of several processes claims the folder and writes
-        _train(config, folder, devices, nodes, dataset, parts, learned)
+        _train(config, folder, processes, dataset, parts, learned)
         return
     with own_folder(*own):
         if not (folder / "weights.safetensors").exists():  # another process may have finished the run just now
             write_config(folder, config, dataset.beamformer, parts, dataset.names)
-            _train(config, folder, devices, nodes, dataset, parts, learned)
+            _train(config, folder, processes, dataset, parts, learned)
 
 
 def _train(
-    config: Config, folder: Path, devices: int, nodes: int, dataset: Dataset, parts: Split, learned: Learned | None
+    config: Config, folder: Path, processes: Processes, dataset: Dataset, parts: Split, learned: Learned | None
 ) -> None:
     """Train a run that is not finished, in a folder that holds its settings."""
     L.seed_everything(config.seed, verbose=False)
@@ -174,10 +152,10 @@ def _train(
     learned = learned or learned_responses(model, dataset, parts, config.by_steps)
     spectra = Spectra(dataset, parts, config.by_steps.batch_size, config.seed, learned.responses)
     pixels = quadrature(dataset.beamformer)
-    train_by_steps(model, spectra, config.by_steps, pixels, folder, devices, nodes, learned.seconds)
+    train_by_steps(model, spectra, config.by_steps, pixels, folder, processes, learned.seconds)
 
 
-def _check(config: Config, devices: int, nodes: int) -> None:
+def _check(config: Config, processes: Processes) -> None:
     """Check numbers and the model's options, before any folder is made.
 
     Raises:
@@ -190,12 +168,12 @@ def _check(config: Config, devices: int, nodes: int) -> None:
     require_seed(seed=config.seed, split_seed=config.split_seed)
     if config.train_size is not None:
         require_whole(1, MOST_POSITIONS, train_size=config.train_size)
-    require_whole(1, torch.cuda.device_count() or max(PROCESSES_LEAST, os.cpu_count() or 1), devices=devices)
-    require_whole(1, NODES_MOST, nodes=nodes)
-    if config.by_steps is not None and config.by_steps.batch_size % (devices * nodes):
+    require_whole(1, torch.cuda.device_count() or max(PROCESSES_LEAST, os.cpu_count() or 1), devices=processes.devices)
+    require_whole(1, NODES_MOST, nodes=processes.nodes)
+    if config.by_steps is not None and config.by_steps.batch_size % processes.count:
         raise ParameterError(
             "batch_size",
-            f"expected a multiple of the {devices * nodes} devices, found {config.by_steps.batch_size}",
+            f"expected a multiple of the {processes.count} devices, found {config.by_steps.batch_size}",
         )
 
 

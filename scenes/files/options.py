@@ -6,6 +6,7 @@ The dataclass has each option's type, default, range (``__post_init__``) and, un
 from __future__ import annotations
 
 import inspect
+import re
 from collections import ChainMap
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, fields, is_dataclass, make_dataclass
@@ -13,6 +14,9 @@ from functools import cache
 from typing import Annotated, Any, TypeVar, get_type_hints
 
 from scenes.files.errors import ParameterError, did_you_mean, shown
+
+PLACE = re.compile(r"^        \*\*\w+:.*(\n            .*)*", re.MULTILINE)
+"""The ``**options`` among the arguments of a docstring."""
 
 F = TypeVar("F", bound=Callable[..., Any])
 T = TypeVar("T")
@@ -81,12 +85,12 @@ def takes(*kinds: type) -> Callable[[F], F]:
                 if each.name not in named:  # such as the function names itself, to take it by place
                     kind_of = inspect.Parameter.KEYWORD_ONLY
                     shown_options.append(
-                        inspect.Parameter(each.name, kind_of, default=_default(each), annotation=each.type)
+                        inspect.Parameter(each.name, kind_of, default=default_of(each), annotation=each.type)
                     )
-                lines.append(f"        {each.name}: {descriptions[each.name]}")
+                described_once = descriptions[each.name].replace("\n", "\n" + " " * 12)
+                lines.append(f"{' ' * 8}{each.name}: {described_once}")
         function.__signature__ = signature.replace(parameters=[*own, *shown_options])  # type: ignore[attr-defined]
-        before, _, after = (function.__doc__ or "").partition("        **options:")
-        function.__doc__ = before + "\n".join(lines) + "\n" + after.partition("\n")[2]
+        function.__doc__ = PLACE.sub(lambda _: "\n".join(lines), function.__doc__ or "")
         return function
 
     return show
@@ -118,6 +122,26 @@ def unchecked(options: type[T]) -> type[T]:
     )
 
 
+@cache
+def optional(options: type) -> Any:
+    """The dataclass without checks and with None for the default of each option, which then has one that depends.
+
+    Switches keep their defaults, so that the command line has --NAME and --no-NAME for them.
+
+    Args:
+        options: the dataclass.
+    """
+    hints = get_type_hints(options, include_extras=True)
+    return make_dataclass(
+        options.__name__,
+        [(each.name, hints[each.name] | None, None) for each in fields(options) if hints[each.name] is not bool],
+        bases=(options,),
+        namespace={"__post_init__": lambda self: None, "__doc__": None, "__module__": options.__module__},
+        frozen=True,
+        kw_only=True,
+    )
+
+
 def checked(options: type[T], values: Any) -> T:
     """An instance of the dataclass from one that ``unchecked`` made.
 
@@ -137,7 +161,9 @@ def changed(values: Any) -> dict[str, Any]:
     >>> changed(Drawing()), changed(Drawing(width=4))
     ({}, {'width': 4})
     """
-    differing = {each.name: value for each in fields(values) if (value := getattr(values, each.name)) != _default(each)}
+    differing = {
+        each.name: value for each in fields(values) if (value := getattr(values, each.name)) != default_of(each)
+    }
     inner = [changed(value) for value in differing.values() if is_dataclass(value)]
     return {name: value for name, value in differing.items() if not is_dataclass(value)} | dict(ChainMap(*inner))
 
@@ -148,7 +174,8 @@ def _nested(options: type) -> dict[str, type]:
     return {each.name: hints[each.name] for each in fields(options) if is_dataclass(hints[each.name])}
 
 
-def _default(option: Field) -> Any:
+def default_of(option: Field) -> Any:
+    """The default of a dataclass's field; ``inspect.Parameter.empty``: it has none."""
     if option.default is not MISSING:
         return option.default
     return option.default_factory() if option.default_factory is not MISSING else inspect.Parameter.empty

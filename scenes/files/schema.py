@@ -8,7 +8,7 @@ from __future__ import annotations
 import functools
 import re
 from collections.abc import Iterable
-from dataclasses import MISSING, field, make_dataclass
+from dataclasses import MISSING, field, fields, make_dataclass
 from typing import Annotated, Any, TypeVar
 
 import msgspec
@@ -20,6 +20,9 @@ T = TypeVar("T")
 
 Count = Annotated[int, Meta(ge=0)]
 Positive = Annotated[float, Meta(gt=0)]
+
+LATER = {"later": True}
+"""Metadata of a field that files of an older version do not have."""
 
 WORDS = {
     "float": "a number",
@@ -39,7 +42,7 @@ _type_info = functools.cache(inspect.type_info)
 BOUNDS = {">=": "of at least", "<=": "of at most", ">": "above", "<": "below"}
 
 
-def conform(value: object, schema: type[T], source: str, numbers_as_text: bool = False) -> T:
+def conform(value: object, schema: type[T], source: str, numbers_as_text: bool = False, complete: bool = False) -> T:
     """The value as an instance of a schema.
 
     Args:
@@ -47,6 +50,7 @@ def conform(value: object, schema: type[T], source: str, numbers_as_text: bool =
         schema: a subclass of ``msgspec.Struct``, or a dataclass, which takes no keys but those of its fields.
         source: the start of the message: the file's name.
         numbers_as_text: also take numbers that are texts; YAML 1.1 reads 1e-3, without a point, as a text.
+        complete: dataclasses need a key for each field, but for those that are marked ``LATER``.
 
     Raises:
         InputError: a key is missing or unknown, or a value has another type or is out of its range.
@@ -62,7 +66,7 @@ def conform(value: object, schema: type[T], source: str, numbers_as_text: bool =
     kind = _type_info(schema)  # type: ignore[arg-type]
     try:
         result = msgspec.convert(value, schema, strict=not numbers_as_text)
-        _refuse_unknown(value, kind, source)
+        _check_keys(value, kind, source, complete)
         return result
     except msgspec.ValidationError as error:
         cause = error.__cause__
@@ -84,16 +88,20 @@ def _place(source: str, keys: list[str | int]) -> str:
     return f"{source}: {where}{': ' if where else ''}"
 
 
-def _refuse_unknown(value: Any, kind: inspect.Type, source: str, keys: tuple[str, ...] = ()) -> None:
-    """Refuse keys that a dataclass does not have, which msgspec passes over."""
+def _check_keys(value: Any, kind: inspect.Type, source: str, complete: bool, keys: tuple[str, ...] = ()) -> None:
+    """Refuse keys that a dataclass does not have, or, to be complete, lacks; msgspec passes over both."""
     if isinstance(kind, inspect.UnionType):
         kind = next((each for each in kind.types if isinstance(each, RECORDS)), kind)
     if not isinstance(kind, RECORDS) or not isinstance(value, dict):
         return
     known = {each.encode_name: each.type for each in kind.fields}
+    if complete and isinstance(kind, inspect.DataclassType):
+        for each in fields(kind.cls):
+            if each.name not in value and each.metadata != LATER:
+                raise InputError(f"{_place(source, list(keys))}expected the key {each.name}, found none")
     for key, inner in value.items():
         if key in known:
-            _refuse_unknown(inner, known[key], source, (*keys, key))
+            _check_keys(inner, known[key], source, complete, (*keys, key))
         elif isinstance(kind, inspect.DataclassType):
             raise InputError(
                 f"{_place(source, list(keys))}expected a known key, found {shown(key)}; {did_you_mean(key, known)}"

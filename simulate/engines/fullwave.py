@@ -39,7 +39,7 @@ class Solver:
     Attributes:
         cell: side of the cells in full wave, metres; by default a seventh of the shortest wavelength in a material, at
             most a sixteenth of that in air.
-        solver: ``OURS``, or gprMax and its version.
+        solver: our own, or gprMax and its version; the engine sets it by ``gpu``.
 
     Raises:
         ParameterError: cells outside ``CELLS``.

@@ -37,7 +37,7 @@ def simulate(
         output: the dataset folder.
         engine: name of the engine, whose options are then given here too, or the engine itself: "rays" (trace rays),
             "fullwave" (solve Maxwell's equations by finite differences), ``Rays(...)`` or ``FullWave(...)``.
-        **options: filled in by ``takes``.
+        **options: those of ``Simulation``, ``Machines`` and the engine.
 
     Returns:
         The dataset, read from the folder.
