@@ -27,7 +27,8 @@ few = bisplat.Propagation(max_depth=0, rays=100)
 """
 
 IN_SIMULATE = """
-simulated = bisplat.simulate("closet", folder, n=2, propagation=module.Propagation(max_depth=0, rays=100, colour="red")).folder
+red = module.Propagation(max_depth=0, rays=100, colour="red")
+simulated = bisplat.simulate("closet", folder, n=2, propagation=red).folder
 assert json.loads((simulated / "metadata.json").read_text())["propagation"]["colour"] == "red"
 bisplat.simulate(simulated, folder)  # by what it records
 """
