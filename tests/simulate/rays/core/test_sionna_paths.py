@@ -104,6 +104,7 @@ def test_responses_do_not_depend_on_the_order_of_positions(room_tracer, room_pos
     assert (room_tracer.responses(room_positions[order]) == room_responses[order]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mechanism", ["diffuse", "diffraction"])
 def test_shooting_agrees_with_chains_where_nothing_scatters(
     mechanism, room, room_positions, room_responses, two_bounces
