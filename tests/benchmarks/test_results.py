@@ -57,6 +57,7 @@ def test_only_the_section_of_a_run_changes(make_page, docs, tmp_path):
     assert first == {name: (docs / name).read_bytes() for name in first}
 
 
+@pytest.mark.benchmark
 def test_folder_of_an_experiment_is_read(make_page, docs, tmp_path):
     folder = tmp_path / "runs" / "sweep-closet"
     folder.mkdir()

@@ -353,16 +353,6 @@ def test_split_that_needs_more_spectra_is_one_sentence(command, write_folder, tm
     assert_one_sentence(err, folder, "blocked", "found 9")
 
 
-@pytest.mark.parametrize(
-    ("option", "value"),
-    [("--steps", "0"), ("--batch-size", "-1"), ("--learning-rate", "0"), ("--weight-decay", "-1")],
-)
-def test_number_out_of_range_is_one_sentence(command, tiny, tmp_path, option, value):
-    status, _, err = command("train", tiny, "-o", tmp_path / "run", "--model", "mlp", option, value)
-    assert status in (1, 2)
-    assert_one_sentence(err, option, value)
-
-
 def test_steps_of_a_model_that_takes_none_are_refused(command, tiny, tmp_path):
     status, _, err = command("train", tiny, "-o", tmp_path / "run", "--steps", "100")
     assert status == 1 and not (tmp_path / "run").exists()

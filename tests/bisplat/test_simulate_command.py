@@ -1,5 +1,6 @@
 """``bisplat simulate`` as a user types it: several gateways, a receiver's errors, a folder made once more."""
 
+import re
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -82,41 +83,17 @@ def test_positions_in_millimetres_are_a_warning(two_gateways, tmp_path, capsys):
 
 def test_old_and_new_spellings_of_the_options_are_the_same(two_gateways, tmp_path):
     common = [*DIRECT, "--no-specular", "--rays", "500"]
-    old = ["-n", "3", "--snr", "12", "--gain-error", "1", "--phase-error", "2", "--phase-noise", "3"]
-    new = [
-        "--spectra",
-        "3",
-        "--snr-db",
-        "12",
-        "--gain-error-db",
-        "1",
-        "--phase-error-deg",
-        "2",
-        "--phase-noise-deg",
-        "3",
-    ]
+    old = "-n 3 --snr 12 --gain-error 1 --phase-error 2 --phase-noise 3".split()
+    new = "--spectra 3 --snr-db 12 --gain-error-db 1 --phase-error-deg 2 --phase-noise-deg 3".split()
     for name, options in (("old", old), ("new", new)):
         simulate(two_gateways, tmp_path / name, *common, *options)
     assert contents(tmp_path / "old") == contents(tmp_path / "new")
 
 
-@pytest.mark.parametrize(
-    ("option", "value", "sentence"),
-    [
-        ("--workers", "0", "--workers: expected a whole number of at least 1, found 0"),
-        ("-n", "1", "-n: expected a whole number of at least 2, found 1"),
-        ("--snr", "nan", "--snr-db: expected an SNR in dB from -200 to 200, found nan"),
-        (
-            "--phase-noise",
-            "-1",
-            "--phase-noise-deg: expected a standard deviation in degrees from 0 to 360, found -1.0",
-        ),
-        ("--max-depth", "-1", "--max-depth: expected a whole number of at least 0, found -1"),
-        ("--seed", "-1", "--seed: expected a whole number of at least 0, found -1"),
-    ],
-)
-def test_bad_value_is_one_sentence_that_names_the_option(option, value, sentence, two_gateways, tmp_path, capsys):
+@pytest.mark.parametrize(("option", "value", "name"), [("-n", "1", "-n"), ("--snr", "nan", "--snr-db")])
+def test_bad_value_is_one_sentence_that_names_the_option(option, value, name, two_gateways, tmp_path, capsys):
+    """test_options.py has the other options; an old spelling is told as the new one."""
     with pytest.raises(SystemExit) as end:
         simulate(two_gateways, tmp_path / "out", option, value)
     assert end.value.code == 1
-    assert capsys.readouterr().err.startswith(f"bisplat: {sentence} (")
+    assert re.fullmatch(rf"bisplat: {name}: expected .*, found {value} \(.*\n", capsys.readouterr().err)

@@ -48,6 +48,7 @@ def test_new_places_are_in_the_box_of_the_training_positions(run, hall):
     assert result.correlation.shape == (12,) and result.correlation.max() <= 1
 
 
+@pytest.mark.slow
 def test_report_is_written_apart_from_the_comparison(run, hall, tmp_path):
     before = sorted(path.name for path in run.iterdir())
     result = crossvalidate(load_run(run), hall, 4, 5, Known())

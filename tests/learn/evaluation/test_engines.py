@@ -114,6 +114,7 @@ def test_run_on_full_wave_is_validated_by_the_stored_field(floor_scene, full_wav
     assert np.median(fresh.correlation) > 0.99
 
 
+@pytest.mark.slow
 def test_run_on_rays_is_validated_by_full_wave_if_asked(floor_scene, full_wave, tmp_path, monkeypatch):
     dipoles = replace(
         floor_scene,

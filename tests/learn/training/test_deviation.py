@@ -50,6 +50,7 @@ def test_a_run_states_the_deviation_of_its_validation(run):
     assert kept["growth"] == 0 and kept["constant"] > LEAST
 
 
+@pytest.mark.slow
 def test_evaluation_shows_how_often_the_intervals_hold(run, tmp_path, no_ceiling):
     evaluation = evaluate(run)
     write_evaluation(evaluation, tmp_path)

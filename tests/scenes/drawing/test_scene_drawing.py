@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import imread
 from matplotlib.patches import Rectangle
 
+from scenes.checks import depth_buffer
 from scenes.checks.enclosure import ceiling_height
 from scenes.drawing.floor_plan import draw_plan
 from scenes.drawing.perspective import draw_view
@@ -18,6 +19,12 @@ from scenes.scene.description import SceneObject, Transmitter
 from scenes.scene.materials import p2040_material
 from scenes.scene.shapes import box, rotate, sheet, union
 from scenes.storage.scene_yaml import load_scene
+
+
+@pytest.fixture(autouse=True)
+def little_memory(monkeypatch):
+    """Fewer pairs of triangles and pixels at once, which changes no picture."""
+    monkeypatch.setattr(depth_buffer, "PAIRS", 400_000)
 
 
 def colored(image, color):

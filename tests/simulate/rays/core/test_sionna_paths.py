@@ -104,16 +104,17 @@ def test_responses_do_not_depend_on_the_order_of_positions(room_tracer, room_pos
     assert (room_tracer.responses(room_positions[order]) == room_responses[order]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mechanism", ["diffuse", "diffraction"])
 def test_shooting_agrees_with_chains_where_nothing_scatters(
     mechanism, room, room_positions, room_responses, two_bounces
 ):
     """Smooth materials and sheets without wedges: the other mechanisms add nothing."""
-    propagation = replace(two_bounces, rays=20_000, sionna=True, **{mechanism: True})
+    propagation = replace(two_bounces, rays=50_000, sionna=True, **{mechanism: True})
     tracer = Tracer(room, propagation)
     assert tracer.method == "shooting"
     found = tracer.responses(room_positions[:2])
-    assert np.abs(found - room_responses[:2]).max() < 1e-3 * np.abs(room_responses[:3]).max()
+    assert np.abs(found - room_responses[:2]).max() < 1e-3 * np.abs(room_responses[:2]).max()
 
 
 def test_too_many_rays_to_shoot_are_refused_with_the_most_that_fit(room):
