@@ -30,8 +30,7 @@ from learn.data.splits import BLOCK, EVERY, split
 from learn.models.kriged_field import KrigedField
 from learn.training.run_folder import predict
 from simulate.dataset.dataset_folder import Dataset, read_dataset
-from simulate.spectra.evenly import evenly
-from simulate.spectra.spectrum import spectrum_of
+from simulate.spectra.spectrum import evenly, spectrum_of
 
 MOST_TESTED = 300
 """Largest number of test spectra of the simulated dataset, evenly spread over its test part."""

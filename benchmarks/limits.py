@@ -30,8 +30,7 @@ from learn.data.metrics import ssim
 from learn.data.splits import SplitKind, split
 from learn.models.kriged_field import KrigedField
 from simulate.dataset.dataset_folder import Dataset, read_dataset
-from simulate.spectra.evenly import evenly
-from simulate.spectra.spectrum import spectrum_of
+from simulate.spectra.spectrum import evenly, spectrum_of
 
 NEAREST = 1, 2, 3, 4, 8, 16, 32
 """Numbers of nearest pictures that are weighted."""

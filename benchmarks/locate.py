@@ -31,7 +31,7 @@ from learn.training.run_folder import Run
 from scenes.scene.description import Gateway, facing
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.engines.rays import Rays, seed_of_rays
+from simulate.engines.rays_engine import Rays, seed_of_rays
 from simulate.generation.simulation import simulate
 
 SECOND = Gateway((2.4, 5.6, 2.0), facing((0.1, -1.0, -0.2)), pattern="tr38901")

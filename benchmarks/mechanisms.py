@@ -32,14 +32,13 @@ from scenes.places.bedroom import bedroom
 from scenes.places.closet import closet
 from scenes.places.workshop import workshop
 from simulate.dataset.dataset_folder import Dataset
-from simulate.engines.fullwave import FIELD
+from simulate.engines.fullwave_engine import FIELD
 from simulate.fullwave.stored_field import read_stored_field
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.diffraction.links import NO_LINKS
 from simulate.rays.tracer import Tracer
-from simulate.spectra.evenly import evenly
-from simulate.spectra.spectrum import picture, spectrum_of
+from simulate.spectra.spectrum import evenly, picture, spectrum_of
 
 ROOMS = {"closet": closet, "workshop": workshop, "bedroom": bedroom}
 CELL = 0.02

@@ -20,7 +20,7 @@ from report.smallest_room import smallest_room
 from learn.data.metrics import ssim
 from learn.evaluation.engines import scene_for_rays
 from simulate.dataset.dataset_folder import Dataset, read_dataset
-from simulate.engines.fullwave import FIELD
+from simulate.engines.fullwave_engine import FIELD
 from simulate.fullwave.stored_field import read_stored_field
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation

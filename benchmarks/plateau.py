@@ -25,8 +25,7 @@ from learn.baselines.neighbours import inverse_distance, nearest
 from learn.data.metrics import ssim
 from learn.data.splits import split
 from simulate.dataset.dataset_folder import Dataset, read_dataset
-from simulate.spectra.evenly import evenly
-from simulate.spectra.spectrum import spectrum_of
+from simulate.spectra.spectrum import evenly, spectrum_of
 
 TESTED = 300
 """Largest number of test spectra, evenly spread."""

@@ -97,7 +97,7 @@ def draw(path: Path, smallest: bool) -> None:
     """Draw the time of a forward and backward pass against the number of primitives and the spectra at a time."""
     import matplotlib.pyplot as plt
 
-    from learn.reports.log_axis import label_log_axis
+    from learn.reports.plots import label_log_axis
 
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4), layout="constrained", sharey=True)
     several = [

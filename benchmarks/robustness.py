@@ -33,8 +33,7 @@ from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation
-from simulate.spectra.evenly import evenly
-from simulate.spectra.spectrum import spectrum_of
+from simulate.spectra.spectrum import evenly, spectrum_of
 
 MOST_TESTED = 100
 SIZES = {"measured": (20, 40, None), "lab": (20, 50, 200, 1000, 4000), "place": (48, 100, 200)}

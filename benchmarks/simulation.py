@@ -103,7 +103,7 @@ def draw(sizes: list[int], ours: list[float], loop: float, path: Path) -> None:
     """Draw the seconds of both against the number of transmitter positions."""
     import matplotlib.pyplot as plt
 
-    from learn.reports.log_axis import label_log_axis
+    from learn.reports.plots import label_log_axis
 
     figure, axes = plt.subplots(figsize=(5.5, 4), layout="constrained")
     axes.loglog(sizes, [loop * n for n in sizes], "s--", label="one PathSolver call each, 10⁶ rays (extrapolated)")

@@ -36,8 +36,8 @@ from scenes.storage.scene_yaml import load_scene as load_scene
 from scenes.storage.scene_yaml import write_scene as write_scene
 from simulate.dataset.dataset_folder import Dataset as Dataset
 from simulate.dataset.dataset_folder import read_dataset as read_dataset
-from simulate.engines.fullwave import FullWave as FullWave
-from simulate.engines.rays import Rays as Rays
+from simulate.engines.fullwave_engine import FullWave as FullWave
+from simulate.engines.rays_engine import Rays as Rays
 from simulate.exchange.deepmimo.deepmimo_export import export_deepmimo as export_deepmimo
 from simulate.exchange.hdf5_export import export_hdf5 as export_hdf5
 from simulate.generation.simulation import simulate as simulate

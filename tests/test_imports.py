@@ -1,37 +1,62 @@
-"""Imports run one way: learn -> simulate -> scenes, and in learn/ in no circle."""
+"""Imports run one way: learn -> simulate -> scenes, and between files and between folders in no circle."""
 
 import ast
+import re
 from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
 
 ROOT = Path(__file__).parents[1]
-MODULES = {".".join(path.relative_to(ROOT).with_suffix("").parts): path for path in ROOT.glob("learn/**/*.py")}
+PACKAGES = ("scenes", "simulate", "learn")
+FILES = [path.relative_to(ROOT) for package in PACKAGES for path in sorted((ROOT / package).rglob("*.py"))]
+MODULES = {".".join(path.with_suffix("").parts).removesuffix(".__init__"): path for path in FILES}
+FOLDERS = sorted({path.parent for path in FILES})
+
+NAMED = re.compile(rf"(?:{'|'.join(PACKAGES)})(?:\.\w+)+")
+"""A module in a string, such as "learn.models.mlp:ResponseMLP"."""
 
 
 def imported(path: Path) -> set[str]:
-    """Names of the modules a file imports, anywhere in it."""
+    """The modules of ours that a file imports, anywhere in it, or names in a string that is no docstring."""
+    tree = ast.parse((ROOT / path).read_text())
+    texts = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
     names = set()
-    for node in ast.walk(ast.parse(path.read_text())):
+    for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and node.module:
             names |= {node.module} | {f"{node.module}.{each.name}" for each in node.names}
         elif isinstance(node, ast.Import):
             names |= {each.name for each in node.names}
-    return names
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in texts:
+            names |= {each for each in NAMED.findall(node.value) if node.value.split(":")[0] == each}
+    return names & MODULES.keys()
 
 
-@pytest.mark.parametrize("depth", [2, None], ids=["packages", "modules"])
-def test_learn_has_no_import_circle(depth):
+def folder(module: str) -> str:
+    return ".".join(MODULES[module].parent.parts)
+
+
+@pytest.mark.parametrize("of", [folder, str], ids=["folders", "files"])
+def test_there_is_no_import_circle(of):
     graph: dict[str, set[str]] = {}
     for name, path in MODULES.items():
-        importer = ".".join(name.split(".")[:depth])
-        found = {".".join(each.split(".")[:depth]) for each in imported(path) & MODULES.keys()}
-        graph.setdefault(importer, set()).update(found - {importer})
+        graph.setdefault(of(name), set()).update({of(each) for each in imported(path)} - {of(name)})
     assert list(TopologicalSorter(graph).static_order())  # raises CycleError where there is one
 
 
-@pytest.mark.parametrize(("package", "unknown"), [("scenes", ("simulate", "learn")), ("simulate", ("learn",))])
-def test_no_package_imports_one_above_it(package, unknown):
-    for path in (ROOT / package).rglob("*.py"):
-        assert not [name for name in imported(path) if name.split(".")[0] in unknown], path
+@pytest.mark.parametrize(("package", "above"), [("scenes", ("simulate", "learn")), ("simulate", ("learn",))])
+def test_no_package_imports_one_above_it(package, above):
+    for path in FILES:
+        if path.parts[0] == package:
+            assert not [name for name in imported(path) if name.split(".")[0] in above], path
+
+
+@pytest.mark.parametrize("path", FOLDERS, ids=str)
+def test_each_folder_says_what_belongs_in_it(path):
+    if path.name != "templates":
+        assert ast.get_docstring(ast.parse((ROOT / path / "__init__.py").read_text()))
+
+
+def test_no_two_files_have_the_same_name():
+    names = [path.name for path in FILES if path.name != "__init__.py"]
+    assert len(names) == len(set(names)), sorted({name for name in names if names.count(name) > 1})

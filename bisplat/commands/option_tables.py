@@ -15,7 +15,7 @@ from learn.models.steps import Processes, Steps
 from scenes.files.options import default_of, described
 from scenes.scene.tolerances import Tolerances
 from simulate.engines.engine import Machines
-from simulate.engines.table import ENGINES
+from simulate.engines.engine_table import ENGINES
 from simulate.exchange.conversion import Conversion
 from simulate.generation.simulation_options import Simulation
 

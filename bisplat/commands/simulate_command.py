@@ -12,7 +12,7 @@ from scenes.files.errors import printable
 from scenes.files.options import changed, checked, unchecked
 from scenes.files.plain_text import say
 from simulate.engines.engine import Machines
-from simulate.engines.table import ENGINES
+from simulate.engines.engine_table import ENGINES
 from simulate.generation.simulation_options import Simulation
 
 if TYPE_CHECKING:

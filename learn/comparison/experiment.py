@@ -32,8 +32,7 @@ from scenes.files.plain_text import say
 from scenes.files.schema import conform
 from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.positions.given_positions import MOST_POSITIONS
-from simulate.spectra.evenly import evenly
-from simulate.spectra.spectrum import spectrum_of
+from simulate.spectra.spectrum import evenly, spectrum_of
 
 LARGEST_RESULTS = 64 * MEGABYTE
 """Bytes of results.jsonl; a row takes about 400."""

@@ -18,9 +18,9 @@ from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.engines.engine import Engine, Machines, ResponseSource, Setting
-from simulate.engines.fullwave import FullWave
-from simulate.engines.rays import Rays, seed_of_rays
-from simulate.engines.table import engine_class, engine_of
+from simulate.engines.engine_table import engine_class, engine_of
+from simulate.engines.fullwave_engine import FullWave
+from simulate.engines.rays_engine import Rays, seed_of_rays
 from simulate.generation.simulation import simulate
 from simulate.generation.simulation_options import LEAST_SPECTRA
 from simulate.positions.given_positions import MOST_POSITIONS

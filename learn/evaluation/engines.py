@@ -17,8 +17,7 @@ from scenes.storage.scene_yaml import read_scene
 from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.positions.given_positions import MOST_POSITIONS
 from simulate.rays.core.propagation import Propagation
-from simulate.spectra.evenly import evenly
-from simulate.spectra.spectrum import picture, spectrum_of
+from simulate.spectra.spectrum import evenly, picture, spectrum_of
 
 
 @dataclass(frozen=True)

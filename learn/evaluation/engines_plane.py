@@ -10,7 +10,7 @@ from jaxtyping import Complex, Float, Int
 
 from learn.evaluation.engines import scene_for_rays
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.engines.fullwave import FIELD
+from simulate.engines.fullwave_engine import FIELD
 from simulate.fullwave.stored_field import read_stored_field
 from simulate.rays.core.propagation import Propagation
 

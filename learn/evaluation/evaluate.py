@@ -17,8 +17,7 @@ from learn.training.deviation import NORMAL, pixel_errors
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import InputError
 from simulate.dataset.dataset_folder import Dataset, read_dataset, read_index
-from simulate.spectra.evenly import evenly
-from simulate.spectra.spectrum import spectrum_of
+from simulate.spectra.spectrum import evenly, spectrum_of
 
 JSON_NAMES = {
     "mean-picture": "mean_picture",

@@ -10,8 +10,7 @@ from scipy.spatial import cKDTree
 
 from learn.data.metrics import ssim_of_each
 from simulate.dataset.dataset_folder import Dataset
-from simulate.spectra.evenly import evenly
-from simulate.spectra.spectrum import spectrum_of
+from simulate.spectra.spectrum import evenly, spectrum_of
 
 LEAKING_SSIM = 0.9
 """A split leaks if the SSIM of a test spectrum and its nearest training spectrum has at least this median."""

@@ -16,7 +16,7 @@ from learn.models.base import Report
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import InputError
 from simulate.dataset.dataset_folder import Dataset
-from simulate.spectra.evenly import evenly
+from simulate.spectra.spectrum import evenly
 
 LOCATED = 200
 """Largest number of test transmitters that are located; they are evenly spread."""

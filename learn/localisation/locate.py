@@ -16,7 +16,7 @@ from learn.models.base import Report
 from learn.models.geometry import grid_in
 from learn.training.run_folder import Run
 from scenes.files.errors import InputError
-from simulate.spectra.evenly import evenly
+from simulate.spectra.spectrum import evenly
 
 SPACING = 0.125
 """Wavelengths between the grid's points: the fingerprints turn around within a quarter."""

@@ -21,8 +21,7 @@ from learn.models.stacking import best_weights, by_distance, left_out_by_distanc
 from simulate.dataset.dataset_folder import Dataset
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.evenly import evenly
-from simulate.spectra.spectrum import spectrum_of
+from simulate.spectra.spectrum import evenly, spectrum_of
 
 WAYS = {
     "responses": "kriging of responses",

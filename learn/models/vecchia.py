@@ -14,7 +14,7 @@ from threadpoolctl import threadpool_limits
 from torch import Tensor
 
 from learn.models.geometry import distances
-from simulate.spectra.evenly import evenly
+from simulate.spectra.spectrum import evenly
 
 FITTED_ON = 200
 """Number of terms of the likelihood, evenly spread over the known positions in random order."""

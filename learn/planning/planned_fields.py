@@ -20,7 +20,7 @@ from learn.training.run_folder import Run
 from scenes.scene.description import Scene
 from simulate.dataset.dataset_folder import Dataset
 from simulate.rays.core.propagation import Propagation
-from simulate.spectra.evenly import evenly
+from simulate.spectra.spectrum import evenly
 
 TRACED = 300
 """Number of positions that a scene is traced at, to fit the covariance of its field."""

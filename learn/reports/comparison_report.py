@@ -10,7 +10,7 @@ from learn.comparison.table import Comparison
 from learn.reports.figures import draw_ssim_distribution, save
 from learn.reports.html_page import SCORE_COLUMNS, embedded, write_page
 from learn.reports.learning_curves import draw_learning_curves
-from learn.reports.log_axis import label_log_axis
+from learn.reports.plots import label_log_axis
 from scenes.files.plain_text import in_figure
 
 COST_COLUMNS = {

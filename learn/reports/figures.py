@@ -11,8 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import StrMethodFormatter
 from scipy.stats import norm
 
-from learn.reports.colours import MAGNITUDE
-from learn.reports.plots import plot_cdf, plot_polar, plot_spectrum
+from learn.reports.plots import MAGNITUDE, plot_cdf, plot_polar, plot_spectrum
 from scenes.files.atomic import write_atomically
 from simulate.spectra.angular_grid import AngularGrid
 

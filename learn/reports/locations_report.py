@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from learn.evaluation.locations import Locations
 from learn.localisation.places_file import write_places
 from learn.reports.figures import save
-from learn.reports.log_axis import label_log_axis
+from learn.reports.plots import label_log_axis
 from scenes.files.atomic import write_atomically
 
 

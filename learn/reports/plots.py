@@ -14,15 +14,23 @@ import numpy as np
 from jaxtyping import Float
 from matplotlib import colormaps
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.patheffects import withStroke
 from matplotlib.projections.polar import PolarAxes
+from matplotlib.ticker import Locator, LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
 
 from learn.baselines.array_ceiling import CEILING, shown_name
-from learn.reports.colours import DIFFERENCE, MAGNITUDE
 from scenes.files.errors import ParameterError, shown
 from scenes.files.plain_text import in_figure
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
 from simulate.spectra.spectrum import check_spectra
+
+# The colour maps of figures, reports and the viewer. All are perceptually uniform, and the one for phases is cyclic.
+MAGNITUDE = "viridis"
+DIFFERENCE = "RdBu_r"
+PHASE = "twilight"
+LEAST_DB = -30.0
+"""Lower end of the scale in decibels, dB relative to the spectrum's maximum."""
 
 CEILING_STYLE: dict[str, Any] = {"color": "0.35", "lw": 1.5, "ls": "--"}
 """Line of the array's ceiling, the same in every figure: it is a bound, not a method."""
@@ -186,3 +194,24 @@ def _colours(difference: bool) -> dict[str, Any]:
 
 def _quantity(difference: bool) -> str:
     return "difference" if difference else "normalised magnitude"
+
+
+def label_log_axis(axis: Axis) -> None:
+    """Choose and label the ticks of a logarithmic axis; call it when everything is drawn.
+
+    Matplotlib labels one or two powers of ten on an axis of two decades, and 2×10², 3×10², … on a shorter one.
+
+    Args:
+        axis: the axis, with a logarithmic scale.
+    """
+    low, high = sorted(axis.get_view_interval())
+
+    def ticks(locator: Locator) -> int:
+        return sum(low <= tick <= high for tick in locator.tick_values(low, high))
+
+    if ticks(LogLocator()) > 2:
+        return
+    subdivided = LogLocator(subs=(1, 2, 5))
+    axis.set_major_locator(subdivided if ticks(subdivided) > 2 else MaxNLocator(4, min_n_ticks=2))
+    axis.set_major_formatter(StrMethodFormatter("{x:g}"))
+    axis.set_minor_formatter(NullFormatter())

@@ -15,8 +15,7 @@ from learn.training.lightning_module import Spectra
 from learn.training.run_folder import Run
 from scenes.files.errors import InputError
 from simulate.dataset.dataset_folder import Dataset
-from simulate.spectra.evenly import evenly
-from simulate.spectra.spectrum import spectrum_of
+from simulate.spectra.spectrum import evenly, spectrum_of
 
 
 class Mean(NamedTuple):

@@ -19,8 +19,7 @@ from learn.models.base import SpectrumModel
 from learn.models.quadrature import Quadrature
 from learn.models.steps import Steps
 from simulate.dataset.dataset_folder import Dataset
-from simulate.spectra.evenly import evenly
-from simulate.spectra.spectrum import LARGEST_GREY, spectrum_of
+from simulate.spectra.spectrum import LARGEST_GREY, evenly, spectrum_of
 
 WARM_UP = 0.05
 """Fraction of the steps during which the learning rate rises linearly to its full value."""

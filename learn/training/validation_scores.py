@@ -13,8 +13,7 @@ from learn.training.deviation import Deviation, fit_deviation, pixel_errors
 from learn.training.lightning_module import Spectra
 from learn.training.run_folder import predict, uncertainty
 from simulate.dataset.dataset_folder import Dataset
-from simulate.spectra.evenly import evenly
-from simulate.spectra.spectrum import spectrum_of
+from simulate.spectra.spectrum import evenly, spectrum_of
 
 
 class Validation(NamedTuple):

@@ -24,7 +24,7 @@ from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.positions.given_positions import MOST_POSITIONS
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.array import PlanarArray
-from simulate.spectra.evenly import evenly
+from simulate.spectra.spectrum import evenly
 
 RECORD = "calibration.json"
 

@@ -12,7 +12,7 @@ from scenes.checks.validation import is_valid
 from scenes.scene.unknowns import OF_POSE, Unknown, vary
 from simulate.rays.derivatives import by_turn
 from simulate.rays.tracer import Tracer
-from simulate.spectra.evenly import evenly
+from simulate.spectra.spectrum import evenly
 
 GUESSES = 1000
 """Poses that are tried, the described one among them."""

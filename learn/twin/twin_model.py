@@ -30,8 +30,7 @@ from scenes.scene.unknowns import unknowns, vary
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import Dataset
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.evenly import evenly
-from simulate.spectra.spectrum import spectrum_of
+from simulate.spectra.spectrum import evenly, spectrum_of
 
 if TYPE_CHECKING:
     from learn.twin.gauss_newton import Calibration

@@ -17,7 +17,7 @@ from matplotlib import colormaps
 from matplotlib.font_manager import findfont
 from PIL import Image, ImageDraw, ImageFont
 
-from learn.reports.colours import DIFFERENCE, LEAST_DB, MAGNITUDE, PHASE
+from learn.reports.plots import DIFFERENCE, LEAST_DB, MAGNITUDE, PHASE
 from scenes.files.errors import printable
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
 

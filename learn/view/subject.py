@@ -25,12 +25,11 @@ from scenes.scene.description import SPEED_OF_LIGHT, Gateway, Scene
 from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import NERF2_FREQUENCY, Dataset, read_dataset
-from simulate.engines.rays import Rays, seed_of_rays
+from simulate.engines.rays_engine import Rays, seed_of_rays
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.evenly import evenly
-from simulate.spectra.spectrum import picture, spectrum_of
+from simulate.spectra.spectrum import evenly, picture, spectrum_of
 
 SCORED = 400
 """Largest number of test positions whose SSIM is shown; they are evenly spread over the test part."""

@@ -12,7 +12,7 @@ from viser import ClientHandle, SceneNodeHandle
 
 from learn.localisation.places_file import read_places
 from learn.models.geometry import grid_in
-from learn.reports.colours import MAGNITUDE
+from learn.reports.plots import MAGNITUDE
 from learn.view.chart import Colours, colour_of
 from learn.view.subject import Subject
 from scenes.browser.callbacks import shield

@@ -17,8 +17,8 @@ from scenes.files.input_file import beside
 from scenes.files.json_file import read_json
 from scenes.files.schema import Count, conform, recorded
 from scenes.scene.description import HIGHEST_FREQUENCY, LOWEST_FREQUENCY, MOST_ELEMENTS
-from simulate.engines.rays import Rays
-from simulate.engines.table import ENGINES
+from simulate.engines.engine_table import ENGINES
+from simulate.engines.rays_engine import Rays
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.measurement import Measurement

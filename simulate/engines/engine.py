@@ -1,7 +1,7 @@
 """What an engine is: the interface between a simulation and how its responses are found.
 
 A new engine is a frozen dataclass of its options that extends ``Engine``, in a file of its own, and a line in
-``simulate.engines.table``. Its options are then options of ``bisplat simulate`` and ``bisplat.simulate``, and
+``simulate.engines.engine_table``. Its options are then options of ``bisplat simulate`` and ``bisplat.simulate``, and
 metadata.json records them.
 """
 
@@ -17,7 +17,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from scenes.files.errors import require_whole
-from simulate.cluster.ray_cluster import require_ray
+from simulate.parallel.ray_cluster import require_ray
 
 if TYPE_CHECKING:  # their imports take long, and the help of the command line does not need them
     from rich.progress import Progress

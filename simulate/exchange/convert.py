@@ -18,18 +18,18 @@ from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, ParameterError, require_within, shown
 from scenes.files.input_file import MEGABYTE, read_bytes, read_text
 from scenes.files.output_folder import new_folder
+from scenes.files.progress import progress_bar
 from simulate.dataset.dataset_folder import inspect
 from simulate.dataset.dataset_reader import LARGEST_INDEX, read_gateway
 from simulate.dataset.dataset_writer import encode_picture, write_index, write_metadata, write_positions
 from simulate.dataset.picture_files import is_number, picture_files, read_any_picture
 from simulate.exchange.conversion import Conversion
-from simulate.generation.generate import progress_bar
 from simulate.generation.written_parts import picture_names
 from simulate.positions.given_positions import read_points
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
-from simulate.spectra.evenly import evenly
 from simulate.spectra.identification import identify, larger_array
 from simulate.spectra.lags import EXAMINED
+from simulate.spectra.spectrum import evenly
 
 SIXTEEN_BITS = 257
 """65535 / 255: grey levels of 16 bits per grey level of 8 bits."""

@@ -11,8 +11,8 @@ import h5py
 import numpy as np
 
 from scenes.files.atomic import written_atomically
+from scenes.files.progress import progress_bar
 from simulate.dataset.dataset_folder import NERF2_FREQUENCY, Dataset, read_dataset
-from simulate.generation.generate import progress_bar
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 
 AT_ONCE = 100

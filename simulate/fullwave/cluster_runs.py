@@ -8,11 +8,11 @@ from pathlib import Path
 
 from scenes.files.errors import InputError
 from scenes.scene.description import Scene
-from simulate.cluster.ray_cluster import RETRIES, ray_cluster
 from simulate.fullwave.cells import edge_materials
 from simulate.fullwave.run_plan import Plan
 from simulate.fullwave.solver_runs import groups, run_of
 from simulate.fullwave.stored_field import StoredField
+from simulate.parallel.ray_cluster import RETRIES, ray_cluster
 
 
 def elements_of_cluster(

@@ -15,21 +15,12 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Complex
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    ProgressColumn,
-    Task,
-    TextColumn,
-    TimeRemainingColumn,
-)
-from rich.text import Text
 
 from scenes.files.atomic import sync_folder
 from scenes.files.errors import InputError
 from scenes.files.folder_lock import LOCK, locked
-from scenes.files.plain_text import plain_console, say
+from scenes.files.plain_text import say
+from scenes.files.progress import progress_bar
 from scenes.storage.scene_yaml import write_scene
 from simulate.dataset.dataset_writer import (
     write_gateway,
@@ -168,22 +159,3 @@ def _make_parts(
             parts.write(start, part)
             kept[start] = part.responses
             progress.advance(bar, len(part.responses))
-
-
-class RateColumn(ProgressColumn):
-    """Spectra per second."""
-
-    def render(self, task: Task) -> Text:
-        return Text(f"{task.speed:.1f}/s" if task.speed else "")
-
-
-def progress_bar() -> Progress:
-    """Progress on stderr: description, bar, count, spectra per second, time remaining."""
-    return Progress(
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        MofNCompleteColumn(),
-        RateColumn(),
-        TimeRemainingColumn(),
-        console=plain_console(stderr=True),
-    )

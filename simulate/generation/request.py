@@ -19,8 +19,8 @@ from scenes.storage.scene_digest import scene_digest
 from scenes.storage.scene_yaml import read_scene
 from simulate.dataset.metadata import read_metadata_file
 from simulate.engines.engine import Engine, Setting
-from simulate.engines.rays import seed_of_rays
-from simulate.engines.table import engine_of
+from simulate.engines.engine_table import engine_of
+from simulate.engines.rays_engine import seed_of_rays
 from simulate.positions.given_positions import read_points
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray

@@ -13,7 +13,7 @@ from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.engines.engine import Engine, Machines
-from simulate.engines.table import ENGINES, engine_class
+from simulate.engines.engine_table import ENGINES, engine_class
 from simulate.generation.generate import generate
 from simulate.generation.request import Request, read_request
 from simulate.generation.simulation_options import Simulation

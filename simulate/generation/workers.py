@@ -9,10 +9,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from simulate.cluster.ray_cluster import RETRIES, ray_cluster
 from simulate.engines.engine import Machines, ResponseSource
 from simulate.generation.dataset_part import Part, make_part
 from simulate.generation.request import Request
+from simulate.parallel.ray_cluster import RETRIES, ray_cluster
 
 
 def parts_of_workers(

@@ -1,1 +1,7 @@
-"""What threads of one process share."""
+"""What work in parallel needs: a lock for kernels in threads, and a Ray cluster."""
+
+from threading import Lock
+
+ONE_KERNEL = Lock()
+"""Held around every call of a kernel compiled with ``parallel=True``: numba's workqueue threading layer aborts the
+process when two Python threads use it."""

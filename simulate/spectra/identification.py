@@ -11,9 +11,8 @@ from jaxtyping import UInt8
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.evenly import evenly
 from simulate.spectra.lags import EXAMINED, GRIDS, LagFit, fit_grids, fit_lags
-from simulate.spectra.spectrum import spectrum_of
+from simulate.spectra.spectrum import evenly, spectrum_of
 
 EXPLAINED = 0.6
 """Grey levels; an array that leaves less (root mean square) explains a picture, whose rounding alone leaves 0.29."""

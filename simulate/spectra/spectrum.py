@@ -1,9 +1,9 @@
-"""A spatial spectrum as a picture: min–max normalisation and 8 bits."""
+"""A spatial spectrum as a picture: min–max normalisation and 8 bits; and an even choice of a few of many."""
 
 from __future__ import annotations
 
 import numpy as np
-from jaxtyping import Float, UInt8
+from jaxtyping import Float, Shaped, UInt8
 
 from scenes.files.errors import ParameterError
 from simulate.spectra.angular_grid import COLUMNS, ROWS
@@ -76,3 +76,16 @@ def check_spectra(parameter: str, spectra: Float[np.ndarray, "*batch 90 360"]) -
     if not np.issubdtype(spectra.dtype, np.floating):
         raise ParameterError(parameter, f"expected numbers from 0 to 1 (grey levels / 255), found {spectra.dtype}")
     return spectra
+
+
+def evenly(values: Shaped[np.ndarray, "n *shape"], most: int) -> Shaped[np.ndarray, "m *shape"]:
+    """At most ``most`` of the values, evenly spread over them.
+
+    Args:
+        values: indices, or spectra, in any order.
+        most: largest number of values to return.
+
+    >>> evenly(np.arange(10), 3).tolist()
+    [0, 4, 9]
+    """
+    return values[np.unique(np.linspace(0, len(values) - 1, min(most, len(values))).astype(int))]

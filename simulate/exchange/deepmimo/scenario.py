@@ -14,7 +14,7 @@ from jaxtyping import Float
 
 from scenes.files.atomic import write_atomically, written_atomically
 from scenes.scene.description import Scene
-from simulate.engines.rays import Rays
+from simulate.engines.rays_engine import Rays
 from simulate.exchange.deepmimo.path_list import PathList
 from simulate.generation.request import Request
 

@@ -12,7 +12,7 @@ import numba
 import numpy as np
 from jaxtyping import Float, Int
 
-from simulate.parallel.threads import ONE_KERNEL
+from simulate.parallel import ONE_KERNEL
 from simulate.rays.core.planes import Planes
 
 MARGIN = 0.01

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Complex, Float, Int, UInt32
 
-from simulate.parallel.threads import ONE_KERNEL
+from simulate.parallel import ONE_KERNEL
 from simulate.rays.core.ray_scene import RayScene
 from simulate.rays.core.ray_tracer import (
     FieldCalculator,

@@ -23,7 +23,7 @@ import numba
 import numpy as np
 from jaxtyping import Complex, Float32, Int, UInt32
 
-from simulate.parallel.threads import ONE_KERNEL
+from simulate.parallel import ONE_KERNEL
 from simulate.rays.core.planes import Planes
 from simulate.rays.diffraction.around import around_one, around_two
 from simulate.rays.diffraction.cylindrical import on_edge_or_end, wedge_of

@@ -9,7 +9,7 @@ import numba
 import numpy as np
 from jaxtyping import Bool, Float
 
-from simulate.parallel.threads import ONE_KERNEL
+from simulate.parallel import ONE_KERNEL
 from simulate.rays.core.planes import Planes
 from simulate.rays.core.reflections import mirror, on_surface
 from simulate.rays.diffraction.arms import Arms

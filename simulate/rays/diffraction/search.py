@@ -20,7 +20,7 @@ from simulate.rays.diffraction.diffraction_chains import NO_LINK, DiffractedChai
 from simulate.rays.diffraction.ends import ends_of, reaches
 from simulate.rays.diffraction.links import NO_LINKS, links_between
 from simulate.rays.diffraction.solve import EdgeScene, diffracted_paths
-from simulate.spectra.evenly import evenly
+from simulate.spectra.spectrum import evenly
 
 MOST_REFLECTIONS = 2
 """Reflections before and after an edge together. With a third the spectra came no nearer to full wave."""

@@ -38,8 +38,7 @@ from scenes.files.errors import InputError, ParameterError
 from scenes.files.folder_lock import locked
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.evenly import evenly
-from simulate.spectra.spectrum import normalise, spectrum_of
+from simulate.spectra.spectrum import evenly, normalise, spectrum_of
 
 pytestmark = pytest.mark.usefixtures("small_models", "no_ceiling")
 

@@ -8,8 +8,7 @@ from matplotlib.figure import Figure
 import learn.reports.figures
 from learn.baselines.array_ceiling import CEILING
 from learn.reports.figures import draw_error_over_distance, draw_ssim_distribution
-from learn.reports.log_axis import label_log_axis
-from learn.reports.plots import CEILING_STYLE
+from learn.reports.plots import CEILING_STYLE, label_log_axis
 
 
 def labelled(axis) -> list[str]:

@@ -21,7 +21,7 @@ from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import unknowns, vary
 from scenes.storage.scene_yaml import write_scene
 from simulate.dataset.dataset_folder import Dataset, read_dataset
-from simulate.engines.rays import Rays
+from simulate.engines.rays_engine import Rays
 from simulate.generation.generate import generate
 from simulate.generation.request import Request
 from simulate.rays.core.propagation import Propagation

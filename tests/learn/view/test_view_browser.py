@@ -18,7 +18,7 @@ from scenes.scene.materials import p2040_material
 from scenes.scene.shapes import sheet
 from scenes.storage.scene_yaml import write_scene
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.engines.rays import Rays
+from simulate.engines.rays_engine import Rays
 from simulate.generation.generate import generate
 from simulate.generation.request import Request
 from simulate.rays.core.propagation import Propagation

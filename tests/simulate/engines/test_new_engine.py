@@ -12,7 +12,7 @@ import pytest
 import bisplat
 from scenes.files.errors import InputError, ParameterError
 from simulate.dataset.metadata import read_metadata_file
-from simulate.engines.table import ENGINES
+from simulate.engines.engine_table import ENGINES
 from simulate.generation.simulation import simulate
 from tests.simulate.engines.free_space import FreeSpace, FreeSpaceField
 
@@ -20,7 +20,7 @@ ROOT = Path(__file__).parents[3]
 
 COMMAND = """
 import sys
-from simulate.engines.table import ENGINES
+from simulate.engines.engine_table import ENGINES
 from tests.simulate.engines.free_space import FreeSpace
 ENGINES[FreeSpace.name] = FreeSpace  # the one line
 from bisplat.__main__ import main

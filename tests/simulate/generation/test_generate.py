@@ -17,7 +17,7 @@ from scenes.files import atomic
 from scenes.files.errors import InputError
 from scenes.files.folder_lock import locked
 from simulate.dataset.dataset_folder import inspect
-from simulate.engines.rays import Rays
+from simulate.engines.rays_engine import Rays
 from simulate.generation import generate as module
 from simulate.generation import written_parts
 from simulate.generation.dataset_part import make_part
@@ -377,7 +377,7 @@ import sys, time
 from pathlib import Path
 import numpy as np
 import simulate.rays.tracer
-from simulate.engines.rays import Rays
+from simulate.engines.rays_engine import Rays
 from simulate.generation import generate as module
 from simulate.generation.request import read_request
 

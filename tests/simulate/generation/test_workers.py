@@ -13,12 +13,12 @@ import psutil
 import pytest
 
 from scenes.scene.materials import p2040_materials
-from simulate.cluster.ray_cluster import ray_cluster
 from simulate.engines.engine import Machines
-from simulate.engines.rays import Rays
+from simulate.engines.rays_engine import Rays
 from simulate.generation import generate as module
 from simulate.generation.generate import generate
 from simulate.generation.request import Request
+from simulate.parallel.ray_cluster import ray_cluster
 from simulate.rays.core.propagation import Propagation
 from tests.folders import contents
 

@@ -7,8 +7,8 @@ from typing import Any
 
 from scenes.files.errors import ParameterError, did_you_mean, shown
 from simulate.engines.engine import Engine
-from simulate.engines.fullwave import FullWave
-from simulate.engines.rays import Rays
+from simulate.engines.fullwave_engine import FullWave
+from simulate.engines.rays_engine import Rays
 
 ENGINES: dict[str, type[Engine]] = {each.name: each for each in (Rays, FullWave)}
 

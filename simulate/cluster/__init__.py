@@ -1,1 +1,0 @@
-"""A Ray cluster, or a Ray of our own on this machine."""
