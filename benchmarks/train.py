@@ -101,7 +101,7 @@ def spectra_per_minute(name: str, dataset: Any, batch_size: int, of: str, option
 
 
 def nothing_splatted(*arguments: Any) -> Any:
-    """A field that depends on all attributes of the primitives, made in no time; arguments as of ``splat``."""
+    """A field that depends on all attributes of the primitives, made in no time; arguments are those of ``splat``."""
     *attributes, azimuths, elevations = arguments
     together = sum(each.sum() for each in attributes)
     return together.expand(len(attributes[3]), len(elevations), len(azimuths), 2) * 1e-9

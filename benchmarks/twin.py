@@ -46,9 +46,9 @@ from simulate.generation.simulation import simulate
 from simulate.spectra.measurement import Measurement
 
 LEVELS = {
-    "small": Tolerances(position=0.01, turn=1.0, objects=0.01, materials=0.1),
-    "middle": Tolerances(position=0.03, turn=2.0, objects=0.03, materials=0.2),
-    "large": Tolerances(position=0.06, turn=4.0, objects=0.06, materials=0.4),
+    "small": Tolerances(position=0.01, rotation=1.0, objects=0.01, materials=0.1),
+    "middle": Tolerances(position=0.03, rotation=2.0, objects=0.03, materials=0.2),
+    "large": Tolerances(position=0.06, rotation=4.0, objects=0.06, materials=0.4),
 }
 
 
@@ -149,7 +149,7 @@ def of_twin(truth: Truth, scene: Scene, tolerances: Tolerances, draw: int, kind:
     data = truth.seen(kind)
     with tempfile.TemporaryDirectory() as folder:
         described = write_scene(wrong(scene, tolerances, draw), Path(folder) / "described")
-        options: Any = {name: getattr(tolerances, name) for name in ("position", "turn", "objects", "materials")}
+        options: Any = {name: getattr(tolerances, name) for name in ("position", "rotation", "objects", "materials")}
         twin = Twin(REGION + scene.transmitter.region, data.beamformer, data.wavelength, str(described), **options)
         if size == 0:
             return truth.scores(twin, "twin")

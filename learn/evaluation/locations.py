@@ -69,7 +69,7 @@ def evaluate_locations(runs: Sequence[Run | Path], report: Report = lambda phase
 
     Args:
         runs: a trained run, or its folder; further ones of other gateways that received the same transmitters.
-        report: as of ``locate``.
+        report: told the progress, as ``locate`` tells it.
 
     Raises:
         InputError: a run or its dataset cannot be read, all test spectra are black, the datasets of several gateways

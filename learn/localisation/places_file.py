@@ -28,7 +28,7 @@ def write_places(path: Path, names: Sequence[str], places: Sequence[Sequence[Pla
     Args:
         path: the file.
         names: of the pictures.
-        places: of each transmitter, as of ``locate``.
+        places: of each transmitter, from ``locate``.
     """
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")

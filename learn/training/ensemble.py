@@ -68,10 +68,10 @@ class Ensemble:
         return Mean(np.mean(spectra, axis=0), variance.mean(axis=(1, 2)))
 
     def deviation(self, variance: Float[np.ndarray, " K"]) -> Float[np.ndarray, " K"] | None:
-        """How far the means may be off: standard deviations of their values, 0…1, as of ``Run.deviation``.
+        """How far the means may be off: standard deviations of their values, 0…1, as ``Run.deviation`` states them.
 
         Args:
-            variance: as of ``predict``.
+            variance: of the predictions, from ``predict``.
 
         Returns:
             None if the runs have too few validation spectra.

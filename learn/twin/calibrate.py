@@ -139,7 +139,7 @@ def in_units(unknown: Unknown, value: float, deviation: float) -> tuple[str, str
     """A change and its standard deviation for a reader: millimetres, degrees, or percent."""
     if unknown.kind in ("position", "object"):
         return f"{1e3 * value:+.1f} mm", f"{1e3 * deviation:.1f} mm"
-    if unknown.kind == "turn":
+    if unknown.kind == "rotation":
         return f"{np.degrees(value):+.2f}°", f"{np.degrees(deviation):.2f}°"
     digits = 1 if unknown.kind in OF_MATERIALS else 4
     return f"{100 * np.expm1(value):+.{digits}f} %", f"{100 * deviation:.{digits}f} %"

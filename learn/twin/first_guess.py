@@ -10,7 +10,7 @@ from scipy.sparse import csr_array
 
 from scenes.checks.validation import is_valid
 from scenes.scene.unknowns import OF_POSE, Unknown, vary
-from simulate.rays.derivatives import by_turn
+from simulate.rays.derivatives import by_rotation
 from simulate.rays.tracer import Tracer
 from simulate.spectra.spectrum import evenly
 
@@ -84,8 +84,8 @@ def _responses(
     elements, wavenumber = len(tracer.elements), 2 * np.pi / tracer.ray_scene.description.wavelength
     total = np.zeros((len(positions) * elements, len(guesses)), complex)
     for batch in tracer.terms(positions):
-        by_element, _ = batch.turns()
-        changes = {"position": by_element, "turn": by_turn(tracer, batch.sources, by_element)}
+        by_element, _ = batch.length_derivatives()
+        changes = {"position": by_element, "rotation": by_rotation(tracer, batch.sources, by_element)}
         by_unknown = np.zeros((len(batch.responses), len(which)))
         for column, unknown in enumerate(which):
             if unknown.kind in changes:

@@ -44,7 +44,7 @@ def aligned_gains(
         by_chain: parts a_c of the traced responses.
         traced: their sum.
         measured: element responses of the same positions.
-        phases_known: as of ``learn.twin.alignment.aligned_to``.
+        phases_known: whether the phases of the responses were recorded.
         report: told the progress.
 
     Returns:

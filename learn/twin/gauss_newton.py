@@ -111,7 +111,7 @@ def most_likely(
 
 
 class _Minimum(NamedTuple):
-    """Where a search ended, −2 log of the posterior there, and a tracer of the scene; else as of ``Calibration``."""
+    """Where a search ended: −2 log of the posterior there, a tracer of the scene, and fields of ``Calibration``."""
 
     values: Float[np.ndarray, " n"]
     deviations: Float[np.ndarray, " n"]
@@ -149,7 +149,7 @@ class _Search:
         Args:
             tracer: of the scene with the values to start from.
             start: these values.
-            phases_known: as of ``most_likely``.
+            phases_known: whether the phases of the responses were recorded.
             counted: number of responses that count as independent.
         """
         if not phases_known:
@@ -170,7 +170,7 @@ class _Search:
         Args:
             tracer: of the scene with these values.
             start: the values.
-            phases_known: as of ``most_likely``.
+            phases_known: whether the phases of the responses were recorded.
             small: step, in standard deviations of the prior, at which the search ends.
             counted: number of responses that count as independent.
         """

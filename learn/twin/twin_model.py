@@ -65,8 +65,8 @@ class Twin(SpectrumModel):
         beamformer: the dataset's array and grid.
         wavelength: metres.
         scene: built-in name or YAML file of the scene as described.
-        position: tolerance of the gateway's position, metres; this and the next as of ``Tolerances``.
-        turn: of its orientation, degrees.
+        position: tolerance of the gateway's position, metres; this and the next are those of ``Tolerances``.
+        rotation: of its orientation, degrees.
         objects: of the places of objects, metres.
         materials: of the properties of materials, relative.
 
@@ -100,7 +100,7 @@ class Twin(SpectrumModel):
         wavelength: float,
         scene: str = "",
         position: float = Tolerances.position,
-        turn: float = Tolerances.turn,
+        rotation: float = Tolerances.rotation,
         objects: float = Tolerances.objects,
         materials: float = Tolerances.materials,
     ):
@@ -110,7 +110,7 @@ class Twin(SpectrumModel):
         self._described = load_scene(scene)
         self._unexplained = 1.0
         self.calibration: Calibration | None = None
-        self._tolerances = Tolerances(position, turn, objects, materials)
+        self._tolerances = Tolerances(position, rotation, objects, materials)
         self._which = unknowns(self._described, self._tolerances)
         self.register_buffer("values", torch.zeros(len(self._which), dtype=torch.float64))
         self.register_buffer("gains", torch.zeros(0, 2))
@@ -247,7 +247,7 @@ class Twin(SpectrumModel):
     def _fit_gains(
         self, positions: Float[np.ndarray, "n 3"], measured: Complex[np.ndarray, "n elements"], phases_known: bool
     ) -> Complex[np.ndarray, "n elements"]:
-        """Find g from responses; arguments as of ``learn.twin.gains.aligned_gains``.
+        """Find g from responses; arguments are those of ``learn.twin.gains.aligned_gains``.
 
         Returns:
             f at the positions, each with gains that were found without a part of them that it belongs to.

@@ -13,7 +13,7 @@ class Tolerances:
 
     Attributes:
         position: of each coordinate of the gateway, metres.
-        turn: of the gateway's orientation about each axis, degrees.
+        rotation: of the gateway's orientation about each axis, degrees.
         objects: of each horizontal coordinate of an object inside the room, metres.
         materials: of permittivity, conductivity and thickness, relative.
         frequency: of the carrier, relative; 0 where it is known.
@@ -21,17 +21,17 @@ class Tolerances:
     Raises:
         ParameterError: a number that is negative or absurdly large.
 
-    >>> Tolerances(position=0.01, turn=1)
-    Tolerances(position=0.01, turn=1, objects=0.03, materials=0.2, frequency=0.0)
+    >>> Tolerances(position=0.01, rotation=1)
+    Tolerances(position=0.01, rotation=1, objects=0.03, materials=0.2, frequency=0.0)
     """
 
     position: float = 0.02
-    turn: float = 2.0
+    rotation: float = 2.0
     objects: float = 0.03
     materials: float = 0.2
     frequency: float = 0.0
 
     def __post_init__(self) -> None:
         require_within(0, 10, "metres", position=self.position, objects=self.objects)
-        require_within(0, 90, "degrees", turn=self.turn)
+        require_within(0, 90, "degrees", rotation=self.rotation)
         require_within(0, 2, "a relative deviation", materials=self.materials, frequency=self.frequency)

@@ -17,9 +17,9 @@ from scenes.scene.materials import RadioMaterial
 from scenes.scene.permittivity import is_conductor
 from scenes.scene.tolerances import Tolerances
 
-Kind = Literal["position", "turn", "frequency", "object", "relative_permittivity", "conductivity", "thickness"]
+Kind = Literal["position", "rotation", "frequency", "object", "relative_permittivity", "conductivity", "thickness"]
 
-OF_POSE = ("position", "turn")
+OF_POSE = ("position", "rotation")
 """Kinds of the gateway's pose: its position and its orientation."""
 
 OF_MATERIALS = ("relative_permittivity", "conductivity", "thickness")
@@ -39,7 +39,7 @@ class Unknown:
     Attributes:
         kind: what it belongs to.
         name: of the object or the material; empty for the gateway and the frequency.
-        axis: coordinate, 0…2, of a position, a turn or an object.
+        axis: coordinate, 0…2, of a position, a rotation or an object.
         tolerance: standard deviation of the change: metres, radians, or the logarithm of a ratio.
     """
 
@@ -54,9 +54,11 @@ class Unknown:
         axis = "xyz"[self.axis]
         if self.kind in OF_MATERIALS:
             return f"{self.name} {self.kind.replace('_', ' ')}"
-        return {"position": f"gateway {axis}", "turn": f"gateway turn about {axis}", "frequency": "frequency"}.get(
-            self.kind, f"{self.name} {axis}"
-        )
+        return {
+            "position": f"gateway {axis}",
+            "rotation": f"gateway rotation about {axis}",
+            "frequency": "frequency",
+        }.get(self.kind, f"{self.name} {axis}")
 
 
 def unknowns(scene: Scene, tolerances: Tolerances) -> list[Unknown]:
@@ -70,11 +72,11 @@ def unknowns(scene: Scene, tolerances: Tolerances) -> list[Unknown]:
         tolerances: how wrong it may be.
 
     >>> from scenes.places.closet import closet
-    >>> [each.label for each in unknowns(closet(), Tolerances(turn=0, materials=0))][:5]
+    >>> [each.label for each in unknowns(closet(), Tolerances(rotation=0, materials=0))][:5]
     ['gateway x', 'gateway y', 'gateway z', 'cabinet x', 'cabinet y']
     """
     found = [Unknown("position", "", axis, tolerances.position) for axis in range(3)]
-    found += [Unknown("turn", "", axis, float(np.radians(tolerances.turn))) for axis in range(3)]
+    found += [Unknown("rotation", "", axis, float(np.radians(tolerances.rotation))) for axis in range(3)]
     found.append(Unknown("frequency", "", 0, tolerances.frequency))
     for number in movable(scene):
         found += [Unknown("object", scene.objects[number].name, axis, tolerances.objects) for axis in range(2)]
@@ -131,7 +133,7 @@ def vary(scene: Scene, which: Sequence[Unknown], values: Float[np.ndarray, " n"]
     for unknown, value in zip(which, values, strict=True):
         if unknown.kind == "position":
             moved[unknown.axis] += value
-        elif unknown.kind == "turn":
+        elif unknown.kind == "rotation":
             turned[unknown.axis] += value
         elif unknown.kind == "frequency":
             frequency *= float(np.exp(value))

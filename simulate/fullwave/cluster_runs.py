@@ -30,7 +30,7 @@ def elements_of_cluster(
         scene: the scene.
         planned: the runs.
         numbers: of the elements.
-        solver: as of ``stored_field``.
+        solver: ``OURS``, or gprMax and its version.
         gpu: run on NVIDIA GPUs, one run on each at a time; otherwise one on each core.
         address: of a running Ray cluster.
         report: called with an element's number and the planned time steps, when its run has ended.

@@ -19,16 +19,16 @@ class Derivatives(NamedTuple):
     """Responses y of M elements to K transmitters, and their derivatives.
 
     Attributes:
-        responses: y, as of ``Tracer.responses`` but without diffuse reflection.
+        responses: y, which ``Tracer.responses`` returns, without diffuse reflection.
         position: ∂y by the gateway's position, 1/m; axes of the world frame.
-        turn: ∂y by a turn of the gateway about its position, 1/rad; axes of the world frame.
+        rotation: ∂y by a rotation of the gateway about its position, 1/rad; axes of the world frame.
         frequency: ∂y by the logarithm of the frequency, the array's size in metres being kept.
         objects: ∂y by the position of each of the given objects, 1/m.
     """
 
     responses: Complex[np.ndarray, "K M"]
     position: Complex[np.ndarray, "K M 3"]
-    turn: Complex[np.ndarray, "K M 3"]
+    rotation: Complex[np.ndarray, "K M 3"]
     frequency: Complex[np.ndarray, "K M"]
     objects: Complex[np.ndarray, "K M objects 3"]
 
@@ -54,9 +54,9 @@ def derivatives(tracer: Tracer, positions: Float[np.ndarray, "K 3"], objects: Se
         place = batch.targets * shape[1] + batch.sources
         np.add.at(result.responses.reshape(-1), place, batch.responses)
         by_length = -1j * wavenumber * batch.responses
-        by_element, by_interaction = batch.turns()
+        by_element, by_interaction = batch.length_derivatives()
         _add(result.position, place, by_length, by_element)
-        _add(result.turn, place, by_length, by_turn(tracer, batch.sources, by_element))
+        _add(result.rotation, place, by_length, by_rotation(tracer, batch.sources, by_element))
         _add(result.frequency, place, by_length, batch.lengths())
         for column, number in enumerate(objects):
             touches = (batch.objects == number).any(axis=1)
@@ -65,10 +65,10 @@ def derivatives(tracer: Tracer, positions: Float[np.ndarray, "K 3"], objects: Se
     return result
 
 
-def by_turn(
+def by_rotation(
     tracer: Tracer, sources: Int[np.ndarray, " paths"], by_element: Float[np.ndarray, "paths 3"]
 ) -> Float[np.ndarray, "paths 3"]:
-    """Derivatives of paths' lengths by a turn of the gateway about its position, m/rad; axes of the world frame.
+    """Derivatives of paths' lengths by a rotation of the gateway about its position, m/rad; axes of the world frame.
 
     Args:
         tracer: traces the scene.

@@ -55,7 +55,7 @@ REFUSED: dict[tuple[str, str], tuple[str, ...]] = {
     (ENGINES, "-n"): WHOLE,
     (ENGINES, "--rays"): WHOLE,
     (CALIBRATE, "--position"): NUMBERS,
-    (CALIBRATE, "--turn"): NUMBERS,
+    (CALIBRATE, "--rotation"): NUMBERS,
     (CALIBRATE, "--materials"): NUMBERS,
     (PLAN, "-n"): WHOLE,
     (PLAN, "--seed"): SEEDS,

@@ -79,7 +79,7 @@ def joined(parts: Iterable[PathList], depth: int) -> PathList:
 
     Args:
         parts: the lists.
-        depth: as of ``path_list``.
+        depth: largest number of interactions on a path.
     """
     places = np.zeros((0, 3))
     nothing = PathList(

@@ -192,7 +192,7 @@ class Paths:
 
 
 def terms(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets: Antennas) -> Terms:
-    """What each valid path of the buffer contributes (arguments and order as of ``fields``), with its course."""
+    """What each valid path of the buffer contributes (arguments and order as in ``fields``), with its vertices."""
     paths = fields(ray_scene, buffer, sources, targets)
     hit = interactions_of(buffer)
     starts, ends = sources.positions[paths.sources][:, None], targets.positions[paths.targets][:, None]

@@ -1,4 +1,4 @@
-"""The terms of responses: one for each path, with its course, and how its length changes when things move a little.
+"""The terms of responses, one for each path: what it touches, and how its length changes when things move a little.
 
 A response is y = Σ a e^{−jkL} over paths of length L. Where an end of a path, or a surface or an edge that it touches,
 moves by a small δ, its length changes to first order by δ·(u − u′), with the unit vectors u and u′ of the wave before
@@ -53,7 +53,7 @@ class Terms(NamedTuple):
         """Length of each path, metres."""
         return np.linalg.norm(np.diff(self.vertices, axis=1), axis=-1).sum(axis=1)
 
-    def turns(self) -> tuple[Float[np.ndarray, "paths 3"], Float[np.ndarray, "paths n 3"]]:
+    def length_derivatives(self) -> tuple[Float[np.ndarray, "paths 3"], Float[np.ndarray, "paths n 3"]]:
         """Derivatives of each path's length.
 
         Returns:

@@ -1,8 +1,8 @@
 """What the uniform theory needs to know of a chain's way around its edges.
 
 Of every edge: the angles φ′ and φ, the sine of β₀, the detours through the edge's start and its end, the excess, and L,
-as ``Courses`` explains them; of the whole way: its length, and the spreading of the wave, whose amplitude behind the
-edges is that times λ/4π.
+as ``PathGeometry`` explains them; of the whole way: its length, and the spreading of the wave, whose amplitude behind
+the edges is that times λ/4π.
 """
 
 from __future__ import annotations

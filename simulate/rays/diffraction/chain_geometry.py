@@ -38,7 +38,7 @@ BLOCK = 1024
 
 
 @dataclass(frozen=True)
-class Courses:
+class PathGeometry:
     """The ways of paths that have as many reflections and diffractions, in single precision.
 
     Attributes:
@@ -98,7 +98,7 @@ class Combinations:
             _mark(*self._arrays, possible)  # type: ignore[call-arg]
         return np.stack(np.nonzero(possible))
 
-    def courses(self, paths: Int[np.ndarray, "3 paths"], first_target: int) -> Courses:
+    def geometry(self, paths: Int[np.ndarray, "3 paths"], first_target: int) -> PathGeometry:
         """The ways of some of the possible combinations.
 
         Args:
@@ -107,7 +107,7 @@ class Combinations:
         """
         before, diffractions, after = (int(number) for number in self.chains.shapes[0])
         interactions, count = before + diffractions + after, paths.shape[1]
-        courses = Courses(
+        geometry = PathGeometry(
             sources=_aligned(np.uint32, count),
             targets=_aligned(np.uint32, count),
             vertices=_aligned(np.float32, interactions, 3, count),
@@ -120,11 +120,11 @@ class Combinations:
             excess=_aligned(np.float32, diffractions, count),
             propagation=np.empty(count, np.complex128),
         )
-        courses.sources[:], courses.targets[:], courses.faces[:] = paths[2], paths[0] + first_target, 0
-        filled = _Filled(**{name: getattr(courses, name) for name in _Filled._fields})
+        geometry.sources[:], geometry.targets[:], geometry.faces[:] = paths[2], paths[0] + first_target, 0
+        filled = _Filled(**{name: getattr(geometry, name) for name in _Filled._fields})
         with ONE_KERNEL:
             _place(*self._arrays, paths, filled)  # type: ignore[call-arg]
-        return courses
+        return geometry
 
     @cached_property
     def _arrays(self) -> tuple:
@@ -155,7 +155,7 @@ def _aligned(kind: type, *shape: int) -> np.ndarray:
 
 
 class _Filled(NamedTuple):
-    """Fields of ``Courses`` that ``_place`` fills."""
+    """Fields of ``PathGeometry`` that ``_place`` fills."""
 
     vertices: np.ndarray
     faces: np.ndarray
@@ -222,14 +222,14 @@ def _mark_target(surfaces, wedges, route, near, far, wavelength, target, possibl
 
 @numba.njit(cache=True, parallel=True)
 def _place(surfaces, wedges, route, near, far, wavelength, paths, filled):
-    """Fill the fields of ``Courses``."""
+    """Fill the fields of ``PathGeometry``."""
     for block in numba.prange(-(-paths.shape[1] // BLOCK)):
         _place_block(surfaces, wedges, route, near, far, wavelength, paths, block * BLOCK, filled)
 
 
 @numba.njit(cache=True)
 def _place_block(surfaces, wedges, route, near, far, wavelength, paths, start, filled):
-    """Fill the fields of ``Courses`` for ``BLOCK`` paths."""
+    """Fill the fields of ``PathGeometry`` for ``BLOCK`` paths."""
     for path in range(start, min(start + BLOCK, paths.shape[1])):
         target, chain, source = paths[0, path], paths[1, path], paths[2, path]
         a, b = route.pairs[chain, 0], route.pairs[chain, 1]

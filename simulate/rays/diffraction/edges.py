@@ -1,10 +1,10 @@
-"""The edges of a scene that diffract: of conductors, wedges and free edges of sheets; of all else, edges of boards.
+"""The edges of a scene that diffract: of conductors, wedges and free edges of sheets; of all else, edges of sheets.
 
 Two triangles of one plane meet in no edge, and neither do facets of a curved surface, whose normals differ by less than
 ``SMOOTH``. An edge ends where another body touches it (a cabinet on the floor, a panel against a wall): there is no
 open space around it.
 
-Waves pass through a board, so that the whole space is around its edge: each of two boards that meet at an angle is a
+Waves pass through a sheet, so that the whole space is around its edge: each of two sheets that meet at an angle is a
 half-plane of its own. Outer walls are left out, with their openings and what fills these.
 """
 
@@ -49,7 +49,7 @@ class Edges:
         normals: unit normals of face 0, towards the open space.
         tangents: unit vectors from the edge along face 0, perpendicular to the edge.
         faces: number of one of face 0's triangles, counted through the scene's objects.
-        boards: whether the edge is that of a board, which is no conductor.
+        sheets: whether the edge is that of a sheet, which is no conductor.
     """
 
     starts: Float[np.ndarray, "edges 3"]
@@ -59,7 +59,7 @@ class Edges:
     normals: Float[np.ndarray, "edges 3"]
     tangents: Float[np.ndarray, "edges 3"]
     faces: Int[np.ndarray, " edges"]
-    boards: Bool[np.ndarray, " edges"]
+    sheets: Bool[np.ndarray, " edges"]
 
     def __len__(self) -> int:
         return len(self.lengths)
@@ -79,7 +79,7 @@ class Edges:
 
 
 def diffracting_edges(ray_scene: RayScene) -> Edges:
-    """The edges of the scene's conductors, then those of its boards.
+    """The edges of the scene's conductors, then those of its sheets.
 
     Args:
         ray_scene: the scene.
@@ -87,7 +87,7 @@ def diffracting_edges(ray_scene: RayScene) -> Edges:
     >>> from scenes.places.closet import closet
     >>> from simulate.rays.core.propagation import Propagation
     >>> edges = diffracting_edges(RayScene.of(closet(), Propagation()))
-    >>> metal = edges.subset(~edges.boards)
+    >>> metal = edges.subset(~edges.sheets)
     >>> len(metal), np.unique(np.degrees(metal.exterior).round()).tolist()  # all but the four on the floor
     (12, [270.0, 360.0])
     """
@@ -99,11 +99,11 @@ def diffracting_edges(ray_scene: RayScene) -> Edges:
     mesh.merge_vertices(digits_vertex=4)
     body_of_face = -1 - ray_scene.object_of_face  # of what is no conductor: its object
     body_of_face[chosen] = trimesh.graph.connected_component_labels(mesh.face_adjacency, node_count=len(mesh.faces))
-    found = [_edges_of(mesh, np.nonzero(chosen)[0], boards=False)]
+    found = [_edges_of(mesh, np.nonzero(chosen)[0], sheets=False)]
     for number in np.nonzero(~conducts)[0]:
-        board = scene.objects[number].mesh.copy()
-        board.merge_vertices(digits_vertex=4)
-        pieces = _edges_of(board, np.nonzero(ray_scene.object_of_face == number)[0], boards=True)
+        sheet = scene.objects[number].mesh.copy()
+        sheet.merge_vertices(digits_vertex=4)
+        pieces = _edges_of(sheet, np.nonzero(ray_scene.object_of_face == number)[0], sheets=True)
         found.append(pieces.subset(~ray_scene.slabs.outer[pieces.faces]))
     edges = _untouched(_joined(_together(*found), body_of_face), body_of_face, ray_scene)
     return edges.subset(edges.lengths >= SHORTEST * scene.wavelength)
@@ -114,15 +114,15 @@ def _together(*pieces: Edges) -> Edges:
     return Edges(**{name: np.concatenate([getattr(each, name) for each in pieces]) for name in vars(pieces[0])})
 
 
-def _edges_of(mesh: trimesh.Trimesh, numbers: Int[np.ndarray, " faces"], boards: bool) -> Edges:
+def _edges_of(mesh: trimesh.Trimesh, numbers: Int[np.ndarray, " faces"], sheets: bool) -> Edges:
     """Every edge of one triangle or of two that meet at an angle.
 
     Edges of three triangles or more are left out: where a sheet stands on another, no angle is open by more than 180°.
 
     Args:
-        mesh: conductors, or boards.
+        mesh: conductors, or sheets.
         numbers: the numbers of its triangles in the scene.
-        boards: whether each face of an edge is a half-plane of its own, with the whole space around it.
+        sheets: whether each face of an edge is a half-plane of its own, with the whole space around it.
     """
     corners, index, count = np.unique(mesh.edges_sorted, axis=0, return_inverse=True, return_counts=True)
     order = np.argsort(index.ravel(), kind="stable")
@@ -145,9 +145,9 @@ def _edges_of(mesh: trimesh.Trimesh, numbers: Int[np.ndarray, " faces"], boards:
     interior = np.arccos(np.clip((along * across).sum(axis=1), -1, 1))
     sharp = interior < np.pi - SMOOTH
     shared, along, across, interior = shared[sharp], along[sharp], across[sharp], interior[sharp]
-    # Half-planes: free edges, and of boards both faces of the shared ones.
-    of = np.concatenate([free, shared, shared]) if boards else free
-    which = np.concatenate([first[free], first[shared], first[shared] + 1]) if boards else first[free]
+    # Half-planes: free edges, and of sheets both faces of the shared ones.
+    of = np.concatenate([free, shared, shared]) if sheets else free
+    which = np.concatenate([first[free], first[shared], first[shared] + 1]) if sheets else first[free]
     tangents = inwards(which, of)
     planes = Edges(
         starts[of],
@@ -157,9 +157,9 @@ def _edges_of(mesh: trimesh.Trimesh, numbers: Int[np.ndarray, " faces"], boards:
         np.cross(tangents, directions[of]),
         tangents,
         numbers[faces[which]],
-        np.full(len(of), boards),
+        np.full(len(of), sheets),
     )
-    if boards:
+    if sheets:
         return planes.subset(planes.lengths > 0)
     # Of the two normals of face 0, the one that points away from the other face.
     normals = np.cross(along, directions[shared])

@@ -1,7 +1,7 @@
 """The response that a path with diffractions contributes: the electric field, followed from the source on.
 
 At every reflection and wherever the path passes through an object the field is multiplied by the coefficients of a slab
-(ITU-R P.2040), at an edge by those of the wedge or the board. A path that meets a conductor on its way contributes
+(ITU-R P.2040), at an edge by those of the wedge or the sheet. A path that meets a conductor on its way contributes
 nothing.
 """
 
@@ -17,17 +17,17 @@ from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.ray_tracer import dr, mi
 from simulate.rays.core.sionna_scene import Antennas
 from simulate.rays.core.surfaces import Surfaces
-from simulate.rays.diffraction.chain_geometry import Courses
+from simulate.rays.diffraction.chain_geometry import PathGeometry
 from simulate.rays.diffraction.corners import end_weight
 from simulate.rays.diffraction.edges import Edges
-from simulate.rays.diffraction.thin_sheet import behind_board, currents
+from simulate.rays.diffraction.thin_sheet import behind_sheet, currents
 from simulate.rays.diffraction.wedge import common_factor, transition_pairs
 
 
 def _diffracted(
     surfaces: Surfaces,
     edges: Edges,
-    courses: Courses,
+    geometry: PathGeometry,
     number: int,
     field: Field,
     way_in: mi.Vector3f,
@@ -38,18 +38,18 @@ def _diffracted(
     Args:
         surfaces: of the scene.
         edges: the scene's edges.
-        courses: the ways of the paths.
+        geometry: the ways of the paths.
         number: which of the paths' diffractions.
         field: before the edge.
         way_in: direction of the wave before the edge.
         way_out: behind it.
     """
-    which = courses.edges[number]
+    which = geometry.edges[number]
     edge = mi.UInt(which.astype(np.uint32))
     k = 2 * np.pi / surfaces.wavelength
     n = dr.gather(mi.Float, mi.Float((edges.exterior / np.pi).astype(np.float32)), edge)
-    angle_in, angle_out = (mi.Float(angle) for angle in courses.angles[number])
-    length, sin_beta = mi.Float(courses.length[number]), mi.Float(courses.sin_beta[number])
+    angle_in, angle_out = (mi.Float(angle) for angle in geometry.angles[number])
+    length, sin_beta = mi.Float(geometry.length[number]), mi.Float(geometry.sin_beta[number])
     direct, reflected = transition_pairs(angle_out, angle_in, n, length, k)
     # Unit vectors across the planes of edge and ray, before and behind.
     along = dr.gather(mi.Vector3f, _vectors(edges.directions), edge)
@@ -60,7 +60,7 @@ def _diffracted(
         -(direct + reflected) * component(field, phi_in),
         phi_out,
     )
-    if edges.boards[which].any():
+    if edges.sheets[which].any():
         normal = dr.gather(mi.Vector3f, _vectors(edges.normals), edge)
         face = dr.gather(mi.UInt, mi.UInt(edges.faces.astype(np.uint32)), edge)
         driven, sending = (
@@ -68,10 +68,10 @@ def _diffracted(
             for way in (way_in, way_out)
         )
         pairs = direct, reflected
-        board = behind_board(field, way_in, way_out, normal, driven, sending, (angle_in, angle_out), pairs, sin_beta)
-        is_board = dr.gather(mi.Bool, mi.Bool(edges.boards), edge)
-        found = dr.select(is_board, board[0], found[0]), dr.select(is_board, board[1], found[1])
-    detours, excess = [mi.Float(detour) for detour in courses.detours[number]], mi.Float(courses.excess[number])
+        sheet = behind_sheet(field, way_in, way_out, normal, driven, sending, (angle_in, angle_out), pairs, sin_beta)
+        is_sheet = dr.gather(mi.Bool, mi.Bool(edges.sheets), edge)
+        found = dr.select(is_sheet, sheet[0], found[0]), dr.select(is_sheet, sheet[1], found[1])
+    detours, excess = [mi.Float(detour) for detour in geometry.detours[number]], mi.Float(geometry.excess[number])
     weight = end_weight(detours, excess, surfaces.wavelength) * common_factor(n, sin_beta, k)
     return (
         mi.Vector3f(weight.real * found[0] - weight.imag * found[1]),
@@ -88,7 +88,7 @@ def path_responses(
     edges: Edges,
     sources: Antennas,
     targets: Antennas,
-    courses: Courses,
+    geometry: PathGeometry,
     first_edge: int,
     propagation: Propagation,
 ) -> Complex[np.ndarray, " paths"]:
@@ -99,18 +99,18 @@ def path_responses(
         edges: the scene's edges.
         sources: the antennas that the paths begin at.
         targets: the antennas that they end at.
-        courses: the ways of the paths.
+        geometry: the ways of the paths.
         first_edge: which of the interactions is the first diffraction.
         propagation: whether, and how often, a path may pass through an object.
 
     Returns:
         a e^{-j2πfτ} as in ``simulate.rays.core.sionna_paths``, complex128.
     """
-    interactions = len(courses.vertices)
+    interactions = len(geometry.vertices)
     passes = mi.UInt(propagation.max_depth - interactions if propagation.refraction else 0)
-    points = [dr.gather(mi.Point3f, sources.points, mi.UInt(courses.sources))]
-    points += [mi.Point3f(*(mi.Float(axis) for axis in vertex)) for vertex in courses.vertices]
-    points += [dr.gather(mi.Point3f, targets.points, mi.UInt(courses.targets))]
+    points = [dr.gather(mi.Point3f, sources.points, mi.UInt(geometry.sources))]
+    points += [mi.Point3f(*(mi.Float(axis) for axis in vertex)) for vertex in geometry.vertices]
+    points += [dr.gather(mi.Point3f, targets.points, mi.UInt(geometry.targets))]
     steps = [mi.Vector3f(after - before) for before, after in pairwise(points)]
     lengths = [dr.norm(step) for step in steps]
     ways = [step / length for step, length in zip(steps, lengths, strict=True)]
@@ -120,10 +120,10 @@ def path_responses(
         way = ways[number]
         field, passes, blocked = pass_through(surfaces, points[number], way, lengths[number], field, passes, blocked)
         diffraction = number - first_edge
-        if 0 <= diffraction < len(courses.edges):
-            field = _diffracted(surfaces, edges, courses, diffraction, field, way, ways[number + 1])
+        if 0 <= diffraction < len(geometry.edges):
+            field = _diffracted(surfaces, edges, geometry, diffraction, field, way, ways[number + 1])
         elif number < interactions:
-            face = mi.UInt(courses.faces[number])
+            face = mi.UInt(geometry.faces[number])
             normal = surfaces.normal(face)
             te, tm, _, _ = surfaces.coefficients(face, way)
             smooth = dr.sqrt(1 - surfaces.scattering(face) ** 2)  # the rest is scattered
@@ -133,4 +133,4 @@ def path_responses(
     imaginary = dr.dot(received[0], field[1]) - dr.dot(received[1], field[0])
     amplitude = dr.select(blocked, mi.Complex2f(0), mi.Complex2f(real, imaginary))
     dr.eval(amplitude)
-    return (amplitude.real.numpy() + 1j * amplitude.imag.numpy()) * courses.propagation
+    return (amplitude.real.numpy() + 1j * amplitude.imag.numpy()) * geometry.propagation

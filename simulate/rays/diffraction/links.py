@@ -56,14 +56,14 @@ NO_LINKS = Links(np.zeros((0, 2), np.int64), np.zeros((0, 2), np.int64))
 def links_between(edges: Edges, ray_scene: RayScene) -> Links:
     """The links along which some point of a conductor's edge sees some point of another.
 
-    Waves that are diffracted at boards are so weak that a second diffraction does not matter.
+    Waves that are diffracted at sheets are so weak that a second diffraction does not matter.
 
     Args:
         edges: the scene's edges.
         ray_scene: the scene.
     """
     found = [NO_LINKS]
-    conductors = np.nonzero(~edges.boards)[0]
+    conductors = np.nonzero(~edges.sheets)[0]
     block = max(1, PAIRS_AT_ONCE // max(1, len(conductors)))
     for start in range(0, len(conductors), block):
         begins = conductors[start : start + block]

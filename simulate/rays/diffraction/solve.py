@@ -12,7 +12,7 @@ from simulate.rays.core.sionna_paths import Paths
 from simulate.rays.core.sionna_scene import Antennas
 from simulate.rays.core.surfaces import Surfaces
 from simulate.rays.core.terms import Interaction, Terms
-from simulate.rays.diffraction.chain_geometry import Combinations, Courses
+from simulate.rays.diffraction.chain_geometry import Combinations, PathGeometry
 from simulate.rays.diffraction.diffraction_chains import DiffractedChains
 from simulate.rays.diffraction.edges import Edges, diffracting_edges, foremost
 from simulate.rays.diffraction.ends import ends_of
@@ -78,7 +78,7 @@ def diffracted_paths_with(
     """The paths of ``diffracted_paths`` with their responses for each of several materials; blocked ones have 0.
 
     Args:
-        edge_scene: the scene and its edges; the rest as of ``diffracted_paths``.
+        edge_scene: the scene and its edges; the others are those of ``diffracted_paths``.
         chains: the chains to solve.
         sources: where the paths begin.
         targets: where they end.
@@ -91,16 +91,16 @@ def diffracted_paths_with(
 def diffracted_terms(
     edge_scene: EdgeScene, chains: DiffractedChains, sources: Antennas, targets: Antennas
 ) -> Iterator[Terms]:
-    """The same paths, with their courses: arguments and order as those of ``diffracted_paths``."""
+    """The same paths, with their geometry: arguments and order as those of ``diffracted_paths``."""
     objects_of = edge_scene.ray_scene.object_of_face
-    for number, (paths,), courses in _solved(edge_scene, chains, sources, targets, [edge_scene.surfaces]):
+    for number, (paths,), geometry in _solved(edge_scene, chains, sources, targets, [edge_scene.surfaces]):
         kept = paths.responses != 0
         before, diffractions, _ = chains.shapes[number[0]]
-        objects = objects_of[courses.faces].T
-        objects[:, before : before + diffractions] = objects_of[edge_scene.edges.faces[courses.edges]].T
+        objects = objects_of[geometry.faces].T
+        objects[:, before : before + diffractions] = objects_of[edge_scene.edges.faces[geometry.edges]].T
         kinds = np.full(objects.shape, int(Interaction.REFLECTION))
         kinds[:, before : before + diffractions] = Interaction.DIFFRACTION
-        between = courses.vertices.transpose(2, 0, 1)
+        between = geometry.vertices.transpose(2, 0, 1)
         starts, ends = sources.positions[paths.sources][:, None], targets.positions[paths.targets][:, None]
         vertices = np.concatenate([starts, between, ends], axis=1)
         found = Terms(paths.targets, paths.sources, paths.responses, vertices, objects, kinds)
@@ -113,7 +113,7 @@ def _solved(
     sources: Antennas,
     targets: Antennas,
     surfaces: Sequence[Surfaces],
-) -> Iterator[tuple[Int[np.ndarray, " paths"], list[Paths], Courses]]:
+) -> Iterator[tuple[Int[np.ndarray, " paths"], list[Paths], PathGeometry]]:
     """Batches of paths that are blocked or not: each one's chain, the paths with each of the surfaces, their ways."""
     planes, edges = edge_scene.ray_scene.planes, edge_scene.edges
     wavelength = edge_scene.ray_scene.description.wavelength
@@ -129,9 +129,10 @@ def _solved(
             possible = combinations.possible()
             for first in range(0, possible.shape[1], LANES):
                 paths = possible[:, first : first + LANES]
-                courses = combinations.courses(paths, start)
+                geometry = combinations.geometry(paths, start)
                 followed, target = edge_scene.ray_scene.propagation, paths[0] + start
                 found = [
-                    path_responses(each, edges, sources, targets, courses, int(shape[0]), followed) for each in surfaces
+                    path_responses(each, edges, sources, targets, geometry, int(shape[0]), followed)
+                    for each in surfaces
                 ]
-                yield number[paths[1]], [Paths(target, paths[2], each) for each in found], courses
+                yield number[paths[1]], [Paths(target, paths[2], each) for each in found], geometry

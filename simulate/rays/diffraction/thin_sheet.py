@@ -1,16 +1,16 @@
-"""Diffraction at the edge of a board: a half-plane that waves are reflected at and pass through.
+"""Diffraction at the edge of a sheet: a half-plane that waves are reflected at and pass through.
 
-A thin board scatters by currents in it. A wave with the angle of incidence θ drives four kinds, which the coefficients
+A thin sheet scatters by currents in it. A wave with the angle of incidence θ drives four kinds, which the coefficients
 of reflection R and transmission T tell apart by the waves that they send to both sides:
 
-    along the board, E across the plane of incidence (TE)    a² = (1 − T − R)/2 · cos θ,
+    along the sheet, E across the plane of incidence (TE)    a² = (1 − T − R)/2 · cos θ,
     along it, in the plane of incidence (TM)                 b² = (1 − T + R)/2 / cos θ,
     across it (TM)                                           c² = (1 − T − R)/2 · cos θ / sin² θ,
     loops of current, which a magnetic current stands for    d² = (1 − T + R)/2 / cos θ    (TE).
 
-A piece of a weakly scattering board sends a wave on in proportion to a a′ and so on, where a is of the wave that comes
+A piece of a weakly scattering sheet sends a wave on in proportion to a a′ and so on, where a is of the wave that comes
 and a′ of the one that leaves, times the product of both waves' unit vectors along the current. This is Born's
-approximation for a thin board (a² = jkt(ε − 1)/2), and right in the directions of reflection and transmission for any.
+approximation for a thin sheet (a² = jkt(ε − 1)/2), and right in the directions of reflection and transmission for any.
 Summed along the half-plane, with the angles φ′ and φ about its edge, it gives
 
     D = −e^{−jπ/4} / (2√(2πk) sin² β₀) · N / (2 cos((φ − φ′)/2) cos((φ + φ′)/2)),    N the negative sum of the four.
@@ -47,8 +47,8 @@ def currents(way: mi.Vector3f, normal: mi.Vector3f, r_te, r_tm, t_te, t_tm) -> C
 
     Args:
         way: its direction.
-        normal: of the board.
-        r_te: reflection coefficients of the board at this angle, with the board's middle as the place of phase 0.
+        normal: of the sheet.
+        r_te: reflection coefficients of the sheet at this angle, with the sheet's middle as the place of phase 0.
         r_tm: the same for TM.
         t_te: its transmission coefficients, over that of the air that it takes the place of.
         t_tm: the same for TM.
@@ -66,7 +66,7 @@ def currents(way: mi.Vector3f, normal: mi.Vector3f, r_te, r_tm, t_te, t_tm) -> C
     )
 
 
-def behind_board(
+def behind_sheet(
     field: Field,
     way_in: mi.Vector3f,
     way_out: mi.Vector3f,
@@ -77,13 +77,13 @@ def behind_board(
     pairs: tuple[mi.Complex2f, mi.Complex2f],
     sin_beta: mi.Float,
 ) -> Field:
-    """The field that the edge of a board sends on, over the common factor of wedge.py, without phase and spreading.
+    """The field that the edge of a sheet sends on, over the common factor of wedge.py, without phase and spreading.
 
     Args:
         field: before the edge.
         way_in: direction of the wave before the edge.
         way_out: behind it.
-        normal: of the board.
+        normal: of the sheet.
         driven: by the wave before the edge.
         sending: the wave behind it.
         angles: φ′ and φ, radians.

@@ -25,7 +25,7 @@ from simulate.spectra.array import PlanarArray
 from tests.small_scene import CABINET, small_scene
 
 OF_POSITION = [Unknown("position", "", axis, 0.02) for axis in range(3)]
-EXACT = Tolerances(position=0, turn=0, objects=0, materials=0)
+EXACT = Tolerances(position=0, rotation=0, objects=0, materials=0)
 
 
 @pytest.mark.parametrize(
@@ -69,7 +69,7 @@ def test_random_phases_are_refused(tiny):
 def test_changes_are_written_down(tmp_path):
     namesake = SceneObject("gateway", box((1.0, 1.5, 0.5), (3.0, 2.0, 2.0)), "metal")  # so is an unknown's kind
     scene = small_scene(namesake)
-    which = unknowns(scene, Tolerances(position=0.01, turn=1.0, objects=0.02, materials=0.1))
+    which = unknowns(scene, Tolerances(position=0.01, rotation=1.0, objects=0.02, materials=0.1))
     values, deviations = np.linspace(-0.01, 0.01, len(which)), np.full(len(which), 0.005)
     found = Calibration(scene, which, values, deviations, 2j, (0.1, 0.5))
     write_calibration(found, tmp_path)
@@ -79,7 +79,7 @@ def test_changes_are_written_down(tmp_path):
     assert record["unexplained_power"] == {"described": 0.5, "corrected": 0.1} and record["gain"] == [0, 2]
     rows = {row["what"]: row for row in rows_of(found)[:6]}
     assert rows["gateway x"]["changed by"] == "-10.0 mm" and rows["gateway x"]["± before"] == "10.0 mm"
-    assert rows["gateway turn about z"]["±"] == "0.29°"
+    assert rows["gateway rotation about z"]["±"] == "0.29°"
 
 
 @pytest.mark.slow
@@ -90,7 +90,7 @@ def test_command_writes_the_corrected_scene(tmp_path, monkeypatch, capsys):
     data = bisplat.simulate(small_scene(CABINET), tmp_path / "data", n=12, propagation=followed)
     wrong = vary(small_scene(CABINET), OF_POSITION, np.array([0.03, -0.02, 0.02]))
     described = write_scene(wrong, tmp_path / "described")
-    only_pose = ("--objects", "0", "--materials", "0", "--turn", "1")
+    only_pose = ("--objects", "0", "--materials", "0", "--rotation", "1")
     arguments = ["calibrate", described, data.folder, "-o", tmp_path / "corrected", "-n", "9", *only_pose, *coarse]
     monkeypatch.setattr(sys, "argv", ["bisplat", *map(str, arguments)])
     main()

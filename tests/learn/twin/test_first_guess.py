@@ -17,7 +17,7 @@ POSITIONS = np.random.default_rng(0).uniform((2.0, -0.5, 1.0), (3.0, 0.5, 1.6), 
 
 @pytest.mark.parametrize("flips", [False, True])
 def test_the_guess_is_near_the_true_pose(flips):
-    which = unknowns(small_scene(CABINET), Tolerances(position=0.06, turn=4.0, objects=0.03, materials=0.2))
+    which = unknowns(small_scene(CABINET), Tolerances(position=0.06, rotation=4.0, objects=0.03, materials=0.2))
     off = np.zeros(len(which))
     off[:6] = [0.1, -0.12, 0.05, 0.08, -0.06, 0.1]  # up to two standard deviations
     true = vary(small_scene(CABINET), which, off)
@@ -37,7 +37,7 @@ def test_a_gateway_in_the_right_place_stays():
 
 def test_a_guess_is_a_valid_scene(monkeypatch):
     """The next best where the best is not, and the description where none is."""
-    which = unknowns(small_scene(CABINET), Tolerances(position=0.1, turn=0, objects=0, materials=0))
+    which = unknowns(small_scene(CABINET), Tolerances(position=0.1, rotation=0, objects=0, materials=0))
     true = vary(small_scene(CABINET), which, np.array([-0.1, 0.0, 0.0]))
     tracer, measured = Tracer(small_scene(CABINET), PROPAGATION), Tracer(true, PROPAGATION).responses(POSITIONS)
     best = first_guess(tracer, which, POSITIONS, measured, flips=False, counted=160)

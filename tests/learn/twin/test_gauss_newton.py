@@ -16,7 +16,7 @@ from simulate.rays.tracer import Tracer
 from tests.small_scene import CABINET, small_scene
 
 PROPAGATION = Propagation(max_depth=2, rays=20_000)
-TOLERANCES = Tolerances(position=0.04, turn=3.0, objects=0.06, materials=0.3)
+TOLERANCES = Tolerances(position=0.04, rotation=3.0, objects=0.06, materials=0.3)
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +65,7 @@ def test_pose_and_cabinet_are_found(phases_known, wrong, measured, with_phases):
         found = most_likely(wrong[0], wrong[1], PROPAGATION, positions, behind_pictures(responses), phases_known=False)
     left = dict(zip([each.label for each in wrong[1]], wrong[2] + found.values, strict=True))
     assert max(abs(left[f"gateway {axis}"]) for axis in "xyz") < 0.005
-    assert max(abs(left[f"gateway turn about {axis}"]) for axis in "xyz") < np.radians(0.4)
+    assert max(abs(left[f"gateway rotation about {axis}"]) for axis in "xyz") < np.radians(0.4)
     assert abs(left["cabinet y"]) < 0.006
     assert found.misfit[0] < 0.1 * found.misfit[1]
 
@@ -79,7 +79,7 @@ def test_what_is_left_is_within_what_is_said(wrong, with_phases):
 
 def test_a_step_that_puts_the_gateway_into_a_box_is_halved():
     post = SceneObject("post", box((-0.1, 0.2, 1.38), (-0.07, 0.3, 1.46)), "concrete")
-    place, pose = small_scene(CABINET, post), Tolerances(position=0.06, turn=0, objects=0, materials=0)
+    place, pose = small_scene(CABINET, post), Tolerances(position=0.06, rotation=0, objects=0, materials=0)
     which, start = unknowns(place, pose), np.zeros(3)
     search = _Search(place, which, np.zeros((1, 3)), np.ones((1, 16)), False, lambda sentence: None)
     into_the_post = np.array([-0.04, 0.0, 0.0])
@@ -98,7 +98,7 @@ def test_gain_of_the_receiver_is_found(with_phases):
 @pytest.mark.slow
 def test_a_gateway_is_not_taken_for_one_half_a_wavelength_away(true, measured):
     """Steps that compare all responses in one common phase end 15 cm away from here, with the opposite gain."""
-    which = unknowns(true, Tolerances(position=0.06, turn=4.0, objects=0.06, materials=0.4))
+    which = unknowns(true, Tolerances(position=0.06, rotation=4.0, objects=0.06, materials=0.4))
     draw = np.random.default_rng(13).normal(size=len(which)) * [each.tolerance for each in which]
     found = most_likely(vary(true, which, draw), which, PROPAGATION, *measured, phases_known=True)
     assert np.linalg.norm((found.values + draw)[:3]) < 0.02
@@ -109,7 +109,7 @@ def test_a_gateway_is_not_taken_for_one_half_a_wavelength_away(true, measured):
 @pytest.mark.parametrize(("off", "likelier", "expected"), [(0.1, True, 0.11), (0.1, False, 0.01), (0.03, True, 0.01)])
 def test_the_likelier_of_two_ends_is_taken(true, measured, monkeypatch, off, likelier, expected):
     """A search from the description ends 1 cm beside it, another one from a guess, if this is not near there."""
-    which = unknowns(true, Tolerances(turn=0, objects=0, materials=0))
+    which = unknowns(true, Tolerances(rotation=0, objects=0, materials=0))
     guess = np.array([0.0, off, 0.0])
 
     def from_start(search, tracer, start, phases_known, counted):
@@ -145,7 +145,7 @@ def steps_of(true, monkeypatch):
 
     x is the gateway's x, with a tolerance of 1 m; the scene is not traced.
     """
-    which = unknowns(true, Tolerances(position=1.0, turn=0, objects=0, materials=0))[:1]
+    which = unknowns(true, Tolerances(position=1.0, rotation=0, objects=0, materials=0))[:1]
     measured = np.exp(1j * np.arange(16))[None]
 
     def of(response):

@@ -20,7 +20,7 @@ def test_walls_stay_and_conductors_have_no_properties():
     labels = [each.label for each in unknowns(closet(), Tolerances(frequency=0.01))]
     assert labels[:7] == [
         *("gateway x", "gateway y", "gateway z"),
-        *("gateway turn about x", "gateway turn about y", "gateway turn about z", "frequency"),
+        *("gateway rotation about x", "gateway rotation about y", "gateway rotation about z", "frequency"),
     ]
     assert {"panel x", "shelf y", "brick thickness", "wood relative permittivity"} <= set(labels)
     assert not any(label.startswith(("wall", "floor", "door", "metal")) for label in labels)
@@ -48,7 +48,7 @@ def test_changes_are_those_asked_for():
     scene = closet()
     which = [
         Unknown("position", "", 2, 1),
-        Unknown("turn", "", 2, 1),
+        Unknown("rotation", "", 2, 1),
         Unknown("frequency", "", 0, 1),
         Unknown("object", "panel", 0, 1),
         Unknown("thickness", "wood", 0, 1),

@@ -83,7 +83,7 @@ def test_turn_of_the_gateway(axis, scene, exact, differences):
         rotation = Rotation.from_rotvec(step * np.eye(3)[axis]) * Rotation.from_quat(scene.gateway.orientation)
         return replace(scene, gateway=replace(scene.gateway, orientation=tuple(rotation.as_quat())))
 
-    near(exact.turn[..., axis], differences(turned), 0.3 * np.linalg.norm(exact.responses))
+    near(exact.rotation[..., axis], differences(turned), 0.3 * np.linalg.norm(exact.responses))
 
 
 def test_frequency(scene, exact, differences):

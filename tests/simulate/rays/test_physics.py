@@ -51,10 +51,10 @@ def slab(cosine, material, polarization):
     """
     n = np.sqrt(material.relative_permittivity - 1j * material.conductivity / (2 * np.pi * FREQUENCY * epsilon_0))
     inside = np.sqrt(1 - (1 - cosine**2) / n**2)
-    air, board = (cosine, n * inside) if polarization == "TE" else (1 / cosine, n / inside)
+    air, plate = (cosine, n * inside) if polarization == "TE" else (1 / cosine, n / inside)
     delta = K * n * material.thickness * inside
-    voltage = np.cos(delta) + 1j * np.sin(delta) / board * air
-    current = 1j * board * np.sin(delta) + np.cos(delta) * air
+    voltage = np.cos(delta) + 1j * np.sin(delta) / plate * air
+    current = 1j * plate * np.sin(delta) + np.cos(delta) * air
     return (air * voltage - current) / (air * voltage + current), 2 * air / (air * voltage + current)
 
 
@@ -243,9 +243,9 @@ def test_a_wall_in_between_lowers_line_of_sight_by_the_slabs_transmission(
 
 
 def test_a_board_reflects_at_its_front_half_its_thickness_before_the_sheet(make_scene):
-    """A far sheet lies on the other side of the board, so that it is no outer wall."""
-    board = ("board", sheet((-5, -20, -20), (0, 40, 0), (0, 0, 40)), "lossless")
-    scene = make_scene(board, ("far", sheet((-9, 0, 5000), (1, 0, 0), (0, 1, 0)), "brick"))
+    """A far sheet lies on the other side of the plate, so that it is no outer wall."""
+    plate = ("plate", sheet((-5, -20, -20), (0, 40, 0), (0, 0, 40)), "lossless")
+    scene = make_scene(plate, ("far", sheet((-9, 0, 5000), (1, 0, 0), (0, 1, 0)), "brick"))
     scene = replace(scene, gateway=replace(scene.gateway, rows=1, columns=1))
     tracer = Tracer(scene, replace(ONE_BOUNCE, los=False))
     position = np.array([[-1.0, 2.0, 1.5]])

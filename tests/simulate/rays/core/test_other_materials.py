@@ -17,7 +17,7 @@ from tests.small_scene import CABINET, small_scene
 POSITIONS = np.random.default_rng(0).uniform((2.0, -0.5, 1.0), (3.0, 0.5, 1.6), (5, 3))
 PLACE = small_scene(
     CABINET,
-    SceneObject("board", sheet((1.4, -0.4, 0.9), (0, 0.6, 0), (0, 0, 0.6)), "concrete"),
+    SceneObject("plate", sheet((1.4, -0.4, 0.9), (0, 0.6, 0), (0, 0, 0.6)), "concrete"),
     SceneObject("block", box((1.0, -2.0, 0.3), (2.0, -1.5, 2.0)), "concrete"),
 )
 
@@ -28,7 +28,7 @@ def with_concrete(**properties):
 
 
 def with_thicker_board():
-    """The place with the board twice as thick."""
+    """The place with the plate twice as thick."""
     twice = replace(PLACE.objects[2], thickness=2 * PLACE.thickness(PLACE.objects[2]))
     return replace(PLACE, objects=(*PLACE.objects[:2], twice, PLACE.objects[3]))
 

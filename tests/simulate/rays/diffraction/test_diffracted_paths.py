@@ -105,26 +105,26 @@ def test_antennas_may_change_places(screen_scene):
 
 
 def test_objects_in_the_way_weaken_or_block_a_diffracted_path(screen_scene):
-    """A board that a path meets head on multiplies its contribution by the slab's coefficient; metal ends it."""
-    board = sheet((1.0, -5, -0.5), (0, 12, 0), (0, 0, 6))  # between the region and the screen
+    """A plate that a path meets head on multiplies its contribution by the slab's coefficient; metal ends it."""
+    plate = sheet((1.0, -5, -0.5), (0, 12, 0), (0, 0, 6))  # between the region and the screen
     thin = RadioMaterial("thin", 3.0, 0.0, 0.01)
 
     def strongest(material: RadioMaterial | None) -> complex:
         objects, materials = screen_scene.objects, screen_scene.materials
         if material is not None:
-            objects, materials = (*objects, SceneObject("board", board, "board")), materials | {"board": material}
+            objects, materials = (*objects, SceneObject("plate", plate, "plate")), materials | {"plate": material}
         scene = replace(screen_scene, objects=objects, materials=materials)
         paths = Tracer(scene, FOLLOWED).paths(np.array([0.6, 0.1, 0.9]))
         over = [path for path in paths if len(path.vertices) == 3 and abs(path.vertices[1][2] - 1.5) < 1e-6]
         return sum(path.response for path in over)
 
-    free, behind, blocked = strongest(None), strongest(replace(thin, name="board")), strongest(METAL)
+    free, behind, blocked = strongest(None), strongest(replace(thin, name="plate")), strongest(METAL)
     k, index = 2 * np.pi / screen_scene.wavelength, np.sqrt(3.0)
     r = (1 - index) / (1 + index)
     slab = (1 - r**2) * np.exp(-1j * k * 0.01 * index) / (1 - r**2 * np.exp(-2j * k * 0.01 * index))
     assert free != 0 and blocked == 0
     slab *= np.exp(1j * k * 0.01)  # over the air that it takes the place of
-    assert abs(behind / free - slab) < 0.05  # the paths are not quite perpendicular to the board
+    assert abs(behind / free - slab) < 0.05  # the paths are not quite perpendicular to the plate
 
 
 def test_a_wave_diffracted_twice_takes_the_shortest_way(screen_scene):

@@ -50,7 +50,7 @@ def test_edge_ends_where_another_body_touches_it(edges_of):
     screen = sheet((0, 0, 1), (2, 0, 0), (0, 0, 2))
     beside = box((-0.5, -0.5, 2.0), (-0.002, 0.5, 4.0))
     edges = edges_of(FLOOR, ("screen", screen, "metal"), ("beside", beside, "brick"))
-    upright = edges.subset((np.abs(edges.directions[:, 2]) > 0.5) & ~edges.boards)
+    upright = edges.subset((np.abs(edges.directions[:, 2]) > 0.5) & ~edges.sheets)
     assert sorted(upright.lengths.round(2)) == [1.0, 2.0]
 
 
@@ -71,7 +71,7 @@ def test_bodies_that_share_corners_in_a_file_are_one(edges_of):
 def test_boards_of_a_box_end_at_its_edges_one_by_one(edges_of):
     """Each of the twelve edges of a crate is that of two half-planes; an outer wall's edges are none."""
     edges = edges_of(FLOOR, ("crate", box((0, 0, 1), (1, 1, 2)), "brick"))
-    assert len(edges) == 24 and edges.boards.all() and np.allclose(edges.exterior, 2 * np.pi)
+    assert len(edges) == 24 and edges.sheets.all() and np.allclose(edges.exterior, 2 * np.pi)
     inside = edges.points(np.array([0.5]))[:, 0] + 0.1 * edges.tangents  # on the half-plane's own face
     assert (np.abs(inside - [0.5, 0.5, 1.5]).max(axis=1) < 0.5 + 1e-9).all()
     np.testing.assert_allclose(np.abs((edges.normals * edges.tangents).sum(axis=1)), 0, atol=1e-12)

@@ -1,4 +1,4 @@
-"""The edges of boards, against Born's integral over a weak board, and where geometric optics jumps."""
+"""The edges of plates, against Born's integral over a weak plate, and where geometric optics jumps."""
 
 from dataclasses import replace
 
@@ -14,34 +14,34 @@ from simulate.rays.tracer import Tracer
 
 WEAK = RadioMaterial("weak", 1.1, 0.0, 0.01)
 WOOD = RadioMaterial("wood", 1.99, 0.005, 0.03)
-FAR = SceneObject("far", sheet((-60, -60, -60), (0.1, 0, 0), (0, 0.1, 0)), "board")
-"""Beyond the board, so that the board is no outer wall; and on the other side another one."""
+FAR = SceneObject("far", sheet((-60, -60, -60), (0.1, 0, 0), (0, 0.1, 0)), "plate")
+"""Beyond the plate, so that the plate is no outer wall; and on the other side another one."""
 ALONG_Z, ALONG_X = (0.0, 0.0, 0.0, 1.0), tuple(Rotation.from_euler("y", 90, degrees=True).as_quat())
 
 
-def with_board(material: RadioMaterial, board, source: np.ndarray, dipole=ALONG_Z) -> Scene:
-    """A board in free space, and dipoles along z, or the transmitter's along another axis."""
+def with_board(material: RadioMaterial, plate, source: np.ndarray, dipole=ALONG_Z) -> Scene:
+    """A plate in free space, and dipoles along z, or the transmitter's along another axis."""
     other = replace(FAR, name="farther", mesh=sheet((60, 60, 60), (0.1, 0, 0), (0, 0.1, 0)))
     return Scene(
-        "board",
+        "plate",
         915e6,
         Gateway(tuple(source), facing((-1, 0, 0)), rows=1, columns=1, pattern="dipole"),
         Transmitter((-3, -3, -3), (3, 3, 3), pattern="dipole", orientation=dipole),
-        (SceneObject("board", board, "board"), FAR, other),
-        {"board": replace(material, name="board")},
+        (SceneObject("plate", plate, "plate"), FAR, other),
+        {"plate": replace(material, name="plate")},
     )
 
 
 def born(scene: Scene, positions: np.ndarray, step: float = 0.02) -> np.ndarray:
-    """What a weak board z = 0 scatters between dipoles along z and along x or z: the sum over its pieces.
+    """What a weak plate z = 0 scatters between dipoles along z and along x or z: the sum over its pieces.
 
-    Each piece is a dipole with the moment ε₀(ε − 1) E dV along the board, and 1/ε of that across it.
+    Each piece is a dipole with the moment ε₀(ε − 1) E dV along the plate, and 1/ε of that across it.
     """
     k = 2 * np.pi / scene.wavelength
     low, high = scene.objects[0].mesh.bounds
     x, y = (np.arange(low[axis] + step / 2, high[axis], step) for axis in (0, 1))
     pieces = np.stack([*(grid.ravel() for grid in np.meshgrid(x, y)), np.zeros(len(x) * len(y))], axis=1)
-    permittivity = scene.materials["board"].relative_permittivity
+    permittivity = scene.materials["plate"].relative_permittivity
 
     def field(start: np.ndarray, moment: np.ndarray) -> np.ndarray:
         """Far field of a dipole at the pieces, over ωμ₀Iℓ/4π … : −(moment − r̂ (r̂·moment)) e^{−jkr}/r."""
@@ -55,7 +55,7 @@ def born(scene: Scene, positions: np.ndarray, step: float = 0.02) -> np.ndarray:
     sent = field(np.array(scene.gateway.position), np.array([0.0, 0, 1]))
     # 1.5 is a dipole's gain; λ/4π and k²/4π are of the two ways.
     scale = 1.5 * scene.wavelength / (4 * np.pi) * k**2 / (4 * np.pi)
-    scale = scale * (permittivity - 1) * scene.materials["board"].thickness * step**2
+    scale = scale * (permittivity - 1) * scene.materials["plate"].thickness * step**2
     return np.array([scale * (sent * weights * field(place, along)).sum() for place in positions])
 
 
@@ -63,7 +63,7 @@ def born(scene: Scene, positions: np.ndarray, step: float = 0.02) -> np.ndarray:
 def test_edge_of_a_weak_board_scatters_as_borns_integral_says(dipole, side):
     """Of a horizontal half-plane, across the reflection boundary (side 1) or the shadow boundary behind it.
 
-    Rays leave out what the waves' curvature over the board does, about a tenth here.
+    Rays leave out what the waves' curvature over the plate does, about a tenth here.
     """
     source, y = np.array([1.7, 0.2, 0.9]), np.array([0.6, 1.0, 1.2, 1.4, 1.7, 2.0])
     places = np.column_stack([np.full(6, -0.9), y, np.full(6, 1.1 * side)])
@@ -81,8 +81,8 @@ def test_edge_of_a_weak_board_scatters_as_borns_integral_says(dipole, side):
 @pytest.mark.parametrize("dipole", [ALONG_Z, ALONG_X])
 def test_field_is_continuous_around_a_board(dipole):
     """Around an edge along y, across both boundaries, no step of 0.1° changes the field by more than its neighbours."""
-    board = sheet((0, -30, 0), (30, 0, 0), (0, 60, 0))
-    scene = with_board(WOOD, board, np.array([1.5, 0.3, 1.2]), dipole)
+    plate = sheet((0, -30, 0), (30, 0, 0), (0, 60, 0))
+    scene = with_board(WOOD, plate, np.array([1.5, 0.3, 1.2]), dipole)
     angle = np.radians(np.arange(3.05, 357, 0.1))
     places = 1.3 * np.stack([np.cos(angle), 0 * angle, np.sin(angle)], axis=1)
 
