@@ -107,6 +107,7 @@ def test_other_datasets_are_refused(floor_scene, full_wave, tmp_path):
         compare_engines(noisy, LINE_OF_SIGHT, 4)
 
 
+@pytest.mark.slow
 def test_run_on_full_wave_is_validated_by_the_stored_field(floor_scene, full_wave, tmp_path):
     run = train(full_wave, tmp_path / "run")
     fresh = crossvalidate(run, floor_scene, positions=8)

@@ -72,6 +72,7 @@ def likeness(one, other):
     return abs(np.vdot(one, other)) / np.linalg.norm(one) / np.linalg.norm(other)
 
 
+@pytest.mark.slow
 def test_responses_behind_pictures_of_one_field_are_the_true_ones_but_for_a_factor_and_a_flip(closet, capsys):
     dataset, parts = closet
     learned, true = found(replace(dataset, responses=None), parts)[:80], dataset.responses[:80]

@@ -85,6 +85,7 @@ def test_field_is_a_function_of_the_position(monkeypatch):
     assert (Tracer(rough_scene(), DIFFUSE).responses(POSITIONS[::-1])[::-1] == found).all()
 
 
+@pytest.mark.slow
 def test_power_converges_with_the_number_of_patches():
     def mean(patches: int) -> float:
         powers = []
