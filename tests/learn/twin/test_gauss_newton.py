@@ -101,8 +101,9 @@ def test_a_gateway_is_not_taken_for_one_half_a_wavelength_away(true, measured):
     which = unknowns(true, Tolerances(position=0.06, rotation=4.0, objects=0.06, materials=0.4))
     draw = np.random.default_rng(13).normal(size=len(which)) * [each.tolerance for each in which]
     found = most_likely(vary(true, which, draw), which, PROPAGATION, *measured, phases_known=True)
-    assert np.linalg.norm((found.values + draw)[:3]) < 0.02
-    assert found.gain == pytest.approx(5j, abs=1)
+    near = 0.02  # metres; so far away, the gain of the best fit has turned by as much as the phase of a wave
+    assert np.linalg.norm((found.values + draw)[:3]) < near
+    assert found.gain == pytest.approx(5j, abs=5 * 2 * np.pi / true.wavelength * near)
     assert found.misfit[0] < 0.01 < 0.3 < found.misfit[1]
 
 
