@@ -136,7 +136,7 @@ def main(
         smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
         json_output: print one JSON object.
     """
-    from learn.models.registry import MODELS, model_entry
+    from learn.training.registry import MODELS, model_entry
     from simulate.dataset.dataset_folder import read_dataset
 
     known = read_dataset(dataset)

@@ -1,6 +1,7 @@
 """Imports run one way: learn -> simulate -> scenes, and in learn/ in no circle."""
 
 import ast
+import re
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -9,15 +10,20 @@ import pytest
 ROOT = Path(__file__).parents[1]
 MODULES = {".".join(path.relative_to(ROOT).with_suffix("").parts): path for path in ROOT.glob("learn/**/*.py")}
 
+DOTTED = re.compile(r"(scenes|simulate|learn)(\.\w+)+(:\w+)?")
+"""A string like "learn.training.registry" or "learn.twin.twin_model:Twin"."""
+
 
 def imported(path: Path) -> set[str]:
-    """Names of the modules a file imports, anywhere in it."""
+    """Names of the modules a file imports, anywhere in it; a string that names one of ours is an import put off."""
     names = set()
     for node in ast.walk(ast.parse(path.read_text())):
         if isinstance(node, ast.ImportFrom) and node.module:
             names |= {node.module} | {f"{node.module}.{each.name}" for each in node.names}
         elif isinstance(node, ast.Import):
             names |= {each.name for each in node.names}
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and DOTTED.fullmatch(node.value):
+            names.add(node.value.partition(":")[0])
     return names
 
 

@@ -11,7 +11,7 @@ from tyro.conf import Positional, arg
 from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.simulate_command import Output
 from learn.data.splits import SplitKind
-from learn.models.registry import DEFAULT_MODEL, MODELS
+from learn.training.registry import DEFAULT_MODEL, MODELS
 from scenes.files.errors import InputError, ParameterError, printable
 from scenes.files.plain_text import say
 from scenes.files.text_tables import print_table

@@ -28,7 +28,7 @@ WEAK = 0.1
 class SpectrumModel(nn.Module):
     """Base class of the models: ``forward`` takes positions [B, 3] in metres and returns spectra [B, 90, 360], 0…1.
 
-    A subclass is built with (region, beamformer, wavelength, **options), and ``learn.models.registry`` lists it. A
+    A subclass is built with (region, beamformer, wavelength, **options), and a table lists it. A
     model that can do more than predict spectra also overrides some of the methods below.
 
     Args:

@@ -23,8 +23,8 @@ from safetensors.torch import load_file, save
 
 from learn.data.splits import Split, read_split
 from learn.models.base import SpectrumModel
-from learn.models.registry import check_options, model_class, model_entry
 from learn.training.config import Config, read_config
+from learn.training.registry import check_options, model_class, model_entry
 from learn.training.training_file import read_training
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, cut, reason, shown

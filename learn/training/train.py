@@ -19,12 +19,12 @@ from rich.console import Console
 from learn.data.splits import Split, SplitKind, split
 from learn.models.base import SpectrumModel
 from learn.models.quadrature import quadrature
-from learn.models.registry import DEFAULT_MODEL, check_options, model_entry
 from learn.training.by_steps import train_by_steps
 from learn.training.config import Config, read_config, write_config
 from learn.training.fit_progress import FitProgress
 from learn.training.found_responses import Learned, learned_responses
 from learn.training.lightning_module import Spectra
+from learn.training.registry import DEFAULT_MODEL, check_options, model_entry
 from learn.training.run_folder import Run, build_model, load_run, load_weights, save_weights
 from learn.training.training_file import write_training
 from learn.training.validation_scores import validate
@@ -61,7 +61,7 @@ def train(
     Args:
         dataset: the dataset, or its folder.
         output: the run folder.
-        model: name of a model in ``learn.models.registry``.
+        model: name of a model in ``learn.training.registry``.
         split: how the test part is chosen. ``files``: the folder's own index files; ``random``: a random fifth of the
             spectra; ``blocked``: every fourth block of ten consecutive spectra.
         seed: seed of the split, the initial weights and the order of the spectra.

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 import torch
 
-from learn.models.registry import MODELS
 from learn.models.steps import Steps
 from learn.training.config import Config
+from learn.training.registry import MODELS
 from learn.training.train import train_run
 from simulate.dataset.dataset_writer import encode_picture, write_gateway, write_index, write_positions, write_responses
 from simulate.spectra.beamformer import Beamformer

@@ -7,7 +7,7 @@ import torch
 from learn.data.metrics import ssim
 from learn.models.loss import coarse_loss, composite_loss
 from learn.models.quadrature import interpolation, picture_pixels, quadrature
-from learn.models.registry import MODELS, model_class
+from learn.training.registry import MODELS, model_class
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer

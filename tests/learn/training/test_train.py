@@ -25,12 +25,12 @@ from learn.models.base import WEAK
 from learn.models.loss import L1_WEIGHT, SSIM_WEIGHT, composite_loss
 from learn.models.mlp import ResponseMLP
 from learn.models.quadrature import quadrature
-from learn.models.registry import model_class
 from learn.models.steps import Steps
 from learn.reports.evaluation_report import write_evaluation
 from learn.training.checkpoints import LAST, PREVIOUS, read_checkpoint
 from learn.training.config import read_config
 from learn.training.lightning_module import Spectra, Training
+from learn.training.registry import model_class
 from learn.training.run_folder import load_run
 from learn.training.train import train_run
 from scenes.files.errors import InputError

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from learn.models.registry import DEFAULT_MODEL, MODELS, ModelEntry, check_options, model_class, model_entry
+from learn.training.registry import DEFAULT_MODEL, MODELS, ModelEntry, check_options, model_class, model_entry
 from scenes.files.errors import ParameterError
 from simulate.spectra.beamformer import Beamformer
 
@@ -23,7 +23,7 @@ NEW_LINE = (
 )
 
 PROGRAM = f"""
-from learn.models.registry import MODELS, ModelEntry
+from learn.training.registry import MODELS, ModelEntry
 {NEW_LINE}
 from bisplat.__main__ import main
 main()
@@ -63,7 +63,7 @@ def test_a_new_model_is_one_file_and_one_line(bisplat_with_level, tiny, tmp_path
 
 
 def test_the_table_needs_neither_torch_nor_the_ray_tracer():
-    code = "import sys, learn.models.registry; print('\\n'.join(sys.modules))"
+    code = "import sys, learn.training.registry; print('\\n'.join(sys.modules))"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT).stdout
     assert not {line.split(".")[0] for line in loaded.splitlines()} & {"torch", "drjit", "mitsuba", "sionna"}
 
