@@ -65,6 +65,7 @@ def spectra_per_minute(name: str, dataset: Any, batch_size: int, of: str, option
     import torch
 
     from learn.data.splits import split
+    from learn.models.capabilities import HasOwnLoss, PredictsResponses
     from learn.models.quadrature import quadrature
     from learn.models.steps import Steps
     from learn.training.config import Config
@@ -82,9 +83,9 @@ def spectra_per_minute(name: str, dataset: Any, batch_size: int, of: str, option
         iter(Spectra(dataset, parts, batch_size, 0, dataset.responses).train_dataloader())
     )
     known = responses if of == "responses" else responses[:, :0]
-    if of == "responses" and not (model.has_responses and known.shape[1]):
+    if of == "responses" and not (isinstance(model, PredictsResponses) and known.shape[1]):
         return 0.0
-    coarse = of != "all" and model.trains_on_few_pixels
+    coarse = of != "all" and not isinstance(model, HasOwnLoss)
     batches: list[Any] = [(positions, pictures, known)]
     if of == "all" and name == "nerf2":
         model.rays = PIXELS_APART

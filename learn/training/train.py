@@ -18,6 +18,7 @@ from rich.console import Console
 
 from learn.data.splits import Split, SplitKind, split
 from learn.models.base import SpectrumModel
+from learn.models.capabilities import FitsInClosedForm
 from learn.models.quadrature import quadrature
 from learn.training.by_steps import train_by_steps
 from learn.training.config import Config, read_config, write_config
@@ -204,6 +205,8 @@ def _fit_in_closed_form(model: SpectrumModel, dataset: Dataset, parts: Split, fo
 
     The baselines interpolate both parts too.
     """
+    if not isinstance(model, FitsInClosedForm):
+        raise ParameterError("model", f"expected a model with fit and refit, found {type(model).__name__}")
     began = time.perf_counter()
     with FitProgress(f"fit to the {len(parts.train)} training spectra") as model.report:
         found = model.fit(dataset, parts.train)

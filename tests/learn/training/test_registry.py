@@ -9,6 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from learn.models.capabilities import (
+    FitsInClosedForm,
+    HasOwnLoss,
+    HasPrimitives,
+    PredictsResponses,
+    StatesVariance,
+    TracesRays,
+)
 from learn.training.registry import DEFAULT_MODEL, MODELS, ModelEntry, check_options, model_class, model_entry
 from scenes.files.errors import ParameterError
 from simulate.spectra.beamformer import Beamformer
@@ -28,6 +36,21 @@ from learn.training.registry import MODELS, ModelEntry
 from bisplat.__main__ import main
 main()
 """
+
+CAPABILITIES = (FitsInClosedForm, HasOwnLoss, HasPrimitives, PredictsResponses, StatesVariance, TracesRays)
+
+CAN_DO = {
+    "helmholtz": {FitsInClosedForm, StatesVariance},
+    "twin": {FitsInClosedForm, StatesVariance, PredictsResponses, TracesRays},
+    "bisplat": {HasPrimitives},
+    "bisplat-plus": {HasPrimitives},
+    "bisplat-aperture": {HasPrimitives, PredictsResponses},
+    "mlp": set(),
+    "mlp-responses": {PredictsResponses},
+    "nerf2": {HasOwnLoss},
+    "swiftwrf": set(),
+}
+"""Capabilities of the models of the table."""
 
 
 @pytest.fixture
@@ -75,8 +98,8 @@ def test_every_model_of_the_table_can_be_built(name, region):
     small = {"primitives": 20} if "primitives" in entry.options else dict.fromkeys(entry.needs, "closet")
     model = model_class(name)(region, Beamformer(), 0.33, **{**entry.options, **entry.options_without_gpu, **small})
     assert entry.summary and DEFAULT_MODEL in MODELS
-    for capability in ("has_responses", "has_primitives"):
-        assert isinstance(getattr(model, capability), bool)
+    found = {each for each in CAPABILITIES if isinstance(model, each)}
+    assert found == CAN_DO[name] and isinstance(model, FitsInClosedForm) == (entry.by_steps is None)
 
 
 def test_unknown_models_and_options_are_refused():
