@@ -48,7 +48,7 @@ class SquaredExponential(KrigedField):
     def covariance(self, a, b, faded, shares, length):
         distance = torch.linalg.vector_norm(a[..., :, None, :] - b[..., None, :, :], dim=-1)
         law = self._law(distance, faded, length)
-        if not self.has_responses:
+        if not self.of_responses:
             return law
         zero = torch.zeros_like(law)
         return torch.cat([torch.cat([law, zero], dim=-1), torch.cat([zero, law], dim=-1)], dim=-2)
@@ -76,7 +76,7 @@ class WavesAndEdges(SquaredExponential):
 
     def _law(self, distance, faded, length):
         waves = torch.sinc(2 * distance / self.wavelength)
-        return (waves if self.has_responses else waves**2) * self.fading(distance, length)
+        return (waves if self.of_responses else waves**2) * self.fading(distance, length)
 
 
 class WavesEdgesAndDrift(WavesAndEdges):

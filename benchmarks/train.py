@@ -65,6 +65,7 @@ def spectra_per_minute(name: str, dataset: Any, batch_size: int, of: str, option
     import torch
 
     from learn.data.splits import split
+    from learn.models.capabilities import HasOwnLoss, PredictsResponses
     from learn.models.quadrature import quadrature
     from learn.models.steps import Steps
     from learn.training.config import Config
@@ -82,9 +83,9 @@ def spectra_per_minute(name: str, dataset: Any, batch_size: int, of: str, option
         iter(Spectra(dataset, parts, batch_size, 0, dataset.responses).train_dataloader())
     )
     known = responses if of == "responses" else responses[:, :0]
-    if of == "responses" and not (model.has_responses and known.shape[1]):
+    if of == "responses" and not (isinstance(model, PredictsResponses) and known.shape[1]):
         return 0.0
-    coarse = of != "all" and model.trains_on_few_pixels
+    coarse = of != "all" and not isinstance(model, HasOwnLoss)
     batches: list[Any] = [(positions, pictures, known)]
     if of == "all" and name == "nerf2":
         model.rays = PIXELS_APART
@@ -136,7 +137,7 @@ def main(
         smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
         json_output: print one JSON object.
     """
-    from learn.models.registry import MODELS, model_entry
+    from learn.training.registry import MODELS, model_entry
     from simulate.dataset.dataset_folder import read_dataset
 
     known = read_dataset(dataset)

@@ -9,6 +9,8 @@ from learn.evaluation.check import check as check
 from learn.evaluation.crossvalidate import crossvalidate as crossvalidate
 from learn.evaluation.evaluate import evaluate as evaluate
 from learn.localisation.locate import locate as locate
+from learn.models.base import SpectrumModel as SpectrumModel
+from learn.models.capabilities import PredictsResponses as PredictsResponses
 from learn.planning.next_positions import plan as plan
 from learn.reports.plots import plot_cdf as plot_cdf
 from learn.reports.plots import plot_polar as plot_polar

@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from learn.models.registry import MODELS
 from learn.models.steps import Steps
 from learn.training.config import Config
+from learn.training.registry import MODELS
 from simulate.dataset.dataset_writer import encode_picture, write_gateway, write_index, write_positions, write_responses
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import picture

@@ -13,22 +13,21 @@ FILES = [path.relative_to(ROOT) for package in PACKAGES for path in sorted((ROOT
 MODULES = {".".join(path.with_suffix("").parts).removesuffix(".__init__"): path for path in FILES}
 FOLDERS = sorted({path.parent for path in FILES})
 
-NAMED = re.compile(rf"(?:{'|'.join(PACKAGES)})(?:\.\w+)+")
-"""A module in a string, such as "learn.models.mlp:ResponseMLP"."""
+NAMED = re.compile(rf"(?:{'|'.join(PACKAGES)})(?:\.\w+)+(?=:\w+$|$)")
+"""A string that names a module, such as "learn.models.mlp:ResponseMLP"."""
 
 
 def imported(path: Path) -> set[str]:
-    """The modules of ours that a file imports, anywhere in it, or names in a string that is no docstring."""
-    tree = ast.parse((ROOT / path).read_text())
-    texts = {id(node.value) for node in ast.walk(tree) if isinstance(node, ast.Expr)}
+    """The modules of ours that a file imports, anywhere in it; a string that names one is an import that is put off."""
     names = set()
-    for node in ast.walk(tree):
+    for node in ast.walk(ast.parse((ROOT / path).read_text())):
         if isinstance(node, ast.ImportFrom) and node.module:
             names |= {node.module} | {f"{node.module}.{each.name}" for each in node.names}
         elif isinstance(node, ast.Import):
             names |= {each.name for each in node.names}
-        elif isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in texts:
-            names |= {each for each in NAMED.findall(node.value) if node.value.split(":")[0] == each}
+        elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+            found = NAMED.match(node.value)
+            names |= {found[0]} if found else set()
     return names & MODULES.keys()
 
 

@@ -12,7 +12,7 @@ from tyro.conf import Positional, arg
 
 from bisplat.commands.simulate_command import Output
 from bisplat.commands.training_commands import ModelName
-from learn.models.registry import DEFAULT_MODEL
+from learn.training.registry import DEFAULT_MODEL
 from scenes.files.errors import printable
 from scenes.files.text_tables import print_rows
 

@@ -12,11 +12,11 @@ from msgspec import Struct
 
 from learn.evaluation.crossvalidate import CrossValidation, crossvalidate
 from learn.evaluation.evaluate import Evaluation, evaluate
-from learn.models.registry import DEFAULT_MODEL
 from learn.models.steps import STEPS_MOST
 from learn.reports.crossvalidation_report import write_crossvalidation
 from learn.reports.demo_report import write_demo
 from learn.reports.evaluation_report import write_evaluation
+from learn.training.registry import DEFAULT_MODEL
 from learn.training.train import train
 from scenes.drawing.scene_drawing import draw_scene
 from scenes.files.atomic import write_atomically

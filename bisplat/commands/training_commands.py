@@ -11,8 +11,8 @@ from tyro.conf import OmitArgPrefixes, Positional, arg
 from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.simulate_command import Output
 from learn.data.splits import SplitKind
-from learn.models.registry import DEFAULT_MODEL, MODELS
 from learn.models.steps import Processes, Steps
+from learn.training.registry import DEFAULT_MODEL, MODELS
 from scenes.files.errors import InputError, ParameterError, printable
 from scenes.files.options import changed, optional, unchecked
 from scenes.files.plain_text import say
@@ -133,7 +133,7 @@ def predict(runs: Positional[tuple[Path, ...]], positions: Path, output: Output,
     require_new(output, force=force)
     from learn.training.ensemble import Ensemble
     from learn.training.run_folder import load_run
-    from simulate.dataset.dataset_writer import write_arrays
+    from scenes.files.npz_file import write_arrays
     from simulate.positions.given_positions import reach_warning, read_points
 
     loaded = [load_run(run) for run in runs]

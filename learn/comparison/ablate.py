@@ -11,8 +11,9 @@ from learn.comparison.experiment import begun
 from learn.comparison.table import Comparison
 from learn.comparison.trained_model import TrainedModel
 from learn.data.splits import SplitKind
-from learn.models.registry import OPTION_MOST, check_options
+from learn.models.model_options import OPTION_MOST
 from learn.models.steps import STEPS_MOST
+from learn.training.registry import check_options
 from scenes.files.errors import ParameterError, require_whole
 from simulate.dataset.dataset_folder import Dataset
 

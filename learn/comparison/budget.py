@@ -11,6 +11,7 @@ import torch
 from learn.comparison.task import Task
 from learn.data.metrics import ssim_of_each
 from learn.models.base import SpectrumModel
+from learn.models.capabilities import HasOwnLoss
 from learn.models.quadrature import quadrature
 from learn.models.steps import Steps
 from learn.training.by_steps import STEPS_PER_VALIDATION, VALIDATIONS
@@ -51,7 +52,7 @@ def steps_within(minutes: float, model: SpectrumModel, by_steps: Steps, task: Ta
             seconds.append(time.perf_counter() - began)
         return float(np.median(seconds[1:]))
 
-    share = 1 - by_steps.full_resolution if model.trains_on_few_pixels else 0.0
+    share = 0.0 if isinstance(model, HasOwnLoss) else 1 - by_steps.full_resolution
     step_seconds = share * median_seconds(True) if share else 0.0
     step_seconds += (1 - share) * median_seconds(False) if share < 1 else 0.0
     validated = min(Spectra.VALIDATED_AT_ONCE, len(positions))

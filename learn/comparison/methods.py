@@ -12,7 +12,7 @@ import torch
 from learn.comparison.baseline_methods import BASELINES
 from learn.comparison.task import Method
 from learn.comparison.trained_model import TrainedModel
-from learn.models.registry import MODELS
+from learn.training.registry import MODELS
 from scenes.files.errors import ParameterError, cut, reason, shown
 
 

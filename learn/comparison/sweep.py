@@ -11,7 +11,7 @@ from learn.comparison.experiment import begun
 from learn.comparison.table import Comparison
 from learn.comparison.trained_model import TrainedModel
 from learn.data.splits import SplitKind
-from learn.models.registry import DEFAULT_MODEL
+from learn.training.registry import DEFAULT_MODEL
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import ParameterError, require_whole, shown
 from simulate.dataset.dataset_folder import Dataset

@@ -10,9 +10,9 @@ from jaxtyping import Float
 
 from learn.comparison.budget import steps_within
 from learn.comparison.task import Task
-from learn.models.registry import model_entry
 from learn.training.config import Config, read_config
 from learn.training.found_responses import Learned, learned_responses
+from learn.training.registry import model_entry
 from learn.training.run_folder import Run, build_model, load_run
 from learn.training.train import box_of, train_run
 from learn.training.training_file import TrainingFile, read_training

@@ -7,7 +7,7 @@ import torch
 from jaxtyping import Float
 from torch import Tensor, nn
 
-from learn.models.base import BeamformingLayer, SpectrumModel
+from learn.models.capabilities import PredictsResponses
 from learn.models.encoding import PRIMITIVE_ORDER, EncodingKind, TransmitterEncoding, positional_encoding
 from learn.models.networks import ResidualFFN
 from learn.models.primitives import SCALE_LEAST, SCALE_MOST, Primitives
@@ -18,7 +18,7 @@ STEP_DEG = 6
 """Distance of the directions that the field is blended at, degrees: finer than a 4 × 4 array resolves."""
 
 
-class BiSplatAperture(SpectrumModel):
+class BiSplatAperture(PredictsResponses):
     """Predicts the responses of the array to the field of planar Gaussians, and the spectrum from these.
 
     As in the paper, primitive i has a direction, a depth, two scales, a rotation and an opacity o_i, and is blended
@@ -63,7 +63,7 @@ class BiSplatAperture(SpectrumModel):
         encoding: EncodingKind = "waves",
         ordered: bool = True,
     ):
-        super().__init__(region, wavelength)
+        super().__init__(region, beamformer, wavelength)
         self.ordered = ordered
         azimuths, elevations = np.arange(0.0, 360.0, STEP_DEG), np.arange(STEP_DEG / 2, 90.0, STEP_DEG)
         self.register_buffer("azimuths", torch.from_numpy(azimuths).float(), persistent=False)
@@ -73,7 +73,6 @@ class BiSplatAperture(SpectrumModel):
         aperture = beamformer.array.manifold(azimuth, elevation) * solid_angle[..., None]
         aperture = torch.view_as_real(torch.from_numpy(aperture)).flatten(2).flatten(0, 1).float()
         self.register_buffer("aperture", aperture, persistent=False)
-        self.beamforming = BeamformingLayer(beamformer)
         self.primitives = Primitives(primitives)
         self.encoding = TransmitterEncoding(encoding)
         self.transmitter = ResidualFFN(self.encoding.size, width, width, 4)
@@ -83,24 +82,12 @@ class BiSplatAperture(SpectrumModel):
             self.primitive.outward.weight.div_(typical)
             self.primitive.outward.bias.div_(typical)
 
-    @property
-    def has_responses(self) -> bool:
-        return True
-
     def undecayed(self) -> list[nn.Parameter]:
         return list(self.primitives.parameters())
-
-    @property
-    def has_primitives(self) -> bool:
-        return True
 
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
         """Element responses y (real, imaginary)."""
         return (self._transmitter_features(positions) @ self._response_of_features()).unflatten(-1, (-1, 2))
-
-    def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted spectrum: the array's spectrum of ``responses``, min–max normalised."""
-        return self.beamforming(self.responses(positions))
 
     def splats(self, positions: Float[Tensor, "B 3"]) -> Splats:
         coefficient = torch.einsum("bf,ifc->bic", self._transmitter_features(positions), self._primitive_features())

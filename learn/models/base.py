@@ -6,14 +6,12 @@ from collections.abc import Callable
 
 import numpy as np
 import torch
-from jaxtyping import Float, Int
+from jaxtyping import Float
 from torch import Tensor, nn
 
 from learn.models.encoding import TransmitterEncoding
-from learn.models.loss import coarse_loss, composite_loss
+from learn.models.loss import coarse_loss
 from learn.models.quadrature import Quadrature
-from learn.models.splat import Splats
-from simulate.dataset.dataset_folder import Dataset
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.beamformer import Beamformer
 
@@ -21,26 +19,30 @@ Report = Callable[[str, int, int], None]
 """Takes a phase of a fit, a number of steps done, and the largest number of steps the phase can take."""
 
 
-WEAK = 0.1
-"""ε of ``responses_loss``: the power below which a spectrum counts less, relative to the mean power."""
-
-
 class SpectrumModel(nn.Module):
     """Base class of the models: ``forward`` takes positions [B, 3] in metres and returns spectra [B, 90, 360], 0…1.
 
-    A subclass is built with (region, beamformer, wavelength, **options), and ``learn.models.registry`` lists it. A
-    model that can do more than predict spectra also overrides some of the methods below.
+    A subclass is built with (region, beamformer, wavelength, **options) and needs no other method. What more it can do
+    says ``learn.models.capabilities``.
 
     Args:
         region: corners (min, max) of the box of training positions, metres, world frame.
         wavelength: metres.
+
+    >>> import bisplat
+    >>> class Level(bisplat.SpectrumModel):
+    ...     def __init__(self, region, beamformer, wavelength):
+    ...         super().__init__(region, wavelength)
+    ...         self.level = torch.nn.Parameter(torch.tensor(0.25))
+    ...
+    ...     def forward(self, positions):
+    ...         return self.level.expand(len(positions), 90, 360)
+    >>> Level(np.array([[0, 0, 0], [4, 3, 2]]), bisplat.Beamformer(), 0.33)(torch.zeros(2, 3)).shape
+    torch.Size([2, 90, 360])
     """
 
     region: Tensor
     wavelength: Tensor
-    beamforming: BeamformingLayer
-    """Computes spectra from ``responses``; only models with ``has_responses`` have one."""
-
     encoding: TransmitterEncoding
     """Encodes the transmitter's position; only networks have one."""
 
@@ -60,116 +62,15 @@ class SpectrumModel(nn.Module):
         Args:
             positions: transmitter positions, metres, world frame.
         """
-        if not self.has_responses:
-            return self(positions), None
-        responses = self.responses(positions)
-        return self.beamforming(responses), responses
-
-    @property
-    def trains_on_few_pixels(self) -> bool:
-        """Whether most training steps look at a few pixels only (``coarse_loss``): unless a model has a ``loss`` of its
-        own."""
-        return type(self).loss is SpectrumModel.loss
-
-    # --- capabilities that only some models have -----------------------------------------------------------
-
-    @property
-    def has_responses(self) -> bool:
-        """Whether the model predicts element ``responses``, from which ``beamforming`` computes the spectrum."""
-        return False
-
-    def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
-        """Predicted element responses (real, imaginary), up to one common factor per spectrum.
-
-        Raises:
-            NotImplementedError: the model predicts no responses.
-        """
-        raise NotImplementedError(f"{type(self).__name__} predicts no responses")
-
-    @property
-    def traces_rays(self) -> bool:
-        """Whether predictions need the ray tracer, so that the model is no function of tensors alone."""
-        return False
-
-    @property
-    def has_primitives(self) -> bool:
-        """Whether the model consists of Gaussian primitives, which ``splats`` returns."""
-        return False
-
-    def splats(self, positions: Float[Tensor, "B 3"]) -> Splats:
-        """The primitives as they are blended for each transmitter position.
-
-        Raises:
-            NotImplementedError: the model has no primitives.
-        """
-        raise NotImplementedError(f"{type(self).__name__} has no primitives")
-
-    def field(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B H W 2"] | None:
-        """Complex field F(φ, θ) on the model's own grid (real, imaginary); None: the model has no field."""
-        return None
-
-    def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"] | None:
-        """Variance of the prediction relative to the field's variance, 0…1; None: the model does not compute it."""
-        return None
-
-    def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
-        """Fit a model whose registry entry has ``by_steps=None``.
-
-        Args:
-            dataset: spectra with their positions.
-            known: indices of the spectra to fit to.
-
-        Returns:
-            What was found, as a sentence that ``bisplat train`` prints.
-
-        Raises:
-            NotImplementedError: the model is trained by steps.
-        """
-        raise NotImplementedError(f"{type(self).__name__} is trained by steps")
-
-    def refit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
-        """Fit a fitted model to other known spectra, with the choices that ``fit`` made.
-
-        Args:
-            dataset: as for ``fit``.
-            known: indices of the spectra to fit to.
-        """
-        raise NotImplementedError(f"{type(self).__name__} is trained by steps")
+        return self(positions), None
 
     def undecayed(self) -> list[nn.Parameter]:
         """Parameters that say where primitives are and what shape they have, whose weights must not decay; none."""
         return []
 
-    # --- for subclasses ------------------------------------------------------------------------------------
-
-    def loss(self, positions: Float[Tensor, "B 3"], spectra: Float[Tensor, "B 90 360"]) -> Float[Tensor, ""]:
-        """Loss of a training step: the paper's composite loss of whole spectra, unless a model overrides it.
-
-        Args:
-            positions: transmitter positions of a batch, metres, world frame.
-            spectra: true spectra of the batch, 0…1.
-        """
-        return composite_loss(self(positions), spectra)
-
     def encoded(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B size"]:
         """Positions (metres, world frame) as the model's ``encoding`` has them."""
         return self.encoding(positions, self.region, self.wavelength)
-
-    def responses_loss(
-        self, positions: Float[Tensor, "B 3"], responses: Float[Tensor, "B elements 2"]
-    ) -> Float[Tensor, ""]:
-        """Loss of a training step of a model with ``has_responses``, where the true responses are known.
-
-        This is the mean of |ŷ − y|² / (|y|² + ε) over the batch: each spectrum counts the same, near or far, but for
-        those that receive almost nothing.
-
-        Args:
-            positions: transmitter positions of a batch, metres, world frame.
-            responses: true element responses (real, imaginary), scaled to a mean square magnitude of 1 over all spectra
-                and elements.
-        """
-        error = (self.responses(positions) - responses).square().sum(dim=-1).mean(dim=-1)
-        return (error / (responses.square().sum(dim=-1).mean(dim=-1) + WEAK)).mean()
 
     def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
         """Predicted spectra at a few pixels; a model that can compute these alone overrides it.
@@ -178,8 +79,6 @@ class SpectrumModel(nn.Module):
             positions: transmitter positions, metres, world frame.
             pixels: the pixels.
         """
-        if self.has_responses:
-            return self.beamforming.coarse(self.responses(positions), pixels)
         return self(positions)[:, pixels.rows][:, :, pixels.columns]
 
     def coarse_loss(
@@ -192,8 +91,6 @@ class SpectrumModel(nn.Module):
             spectra: true spectra of the batch at these pixels, 0…1.
             pixels: the pixels.
         """
-        if self.has_responses:  # its spectra are normalised over these pixels
-            spectra = normalised(spectra.flatten(1)).view_as(spectra)
         return coarse_loss(self.coarse(positions, pixels), spectra, pixels)
 
 

@@ -95,10 +95,6 @@ class BiSplatWRF(SpectrumModel):
         self.dynamic = ResidualFFN(ffn_width, 2, ffn_width, ffn_layers)
         self.delta = ResidualFFN(gs_pe + tx_pe + ffn_width, 4, ffn_width, ffn_layers)
 
-    @property
-    def has_primitives(self) -> bool:
-        return True
-
     def undecayed(self) -> list[nn.Parameter]:
         return list(self.primitives.parameters())
 

@@ -74,28 +74,20 @@ class HelmholtzField(SpectrumModel):
         self._found: tuple[Dataset, Complex[np.ndarray, "K elements"]] | None = None
         self._used: dict[str, float] = {}  # weights as numbers: an exported program cannot branch on a tensor
 
-    @property
-    def has_responses(self) -> bool:
-        """Whether element responses are interpolated."""
-        return "responses" in self._used
-
-    def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
-        """Element responses y (real, imaginary), up to one factor for all; only if responses are interpolated."""
-        field: Any = self.fields["responses"]
-        return field.responses(positions)
-
     def predict(
         self, positions: Float[Tensor, "B 3"]
     ) -> tuple[Float[Tensor, "B 90 360"], Float[Tensor, "B elements 2"] | None]:
         """Predicted spectra, and the interpolated responses, which are theirs if no other way has a weight.
 
+        None in their place: responses are not interpolated.
+
         Args:
             positions: transmitter positions, metres, world frame.
         """
-        if not self.has_responses:
+        if "responses" not in self._used:
             return self(positions), None
-        responses = self.responses(positions)
         field: Any = self.fields["responses"]
+        responses = field.responses(positions)
         parts = [
             weight * (field.beamforming(responses) if way == "responses" else self._by(way, positions))
             for way, weight in self._used.items()

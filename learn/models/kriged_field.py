@@ -74,6 +74,7 @@ class KrigedField(SpectrumModel):
         length: ℓ, metres.
         drift: T, number of spectra.
         nugget: ν.
+        of_responses: whether element responses are interpolated; otherwise spectra are.
         solve: solver of the kriging equations, from (matrices, right-hand sides) to solutions.
     """
 
@@ -99,8 +100,8 @@ class KrigedField(SpectrumModel):
     ):
         super().__init__(region, wavelength)
         self.beamforming = BeamformingLayer(beamformer)
-        self._of_responses = of == "responses"
-        numbers = 2 * beamformer.array.elements if self._of_responses else ROWS * COLUMNS
+        self.of_responses = of == "responses"
+        numbers = 2 * beamformer.array.elements if self.of_responses else ROWS * COLUMNS
         self.register_buffer("places", torch.zeros(0, 3))
         self.register_buffer("times", torch.zeros(0))
         self.register_buffer("values", torch.zeros(0, numbers))
@@ -111,11 +112,6 @@ class KrigedField(SpectrumModel):
         self.register_buffer("shares", torch.full((DIRECTIONS,), 1 / DIRECTIONS))
         for name in ("length", "drift", "nugget"):
             self.register_buffer(name, torch.ones(()))
-
-    @property
-    def has_responses(self) -> bool:
-        """Whether element responses are interpolated; otherwise spectra are."""
-        return self._of_responses
 
     def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
         """Keep the known spectra, and find the s, ℓ, T and ν of highest likelihood.
@@ -129,7 +125,7 @@ class KrigedField(SpectrumModel):
         """
         self.keep(dataset, np.unique(known))
         if len(self.places) > 1:  # a single spectrum determines no covariance
-            what = "responses" if self._of_responses else "spectra"
+            what = "responses" if self.of_responses else "spectra"
             fit_covariance(self, self.neighbours, partial(self.report, f"covariance of {what}"))
         return f"length {self.length:.2f} m, drift {self.drift:.0f} spectra, nugget {self.nugget:.1e}"
 
@@ -151,7 +147,7 @@ class KrigedField(SpectrumModel):
         """
         self.places = torch.from_numpy(dataset.positions[known]).float()
         self.times = torch.from_numpy(known).float()
-        if self._of_responses:
+        if self.of_responses:
             assert dataset.responses is not None
             responses = torch.from_numpy(dataset.responses[known])
             root_mean_square = responses.abs().square().mean().sqrt()
@@ -170,7 +166,7 @@ class KrigedField(SpectrumModel):
         −jy.
         """
         values = self.values[:, columns][members].float() - self.mean[columns]
-        if not self.has_responses:
+        if not self.of_responses:
             return values
         real, imaginary = values.unflatten(-1, (-1, 2)).unbind(-1)
         return torch.cat([values, torch.stack([imaginary, -real], dim=-1).flatten(-2)], dim=-2)
@@ -195,14 +191,14 @@ class KrigedField(SpectrumModel):
         real = (shares * phase_a.cos()) @ cosine + (shares * phase_a.sin()) @ sine
         imaginary = (shares * phase_a.sin()) @ cosine - (shares * phase_a.cos()) @ sine
         fading = fading * self.fading(distances(a, b), length)
-        if not self.has_responses:
+        if not self.of_responses:
             return (real.square() + imaginary.square()) * fading
         real, imaginary = real * fading, imaginary * fading
         return torch.cat([torch.cat([real, -imaginary], dim=-1), torch.cat([imaginary, real], dim=-1)], dim=-2)
 
     def fading(self, separation: Tensor, scale: Tensor) -> Tensor:
         """The factor e^(−separation/scale) of κ (for spectra its square, in |κ|²); a separation in space or time."""
-        return torch.exp(-separation / scale * (1 if self.has_responses else 2))
+        return torch.exp(-separation / scale * (1 if self.of_responses else 2))
 
     def expected_fading(self, positions: Float[Tensor, "B 3"], near: Int[Tensor, "B n"]) -> Float[Tensor, "B n"]:
         """Expected factor e^(−τ/T) of κ (for spectra its square, in |κ|²) between new and known positions.
@@ -262,6 +258,19 @@ class KrigedField(SpectrumModel):
         """Element responses y (real, imaginary), up to one factor for all; only if responses are interpolated."""
         return self.interpolated(positions)[0].unflatten(-1, (-1, 2))
 
+    def predict(
+        self, positions: Float[Tensor, "B 3"]
+    ) -> tuple[Float[Tensor, "B 90 360"], Float[Tensor, "B elements 2"] | None]:
+        """Predicted spectra, and the responses they are computed from if these are interpolated.
+
+        Args:
+            positions: transmitter positions, metres, world frame.
+        """
+        if not self.of_responses:
+            return self(positions), None
+        responses = self.responses(positions)
+        return self.beamforming(responses), responses
+
     def forward(
         self, positions: Float[Tensor, "B 3"], left_out: Int[Tensor, " B"] | None = None
     ) -> Float[Tensor, "B 90 360"]:
@@ -275,8 +284,8 @@ class KrigedField(SpectrumModel):
 
     def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
         """As for ``SpectrumModel``; of spectra only these pixels are interpolated."""
-        if self.has_responses:
-            return super().coarse(positions, pixels)
+        if self.of_responses:
+            return self.beamforming.coarse(self.responses(positions), pixels)
         columns = torch.from_numpy((pixels.rows[:, None] * COLUMNS + pixels.columns).ravel()).to(positions.device)
         values = self.interpolated(positions, columns=columns)[0]
         return (values / LARGEST_GREY).clamp(0, 1).unflatten(-1, (len(pixels.rows), len(pixels.columns)))
@@ -291,7 +300,7 @@ class KrigedField(SpectrumModel):
         return self._as_spectra(values.flatten(0, -2)).unflatten(0, members.shape)
 
     def _as_spectra(self, values: Float[Tensor, "n C"]) -> Float[Tensor, "n 90 360"]:
-        if self._of_responses:
+        if self.of_responses:
             return self.beamforming(values.unflatten(-1, (-1, 2)))
         return (values / LARGEST_GREY).clamp(0, 1).unflatten(-1, (ROWS, COLUMNS))
 
@@ -308,7 +317,7 @@ class KrigedField(SpectrumModel):
             shape = (known, *getattr(self, name).shape[1:])
             if name in state_dict and state_dict[name].shape != shape:  # before memory is taken for it
                 raise RuntimeError(f"{name} of shape {tuple(state_dict[name].shape)} instead of {shape}")
-            grey_levels = name == "values" and not self._of_responses
+            grey_levels = name == "values" and not self.of_responses
             setattr(self, name, torch.zeros(shape, dtype=torch.uint8 if grey_levels else torch.float32))
         loaded = super().load_state_dict(state_dict, strict, assign)
         if not (self.shares >= 0).all() or min(self.length, self.drift, self.nugget) <= 0:

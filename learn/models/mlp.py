@@ -7,7 +7,8 @@ import torch
 from jaxtyping import Float
 from torch import Tensor
 
-from learn.models.base import BeamformingLayer, SpectrumModel
+from learn.models.base import SpectrumModel
+from learn.models.capabilities import PredictsResponses
 from learn.models.encoding import EncodingKind, TransmitterEncoding
 from learn.models.networks import ResidualFFN
 from learn.models.quadrature import Quadrature, interpolation, picture_pixels
@@ -60,7 +61,7 @@ class SpectrumMLP(SpectrumModel):
         return (rows @ few @ columns.T).clamp(0, 1)
 
 
-class ResponseMLP(SpectrumModel):
+class ResponseMLP(PredictsResponses):
     """Predicts the complex element responses from the encoded position of the transmitter, and the spectrum from these.
 
     Args:
@@ -78,18 +79,10 @@ class ResponseMLP(SpectrumModel):
         *,
         encoding: EncodingKind = "octaves",
     ):
-        super().__init__(region, wavelength)
+        super().__init__(region, beamformer, wavelength)
         self.encoding = TransmitterEncoding(encoding)
         self.network = ResidualFFN(self.encoding.size, 2 * beamformer.array.elements, WIDTH, LAYERS)
-        self.beamforming = BeamformingLayer(beamformer)
-
-    @property
-    def has_responses(self) -> bool:
-        return True
 
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
         """Element responses (real, imaginary); their scale and common phase are arbitrary."""
         return self.network(self.encoded(positions)).unflatten(-1, (-1, 2))
-
-    def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        return self.beamforming(self.responses(positions))

@@ -15,9 +15,9 @@ from torch import Tensor, nn
 
 from learn.models.base import SpectrumModel
 from learn.models.encoding import EncodingKind, TransmitterEncoding, positional_encoding
+from learn.models.model_options import OPTION_MOST
 from learn.models.networks import LinearOfParts
 from learn.models.quadrature import interpolation, picture_pixels
-from learn.models.registry import OPTION_MOST
 from scenes.files.errors import require_whole
 from simulate.spectra.angular_grid import COLUMNS
 from simulate.spectra.beamformer import Beamformer

@@ -136,7 +136,7 @@ def _planned_with(field: KrigedField, weight: float = 1.0) -> Field:
             static = torch.ones(len(rows), len(b), dtype=torch.float64, device=shares.device)
             with torch.inference_mode():
                 part = field.covariance(rows, all_b, static, shares, length).cpu().numpy()
-            if field.has_responses:  # its left half is the real above the imaginary part
+            if field.of_responses:  # its left half is the real above the imaginary part
                 part = part[: len(rows), : len(b)] + 1j * part[len(rows) :, : len(b)]
             parts.append(part)
         return np.concatenate(parts)

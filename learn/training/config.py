@@ -13,8 +13,8 @@ from typing import Annotated, Any
 from msgspec import Meta, Struct
 
 from learn.data.splits import Split, SplitKind
-from learn.models.registry import DEFAULT_MODEL
 from learn.models.steps import Steps
+from learn.training.registry import DEFAULT_MODEL
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError
 from scenes.files.json_file import read_json
@@ -44,7 +44,7 @@ class Config:
 
     Attributes:
         dataset: absolute path of the dataset folder.
-        model: name of the model in ``learn.models.registry``.
+        model: name of the model in ``learn.training.registry``.
         split: how the test part is chosen.
         seed: seed of the initial weights and the order of the spectra.
         split_seed: seed of the split.

@@ -18,6 +18,7 @@ from learn.baselines.neighbours import inverse_distance
 from learn.data.metrics import ssim_of_each
 from learn.data.splits import Split
 from learn.models.base import Report, SpectrumModel
+from learn.models.capabilities import PredictsResponses
 from learn.models.kriged_field import KrigedField
 from learn.models.retrieved_field import can_retrieve, fit_to_pictures, not_black, retrieved_responses
 from learn.models.steps import Steps
@@ -56,8 +57,10 @@ def learned_responses(model: SpectrumModel, dataset: Dataset, parts: Split, by_s
         parts: its split; nothing is learned of the test part.
         by_steps: settings of the training.
     """
-    if not model.has_responses or dataset.responses is not None:
-        return Learned(dataset.responses if model.has_responses else None)
+    if not isinstance(model, PredictsResponses):
+        return Learned(None)
+    if dataset.responses is not None:
+        return Learned(dataset.responses)
     if not (by_steps.find_phases and len(parts.validation) and can_retrieve(dataset, parts.train)):
         return Learned(None)
     began = time.perf_counter()

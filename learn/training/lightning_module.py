@@ -16,6 +16,8 @@ from torch.utils.data.distributed import DistributedSampler
 from learn.data.metrics import ssim_of_each
 from learn.data.splits import Split
 from learn.models.base import SpectrumModel
+from learn.models.capabilities import HasOwnLoss, PredictsResponses
+from learn.models.loss import composite_loss
 from learn.models.quadrature import Quadrature
 from learn.models.steps import Steps
 from simulate.dataset.dataset_folder import Dataset
@@ -39,7 +41,7 @@ class Training(L.LightningModule):
     def __init__(self, model: SpectrumModel, by_steps: Steps, pixels: Quadrature):
         super().__init__()
         self.model, self.by_steps, self.pixels = model, by_steps, pixels
-        self.coarse_steps = by_steps.coarse_steps if model.trains_on_few_pixels else 0
+        self.coarse_steps = 0 if isinstance(model, HasOwnLoss) else by_steps.coarse_steps
         self._validation: list[np.ndarray] = []
         self._seed = torch.initial_seed()
 
@@ -65,12 +67,15 @@ class Training(L.LightningModule):
             responses: element responses to learn; none (of 0 elements): the pictures are learned.
             coarse: look at a few pixels of the pictures only.
         """
-        if self.model.has_responses and responses.shape[1]:
+        if isinstance(self.model, PredictsResponses) and responses.shape[1]:
             return self.model.responses_loss(positions, responses)
         if coarse:
             few = pictures[:, self.pixels.rows][:, :, self.pixels.columns]
             return self.model.coarse_loss(positions, few.float() / LARGEST_GREY, self.pixels)
-        return self.model.loss(positions, pictures.float() / LARGEST_GREY)
+        spectra = pictures.float() / LARGEST_GREY
+        if isinstance(self.model, HasOwnLoss):
+            return self.model.loss(positions, spectra)
+        return composite_loss(self.model(positions), spectra)
 
     def validation_step(self, batch: list[Tensor], _: int) -> None:
         positions, pictures = batch[:2]

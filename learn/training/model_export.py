@@ -16,6 +16,7 @@ from torch import Tensor
 from torch._higher_order_ops.scan import scan  # a private module, but the only loop that torch exports to ONNX
 from torch.export import ExportedProgram, save
 
+from learn.models.capabilities import TracesRays
 from learn.training.run_folder import Run
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError
@@ -51,7 +52,7 @@ def export(run: Run, path: Path | str) -> None:
     writers: dict[str, Callable[[ExportedProgram, Path], None]] = {".onnx": _write_onnx, ".pt2": save}
     if path.suffix not in writers:
         raise InputError(f"{path}: expected a name that ends in .onnx or .pt2, found {path.name}")
-    if run.model.traces_rays:
+    if isinstance(run.model, TracesRays):
         raise InputError(
             f"{run.folder}: expected a model that needs no ray tracer, found {run.config.model}, which does"
         )

@@ -23,8 +23,9 @@ from safetensors.torch import load_file, save
 
 from learn.data.splits import Split, read_split
 from learn.models.base import SpectrumModel
-from learn.models.registry import check_options, model_class, model_entry
+from learn.models.capabilities import StatesVariance
 from learn.training.config import Config, read_config
+from learn.training.registry import check_options, model_class, model_entry
 from learn.training.training_file import read_training
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, cut, reason, shown
@@ -115,6 +116,8 @@ def uncertainty(model: SpectrumModel, positions: Float[np.ndarray, "K 3"]) -> Fl
         model: any model.
         positions: as for ``predict``.
     """
+    if not isinstance(model, StatesVariance):
+        return None
     found = []
     with torch.inference_mode():
         for batch in batches_for(model, positions, PREDICT_AT_ONCE[model.region.device.type]):

@@ -18,14 +18,15 @@ from rich.console import Console
 
 from learn.data.splits import Split, SplitKind, split
 from learn.models.base import SpectrumModel
+from learn.models.capabilities import FitsInClosedForm
 from learn.models.quadrature import quadrature
-from learn.models.registry import DEFAULT_MODEL, check_options, model_entry
 from learn.models.steps import Processes, Steps
 from learn.training.by_steps import train_by_steps
 from learn.training.config import Config, read_config, write_config
 from learn.training.fit_progress import FitProgress
 from learn.training.found_responses import Learned, learned_responses
 from learn.training.lightning_module import Spectra
+from learn.training.registry import DEFAULT_MODEL, check_options, model_entry
 from learn.training.run_folder import Run, build_model, load_run, load_weights, save_weights
 from learn.training.training_file import write_training
 from learn.training.validation_scores import validate
@@ -56,7 +57,7 @@ def train(
     Args:
         dataset: the dataset, or its folder.
         output: the run folder.
-        model: name of a model in ``learn.models.registry``.
+        model: name of a model in ``learn.training.registry``.
         split: how the test part is chosen. ``files``: the folder's own index files; ``random``: a random fifth of the
             spectra; ``blocked``: every fourth block of ten consecutive spectra.
         seed: seed of the split, the initial weights and the order of the spectra.
@@ -182,6 +183,8 @@ def _fit_in_closed_form(model: SpectrumModel, dataset: Dataset, parts: Split, fo
 
     The baselines interpolate both parts too.
     """
+    if not isinstance(model, FitsInClosedForm):
+        raise ParameterError("model", f"expected a model with fit and refit, found {type(model).__name__}")
     began = time.perf_counter()
     with FitProgress(f"fit to the {len(parts.train)} training spectra") as model.report:
         found = model.fit(dataset, parts.train)

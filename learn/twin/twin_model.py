@@ -20,7 +20,7 @@ from jaxtyping import Complex, Float, Int, UInt8
 from torch import Tensor
 
 from learn.data.metrics import ssim_of_each
-from learn.models.base import SpectrumModel
+from learn.models.capabilities import PredictsResponses
 from learn.models.kriged_field import KrigedField
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import Scene
@@ -52,7 +52,7 @@ LEAST_KNOWN, LEFT_OUT = 100, 64
 """Number of known spectra below which the weight is 1, and number of them that are predicted from the others."""
 
 
-class Twin(SpectrumModel):
+class Twin(PredictsResponses):
     """Responses y(r) = w (f(r; θ, g) + e(r)) + (1 − w) a(r): traced in a corrected scene, and kriged.
 
     ``fit`` finds θ, what the scene's description has wrong (``learn.twin.gauss_newton``), and then the complex gains g
@@ -104,7 +104,7 @@ class Twin(SpectrumModel):
         objects: float = Tolerances.objects,
         materials: float = Tolerances.materials,
     ):
-        super().__init__(region, wavelength)
+        super().__init__(region, beamformer, wavelength)
         if not scene:
             raise ParameterError("scene", "expected the scene that the twin traces, found none")
         self._described = load_scene(scene)
@@ -122,28 +122,9 @@ class Twin(SpectrumModel):
         self.whole = KrigedField(region, beamformer, wavelength, "responses")
 
     @property
-    def has_responses(self) -> bool:
-        """Always: the twin predicts responses."""
-        return True
-
-    @property
-    def traces_rays(self) -> bool:
-        """Always, in the corrected scene."""
-        return True
-
-    @property
-    def beamforming(self) -> Any:  # type: ignore[override]
-        """That of the kriged field."""
-        return self.rest.beamforming
-
-    @property
     def corrected(self) -> Scene:
         """The scene as corrected; before ``fit`` as described."""
         return vary(self._described, self._which, self.values.cpu().numpy())
-
-    def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted spectrum: that of the predicted responses."""
-        return self.beamforming(self.responses(positions))
 
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
         """Element responses y (real, imaginary): traced, and mixed with what is interpolated after ``fit``."""

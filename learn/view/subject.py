@@ -18,6 +18,7 @@ from learn.baselines.neighbours import NEIGHBOURS, inverse_distance, nearest
 from learn.data.metrics import ssim
 from learn.data.splits import Split
 from learn.evaluation.crossvalidate import seen_by
+from learn.models.capabilities import HasPrimitives, PredictsResponses
 from learn.models.splat import Splats
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import InputError
@@ -143,12 +144,13 @@ class Subject:
     @property
     def has_primitives(self) -> bool:
         """Whether there is a run whose model has primitives."""
-        return self.run is not None and self.run.model.has_primitives
+        return self.run is not None and isinstance(self.run.model, HasPrimitives)
 
     def splats(self, position: Position) -> Splats:
         """The model's primitives for a transmitter position, metres, world frame."""
         assert self.run is not None
         model = self.run.model
+        assert isinstance(model, HasPrimitives)
         with self._one_at_a_time, torch.inference_mode():
             splats = model.splats(torch.from_numpy(position[None]).float().to(model.region.device))
             return Splats(*(each.detach().cpu() for each in splats))
@@ -177,12 +179,12 @@ class Subject:
         if run is None:
             return None
         with self._one_at_a_time, torch.inference_mode():
-            if run.model.has_responses:
-                responses = run.predict(position[None]).responses
-                assert responses is not None
-                return run.beamformer.steering @ responses[0]
-            field = run.model.field(torch.from_numpy(position[None]).float().to(run.model.region.device))
-            return None if field is None else torch.view_as_complex(field[0].double().contiguous()).cpu().numpy()
+            model = run.model
+            if isinstance(model, HasPrimitives) and not isinstance(model, PredictsResponses):
+                field = model.field(torch.from_numpy(position[None]).float().to(model.region.device))
+                return torch.view_as_complex(field[0].double().contiguous()).cpu().numpy()
+            responses = run.predict(position[None]).responses
+            return None if responses is None else run.beamformer.steering @ responses[0]
 
     def _by_model(self, position: Position) -> SpectrumArray:
         assert self.run is not None

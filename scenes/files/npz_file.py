@@ -1,14 +1,16 @@
-"""Read an .npz archive that the user gave: what each array must be is checked before its numbers are read."""
+"""Write an .npz archive, and read one that the user gave: what each array must be is checked before it is read."""
 
 from __future__ import annotations
 
 import zipfile
 from collections.abc import Mapping
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 
+from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, reason
 from scenes.files.input_file import MEGABYTE, require_regular
 
@@ -119,3 +121,10 @@ def _check(
 def _read(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> np.ndarray:
     with archive.open(member) as file:
         return np.lib.format.read_array(file, allow_pickle=False)
+
+
+def write_arrays(path: Path, arrays: dict[str, np.ndarray]) -> None:
+    """Write an .npz of named arrays, atomically."""
+    buffer = BytesIO()
+    np.savez(buffer, **arrays)  # type: ignore[arg-type]
+    write_atomically(path, buffer.getvalue())

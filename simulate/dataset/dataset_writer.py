@@ -15,6 +15,7 @@ from jaxtyping import Complex, Float, UInt8
 from PIL import Image
 
 from scenes.files.atomic import write_atomically
+from scenes.files.npz_file import write_arrays
 
 
 def encode_picture(picture: UInt8[np.ndarray, "90 360"]) -> bytes:
@@ -61,13 +62,6 @@ def write_gateway(path: Path, dataset_name: str, position: Sequence[float], orie
 def write_responses(path: Path, responses: Complex[np.ndarray, "K elements"]) -> None:
     """Write channels.npz: complex64 element responses, un-normalised."""
     write_arrays(path, {"channels": responses.astype(np.complex64)})
-
-
-def write_arrays(path: Path, arrays: dict[str, np.ndarray]) -> None:
-    """Write an .npz of named arrays, atomically."""
-    buffer = BytesIO()
-    np.savez(buffer, **arrays)  # type: ignore[arg-type]
-    write_atomically(path, buffer.getvalue())
 
 
 def write_metadata(path: Path, metadata: dict[str, Any]) -> None:

@@ -6,11 +6,10 @@ import numpy as np
 
 from scenes.files.errors import InputError
 from scenes.files.folder_lock import locked
-from scenes.files.npz_file import Expected, read_npz
+from scenes.files.npz_file import Expected, read_npz, write_arrays
 from scenes.files.plain_text import say
 from scenes.files.progress import progress_bar
 from simulate.dataset.dataset_folder import Dataset
-from simulate.dataset.dataset_writer import write_arrays
 from simulate.dataset.responses_file import LARGEST_NPZ
 from simulate.positions.given_positions import read_points
 from simulate.spectra.phase_retrieval import AT_ONCE, Retrieval, retrieve_responses

@@ -12,8 +12,7 @@ from scipy.interpolate import NdBSpline, make_interp_spline
 
 from scenes.files.errors import InputError
 from scenes.files.input_file import MEGABYTE
-from scenes.files.npz_file import Expected, read_npz
-from simulate.dataset.dataset_writer import write_arrays
+from scenes.files.npz_file import Expected, read_npz, write_arrays
 
 ORDER = 5
 """Degree of the splines between lattice points, less where there are fewer points."""

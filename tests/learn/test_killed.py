@@ -29,7 +29,7 @@ import sys
 import torch
 import bisplat
 from learn.comparison import ablate
-from learn.models.registry import MODELS
+from learn.training.registry import MODELS
 from learn.training import by_steps, train
 torch.set_num_threads(1)
 by_steps.STEPS_PER_VALIDATION = 6

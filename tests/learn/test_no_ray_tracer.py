@@ -28,7 +28,7 @@ import dataclasses
 import bisplat
 import learn.evaluation.crossvalidate, learn.training.by_steps
 from bisplat.__main__ import main
-from learn.models.registry import MODELS
+from learn.training.registry import MODELS
 
 folder = sys.argv[1]
 small = dict(primitives=40, width=16)

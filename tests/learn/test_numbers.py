@@ -15,9 +15,9 @@ from learn.data.splits import Split
 from learn.evaluation.check import check
 from learn.models import helmholtz, stacking, vecchia
 from learn.models.quadrature import quadrature
-from learn.models.registry import MODELS, model_entry
 from learn.training.config import Config
 from learn.training.lightning_module import Spectra, Training
+from learn.training.registry import MODELS, model_entry
 from learn.training.run_folder import build_model, predict
 from learn.training.train import box_of
 from scenes.files.errors import InputError

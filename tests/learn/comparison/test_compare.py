@@ -28,10 +28,10 @@ from learn.comparison.task import Task
 from learn.comparison.trained_model import TrainedModel
 from learn.data.metrics import score
 from learn.data.splits import split
-from learn.models.registry import DEFAULT_MODEL
 from learn.reports.comparison_report import write_ablation, write_comparison, write_sweep
 from learn.reports.learning_curves import validation_curve
 from learn.training.found_responses import Learned
+from learn.training.registry import DEFAULT_MODEL
 from learn.training.train import train
 from learn.training.training_file import read_training
 from scenes.files.errors import InputError, ParameterError

@@ -9,7 +9,7 @@ from learn.data.metrics import ssim
 from learn.models.bisplat import BiSplatWRF
 from learn.models.loss import composite_loss
 from learn.models.primitives import SCALE_MAX, SCALE_MIN, Primitives
-from learn.models.registry import MODELS
+from learn.training.registry import MODELS
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import normalise
 

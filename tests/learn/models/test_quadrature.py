@@ -5,9 +5,10 @@ import pytest
 import torch
 
 from learn.data.metrics import ssim
+from learn.models.capabilities import HasOwnLoss, PredictsResponses
 from learn.models.loss import coarse_loss, composite_loss
 from learn.models.quadrature import interpolation, picture_pixels, quadrature
-from learn.models.registry import MODELS, model_class
+from learn.training.registry import MODELS, model_class
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
@@ -52,7 +53,7 @@ def test_models_predict_the_same_at_a_few_pixels_as_at_all(name):
     with torch.no_grad():
         all_pixels, found = model(positions), model.coarse(positions, few)
     expected = all_pixels[:, few.rows][:, :, few.columns]
-    if model.has_responses:  # its spectra are normalised over the pixels that are looked at
+    if isinstance(model, PredictsResponses):  # its spectra are normalised over the pixels that are looked at
         low, high = expected.amin((1, 2), keepdim=True), expected.amax((1, 2), keepdim=True)
         expected = (expected - low) / (high - low)
     torch.testing.assert_close(found, expected, rtol=1e-4, atol=1e-5)
@@ -74,7 +75,7 @@ def test_models_with_a_loss_of_their_own_look_at_all_pixels():
     for name, entry in MODELS.items():
         if entry.by_steps and name != "bisplat-plus":
             model = model_class(name)(REGION, Beamformer(), 0.33, **SMALL.get(name, {}))
-            assert model.trains_on_few_pixels == (name != "nerf2")
+            assert isinstance(model, HasOwnLoss) == (name == "nerf2")
 
 
 def test_columns_that_are_no_full_turn_are_all_looked_at():

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from bisplat.commands.training_commands import predict
-from learn.models.registry import MODELS
 from learn.training.config import Config
 from learn.training.ensemble import Ensemble
+from learn.training.registry import MODELS
 from learn.training.run_folder import load_run
 from learn.training.train import train_run
 from scenes.files.errors import InputError, ParameterError

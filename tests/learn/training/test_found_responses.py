@@ -11,9 +11,9 @@ from learn.data.metrics import ssim
 from learn.data.splits import Split
 from learn.models import vecchia
 from learn.models.phase_synchronisation import flipped
-from learn.models.registry import MODELS
 from learn.training.config import Config
 from learn.training.found_responses import learned_responses
+from learn.training.registry import MODELS
 from learn.training.run_folder import build_model
 from learn.training.train import box_of
 from scenes.files.errors import ParameterError

@@ -8,9 +8,9 @@ import pytest
 import torch
 
 from learn.data.splits import split
-from learn.models.registry import MODELS
 from learn.training.config import Config
 from learn.training.model_export import export
+from learn.training.registry import MODELS
 from learn.training.run_folder import load_run, predict
 from learn.training.train import train_run
 from learn.twin import twin_model

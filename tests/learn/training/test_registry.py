@@ -9,7 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from learn.models.registry import DEFAULT_MODEL, MODELS, ModelEntry, check_options, model_class, model_entry
+from learn.models.capabilities import (
+    FitsInClosedForm,
+    HasOwnLoss,
+    HasPrimitives,
+    PredictsResponses,
+    StatesVariance,
+    TracesRays,
+)
+from learn.training.registry import DEFAULT_MODEL, MODELS, ModelEntry, check_options, model_class, model_entry
 from scenes.files.errors import ParameterError
 from simulate.spectra.beamformer import Beamformer
 
@@ -23,11 +31,26 @@ NEW_LINE = (
 )
 
 PROGRAM = f"""
-from learn.models.registry import MODELS, ModelEntry
+from learn.training.registry import MODELS, ModelEntry
 {NEW_LINE}
 from bisplat.__main__ import main
 main()
 """
+
+CAPABILITIES = (FitsInClosedForm, HasOwnLoss, HasPrimitives, PredictsResponses, StatesVariance, TracesRays)
+
+CAN_DO = {
+    "helmholtz": {FitsInClosedForm, StatesVariance},
+    "twin": {FitsInClosedForm, StatesVariance, PredictsResponses, TracesRays},
+    "bisplat": {HasPrimitives},
+    "bisplat-plus": {HasPrimitives},
+    "bisplat-aperture": {HasPrimitives, PredictsResponses},
+    "mlp": set(),
+    "mlp-responses": {PredictsResponses},
+    "nerf2": {HasOwnLoss},
+    "swiftwrf": set(),
+}
+"""Capabilities of the models of the table."""
 
 
 @pytest.fixture
@@ -64,7 +87,7 @@ def test_a_new_model_is_one_file_and_one_line(bisplat_with_level, tiny, tmp_path
 
 
 def test_the_table_needs_neither_torch_nor_the_ray_tracer():
-    code = "import sys, learn.models.registry; print('\\n'.join(sys.modules))"
+    code = "import sys, learn.training.registry; print('\\n'.join(sys.modules))"
     loaded = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT).stdout
     assert not {line.split(".")[0] for line in loaded.splitlines()} & {"torch", "drjit", "mitsuba", "sionna"}
 
@@ -76,8 +99,8 @@ def test_every_model_of_the_table_can_be_built(name, region):
     small = {"primitives": 20} if "primitives" in entry.options else dict.fromkeys(entry.needs, "closet")
     model = model_class(name)(region, Beamformer(), 0.33, **{**entry.options, **entry.options_without_gpu, **small})
     assert entry.summary and DEFAULT_MODEL in MODELS
-    for capability in ("has_responses", "has_primitives"):
-        assert isinstance(getattr(model, capability), bool)
+    found = {each for each in CAPABILITIES if isinstance(model, each)}
+    assert found == CAN_DO[name] and isinstance(model, FitsInClosedForm) == (entry.by_steps is None)
 
 
 def test_unknown_models_and_options_are_refused():

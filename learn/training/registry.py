@@ -6,14 +6,14 @@ model is one file with a subclass of ``SpectrumModel``, and one entry here (docs
 
 from __future__ import annotations
 
-import inspect
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from learn.models.model_options import check_options_of
 from learn.models.steps import Steps
-from scenes.files.errors import ParameterError, did_you_mean, require_whole, shown
+from scenes.files.errors import ParameterError, did_you_mean, shown
 
 if TYPE_CHECKING:  # torch is imported when a model is built
     from learn.models.base import SpectrumModel
@@ -102,9 +102,6 @@ MODELS: dict[str, ModelEntry] = {
     ),
 }
 
-OPTION_MOST = 100_000
-"""Largest number that an option of a model can be; more primitives, or a wider network, would exhaust the memory."""
-
 DEFAULT_MODEL = "helmholtz"
 """The model of ``train`` if none is named."""
 
@@ -144,25 +141,6 @@ def check_options(name: str, options: Mapping[str, Any]) -> None:
 
     Raises:
         ParameterError: no model has this name, the model has no such option, or the option is a number and the value
-            is none from 1 to ``OPTION_MOST``.
+            is none from 1 to ``learn.models.model_options.OPTION_MOST``.
     """
-    known: dict[str, Any] = {}  # defaults
-    for each in model_class(name).__mro__[:-1]:
-        if "__init__" not in vars(each):
-            continue
-        parameters = inspect.signature(vars(each)["__init__"]).parameters.values()
-        named = [parameter for parameter in parameters if parameter.kind is not inspect.Parameter.VAR_KEYWORD]
-        known |= {parameter.name: parameter.default for parameter in named}
-        if all(parameter.kind is not inspect.Parameter.VAR_KEYWORD for parameter in parameters):
-            break  # this class passes no further options on to its base class
-    for given_to_all in ("self", "region", "beamformer", "wavelength"):
-        known.pop(given_to_all, None)
-    for option, value in options.items():
-        if option not in known:
-            has = f"which has {', '.join(known)}" if known else "which has none"
-            raise ParameterError(option, f"expected an option of the model {name}, {has}; found {option}")
-        if isinstance(known[option], bool):
-            if not isinstance(value, bool):
-                raise ParameterError(option, f"expected true or false, found {shown(value)}")
-        elif isinstance(known[option], int):
-            require_whole(1, OPTION_MOST, **{option: value})
+    check_options_of(model_class(name), name, options)
