@@ -6,15 +6,19 @@ import json as json_format
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from tyro.conf import Positional, arg
 
 from bisplat.commands.simulate_command import Output
-from bisplat.commands.training_commands import ModelName
-from learn.training.registry import DEFAULT_MODEL
+from learn.training.registry import DEFAULT_MODEL, MODELS
 from scenes.files.errors import printable
 from scenes.files.text_tables import print_rows
+
+if TYPE_CHECKING:
+    ModelName = str
+else:
+    ModelName = Literal[tuple(MODELS)]  # the choices of the command line
 
 DatasetFolder = Annotated[Positional[Path], arg(help="NeRF² dataset folder.")]
 Split = Annotated[

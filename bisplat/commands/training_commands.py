@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json as json_format
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
@@ -18,10 +18,7 @@ from scenes.files.options import changed, optional, unchecked
 from scenes.files.plain_text import say
 from scenes.files.text_tables import print_table
 
-if TYPE_CHECKING:
-    ModelName = str
-else:
-    ModelName = Literal[tuple(MODELS)]  # the choices of the command line
+ModelName = Annotated[str, arg(metavar=f"{{{','.join(MODELS)},MODULE:CLASS}}")]
 
 
 def demo(
@@ -87,7 +84,8 @@ def train(
     Args:
         dataset: NeRF² dataset folder, simulated or measured.
         output: the run folder.
-        model: name of the model; docs/model.md and docs/peers.md describe each.
+        model: name of the model; docs/model.md and docs/peers.md describe each. Or module:Class, a model of your own
+            in the current folder or on Python's path.
         split: how the test part is chosen. files: the folder's own index files; random: a random fifth of the spectra;
             blocked: every fourth block of ten consecutive spectra.
         seed: seed of the split, the initial weights and the order of the spectra.

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-import importlib
 from collections.abc import Callable
 from functools import partial
-from traceback import extract_tb
 
 import torch
 
 from learn.comparison.baseline_methods import BASELINES
 from learn.comparison.task import Method
 from learn.comparison.trained_model import TrainedModel
+from learn.models.base import SpectrumModel
+from learn.training.own_class import own_class
 from learn.training.registry import MODELS
-from scenes.files.errors import ParameterError, cut, reason, shown
+from scenes.files.errors import ParameterError, shown
 
 
 def method_names() -> list[str]:
@@ -48,13 +48,10 @@ def method_named(name: str) -> Callable[[], Method]:
     if name in MODELS:
         options = dict(MODELS[name].options_without_gpu) if is_reduced(name) else {}
         return partial(TrainedModel, name, options=options)
-    module, _, attribute = name.partition(":")
-    if not attribute:
+    if not name.partition(":")[2]:
         known = ", ".join(method_names())
         raise ParameterError("models", f"expected one of {known}, or module:Class, found {shown(name)}")
-    try:
-        return getattr(importlib.import_module(module), attribute)
-    except Exception as error:  # the user's module can raise anything while it is imported
-        source = extract_tb(error.__traceback__)[-1]
-        found = f"{type(error).__name__}: {reason(error)} ({source.filename}, line {source.lineno})"
-        raise ParameterError("models", f"expected a class at {cut(name)}, found {found}") from error
+    found = own_class(name, "models")
+    if isinstance(found, type) and issubclass(found, SpectrumModel):
+        return partial(TrainedModel, name)
+    return found

@@ -44,7 +44,7 @@ class Config:
 
     Attributes:
         dataset: absolute path of the dataset folder.
-        model: name of the model in ``learn.training.registry``.
+        model: name of the model in ``learn.training.registry``, or ``module:Class``.
         split: how the test part is chosen.
         seed: seed of the initial weights and the order of the spectra.
         split_seed: seed of the split.

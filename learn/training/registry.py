@@ -1,7 +1,8 @@
 """The table of models: the class of each model, how it is fitted, and its own defaults.
 
 The command line, ``compare`` and ``load_run`` take the names of models from this table, which needs no torch. A new
-model is one file with a subclass of ``SpectrumModel``, and one entry here (docs/model.md has an example).
+model is one file with a subclass of ``SpectrumModel``, which ``module:Class`` names; one entry here gives it a name and
+defaults (docs/model.md has an example).
 """
 
 from __future__ import annotations
@@ -13,7 +14,8 @@ from typing import TYPE_CHECKING, Any
 
 from learn.models.model_options import check_options_of
 from learn.models.steps import Steps
-from scenes.files.errors import ParameterError, did_you_mean, shown
+from learn.training.own_class import own_class
+from scenes.files.errors import ParameterError, cut, did_you_mean, shown
 
 if TYPE_CHECKING:  # torch is imported when a model is built
     from learn.models.base import SpectrumModel
@@ -109,24 +111,43 @@ DEFAULT_MODEL = "helmholtz"
 def model_entry(name: str) -> ModelEntry:
     """The entry of a model.
 
+    Args:
+        name: name of a model of the table, or a class of the user's own as ``module:Class``, whose entry is made here.
+
     Raises:
-        ParameterError: no model has this name.
+        ParameterError: no model has this name, or there is no such class.
 
     >>> model_entry("bisplat").by_steps.learning_rate
     0.002
     """
-    if name not in MODELS:
+    if name in MODELS:
+        return MODELS[name]
+    if not name.partition(":")[2]:
         raise ParameterError(
-            "model", f"expected the name of a model, found {shown(name)}; {did_you_mean(name, MODELS)}"
+            "model",
+            f"expected the name of a model, or module:Class of your own, found {shown(name)}; "
+            f"{did_you_mean(name, MODELS)}",
         )
-    return MODELS[name]
+    from learn.models.base import SpectrumModel
+    from learn.models.capabilities import FitsInClosedForm
+
+    own = own_class(name, "model")
+    if not (isinstance(own, type) and issubclass(own, SpectrumModel)):
+        raise ParameterError(
+            "model", f"expected a subclass of bisplat.SpectrumModel at {cut(name)}, found {shown(own)}"
+        )
+    by_steps = None if issubclass(own, FitsInClosedForm) else Steps()
+    return ModelEntry(builds=name, summary=f"the model {name} of the user's own", by_steps=by_steps)
 
 
 def model_class(name: str) -> type[SpectrumModel]:
     """The class of a model.
 
+    Args:
+        name: as for ``model_entry``.
+
     Raises:
-        ParameterError: no model has this name.
+        ParameterError: no model has this name, or there is no such class.
     """
     module, _, attribute = model_entry(name).builds.partition(":")
     return getattr(import_module(module), attribute)

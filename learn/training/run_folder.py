@@ -28,7 +28,7 @@ from learn.training.config import Config, read_config
 from learn.training.registry import check_options, model_class, model_entry
 from learn.training.training_file import read_training
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError, cut, reason, shown
+from scenes.files.errors import InputError, ParameterError, cut, reason, shown
 from scenes.files.input_file import MEGABYTE, require_regular
 from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.positions.given_positions import check_points
@@ -249,8 +249,8 @@ def load_run(folder: Path | str) -> Run:
         folder: the run folder.
 
     Raises:
-        InputError: the folder is not a run folder, its training is not finished, or the weights are damaged, another
-            model's or not finite.
+        InputError: the folder is not a run folder, its training is not finished, its model is unknown or cannot be
+            imported, or the weights are damaged, another model's or not finite.
 
     >>> import bisplat
     >>> bisplat.load_run("runs/lab").beamformer.array
@@ -263,6 +263,10 @@ def load_run(folder: Path | str) -> Run:
         raise InputError(
             f"{folder}: expected a finished run, found no weights.safetensors; the same bisplat train again finishes it"
         )
+    try:
+        model_entry(config.model)
+    except ParameterError as error:  # a model of the user's own is imported again
+        raise InputError(f"{folder / 'config.json'}: {error}") from error
     model = build_model(config, np.zeros((2, 3)), beamformer, 1.0)  # the weights have the region and the wavelength
     require_regular(path, f"the weights of {config.model}", LARGEST_WEIGHTS)
     try:

@@ -57,7 +57,8 @@ def train(
     Args:
         dataset: the dataset, or its folder.
         output: the run folder.
-        model: name of a model in ``learn.training.registry``.
+        model: name of a model in ``learn.training.registry``, or a subclass of ``bisplat.SpectrumModel`` of your own as
+            ``module:Class``, in the current folder or on Python's path (docs/model.md).
         split: how the test part is chosen. ``files``: the folder's own index files; ``random``: a random fifth of the
             spectra; ``blocked``: every fourth block of ten consecutive spectra.
         seed: seed of the split, the initial weights and the order of the spectra.
@@ -69,8 +70,8 @@ def train(
         The trained run.
 
     Raises:
-        ParameterError: the model is unknown, does not have one of the options, or is fitted in closed form and
-            settings of training by steps are given; or a number is out of range.
+        ParameterError: the model is unknown or cannot be imported, does not have one of the options, or is fitted in
+            closed form and settings of training by steps are given; or a number is out of range.
         InputError: the dataset is not valid or has too few spectra for the split, or the output folder holds other
             files or a run with other settings.
 

@@ -305,7 +305,6 @@ def test_predict_killed_while_writing_leaves_the_old_file_as_it_was(command, fin
         ("fly",),
         ("train",),
         ("train", "data"),
-        ("train", "data", "-o", "run", "--model", "nerf"),
         ("train", "data", "-o", "run", "--steps", "many"),
         ("evaluate", "run", "--fast"),
         ("check",),

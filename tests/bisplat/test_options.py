@@ -10,6 +10,7 @@ from bisplat.__main__ import main
 
 SIMULATE = "simulate lab -o out"
 TRAIN = "train nowhere -o out --model mlp"
+OWN = TRAIN.split()[:-1]
 COMPARE, SWEEP = "compare nowhere -o out", "sweep nowhere -o out --sizes 5"
 ABLATE, CROSSVALIDATE = "ablate nowhere -o out", "crossvalidate nowhere --scene lab"
 CALIBRATE = "calibrate closet nowhere -o out"
@@ -103,6 +104,15 @@ def test_absurd_numbers(command, option, refuse):
         ((*SWEEP.split(), "6", "5"), "--sizes: expected different"),
         ((*TRAIN.split(), "--bypass", "x" * 10_000), "--bypass: "),
         ((*COMPARE.split(), "--models", "x" * 10_000), "--models: "),
+        ((*OWN, "nerf"), "found 'nerf'; did you mean \"nerf2\"?"),
+        (
+            (*OWN, "no_module:Model"),
+            "--model: expected a class at no_module:Model",
+        ),
+        (
+            (*OWN, "json:JSONDecoder"),
+            "expected a subclass of bisplat.SpectrumModel",
+        ),
         ((*SWEEP.split(), "--models"), "--models: expected at least one"),
         ((*ABLATE.split(), "--models"), "--models: expected at least one"),
         ((*COMPARE.split(), "--models", "\x1b[2J:x" * 1000), "--models: "),

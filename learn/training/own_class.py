@@ -1,0 +1,35 @@
+"""Classes of the user's own, named ``module:Class``. This module needs no torch."""
+
+from __future__ import annotations
+
+import os
+import sys
+from importlib import import_module
+from traceback import extract_tb
+from typing import Any
+
+from scenes.files.errors import ParameterError, cut, reason
+
+
+def own_class(name: str, parameter: str) -> Any:
+    """Import a class; its module is looked for along Python's path and then in the current folder.
+
+    Args:
+        name: ``module:Class``.
+        parameter: the parameter that names it, for the error.
+
+    Raises:
+        ParameterError: the module cannot be imported, or has no such class; the message says why.
+    """
+    module, _, attribute = name.partition(":")
+    here = os.getcwd()
+    sys.path.append(here)
+    try:
+        return getattr(import_module(module), attribute)
+    except (Exception, SystemExit) as error:  # the user's module can raise anything while it is imported
+        source = extract_tb(error.__traceback__)[-1]
+        found = f"{type(error).__name__}: {reason(error)} ({source.filename}, line {source.lineno})"
+        raise ParameterError(parameter, f"expected a class at {cut(name)}, found {found}") from error
+    finally:
+        if here in sys.path:
+            del sys.path[len(sys.path) - 1 - sys.path[::-1].index(here)]

@@ -1,0 +1,133 @@
+"""A model of the user's own, the example of docs/model.md: trained, resumed, evaluated, viewed and used to predict."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+
+import bisplat
+from learn.comparison.methods import method_named
+from learn.training.lightning_module import Training
+from learn.view.subject import subject
+from scenes.files.errors import InputError, ParameterError
+
+ROOT = Path(__file__).parents[3]
+(EXAMPLE,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "model.md").read_text(), re.DOTALL)
+
+CLOSED = """
+import torch
+import bisplat
+
+class Mean(bisplat.SpectrumModel):
+    def __init__(self, region, beamformer, wavelength):
+        super().__init__(region, wavelength)
+        self.register_buffer("mean", torch.zeros(90, 360))
+
+    def forward(self, positions):
+        return self.mean.expand(len(positions), 90, 360)
+
+    def fit(self, dataset, known):
+        self.refit(dataset, known)
+        return "the mean of all"
+
+    def refit(self, dataset, known):
+        self.mean = torch.from_numpy(dataset.pictures[known].mean(axis=0)).float() / 255
+"""
+
+WAVE = """
+import torch
+import bisplat
+
+class Wave(bisplat.PredictsResponses):
+    def __init__(self, region, beamformer, wavelength):
+        super().__init__(region, beamformer, wavelength)
+        self.wave = torch.nn.Parameter(torch.randn(beamformer.array.elements, 2))
+
+    def responses(self, positions):
+        return self.wave.expand(len(positions), -1, -1)
+"""
+
+
+@pytest.fixture
+def here(tmp_path, monkeypatch):
+    """The current folder, with modules ``own_level``, ``own_mean`` and ``own_wave``, which are forgotten at the end."""
+    for name, text in (("own_level", EXAMPLE), ("own_mean", CLOSED), ("own_wave", WAVE)):
+        (tmp_path / f"{name}.py").write_text(text)
+    monkeypatch.chdir(tmp_path)
+    yield tmp_path
+    for name in ("own_level", "own_mean", "own_wave"):
+        sys.modules.pop(name, None)
+
+
+def test_the_commands_know_it(here, tiny):
+    """In processes that do not have the current folder on Python's path, as the installed script ``bisplat``."""
+    environment = os.environ | {"PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}
+
+    def run(*arguments) -> str:
+        command = [sys.executable, "-P", "-m", "bisplat", *map(str, arguments)]
+        done = subprocess.run(command, capture_output=True, text=True, env=environment, cwd=here)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    run("train", tiny, "-o", "run", "--model", "own_level:Level", "--steps", 3)
+    assert json.loads((here / "run" / "config.json").read_text())["model"] == "own_level:Level"
+    assert "ssim_median" in run("evaluate", "run", "--json")
+    (here / "places.csv").write_text("x,y,z\n1,0,1\n2,0,1\n")
+    run("predict", "run", "--positions", "places.csv", "-o", "out.npz")
+    assert np.load("out.npz")["spectra"].shape == (2, 90, 360)
+
+
+def test_an_interrupted_training_is_resumed(here, tiny, monkeypatch):
+    monkeypatch.setattr("learn.training.by_steps.STEPS_PER_VALIDATION", 2)
+    given = {"model": "own_level:Level", "steps": 6, "options": {"start": 0.5}}
+    whole = bisplat.train(tiny, "whole", **given)
+    steps: list[int] = []
+
+    def interrupted(self, *arguments, **named):
+        steps.append(self.global_step)
+        if len(steps) == 5:
+            raise KeyboardInterrupt
+        return loss(self, *arguments, **named)
+
+    loss = Training.loss
+    with monkeypatch.context() as patch, pytest.raises(KeyboardInterrupt):
+        patch.setattr(Training, "loss", interrupted)
+        bisplat.train(tiny, "resumed", **given)
+    assert not (here / "resumed" / "weights.safetensors").exists()
+    resumed = bisplat.train(tiny, "resumed", **given)
+    assert torch.equal(resumed.model.level, whole.model.level) and 0.3 < whole.model.level.item() < 0.5
+    seen = subject("resumed")
+    assert next(iter(seen.predictors)) == "own_level:Level" and not seen.has_primitives
+    assert np.ptp(seen.predictors["own_level:Level"](np.array([1.0, 0, 1]))) == 0
+
+
+def test_what_it_can_do_is_used(here, tiny, write_folder):
+    mean = bisplat.train(tiny, "mean", model="own_mean:Mean")
+    assert mean.config.by_steps is None and mean.predict([[1, 0, 1]]).responses is None
+    with pytest.raises(ParameterError, match="steps: expected a model trained by steps, found own_mean:Mean"):
+        bisplat.train(tiny, "other", model="own_mean:Mean", steps=3)
+    data = write_folder(here / "data", keep_responses=True)
+    wave = bisplat.train(data, "wave", model="own_wave:Wave", steps=2)
+    assert wave.predict([[1, 0, 1]]).responses.shape == (1, 16) and subject("wave").field(np.ones(3)).shape == (90, 360)
+    assert method_named("own_wave:Wave")().model == "own_wave:Wave"
+
+
+def test_a_run_whose_module_is_gone_says_so(here, tiny):
+    bisplat.train(tiny, "run", model="own_level:Level", steps=1)
+    (here / "own_level.py").unlink()
+    del sys.modules["own_level"]
+    with pytest.raises(InputError, match=r"run/config\.json: model: expected a class at own_level:Level, found Mod.*"):
+        bisplat.load_run("run")
+
+
+def test_the_current_folder_does_not_stay_on_pythons_path(here, tiny):
+    before = list(sys.path)
+    with pytest.raises(ParameterError, match="expected a class at own_level:Missing, found AttributeError"):
+        bisplat.train(tiny, "run", model="own_level:Missing")
+    assert sys.path == before and not (here / "run").exists()
