@@ -91,12 +91,12 @@ class TracesRays(Protocol):
 
 @runtime_checkable
 class HasOwnLoss(Protocol):
-    """Has a ``loss`` of its own, in place of the composite loss of B predicted and true spectra [B, 90, 360].
+    """Has a ``training_loss`` of its own, in place of the composite loss of B predicted and true spectra [B, 90, 360].
 
     All its training steps then look at whole spectra.
     """
 
-    def loss(self, positions: Float[Tensor, "B 3"], spectra: Float[Tensor, "B 90 360"]) -> Float[Tensor, ""]:
+    def training_loss(self, positions: Float[Tensor, "B 3"], spectra: Float[Tensor, "B 90 360"]) -> Float[Tensor, ""]:
         """Loss of a training step.
 
         Args:

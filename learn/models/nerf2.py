@@ -154,7 +154,7 @@ class NeRF2(SpectrumModel):
         """Predicted spectra, interpolated from the pixels that have rays."""
         return (self.rows @ self.marched(positions) @ self.columns.T).clamp(0, 1)
 
-    def loss(self, positions: Float[Tensor, "B 3"], spectra: Float[Tensor, "B 90 360"]) -> Float[Tensor, ""]:
+    def training_loss(self, positions: Float[Tensor, "B 3"], spectra: Float[Tensor, "B 90 360"]) -> Float[Tensor, ""]:
         """Mean squared error at some of the pixels that have rays, drawn at random, the same for all spectra.
 
         Args:

@@ -110,9 +110,10 @@ def read_config(folder: Path) -> tuple[Config, Beamformer]:
     if not os.path.lexists(path):
         raise InputError(f"{folder}: expected a run folder made by bisplat train, found no config.json in it")
     content = read_json(path, "the settings that bisplat train 0.2 writes")
+    known = Config.__dataclass_fields__  # other keys are for readers only
+    settings = {key: content[key] for key in content if key in known} if isinstance(content, dict) else content
+    config = conform(settings, Config, str(path), complete=True)
     receiver = conform(content, Receiver, str(path))
-    known = {name: content[name] for name in Config.__dataclass_fields__ if name in content}
-    config = conform(known, Config, str(path), complete=True)
     if receiver.array.elements > MOST_ELEMENTS:
         raise InputError(f"{path}: array: expected at most {MOST_ELEMENTS} elements, found {receiver.array}")
     return config, Beamformer(receiver.array, receiver.grid)

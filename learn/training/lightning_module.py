@@ -74,7 +74,7 @@ class Training(L.LightningModule):
             return self.model.coarse_loss(positions, few.float() / LARGEST_GREY, self.pixels)
         spectra = pictures.float() / LARGEST_GREY
         if isinstance(self.model, HasOwnLoss):
-            return self.model.loss(positions, spectra)
+            return self.model.training_loss(positions, spectra)
         return composite_loss(self.model(positions), spectra)
 
     def validation_step(self, batch: list[Tensor], _: int) -> None:

@@ -49,6 +49,7 @@ def taken(given: Mapping[str, Any], *kinds: type) -> list[Any]:
     Raises:
         ParameterError: none of them has an option of this name, or an option cannot have its value.
 
+    >>> from dataclasses import dataclass
     >>> @dataclass(frozen=True)
     ... class Drawing:
     ...     width: int = 3
@@ -155,6 +156,7 @@ def checked(options: type[T], values: Any) -> T:
 def changed(values: Any) -> dict[str, Any]:
     """The options that differ from their defaults, by name; those of dataclasses in it are among them.
 
+    >>> from dataclasses import dataclass
     >>> @dataclass(frozen=True)
     ... class Drawing:
     ...     width: int = 3

@@ -130,6 +130,7 @@ def test_train_evaluate_predict(command, tiny, tmp_path):
     np.testing.assert_array_equal(spectra, load_run(run).predict(points).spectra)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("no_ceiling")
 def test_evaluate_prints_a_table_of_model_and_baselines(command, finished_run):
     status, out, _ = command("evaluate", finished_run)

@@ -118,6 +118,7 @@ def test_covariance_fades_with_distance_and_with_time():
     assert abs(law(along, drift=20)([0.5, 0, 0, 30], [0, 0, 0, 70])) == pytest.approx(np.exp(-2))
 
 
+@pytest.mark.slow
 def test_interpolates_a_solution_of_the_helmholtz_equation(waves):
     inner = np.flatnonzero((np.abs(waves.positions - SIDE / 2) < 0.15).all(axis=1))
     known = np.setdiff1d(np.arange(500), inner)

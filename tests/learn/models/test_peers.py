@@ -128,8 +128,8 @@ def test_nerf2_loss_is_that_of_its_rays(make):
     model = make(NeRF2, samples=3, width=8, rays=500)
     with torch.no_grad():
         pictures = model(POSITIONS)
-        assert model.loss(POSITIONS, pictures).item() == pytest.approx(0, abs=1e-10)
-        assert model.loss(POSITIONS, pictures + 0.1).item() == pytest.approx(0.01, rel=1e-3)
+        assert model.training_loss(POSITIONS, pictures).item() == pytest.approx(0, abs=1e-10)
+        assert model.training_loss(POSITIONS, pictures + 0.1).item() == pytest.approx(0.01, rel=1e-3)
 
 
 def test_others_lower_the_papers_loss(make):

@@ -25,7 +25,7 @@ from learn.models.capabilities import WEAK
 from learn.models.loss import L1_WEIGHT, SSIM_WEIGHT, composite_loss
 from learn.models.mlp import ResponseMLP
 from learn.models.quadrature import quadrature
-from learn.models.steps import Steps
+from learn.models.steps import Processes, Steps
 from learn.reports.evaluation_report import write_evaluation
 from learn.training import by_steps
 from learn.training.checkpoints import LAST, PREVIOUS, read_checkpoint
@@ -419,13 +419,13 @@ import sys
 from pathlib import Path
 import torch
 import learn.training.by_steps
-from learn.models.steps import Steps
+from learn.models.steps import Processes, Steps
 from learn.training.config import Config
 from learn.training.train import train_run
 
 learn.training.by_steps.STEPS_PER_VALIDATION = 6
 torch.optim.AdamW = lambda parameters, lr, **_: torch.optim.SGD(parameters, lr)
-train_run({config!r}, Path(sys.argv[1]), devices=2)
+train_run({config!r}, Path(sys.argv[1]), Processes(devices=2))
 """
 
 
@@ -452,7 +452,7 @@ def test_batch_that_the_devices_cannot_share_is_refused(tiny_config, tmp_path):
     with pytest.raises(
         InputError, match=f"batch_size: expected a multiple of the 3 devices, found {tiny_config.by_steps.batch_size}"
     ):
-        train_run(tiny_config, tmp_path / "run", devices=3)
+        train_run(tiny_config, tmp_path / "run", Processes(devices=3))
     assert not (tmp_path / "run").exists()
 
 

@@ -48,6 +48,7 @@ main()
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("module", "first", "command", "uses"),
     [

@@ -297,6 +297,7 @@ def test_every_built_in_scene_of_sionna_is_tested():
     assert {path.parent.name for path in sionna_scene("sionna:box").parents[1].glob("*/*.xml")} == set(BUILT_IN)
 
 
+@pytest.mark.slow
 @needs_sionna
 def test_etoile_end_to_end(tmp_path):
     gateway = Gateway((0.0, -150.0, 30.0), facing((0.0, 1.0, 0.0)))

@@ -65,6 +65,7 @@ def test_python_has_it_and_its_dataset_is_made_again_with_the_same_bytes(known, 
     assert contents(tmp_path / "b") == contents(tmp_path / "a")
 
 
+@pytest.mark.slow
 def test_crossvalidation_takes_it_from_the_dataset(known, tmp_path):
     dataset = simulate("closet", tmp_path / "data", n=40, engine="freespace")
     run = bisplat.train(dataset, tmp_path / "run", split="random")

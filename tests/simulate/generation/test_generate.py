@@ -145,6 +145,7 @@ def test_killed_run_leaves_no_dataset_and_run_again_ends_with_the_same_bytes(
     assert contents(folder) == contents(finished)
 
 
+@pytest.mark.kill
 @pytest.mark.parametrize("function", ["fsync", "replace"])
 def test_run_killed_at_any_write_ends_with_the_same_bytes(function, request_of, tmp_path, monkeypatch, quick):
     """Killed before a file is whole, or whole but not yet in its place: at each of them in turn."""
