@@ -46,7 +46,7 @@ def simulate(
     """Simulate a scene into a NeRF² dataset folder. The same command again finishes an interrupted one.
 
     Args:
-        scene: built-in name (lab, conference, bedroom, office, closet, workshop), scene YAML, or a simulated dataset
+        scene: built-in name such as lab (any other word lists them), scene YAML, or a simulated dataset
             folder, which is then made once more, by its own settings and not by those given here.
         output: the dataset folder; for a scene of several gateways a folder of one dataset each.
         content: what the dataset holds, whatever the engine.

@@ -19,7 +19,7 @@ class InputError(ValueError):
     ...     bisplat.load_scene("laboratory")
     ... except bisplat.InputError as error:
     ...     print(error)
-    unknown scene "laboratory"; known are bedroom, closet, conference, lab, office, workshop (or give a .yaml file)
+    unknown scene "laboratory"; known are bedroom, closet, ... (or give a .yaml file)
     """
 
 
