@@ -25,7 +25,7 @@ claim()
 # lazy-loader's attach_stub reads such stubs too, but only for modules inside the package.
 _HOMES = {
     each.name: line.module
-    for line in ast.parse(Path(__file__).with_suffix(".pyi").read_text()).body
+    for line in ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")).body
     if isinstance(line, ast.ImportFrom) and line.module
     for each in line.names
 }
@@ -36,6 +36,7 @@ __all__ = sorted(_HOMES)
 def __getattr__(name: str) -> Any:
     if name not in _HOMES:
         raise AttributeError(f"module 'bisplat' has no attribute {name!r}")
+    # With a name in fromlist, a module such as shapes is imported too.
     value = getattr(__import__(_HOMES[name], fromlist=[name]), name)
     globals()[name] = value
     return value

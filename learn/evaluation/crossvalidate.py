@@ -94,9 +94,10 @@ def crossvalidate(
         positions: number of new positions, drawn uniformly in the bounding box of the positions that the run learned
             from.
         seed: seed of the new positions.
-        tracer: a tracer of the scene, in place of an engine.
-        engine: what the truth is made by, or its name. Of the engine that made the dataset, the options are the same;
-            what it has kept in the dataset's folder is used again. None: that engine.
+        tracer: a tracer of the scene; it comes before ``engine``, and ``field`` before both.
+        engine: what the truth is made by. None, or the name of the engine that made the dataset: that engine with its
+            options, and with what it has kept in the dataset's folder. Another name: that engine with its defaults. An
+            engine: as it is; a field that it needs is solved in the run's folder.
         field: folder of a full-wave dataset of the same place, whose stored field is the truth instead.
 
     Returns:

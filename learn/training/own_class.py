@@ -27,8 +27,10 @@ def own_class(name: str, parameter: str) -> Any:
     try:
         return getattr(import_module(module), attribute)
     except (Exception, SystemExit) as error:  # the user's module can raise anything while it is imported
-        source = extract_tb(error.__traceback__)[-1]
-        found = f"{type(error).__name__}: {reason(error)} ({source.filename}, line {source.lineno})"
+        ours = ("<frozen", __file__, import_module.__code__.co_filename)
+        frames = [each for each in extract_tb(error.__traceback__) if not each.filename.startswith(ours)]
+        place = f" ({frames[-1].filename}, line {frames[-1].lineno})" if frames else ""
+        found = f"{type(error).__name__}: {reason(error)}{place}"
         raise ParameterError(parameter, f"expected a class at {cut(name)}, found {found}") from error
     finally:
         if here in sys.path:

@@ -122,7 +122,7 @@ def model_entry(name: str) -> ModelEntry:
     """
     if name in MODELS:
         return MODELS[name]
-    if not name.partition(":")[2]:
+    if not isinstance(name, str) or not name.partition(":")[2]:
         raise ParameterError(
             "model",
             f"expected the name of a model, or module:Class of your own, found {shown(name)}; "

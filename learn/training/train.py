@@ -54,6 +54,8 @@ def train(
 ) -> Run:
     """Train a model on a dataset. The same call again resumes an interrupted run, or loads a finished one.
 
+    A setting of ``Steps`` that is None is the model's own; a model fitted in closed form takes none.
+
     Args:
         dataset: the dataset, or its folder.
         output: the run folder.
@@ -63,7 +65,6 @@ def train(
             spectra; ``blocked``: every fourth block of ten consecutive spectra.
         seed: seed of the split, the initial weights and the order of the spectra.
         options: options of the model that differ from its defaults, e.g. {"primitives": 250} or {"bypass": ["bst"]}.
-            None, here and below: the model's own. A model fitted in closed form takes no settings of steps.
         **settings: those of ``Processes`` and ``Steps``.
 
     Returns:
@@ -82,7 +83,7 @@ def train(
     """
     entry = model_entry(model)
     processes, given = taken(settings, Processes, optional(Steps))
-    by_steps = changed(given)
+    by_steps = {name: value for name, value in changed(given).items() if value is not None}
     if by_steps.get("init") is not None:
         by_steps["init"] = str(Path(by_steps["init"]).resolve())
     if entry.by_steps is None and by_steps:

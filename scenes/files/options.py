@@ -11,7 +11,7 @@ from collections import ChainMap
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, fields, is_dataclass, make_dataclass
 from functools import cache
-from typing import Annotated, Any, TypeVar, get_type_hints
+from typing import Annotated, Any, TypeVar, get_args, get_type_hints
 
 from scenes.files.errors import ParameterError, did_you_mean, shown
 
@@ -75,6 +75,8 @@ def takes(*kinds: type) -> Callable[[F], F]:
         kinds: the dataclasses that ``taken`` makes of the options.
     """
 
+    from tyro.conf import Suppress
+
     def show(function: F) -> F:
         signature = inspect.signature(function)
         own = [each for each in signature.parameters.values() if each.kind is not inspect.Parameter.VAR_KEYWORD]
@@ -82,14 +84,17 @@ def takes(*kinds: type) -> Callable[[F], F]:
         shown_options, lines = [], []
         for kind in kinds:
             descriptions = described(kind)
+            hints = get_type_hints(kind, include_extras=True)
             for each in fields(kind):
+                if Suppress in get_args(hints[each.name]):  # no option, on the command line neither
+                    continue
                 if each.name not in named:  # such as the function names itself, to take it by place
                     kind_of = inspect.Parameter.KEYWORD_ONLY
                     shown_options.append(
                         inspect.Parameter(each.name, kind_of, default=default_of(each), annotation=each.type)
                     )
-                described_once = descriptions[each.name].replace("\n", "\n" + " " * 12)
-                lines.append(f"{' ' * 8}{each.name}: {described_once}")
+                meaning = descriptions[each.name].replace("\n", "\n" + " " * 12)
+                lines.append(f"{' ' * 8}{each.name}: {meaning}")
         function.__signature__ = signature.replace(parameters=[*own, *shown_options])  # type: ignore[attr-defined]
         function.__doc__ = PLACE.sub(lambda _: "\n".join(lines), function.__doc__ or "")
         return function
@@ -125,7 +130,7 @@ def unchecked(options: type[T]) -> type[T]:
 
 @cache
 def optional(options: type) -> Any:
-    """The dataclass without checks and with None for the default of each option, which then has one that depends.
+    """The dataclass without checks, whose options are None by default: the real default depends on something else.
 
     Switches keep their defaults, so that the command line has --NAME and --no-NAME for them.
 

@@ -89,7 +89,7 @@ def _place(source: str, keys: list[str | int]) -> str:
 
 
 def _check_keys(value: Any, kind: inspect.Type, source: str, complete: bool, keys: tuple[str, ...] = ()) -> None:
-    """Refuse keys that a dataclass does not have, or, to be complete, lacks; msgspec passes over both."""
+    """Refuse keys that a dataclass does not have and, if ``complete``, the lack of one; msgspec passes over both."""
     if isinstance(kind, inspect.UnionType):
         kind = next((each for each in kind.types if isinstance(each, RECORDS)), kind)
     if not isinstance(kind, RECORDS) or not isinstance(value, dict):
@@ -103,9 +103,7 @@ def _check_keys(value: Any, kind: inspect.Type, source: str, complete: bool, key
         if key in known:
             _check_keys(inner, known[key], source, complete, (*keys, key))
         elif isinstance(kind, inspect.DataclassType):
-            raise InputError(
-                f"{_place(source, list(keys))}expected a known key, found {shown(key)}; {did_you_mean(key, known)}"
-            )
+            raise InputError(f"{_place(source, list(keys))}{_unknown(key, known)}")
 
 
 def recorded(settings: type, **beside: tuple[Any, Any]) -> Any:

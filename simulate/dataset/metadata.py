@@ -75,7 +75,8 @@ def read_metadata_file(path: Path, expected: str, simulated: bool = False) -> di
     """
     content = read_json(path, expected)
     engine = content.get("engine", "") if isinstance(content, dict) else ""
-    schema = _schema(str(engine), simulated, tuple(ENGINES))
+    known = isinstance(engine, str) and engine in ENGINES
+    schema = _schema(engine if known else "", simulated, tuple(ENGINES))
     checked: Any = conform(content, schema, str(path))
     elements = checked.array.rows * checked.array.columns
     if elements > MOST_ELEMENTS:
@@ -87,13 +88,13 @@ def read_metadata_file(path: Path, expected: str, simulated: bool = False) -> di
     return content
 
 
-@functools.lru_cache  # of bounded size: the engine is whatever a file says
+@functools.cache
 def _schema(engine: str, simulated: bool, known: tuple[str, ...]) -> type[Struct]:
     """metadata.json of a dataset made by an engine, of those in the table."""
     parts: dict[str, tuple[Any, Any]] = {
         key: (kind, UNSET) for name in known for key, kind in ENGINES[name].schema().items()
     }
-    needed = engine in known and ENGINES[engine].always_recorded
+    needed = bool(engine) and ENGINES[engine].always_recorded
     if needed:
         parts |= {key: (kind, MISSING) for key, kind in ENGINES[engine].schema().items()}
     names: Any = Literal[known]  # type: ignore[valid-type]

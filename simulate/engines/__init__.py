@@ -1,1 +1,1 @@
-"""Engines: how responses are simulated, each one object, and the table of them."""
+"""How responses are simulated: each engine is one object, and a table lists them."""

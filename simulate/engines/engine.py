@@ -13,6 +13,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, Self
 
+import msgspec
 import numpy as np
 from jaxtyping import Complex, Float
 
@@ -83,7 +84,7 @@ class Engine(ABC):
     """Packages whose versions metadata.json records."""
 
     always_recorded: ClassVar[bool] = True
-    """Whether the metadata.json of every dataset that it made has its part."""
+    """Whether every metadata.json of its datasets has the engine's part; one without it is then refused."""
 
     spreads_parts: ClassVar[bool] = True
     """Whether parts of a dataset are made by Ray workers, if there are any; otherwise ``source`` uses the workers."""
@@ -92,7 +93,7 @@ class Engine(ABC):
     """Whether ``source`` takes so long that what it makes is kept in the dataset folder, for ``kept`` to read."""
 
     def for_scene(self, scene: Scene) -> Self:
-        """The engine with the options that depend on the scene, or on what is installed, set.
+        """This engine, with those options set that depend on the scene or on what is installed.
 
         Args:
             scene: the scene.
@@ -119,7 +120,7 @@ class Engine(ABC):
         Args:
             metadata: content of its metadata.json, which has been checked.
         """
-        return cls(**metadata[cls.name])
+        return msgspec.convert(metadata[cls.name], cls)
 
     def require(self, machines: Machines) -> None:
         """Make sure, before anything is written, that the engine can run.
@@ -135,7 +136,7 @@ class Engine(ABC):
             require_ray(machines.ray)
 
     def again(self, recorded: Engine) -> Engine:
-        """The engine of a dataset that is made once more, with what of its options is not recorded.
+        """The engine that makes a dataset once more: the recorded one, with options of this one that are not recorded.
 
         Args:
             recorded: the engine that made the dataset.
@@ -177,7 +178,7 @@ class Engine(ABC):
         raise NotImplementedError
 
     def sent(self, source: ResponseSource) -> Any:
-        """What a worker needs to tell the same responses, beside the setting.
+        """What a worker needs, beside the setting, to find the same responses.
 
         Args:
             source: from ``source``.

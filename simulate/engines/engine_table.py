@@ -27,7 +27,7 @@ def engine_class(name: str) -> type[Engine]:
 
 
 def engine_of(metadata: Mapping[str, Any]) -> Engine:
-    """The engine that a dataset was made by; of one that was not simulated, rays by their defaults.
+    """The engine that made a dataset; for one that was not simulated, ``Rays()``.
 
     Args:
         metadata: content of its metadata.json, which has been checked.

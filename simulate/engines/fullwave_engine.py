@@ -8,13 +8,13 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
 
-from msgspec import Struct
+from msgspec import Meta, Struct
 from tyro.conf import Suppress
 
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, require_within, shown
 from scenes.files.json_file import read_json
-from scenes.files.schema import Positive, conform, recorded
+from scenes.files.schema import Positive, conform
 from scenes.storage.scene_digest import scene_digest
 from simulate.engines.engine import Engine, Machines, Setting
 from simulate.fullwave import OURS
@@ -53,8 +53,13 @@ class Solver:
             require_within(*CELLS, "metres", cell=self.cell)
 
 
-RECORD = recorded(Solver, window_ns=(Positive, 1.0), antennas=(str, ""))
-"""What metadata.json has of a solver, and what follows from it."""
+class Recorded(Struct, forbid_unknown_fields=True, kw_only=True):
+    """What metadata.json has of a ``Solver``, of which nothing may be missing, and what follows from it."""
+
+    cell: Annotated[float, Meta(ge=CELLS[0], le=CELLS[1])]
+    solver: str
+    window_ns: Positive = 1.0
+    antennas: str = ""
 
 
 class Made(Struct):
@@ -63,7 +68,7 @@ class Made(Struct):
     engine: str = ""
     scene: str = ""
     scene_sha256: str = ""
-    fullwave: RECORD | None = None  # type: ignore[valid-type]
+    fullwave: Recorded | None = None
 
 
 @dataclass(frozen=True)
@@ -110,7 +115,7 @@ class FullWave(Solver, Engine):
 
     @classmethod
     def schema(cls) -> dict[str, Any]:
-        return {"fullwave": RECORD}
+        return {"fullwave": Recorded}
 
     @classmethod
     def of(cls, metadata: Mapping[str, Any]) -> Self:
@@ -182,8 +187,8 @@ def _solver_of_field(folder: Path, scene: Scene) -> Solver:
     """
     expected = "a folder that was simulated with --engine fullwave to its end"
     path = folder / "metadata.json"
-    made: Any = conform(read_json(path, expected), Made, str(path))
-    if made.engine != FullWave.name or not (folder / FIELD).is_file():
+    made = conform(read_json(path, expected), Made, str(path))
+    if made.engine != FullWave.name or made.fullwave is None or not (folder / FIELD).is_file():
         raise InputError(f"{folder}: expected {expected}, found no {FIELD} of it")
     if made.scene_sha256 != scene_digest(scene):
         raise InputError(

@@ -37,7 +37,7 @@ class Rays(Engine):
     name: ClassVar[str] = "rays"
     called: ClassVar[str] = "fresh ray tracing"
     packages: ClassVar[tuple[str, ...]] = ("sionna-rt", "mitsuba", "drjit", "numpy")
-    always_recorded: ClassVar[bool] = False  # by version 0.1, not all of it
+    always_recorded: ClassVar[bool] = False  # datasets of version 0.1 lack some of it
 
     def metadata(self, setting: Setting) -> dict[str, Any]:
         return {
@@ -108,14 +108,13 @@ class Rays(Engine):
         return Tracer(setting.scene, self.propagation, setting.region, setting.seed, found=sent)
 
 
-def seed_of_rays(metadata: Mapping[str, Any], unknown: int = DEFAULT_SEED) -> int:
+def seed_of_rays(metadata: Mapping[str, Any]) -> int:
     """The seed of the rays of a dataset.
 
     Args:
         metadata: content of its metadata.json, which has been checked; empty for a dataset that was not simulated.
-        unknown: the seed if it does not tell one.
 
     >>> seed_of_rays({"propagation": {"seed": 4}}), seed_of_rays({})
     (4, 1)
     """
-    return metadata.get("propagation", {}).get("seed", unknown)
+    return metadata.get("propagation", {}).get("seed", DEFAULT_SEED)

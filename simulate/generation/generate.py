@@ -146,7 +146,7 @@ def _make_parts(
     """
     engine = request.engine
     todo = [start for start in parts.starts if start not in kept]
-    if not todo and engine.is_whole(parts.folder):
+    if not todo and not engine.keeps_source:
         return
     with progress_bar() as progress:
         source = engine.source(request.setting, parts.folder, machines, progress)

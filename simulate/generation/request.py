@@ -20,7 +20,7 @@ from scenes.storage.scene_yaml import read_scene
 from simulate.dataset.metadata import read_metadata_file
 from simulate.engines.engine import Engine, Setting
 from simulate.engines.engine_table import engine_of
-from simulate.engines.rays_engine import seed_of_rays
+from simulate.engines.rays_engine import Rays, seed_of_rays
 from simulate.positions.given_positions import read_points
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
@@ -121,8 +121,8 @@ def read_request(folder: Path) -> Request:
         power=metadata["power"],
         grid=AngularGrid() if stated is None else stated.grid,
     )
-    found = seed_of_rays(metadata, request.seed)
-    if found != request.seed:
+    found = seed_of_rays(metadata)
+    if isinstance(request.engine, Rays) and found != request.seed:
         raise InputError(f"{path}: expected the dataset's seed {request.seed} as propagation.seed, found {found}")
     for key, value in request.metadata().items():
         if key.endswith("sha256") and value != metadata[key]:

@@ -8,7 +8,7 @@ from typing import Any, get_type_hints
 
 from scenes.checks.validation import validate
 from scenes.files.errors import InputError, ParameterError, shown
-from scenes.files.options import taken, takes
+from scenes.files.options import default_of, taken, takes
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import Dataset, read_dataset
@@ -58,13 +58,20 @@ def simulate(
     >>> dataset.positions.shape, dataset.responses.shape, dataset.pictures.shape
     ((3, 3), (3, 16), (3, 90, 360))
     """
-    kind = engine_class(name_of_engine(scene, engine))
-    of_engines = {each.name for every in ENGINES.values() for each in fields(every)}
-    own = {each.name for each in fields(kind)} if isinstance(engine, str) else set()
-    require_no_options(kind.name, **{name: options[name] for name in options if name in of_engines - own})
-    by = taken({name: options[name] for name in options if name in own}, kind)[0] if isinstance(engine, str) else engine
-    others = {name: options[name] for name in options if name not in of_engines}
+    defaults = {each.name: default_of(each) for every in ENGINES.values() for each in fields(every)}
+    others = {name: value for name, value in options.items() if name not in defaults}
     content, machines = taken({"n": n, **others}, Simulation, Machines)
+    given = {name: value for name, value in options.items() if name in defaults and value != defaults[name]}
+    kind = engine_class(name_of_engine(scene, engine))
+    if isinstance(engine, Engine):
+        for name, value in given.items():
+            found = f"found {shown(value)} beside {type(engine).__name__}(...)"
+            raise ParameterError(name, f"expected it among the engine's own options, {found}")
+        by = engine
+    else:
+        own = {each.name for each in fields(kind)}
+        require_no_options(kind.name, **{name: value for name, value in given.items() if name not in own})
+        by = kind(**given)
     request = request_for(scene, content, by, content.seed)
     generate(request, Path(output), machines)
     return read_dataset(output)
@@ -77,6 +84,8 @@ def name_of_engine(scene: Scene | str | Path, engine: str | Engine) -> str:
         scene: as ``simulate`` takes it; a dataset folder has an engine of its own already.
         engine: as ``simulate`` takes it.
     """
+    if not isinstance(engine, str | Engine):
+        raise ParameterError("engine", f"expected an engine, such as Rays(), or its name, found {shown(engine)}")
     if not isinstance(scene, Scene) and Path(scene).is_dir():
         return read_request(Path(scene)).engine.name
     return engine if isinstance(engine, str) else engine.name

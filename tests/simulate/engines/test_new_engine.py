@@ -54,14 +54,16 @@ def test_the_command_line_has_it(tmp_path):
 
 
 def test_python_has_it_and_its_dataset_is_made_again_with_the_same_bytes(known, tmp_path):
-    dataset = simulate("closet", tmp_path / "a", n=12, engine="freespace", loss=3)
+    dataset = simulate("closet", tmp_path / "a", n=12, engine="freespace", loss=3.0)
     expected = FreeSpaceField(bisplat.load_scene("closet"), 3).responses(dataset.positions)
     assert np.array_equal(dataset.responses, expected)
-    assert contents(simulate("closet", tmp_path / "b", 12, engine=FreeSpace(loss=3)).folder) == contents(tmp_path / "a")
+    assert contents(simulate("closet", tmp_path / "b", 12, engine=FreeSpace(loss=3.0)).folder) == contents(
+        tmp_path / "a"
+    )
     simulate(tmp_path / "a", tmp_path / "again")
     assert contents(tmp_path / "again") == contents(tmp_path / "a")
     (tmp_path / "b" / "spectrum" / "00003.png").unlink()
-    simulate("closet", tmp_path / "b", n=12, engine="freespace", loss=3)
+    simulate("closet", tmp_path / "b", n=12, engine="freespace", loss=3.0)
     assert contents(tmp_path / "b") == contents(tmp_path / "a")
 
 
@@ -89,7 +91,7 @@ def test_its_part_of_metadata_is_checked(known, tmp_path):
         ({"engine": "light"}, "engine: expected the name of an engine, found 'light'; known are"),
         ({"loss": 3}, "loss: expected none, or the engine freespace, found 3 for rays"),
         ({"engine": "freespace", "loss": -1}, "loss: expected a loss in dB from 0 to 100, found -1"),
-        ({"engine": FreeSpace(), "cell": 0.1}, "cell: expected none, or the engine fullwave, found 0.1 for freespace"),
+        ({"engine": FreeSpace(), "cell": 0.1}, "cell: expected it among the engine's own options, found 0.1"),
         ({"engine": "freespace", "lost": 3}, "lost: expected the name of an option, found 'lost'"),
     ],
 )
