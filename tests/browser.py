@@ -20,7 +20,7 @@ QUIET = (
 """No GPU, no sandbox (root has none), nothing that looks for servers elsewhere."""
 
 
-PATIENCE = 60_000
+PATIENCE = 180_000
 """Milliseconds; WebGL in software on a busy machine is slow."""
 
 
