@@ -249,6 +249,7 @@ def test_open_share_is_the_mean_squared_error():
         assert float(error[part].mean() / open_share[part].mean()) == pytest.approx(1.0, abs=0.15)
 
 
+@pytest.mark.slow
 def test_trains_predicts_and_loads_again(tiny, tmp_path):
     dataset = read_dataset(tiny)
     method = TrainedModel("helmholtz")

@@ -49,6 +49,7 @@ def test_phase_that_fails_is_not_shown_as_finished(capsys):
     assert "60/60" not in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_the_default_model_says_what_it_is_doing(write_folder, tmp_path, capsys, monkeypatch):
     seen = []
     monkeypatch.setattr(FitProgress, "__call__", lambda self, *step: seen.append(step))

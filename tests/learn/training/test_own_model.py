@@ -65,6 +65,7 @@ def here(tmp_path, monkeypatch):
         sys.modules.pop(name, None)
 
 
+@pytest.mark.slow
 def test_the_commands_know_it(here, tiny):
     """In processes that do not have the current folder on Python's path, as the installed script ``bisplat``."""
     environment = os.environ | {"PYTHONPATH": str(ROOT), "OMP_NUM_THREADS": "1"}

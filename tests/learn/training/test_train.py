@@ -322,6 +322,7 @@ def test_folder_that_is_no_run_is_refused(tmp_path):
 # Evaluation
 
 
+@pytest.mark.slow
 def test_evaluation_scores_the_test_part_beside_the_baselines(tiny, finished_run, tmp_path):
     found = evaluate(finished_run)
     write_evaluation(found, tmp_path / "evaluation")
