@@ -74,7 +74,6 @@ def takes(*kinds: type) -> Callable[[F], F]:
     Args:
         kinds: the dataclasses that ``taken`` makes of the options.
     """
-
     from tyro.conf import Suppress
 
     def show(function: F) -> F:
@@ -86,7 +85,7 @@ def takes(*kinds: type) -> Callable[[F], F]:
             descriptions = described(kind)
             hints = get_type_hints(kind, include_extras=True)
             for each in fields(kind):
-                if Suppress in get_args(hints[each.name]):  # no option, on the command line neither
+                if Suppress in get_args(hints[each.name]):  # the command line hides it, too
                     continue
                 if each.name not in named:  # such as the function names itself, to take it by place
                     kind_of = inspect.Parameter.KEYWORD_ONLY
