@@ -82,7 +82,8 @@ def main(
             written[name] = replace(before, **words)
     write_entries(ledger, written)
     (generated / "measurements.md").write_text(page(written))
-    for path in set(docs.rglob("*.md")) - set(generated.glob("*.md")):
+    front = [path for path in [docs.parent / "README.md"] if path.is_file()]
+    for path in {*front, *docs.rglob("*.md")} - set(generated.glob("*.md")):
         path.write_text(with_tables(path.read_text(), written, os.path.relpath(generated, path.parent)))
     kept = [name for name in written if name not in updated]
     if json_output:

@@ -13,6 +13,7 @@ BENCHMARKS = sorted(path.name for path in (ROOT / "benchmarks").glob("*.py"))
 
 ARGUMENTS = {
     "diffraction.py": ["--figure", "{folder}/diffraction.png", "--smallest"],
+    "front.py": ["--figure", "{folder}/front.png", "--smallest"],
     "fullwave.py": ["--ship", "{folder}/field", "--smallest"],
     "grid.py": ["{dataset}", "--smallest"],
     "ladder.py": ["{dataset}", "{dataset}", "--smallest"],
