@@ -1,7 +1,8 @@
 """Sphinx builds the documentation from here: `make docs` shows it in the browser, `make docs-build` only builds it.
 
-Sphinx was chosen since the field's readers know it (Sionna RT, DiffeRT, gsplat, nerfstudio and viser use it), and since it
-checks what it builds: a link to a name, page or heading that does not exist ends a strict build. Pages are Markdown (MyST).
+We chose Sphinx because the field's readers know it (Sionna RT, DiffeRT, gsplat, nerfstudio and viser use it), and because
+it checks what it builds: a link to a name, page or heading that does not exist ends a strict build. Pages are Markdown
+(MyST).
 """
 
 import re

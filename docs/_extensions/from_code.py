@@ -1,6 +1,7 @@
 """Parts of the reference that the code itself states: the commands with their options, and the radio materials.
 
-``{commands}`` lists every command from its parser, ``{materials}`` the radio materials with their values at a frequency.
+``{commands}`` lists every command as its parser has it. ``{materials}`` lists the radio materials with their values at a
+frequency.
 In docstrings, ``[key]`` of references.bib becomes a citation.
 """
 
