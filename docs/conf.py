@@ -1,8 +1,8 @@
 """Sphinx builds the documentation from here: `make docs` shows it in the browser, `make docs-build` only builds it.
 
-We chose Sphinx because the field's readers know it (Sionna RT, DiffeRT, gsplat, nerfstudio and viser use it), and because
-it checks what it builds: a link to a name, page or heading that does not exist ends a strict build. Pages are Markdown
-(MyST).
+We chose Sphinx because the field's readers know it (Sionna RT, DiffeRT, gsplat, nerfstudio and viser use it), and
+because it checks what it builds: a link to a name, page or heading that does not exist ends a strict build. Pages are
+Markdown (MyST).
 """
 
 import re
@@ -30,6 +30,8 @@ extensions = [
     "from_code",  # ours: tables made from the parser and the materials, and citations in docstrings
 ]
 exclude_patterns = ["_build", "_old", "options.md"]
+smartquotes = False  # they would make one dash of the two of an option
+
 html_theme = "furo"
 html_title = f"bisplat-wrf {release}"
 html_static_path = ["_static"]
