@@ -1,4 +1,4 @@
-"""Positions on a path, split at random and in blocks, and drawn uniformly; how far a test position is from a known one."""
+"""A path split at random and in blocks, and uniform positions: how far a test position is from a known one."""
 
 from types import SimpleNamespace
 
