@@ -206,7 +206,7 @@ def test_what_has_no_paths_is_refused_in_one_sentence(plain, tmp_path):
     for source, sentence in (
         (measured, r"measured: expected a simulated dataset, .*; a measured dataset has none"),
         (plain / "spectrum", r"spectrum: expected a simulated dataset, .*; a measured dataset has none"),
-        (several, r"several: expected one dataset, found one of each gateway; give .*several/door"),
+        (several, r"several: expected one dataset, found one for each gateway; give .*several/door"),
         (tmp_path / "nowhere", r"nowhere: expected a dataset folder, found nothing there"),
         (edited(plain, tmp_path / "deep", propagation=depth), r"max_depth of at most 15, .* found 16"),
         (edited(plain, tmp_path / "other", positions_sha256="x"), r"expected the files the dataset was made with"),
