@@ -111,7 +111,7 @@ class Dataset:
 
     @property
     def spectra(self) -> Float[np.ndarray, "K 90 360"]:
-        """The pictures as numbers from 0 to 1, float32, [K, 90, 360]: grey levels / 255.
+        """The pictures as numbers from 0 to 1 (grey levels / 255), float32, [K, 90, 360].
 
         Every published loader of this format reads the pictures in this way. Each access computes the array anew.
         """

@@ -246,7 +246,7 @@ class Tracer:
 
     @property
     def middle(self) -> Antennas:
-        """The middle element of the array: the first of those nearest its centre."""
+        """The middle element of the array, which is the first of those nearest its centre."""
         return self.elements.subset(np.array([self._middle_index]))
 
     @property

@@ -68,15 +68,15 @@ class Propagation:
 
     @property
     def sionna_diffuse(self) -> bool:
-        """Whether the tracer uses Sionna's diffuse reflection: both ``sionna`` and ``diffuse`` are on."""
+        """Whether the tracer uses Sionna's diffuse reflection; both ``sionna`` and ``diffuse`` are on."""
         return self.sionna and self.diffuse
 
     @property
     def sionna_diffraction(self) -> bool:
-        """Whether the tracer uses Sionna's diffraction: both ``sionna`` and ``diffraction`` are on."""
+        """Whether the tracer uses Sionna's diffraction; both ``sionna`` and ``diffraction`` are on."""
         return self.sionna and self.diffraction
 
     @property
     def counts_slabs_once(self) -> bool:
-        """Whether the phase of the way through a slab is counted once: ``slab_phase`` is on and ``sionna`` is off."""
+        """Whether the phase of a way through a slab counts once; ``slab_phase`` is on and ``sionna`` is off."""
         return self.slab_phase and not self.sionna
