@@ -150,7 +150,7 @@ def test_settings_that_do_not_fit_are_refused_before_anything_is_written(scene, 
 def test_element_near_a_conductor_needs_small_cells(scene, solver, tmp_path):
     fin = SceneObject("fin", sheet((0.98, 0.3, 0.3), (0, 0.4, 0), (0, 0, 0.4)), "metal")
     materials = p2040_materials(["concrete", "metal"], 915e6)
-    with pytest.raises(ParameterError, match=r"cell: expected at most 0\.01 m, element 1 being 0\.02 m from a cond"):
+    with pytest.raises(ParameterError, match=r"cell: expected at most 0\.01 m, since element 1 is 0\.02 m from a cond"):
         simulate(
             replace(scene, objects=(*scene.objects, fin), materials=materials), tmp_path / "a", n=4, engine="fullwave",
             cell=0.03,
