@@ -116,7 +116,7 @@ class WrittenParts:
                 with Image.open(path) as image:
                     if (image.format, image.size) != (kind, (COLUMNS, ROWS)):
                         raise ValueError(f"{image.format} of {image.width} × {image.height} pixels")
-                    image.verify() if kind == "PNG" else image.load()  # verify checks checksums, which only PNG has
+                    image.verify() if kind == "PNG" else image.load()  # verify tests checksums, which only PNG has
             except (OSError, SyntaxError, ValueError) as error:
                 return f"{path}: expected a whole {kind} file, found a damaged one ({error})"
         return None
