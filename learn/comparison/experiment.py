@@ -35,7 +35,7 @@ from simulate.positions.given_positions import MOST_POSITIONS
 from simulate.spectra.spectrum import evenly, spectrum_of
 
 LARGEST_RESULTS = 64 * MEGABYTE
-"""Bytes of results.jsonl; a row takes about 400."""
+"""Largest size of results.jsonl, bytes; a row takes about 400."""
 
 PROTOCOL = "protocol.json"
 """Name of the file with the settings of an experiment."""
@@ -46,16 +46,16 @@ SPLIT_SEED = 0
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings that all rows of a folder have in common; ``PROTOCOL`` records them.
+    """Settings that all rows of an experiment have in common. The file protocol.json records them.
 
     Attributes:
         dataset: absolute path of the dataset's folder.
         split: how the test part is chosen.
         split_seed: seed of the split.
-        minutes: training time of each model that is trained by steps; None: no limit, ``steps`` is set.
-        steps: number of training steps of each such model; None: as many as fit into ``minutes``.
-        device: name of the GPU, or number of CPU threads, that methods are trained on.
-        test_spectra: largest number of test spectra, evenly spread over the test part; None: all of it.
+        minutes: training time of each model that is trained by steps. None: there is no limit, and ``steps`` is set.
+        steps: number of training steps of each such model. None: as many as fit into ``minutes``.
+        device: name of the GPU, or number of CPU threads, on which methods are trained.
+        test_spectra: largest number of test spectra, evenly spread over the test part. None: all of them.
     """
 
     dataset: str
@@ -84,7 +84,7 @@ class Protocol(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
 
 
 class Row(Struct, frozen=True, kw_only=True):
-    """What every line of results.jsonl has; further keys are scores and costs."""
+    """The keys that every line of results.jsonl has. Further keys are scores and costs."""
 
     label: str
     seed: Annotated[int, Meta(ge=0)]
@@ -173,7 +173,7 @@ class Experiment:
         self._keep(key, test, scores, cost)
 
     def measure_ceiling(self) -> None:
-        """Measure the row of the array's ceiling, which is fitted to the test spectra: it is a bound, not a method."""
+        """Measure the row of the array's ceiling, a bound that is fitted to the test spectra themselves."""
         key = {"label": CEILING, "seed": 0, "train_size": None}
         if self._has(key):
             return
@@ -226,9 +226,9 @@ def begun(
         test_spectra: largest number of test spectra to score; None: all of the test part.
 
     Raises:
-        InputError: the dataset cannot be read, or the folder holds an experiment with other settings, or other files,
-            or another process writes to it.
-        ParameterError: ``test_spectra`` is no whole number above 0.
+        InputError: the dataset cannot be read; or the folder holds an experiment with other settings or other files, or
+            another process writes to it.
+        ParameterError: ``test_spectra`` is not a whole number above 0.
     """
     if test_spectra is not None:
         require_whole(1, MOST_POSITIONS, test_spectra=test_spectra)

@@ -1,7 +1,4 @@
-"""The interface of a compared method: it is given a ``Task``, and has ``fit`` and ``predict``.
-
-docs/compare.md has an example.
-"""
+"""The interface of a compared method: it has ``fit``, which takes a ``Task``, and ``predict``."""
 
 from __future__ import annotations
 
