@@ -1,4 +1,4 @@
-"""Find transmitters from their spectra: compare with a field over a grid, then move to the best positions nearby."""
+"""Locate transmitters from their spectra: compare with a field over a grid, then refine the best positions."""
 
 from __future__ import annotations
 
@@ -40,13 +40,15 @@ LEAST_PROBABILITY = 0.01
 
 
 class Place(NamedTuple):
-    """Where a transmitter may be.
+    """A place where a transmitter may be.
 
     Attributes:
-        position: metres, world frame.
-        covariance: of the position, m²; of the field's error it takes what the spectrum leaves unexplained there.
-        probability: relative to the transmitter's other places.
-        misfit: squared distance of the fingerprints, about the share of the spectrum that the field does not explain.
+        position: [3] metres, world frame.
+        covariance: [3, 3] covariance of the position, m². The part of the spectrum that the run does not explain at
+            this place stands for the error of the prediction.
+        probability: probability of this place among all places of the transmitter, 0…1.
+        misfit: squared distance of measured and predicted fingerprint: about the share of the spectrum that the run
+            does not explain.
     """
 
     position: Float[np.ndarray, " 3"]
@@ -61,31 +63,34 @@ def locate(
     report: Report = lambda phase, done, total: None,
     known: Float[np.ndarray, "n 3"] | None = None,
 ) -> list[list[Place]]:
-    """Where transmitters are.
+    """Locate transmitters from their spectra.
 
-    With n numbers that the spectra tell, the probability of a place is proportional to misfit^(−n/2), as that of
-    errors of unknown size, times the density of the training positions. The candidates are a grid and the training
-    positions. (The volume that a place's covariance spans would be a further factor; measured data are located worse
-    with it, since the field is flat where it is wrong.)
+    Each run predicts spectra over a grid in the region of its training positions, and at these positions. The positions
+    with the most similar spectra are then refined (Levenberg–Marquardt). The comparison uses fingerprints: spectra
+    whose scale and offset are removed, so that only their shape counts.
+
+    The probability of a place is proportional to ``misfit^(−n/2)`` times the density of training positions, where n is
+    the number of independent numbers in the spectra. The exponent is that of errors of unknown size.
 
     Args:
-        runs: a trained run for each gateway, in one world frame.
-        pictures: the pictures of the same K transmitters that each gateway took.
-        report: called with the phase, and how many of how many positions are done.
-        known: training positions of the first run, metres, world frame; read from its dataset if None.
+        runs: a trained run for each gateway, all in one world frame.
+        pictures: for each gateway its pictures [K, 90, 360] of the same K transmitters, grey levels 0…255.
+        report: called with the phase, the number of positions done, and the number of all positions.
+        known: [n, 3] training positions of the first run, metres, world frame. None: they are read from its dataset.
 
     Returns:
-        The places of each transmitter, the most probable one first; none of a transmitter whose pictures are black.
+        The places of each transmitter, the most probable one first. A transmitter whose pictures are black has none.
 
     Raises:
-        InputError: the training positions of the runs have no region in common, or the first run's dataset cannot be
-            read, which has them.
+        InputError: the training positions of the runs have no region in common, or the first run's dataset, which has
+            these positions, cannot be read.
 
-    >>> import bisplat
-    >>> run, data = bisplat.load_run("runs/lab"), bisplat.read_dataset("data/lab")
-    >>> places = locate([run], [data.pictures[data.test[:2]]])
-    >>> len(places), places[0][0].position.shape
-    (2, (3,))
+    Example:
+        >>> import bisplat
+        >>> run, data = bisplat.load_run("runs/lab"), bisplat.read_dataset("data/lab")
+        >>> places = locate([run], [data.pictures[data.test[:2]]])
+        >>> len(places), places[0][0].position.shape
+        (2, (3,))
     """
     region, wavelength = common_region(runs), float(runs[0].model.wavelength)
     field = Field(runs)
@@ -117,7 +122,7 @@ def locate(
 
 
 def grid_warning(runs: Sequence[Run]) -> str | None:
-    """A sentence about a region so large that the grid may miss a transmitter; None: it is not.
+    """A warning about a region so large that the grid may miss a transmitter. None: there is no such risk.
 
     Args:
         runs: as for ``locate``.
@@ -137,7 +142,7 @@ def common_region(runs: Sequence[Run]) -> Float[np.ndarray, "2 3"]:
     """Corners (min, max) of the box that the training positions of all runs share, metres, world frame.
 
     Raises:
-        InputError: there is none.
+        InputError: the runs share no position.
     """
     boxes = np.stack([run.model.region.double().cpu().numpy() for run in runs])
     region = np.stack([boxes[:, 0].max(axis=0), boxes[:, 1].min(axis=0)])
@@ -152,7 +157,7 @@ def common_region(runs: Sequence[Run]) -> Float[np.ndarray, "2 3"]:
 def _starts(
     points: Float[np.ndarray, "n 3"], likely: Float[np.ndarray, " n"], apart: float
 ) -> Float[np.ndarray, "MODES 3"]:
-    """The most likely point, then the next ones that are far enough from all before; the last may repeat."""
+    """The most likely point, then the next ones that are far enough from all before. The last one may repeat."""
     left, starts = likely.copy(), list[np.ndarray]()
     for _ in range(MODES):
         best = int(left.argmax())

@@ -21,20 +21,21 @@ STEP_DEG = 6
 class BiSplatAperture(PredictsResponses):
     """Predicts the responses of the array to the field of planar Gaussians, and the spectrum from these.
 
-    As in the paper, primitive i has a direction, a depth, two scales, a rotation and an opacity o_i, and is blended
-    with a complex coefficient c_i into the field, from near to far:
+    As in the paper [zhang2026], primitive i has a direction, a depth, two scales, a rotation and an opacity o_i, and is
+    blended with a complex coefficient c_i into the field, from near to far:
 
-        F(ω) = Σ_i T_i(ω) α_i(ω) c_i,   α_i = o_i G_i,   T_i = Π_{nearer j} (1 − α_j)
+    ``F(ω) = Σ_i T_i(ω) α_i(ω) c_i``, with ``α_i = o_i G_i`` and ``T_i = Π_{nearer j} (1 − α_j)``.
 
     Unlike in the paper, only the coefficients depend on the transmitter's position r. The field is then linear in them,
-    and so are the responses of elements m, the field's projections on the array manifold a_m (cosθ ΔΩ: solid angle):
+    and so are the responses of the elements m, which are the field's projections on the array manifold a_m:
 
-        y_m = Σ_ω a_m(ω) F(ω) cosθ ΔΩ = Σ_i A_mi c_i,   A_mi = Σ_ω a_m(ω) T_i(ω) α_i(ω) cosθ ΔΩ
+    ``y_m = Σ_ω a_m(ω) F(ω) cosθ ΔΩ = Σ_i A_mi c_i``, with ``A_mi = Σ_ω a_m(ω) T_i(ω) α_i(ω) cosθ ΔΩ`` and the solid
+    angle ``cosθ ΔΩ``.
 
     A is computed once for a whole batch of transmitters. The coefficients are those of a bilinear form in features of
     the primitive, p_i (a network of GS-PE), and features of the transmitter, t (a network of the encoded position):
 
-        c_i(r) = p_i · [t(r), 1]
+    ``c_i(r) = p_i · [t(r), 1]``
 
     Training with hundreds of transmitters per step therefore takes little longer than with one.
 

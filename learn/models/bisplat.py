@@ -1,7 +1,7 @@
 """The paper's models BiSplat-WRF and BiSplat-WRF+ [zhang2026].
 
 Symbols are the paper's: N_p primitives, N_c clusters, φ azimuth, θ elevation, ρ in-plane rotation, c_i complex
-coefficient. docs/model.md lists what the paper leaves open and what was chosen.
+coefficient. What the paper leaves open, and what was chosen, is in the documentation, The models.
 """
 
 from __future__ import annotations
@@ -45,9 +45,9 @@ class BiSplatWRF(SpectrumModel):
         transformer_layers: number of encoder layers of the BST.
         transformer_heads: number of attention heads of the BST.
         transformer_ffn_width: width of the feed-forward networks inside the BST's encoder layers.
-        encoding: encoding of the transmitter's position, as for ``TransmitterEncoding``; the paper's is "octaves".
-        bypass: branches whose output is replaced: by zero for "dynamic" and "delta", by the BST's linear projection for
-            "bst"; "order" blends the primitives in stored order instead of by depth.
+        encoding: encoding of the transmitter's position, "octaves" (as in the paper) or "waves".
+        bypass: branches to switch off. "dynamic" and "delta" become zero, "bst" is replaced by its linear projection,
+            and "order" blends the primitives in stored order instead of by depth.
 
     Raises:
         ParameterError: ``bypass`` names an unknown branch.
@@ -138,7 +138,7 @@ class BiSplatWRF(SpectrumModel):
         return splat(*self.splats(positions), self.azimuths, self.elevations)
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted spectrum: SPS = |F|² at every pixel, which is fitted directly to the normalised spectra."""
+        """Predicted spectrum: ``SPS = |F|²`` at every pixel, which is fitted directly to the normalised spectra."""
         return power(self.field(positions))
 
     def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:

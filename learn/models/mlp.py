@@ -18,9 +18,9 @@ WIDTH, LAYERS = 256, 4
 
 
 class SpectrumMLP(SpectrumModel):
-    """Predicts a few pixels that hold the array's band, 0…1, from the encoded position of the transmitter.
+    """A network that predicts the spectrum at a few pixels from the encoded position of the transmitter.
 
-    The spectrum is interpolated from these.
+    The pixels are as many as the array can resolve; the whole spectrum is interpolated from them.
 
     Args:
         region: as for ``SpectrumModel``.
@@ -62,7 +62,7 @@ class SpectrumMLP(SpectrumModel):
 
 
 class ResponseMLP(PredictsResponses):
-    """Predicts the complex element responses from the encoded position of the transmitter, and the spectrum from these.
+    """A network that predicts the complex element responses from the encoded position of the transmitter.
 
     Args:
         region: as for ``SpectrumModel``.

@@ -1,11 +1,11 @@
-"""Phases from pictures: known pictures' responses as one field.
+"""Phases from pictures: factors and flips that make the responses behind known pictures one field.
 
 A picture determines the responses y_n of the array at a position r_n up to a complex factor and the flip
-y_m → y*_{MN−1−m} (simulate/spectra/phase_retrieval.py). Responses at all known positions are samples of one field,
-whose covariance κ(r, r') solves the Helmholtz equation (learn/models/kriged_field.py). The factors z_n and flips are
-those for which this is most likely: n factors and flips against n · MN complex numbers, so that they are well
-determined wherever positions are within a wavelength or so of each other. What no picture can tell is a flip of all at
-once, and a factor common to all.
+y_m → y*_{MN−1−m} (``simulate.spectra.phase_retrieval``). Responses at all known positions are samples of one field,
+whose covariance κ(r, r') solves the Helmholtz equation (``learn.models.kriged_field``). The factors z_n and the flips
+are those for which this is most likely. There are n factors and flips but n · MN complex numbers, so that they are
+well determined wherever positions are within about a wavelength of each other. No picture can determine a flip of all
+at once, or a factor common to all.
 
 Each position's responses are predicted from the nearest others by kriging, a_n = Σ w* z y with error variance v. The
 best factor and flip of one position, given all others, maximise
@@ -13,7 +13,7 @@ best factor and flip of one position, given all others, maximise
     −|a_n − z y_n|² / v + 2 MN log |z|
 
 (the last term is the Jacobian of the scaling), which has a closed form. They are found for one position after another:
-first outwards from one place, each from those already done, then over and over until the field changes no more.
+first outwards from one place, each from those already done, then again and again until the field no longer changes.
 """
 
 from __future__ import annotations
@@ -51,12 +51,12 @@ def synchronised(
     covariance: Covariance,
     nugget: float,
 ) -> Complex[np.ndarray, "n elements"]:
-    """Responses with the factors and flips by which they are most likely one field.
+    """Responses with the factors and flips that most likely make them one field.
 
     Args:
-        responses: of each known picture, up to a factor and the flip.
-        positions: of the transmitter, metres.
-        covariance: of the field, of variance 1.
+        responses: those of each known picture, up to a factor and the flip.
+        positions: transmitter positions, metres.
+        covariance: covariance of the field, of variance 1.
         nugget: variance of the noise, relative to that of the field.
 
     Returns:
@@ -83,7 +83,7 @@ def _swept(
     others: list[Int[np.ndarray, " k"]],
     weights: list[tuple[Complex[np.ndarray, " k"], float]],
 ) -> tuple[float, Complex[np.ndarray, "n elements"]]:
-    """The best factors and flips from given ones on, and how likely they are (the sum of the terms above)."""
+    """The best factors and flips, improved from given ones, and how likely they are (the sum of the terms above)."""
     order = np.random.default_rng(0).permutation(len(field))
     for _ in range(SWEEPS):
         before = field.copy()
@@ -113,7 +113,9 @@ def _outwards(
     covariance: Covariance,
     nugget: float,
 ) -> Complex[np.ndarray, "n elements"]:
-    """First factors and flips: outwards from a position, next the one with the nearest neighbours that are done."""
+    """First factors and flips: outwards from one position. The next one is always that with the nearest finished
+    neighbours.
+    """
     done: Bool[np.ndarray, " n"] = np.zeros(len(near), bool)
     field = either[0].copy()
     queue = [(0.0, start)]

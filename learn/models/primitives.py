@@ -28,8 +28,8 @@ INITIAL_OPACITY = 0.3
 class Primitives(nn.Module):
     """N_p planar Gaussians parallel to the (φ, θ) plane, each with a depth. All attributes are learned.
 
-    The parameters are unconstrained; the properties compute the physical values from them. Each is of a scale at which
-    Adam's steps of the learning rate move all of them: azimuths in degrees would hardly move.
+    The parameters are unconstrained; the properties compute the physical values from them. The parameters have scales
+    at which a step of Adam moves all of them; azimuths in degrees would hardly move.
 
     Args:
         count: number of primitives N_p.

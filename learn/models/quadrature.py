@@ -35,12 +35,12 @@ LEAST_WEIGHT = 0.9
 
 @dataclass(frozen=True)
 class Quadrature:
-    """Pixels (row, column) for all pairs of some rows and columns.
+    """Pixels of a spectrum: all pairs of some rows and some columns.
 
     Attributes:
-        rows: rows of the picture.
-        columns: columns of the picture, equally spaced.
-        weights: weight of each row's mean; they add up to 1.
+        rows: [H] rows of the picture.
+        columns: [W] columns of the picture, equally spaced.
+        weights: [H] weight of each row's mean; the weights add up to 1.
     """
 
     rows: Int[np.ndarray, " H"]
@@ -84,9 +84,10 @@ def quadrature(beamformer: Beamformer) -> Quadrature:
 
 
 def picture_pixels(beamformer: Beamformer) -> Quadrature:
-    """Pixels from which a spectrum is interpolated: those of ``quadrature``, or as many as a 4 × 4 array has.
+    """Pixels from which a spectrum is interpolated: those of ``quadrature``, but at least as many as for a 4 × 4 array.
 
-    Spectra of fewer elements need fewer pixels for their means, but not to be drawn: a magnitude has sharp valleys.
+    The spectra of smaller arrays need fewer pixels for their means, but not for drawing them: magnitudes have sharp
+    valleys.
 
     Args:
         beamformer: the array and the grid of its spectra.
@@ -98,9 +99,9 @@ def picture_pixels(beamformer: Beamformer) -> Quadrature:
 
 
 def interpolation(pixels: Quadrature) -> tuple[Float[np.ndarray, "90 H"], Float[np.ndarray, "360 W"]]:
-    """Matrices R, C by which pixels become a picture, R x Cᵀ: cubic splines along elevation and, periodic, azimuth.
+    """Matrices R and C that turn pixels x into a picture R x Cᵀ by cubic splines, periodic along azimuth.
 
-    Spectra of a 4 × 4 array, interpolated from 18 × 45 pixels, have an SSIM of 0.996 with the true ones.
+    Spectra of a 4 × 4 array that are interpolated from 18 × 45 pixels have an SSIM of 0.996 with the true ones.
 
     Args:
         pixels: the pixels that are known.

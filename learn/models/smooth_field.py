@@ -13,10 +13,10 @@ from simulate.spectra.beamformer import Beamformer
 
 
 class SmoothField(KrigedField):
-    """Kriging of spectra by the squared exponential e^(−|Δ|²/2ℓ²), without waves.
+    """Kriging of spectra by the squared exponential ``e^(−|Δ|²/2ℓ²)``, without waves.
 
-    Where known positions are many wavelengths apart, the waves between them cannot be followed, but the spectra's slow
-    change over metres can.
+    Where known positions are many wavelengths apart, nothing can follow the waves between them. The spectra's slow
+    change over metres can still be interpolated.
 
     Args:
         region: as for ``KrigedField``.

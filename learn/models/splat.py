@@ -1,8 +1,8 @@
 """Depth-ordered splatting of complex coefficients on the (φ, θ) plane, with periodic azimuth.
 
-Primitives are blended as in 3D Gaussian splatting [kerbl2023].
-``splat_reference`` follows the equations; ``splat`` computes the same by the fastest renderer for the tensors' device.
-Complex numbers are pairs (real, imaginary) along the last axis, which all compilers and exporters support.
+Primitives are blended as in 3D Gaussian splatting [kerbl2023]. ``splat_reference`` follows the equations; ``splat``
+computes the same with the fastest renderer for the tensors' device. Complex numbers are pairs (real, imaginary) along
+the last axis, which all compilers and exporters support.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def splat(
     azimuths: Float[Tensor, " W"],
     elevations: Float[Tensor, " H"],
 ) -> Float[Tensor, "B H W 2"]:
-    """The complex field F(φ, θ) = Σ_i c_i α_i Π_{j<i} (1 − α_j), α_i = o_i G_i(φ, θ), nearer primitives first.
+    """The complex field ``F(φ, θ) = Σ_i c_i α_i Π_{j<i} (1 − α_j)`` with ``α_i = o_i G_i(φ, θ)``, nearer primitives first.
 
     Args:
         azimuth: φ_i, degrees, in [0, 360).

@@ -1,6 +1,7 @@
 """The idea of SwiftWRF [liu2025]: planar Gaussians, summed without depth order, that a network deforms by position.
 
-It is written in plain torch from the idea, not from the authors' code; docs/peers.md says what differs.
+It is written in plain torch from the idea, not from the authors' code; differences are in the documentation, Other
+programs.
 """
 
 from __future__ import annotations
@@ -28,10 +29,10 @@ MOVED_DEG = 30.0
 
 
 class SwiftWRF(SpectrumModel):
-    """S(φ, θ) = Σ_i c_i G_i(φ, θ), with Gaussians G_i and real coefficients ("colours") c_i.
+    """The idea of SwiftWRF [liu2025]: a sum of deformed Gaussians, ``S(φ, θ) = Σ_i c_i G_i(φ, θ)``.
 
-    A network deforms centre, scales, rotation and colour of each Gaussian, given its centre and the transmitter's
-    position.
+    The coefficients ("colours") c_i are real. A network deforms centre, scales, rotation and colour of each Gaussian,
+    given its centre and the transmitter's position.
 
     Args:
         region: as for ``SpectrumModel``.

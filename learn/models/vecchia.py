@@ -60,11 +60,11 @@ class Kriged(Protocol):
 def fit_covariance(
     field: Kriged, neighbours_most: int, report: Callable[[int, int], None] = lambda done, most: None
 ) -> None:
-    """Give a field the s, ℓ, T and ν that maximise Vecchia's likelihood of its known spectra.
+    """Set the s, ℓ, T and ν of a field to those that maximise Vecchia's likelihood of its known spectra.
 
     Args:
         field: keeps at least two known spectra; its ``shares``, ``length``, ``drift`` and ``nugget`` are set.
-        neighbours_most: number of nearest predecessors that each known spectrum is predicted from, at most.
+        neighbours_most: largest number of nearest predecessors from which each known spectrum is predicted.
         report: called with the number of the optimiser's iterations done, and the largest number of them.
     """
     report(0, ITERATIONS)

@@ -1,4 +1,4 @@
-"""The settings of a run, and the files config.json and split.json that record them. This module needs no torch."""
+"""Settings of a run, and the files config.json and split.json that record them. This module does not import torch."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 
 LARGEST_OPTION = 10**6
-"""Of a whole number among a model's options, such as its primitives; models take memory in proportion to them."""
+"""Largest whole number among a model's options, such as its primitives; the memory grows in proportion to them."""
 
 
 Option = bool | Annotated[int, Meta(ge=-LARGEST_OPTION, le=LARGEST_OPTION)] | float | str | list[Any] | None
@@ -44,13 +44,13 @@ class Config:
 
     Attributes:
         dataset: absolute path of the dataset folder.
-        model: name of the model in ``learn.training.registry``, or ``module:Class``.
+        model: name of the model, or ``module:Class``.
         split: how the test part is chosen.
         seed: seed of the initial weights and the order of the spectra.
         split_seed: seed of the split.
-        train_size: number of training spectra, drawn at random from the training part; None: all of them.
-        options: options of the model that differ from its registry entry's.
-        by_steps: settings of training by steps; None: the model is fitted in closed form.
+        train_size: number of training spectra, drawn at random from the training part. None: all of them.
+        options: options of the model that differ from its defaults.
+        by_steps: settings of training by steps. None: the model is fitted in closed form.
     """
 
     dataset: str

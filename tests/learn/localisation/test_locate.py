@@ -146,7 +146,7 @@ def test_bad_input_is_refused(folder, runs, tmp_path):
 def test_a_run_trained_on_anothers_test_spectra_is_refused(folder, runs, tmp_path):
     dataset = bisplat.read_dataset(folder / "two")
     other = bisplat.train(dataset, tmp_path / "run", split="random", model="mlp", steps=1)
-    with pytest.raises(InputError, match="not trained on the test spectra"):
+    with pytest.raises(InputError, match="not trained on test spectra"):
         evaluate_locations([runs[0], other])
 
 

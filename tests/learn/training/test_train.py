@@ -364,7 +364,7 @@ def test_index_that_names_a_spectrum_the_run_has_seen_is_refused(tmp_path, tiny,
     seen = json.loads((finished_run / "split.json").read_text())[part][0]
     write_index(tmp_path / "index.txt", ["00003", seen])
     for dataset in (None, tiny):
-        with pytest.raises(InputError, match=f"not trained on, found {seen}"):
+        with pytest.raises(InputError, match=f"trained on, such as {seen}"):
             evaluate(finished_run, dataset, tmp_path / "index.txt")
 
 
