@@ -54,11 +54,6 @@ class CrossValidation:
         correlation: [K] correlation ``|⟨ŷ, y⟩| / (‖ŷ‖ ‖y‖)`` of predicted responses ŷ and simulated responses y, 0…1.
             It does not depend on the common factor that a spectrum leaves open. None: the model predicts no responses.
 
-    Example:
-        >>> import bisplat
-        >>> fresh = bisplat.crossvalidate("runs/lab", "lab", positions=5)
-        >>> fresh.truth_by, fresh.metrics()["positions"], fresh.scores.ssim.shape
-        ('fresh ray tracing', 5, (5,))
     """
 
     run_name: str
@@ -125,6 +120,8 @@ def crossvalidate(
         >>> fresh = crossvalidate("runs/lab", "lab", positions=5)
         >>> fresh.positions.shape, fresh.truth.shape
         ((5, 3), (5, 90, 360))
+        >>> fresh.truth_by, fresh.metrics()["positions"], fresh.scores.ssim.shape
+        ('fresh ray tracing', 5, (5,))
     """
     require_whole(1, MOST_POSITIONS, positions=positions)
     require_seed(seed=seed)

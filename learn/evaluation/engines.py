@@ -115,9 +115,7 @@ def scene_for_rays(dataset: Dataset) -> Scene:
         InputError: the dataset was made by another engine, or has measurement errors.
     """
     if dataset.metadata.get("engine") != "fullwave":
-        raise InputError(
-            f"{dataset.folder}: expected a dataset simulated with --engine fullwave, found another one"
-        )
+        raise InputError(f"{dataset.folder}: expected a dataset simulated with --engine fullwave, found another one")
     errors = {name: value for name, value in dataset.metadata["measurement"].items() if value and name != "seed"}
     if errors:
         raise InputError(

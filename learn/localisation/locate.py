@@ -19,24 +19,26 @@ from scenes.files.errors import InputError
 from simulate.spectra.spectrum import evenly
 
 SPACING = 0.125
-"""Wavelengths between the grid's points: the fingerprints turn around within a quarter."""
+"""Wavelengths between the grid's points. Fingerprints change completely within a quarter of a wavelength."""
 
 MOST_POINTS = 60_000
-"""Of the grid; in a larger region its points are farther apart."""
+"""Largest number of points of the grid; in a larger region they are farther apart."""
 
 MODES = 4
 """Largest number of positions that are considered for a transmitter."""
 
 APART = 0.5
-"""Wavelengths between two starts of a transmitter; refined positions closer than half of it are one."""
+"""Least distance of two starting points of a transmitter, wavelengths. Refined positions closer than half of it count
+as one."""
 
 TOLD = 1 / 4
-"""Share of the spectra's numbers whose errors are independent: those of neighbouring elements are alike."""
+"""Share of the spectra's numbers whose errors are independent; errors of neighbouring elements are similar."""
 
 LEAST_MISFIT = 1e-4
-"""That of rounded pictures."""
+"""Misfit that rounding the pictures causes."""
 
 LEAST_PROBABILITY = 0.01
+"""Places with a smaller probability are left out."""
 
 
 class Place(NamedTuple):
@@ -133,8 +135,8 @@ def grid_warning(runs: Sequence[Run]) -> str | None:
     if widest <= FARTHEST:
         return None
     return (
-        f"the region is so large that the {len(points)} points which are compared are {widest:.2g} wavelengths apart; "
-        f"beyond {FARTHEST:g}, transmitters between them may be missed unless they are near training positions"
+        f"the {len(points)} grid points in this large region are {widest:.2g} wavelengths apart; beyond {FARTHEST:g}, "
+        "transmitters between them may be missed unless they are near training positions"
     )
 
 
@@ -148,8 +150,8 @@ def common_region(runs: Sequence[Run]) -> Float[np.ndarray, "2 3"]:
     region = np.stack([boxes[:, 0].max(axis=0), boxes[:, 1].min(axis=0)])
     if (region[0] > region[1]).any():
         raise InputError(
-            f"{runs[-1].folder}: expected runs that were trained in one region, found no position that all of them "
-            "share"
+            f"{runs[-1].folder}: expected runs that were trained in one region, found no place that the regions of all "
+            "runs share"
         )
     return region
 
@@ -167,14 +169,14 @@ def _starts(
 
 
 def _places(refined: Refined, prior: Prior, numbers: float, wavelength: float) -> list[Place]:
-    """The different places among refined positions of a transmitter, the most probable one first."""
+    """The distinct places among the refined positions of a transmitter, the most probable one first."""
     positions, misfit, normal = refined
     order = [int(each) for each in misfit.argsort()]
     kept: list[int] = []
     for each in order:
         if all(np.linalg.norm(positions[each] - positions[other]) > APART * wavelength / 2 for other in kept):
             kept.append(each)
-    # The field says nothing about what happens beyond a wavelength, so no deviation is larger.
+    # The derivatives say nothing about places more than a wavelength away, so no deviation is larger than that.
     variance = (LEAST_MISFIT + misfit[kept]) / max(numbers - 3, 1)
     precision = normal[kept] / variance[:, None, None] + np.eye(3) / wavelength**2
     covariance = np.linalg.inv(precision)

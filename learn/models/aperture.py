@@ -1,4 +1,4 @@
-"""Our BiSplat-aperture: planar Gaussian primitives whose field is received by the array."""
+"""Our BiSplat-aperture: planar Gaussian primitives, and an array that receives their field."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from learn.models.splat import Splats, blending_weights, conic_of, gaussian, pix
 from simulate.spectra.beamformer import Beamformer
 
 STEP_DEG = 6
-"""Distance of the directions that the field is blended at, degrees: finer than a 4 × 4 array resolves."""
+"""Distance between the directions at which the field is blended, degrees: finer than a 4 × 4 array can resolve."""
 
 
 class BiSplatAperture(PredictsResponses):
@@ -78,7 +78,7 @@ class BiSplatAperture(PredictsResponses):
         self.encoding = TransmitterEncoding(encoding)
         self.transmitter = ResidualFFN(self.encoding.size, width, width, 4)
         self.primitive = ResidualFFN(3 * (2 * PRIMITIVE_ORDER + 1), 2 * (width + 1), 128, 4)
-        with torch.no_grad():  # responses of a mean square magnitude of about 1 to begin with, if t is about 1
+        with torch.no_grad():  # at first, responses have a mean square magnitude of about 1 if t is about 1
             typical = self._response_of_features().square().mean().mul(2 * (width + 1)).sqrt()
             self.primitive.outward.weight.div_(typical)
             self.primitive.outward.bias.div_(typical)

@@ -16,7 +16,7 @@ from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.beamformer import Beamformer
 
 Report = Callable[[str, int, int], None]
-"""Takes a phase of a fit, a number of steps done, and the largest number of steps the phase can take."""
+"""Function that takes a phase of a fit, the number of its steps done, and the largest number of them."""
 
 
 class SpectrumModel(nn.Module):
@@ -36,8 +36,6 @@ class SpectrumModel(nn.Module):
     Attributes:
         region: the same as a buffer, float32; its values are saved with the weights.
         wavelength: the same as a buffer, float32.
-        encoding: encoding of the transmitter's position; only networks have one.
-        report: function that ``fit`` calls with a phase, the number of steps done, and the largest number of them.
 
     Example:
         >>> import bisplat
@@ -55,10 +53,10 @@ class SpectrumModel(nn.Module):
     region: Tensor
     wavelength: Tensor
     encoding: TransmitterEncoding
-    """Encodes the transmitter's position; only networks have one."""
+    """Encoding of the transmitter's position; only networks have one."""
 
     report: Report = staticmethod(lambda phase, done, total: None)
-    """Called by ``fit`` with what is being done, and how many of how many steps of it are done."""
+    """Function that ``fit`` calls with a phase, the number of its steps done, and the largest number of them."""
 
     def __init__(self, region: Float[np.ndarray, "2 3"], wavelength: float):
         super().__init__()
@@ -159,7 +157,8 @@ class BeamformingLayer(nn.Module):
         self, responses: Float[Tensor, "B elements 2"], steering: Float[Tensor, "2*elements 2*P"]
     ) -> Float[Tensor, "B P"]:
         numbers = responses.flatten(1)
-        largest = numbers.detach().abs().amax(1, keepdim=True)  # else the least power below darkens weak links
+        # Without this scaling, the least power below would darken the spectra of weak links.
+        largest = numbers.detach().abs().amax(1, keepdim=True)
         field = (numbers / torch.where(largest > 0, largest, 1) @ steering).unflatten(-1, (-1, 2))
         return normalised(power(field).clamp_min(1e-12).sqrt())
 

@@ -120,12 +120,12 @@ class BiSplatWRF(SpectrumModel):
             phase = phase + phase_mod
         coefficient = torch.stack([amplitude * phase.cos(), amplitude * phase.sin()], dim=-1)
 
-        # Offsets are added to the unconstrained parameters, so that scales stay positive and opacities in (0, 1).
+        # Offsets are added to the unconstrained parameters, so that scales stay positive and opacities stay in (0, 1).
         offset = positions.new_zeros(positions.shape[0], len(azimuth), 4)
         if "delta" not in self.bypass:
             offset = self.delta(*encodings, features)
         rotation = primitives.rotation + offset[..., 0]
-        # The scale is bounded, since a primitive that shrinks to zero no longer gets a gradient.
+        # The scale is bounded, since a primitive that shrinks to zero gets no gradient any more.
         scale = (primitives.scale_raw + offset[..., 1:3].tanh()).exp().clamp(SCALE_LEAST, SCALE_MOST)
         opacity = (primitives.opacity_raw + offset[..., 3]).sigmoid()
 

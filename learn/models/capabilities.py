@@ -22,7 +22,7 @@ from simulate.dataset.dataset_folder import Dataset
 from simulate.spectra.beamformer import Beamformer
 
 WEAK = 0.1
-"""ε of ``responses_loss``: the power below which a spectrum counts less, relative to the mean power."""
+"""ε of ``responses_loss``: power below which a spectrum counts less, relative to the mean power."""
 
 
 @runtime_checkable

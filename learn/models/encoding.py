@@ -22,7 +22,7 @@ TX_ORDER = 6
 
 DIRECTIONS = 512
 """Number of directions of the plane waves. A field without sources in a ball of radius R has about (kR + 1)² degrees of
-freedom; this is enough for a ball across 7 wavelengths (2.3 m at 915 MHz)."""
+freedom. 512 directions are enough for a ball of 7 wavelengths across (2.3 m at 915 MHz)."""
 
 
 def positional_encoding(t: Float[Tensor, "*batch 3"], order: int) -> Float[Tensor, "*batch encoded"]:

@@ -1,4 +1,4 @@
-"""Distances of points, directions spread evenly over the sphere, and grids."""
+"""Distances between points, directions spread evenly over the sphere, and grids."""
 
 from __future__ import annotations
 

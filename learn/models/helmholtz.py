@@ -30,18 +30,20 @@ WAYS = {
     "smooth-spectra": "smooth kriging of spectra",
     "inverse-distance": "inverse-distance weighting",
 }
-"""The ways of interpolation, for the user."""
+"""Names of the ways of interpolation, for the user."""
 
 LEFT_OUT = 64
-"""Number of known spectra, evenly spread, that each way of interpolation predicts from the others."""
+"""Largest number of known spectra, evenly spread, that each way of interpolation predicts from the others."""
 
 FOLDS, FOLDED = 8, 300
-"""Where few spectra are known, a covariance fitted to all of them predicts them too well. A way that even so is worse
-than inverse-distance weighting is dropped. The covariance of the others is fitted once more without each of some parts,
-and then predicts that part: as many parts as make FOLDED spectra in all, at least 2 and at most FOLDS."""
+"""If few spectra are known, a covariance fitted to all of them predicts them too well. A way that is even then worse
+than inverse-distance weighting is dropped. For each other way, the known spectra are divided into parts, and the
+covariance is fitted once without each part, which it then predicts. There are FOLDED // n parts for n known spectra, at
+most FOLDS; if these are fewer than 2, the covariance is not fitted again."""
 
 CLEAR_LEAD = 0.04
-"""Mean SSIM; if kriging of responses leads inverse-distance weighting by more, kriging of spectra is not tried."""
+"""If the mean SSIM of kriging of responses exceeds that of inverse-distance weighting by more, no further way is
+tried."""
 
 
 class HelmholtzField(SpectrumModel):
@@ -75,7 +77,7 @@ class HelmholtzField(SpectrumModel):
         self.register_buffer("weights", torch.zeros(len(WAYS)))
         self.fields = nn.ModuleDict()
         self._found: tuple[Dataset, Complex[np.ndarray, "K elements"]] | None = None
-        self._used: dict[str, float] = {}  # weights as numbers: an exported program cannot branch on a tensor
+        self._used: dict[str, float] = {}  # the weights as numbers, since an exported program cannot branch on a tensor
 
     def predict(
         self, positions: Float[Tensor, "B 3"]
@@ -184,7 +186,7 @@ class HelmholtzField(SpectrumModel):
         report: Report,
         of_spectra: KrigedField | None = None,
     ) -> KrigedField:
-        """A field of one way, fitted to known spectra. ``of_spectra`` is the field of the spectra if there is one already."""
+        """A field of one way, fitted to known spectra. ``of_spectra`` is that of spectra if there is one already."""
         field = self._empty(way)
         field.report = report  # type: ignore[method-assign]
         if way == "phases":
@@ -286,7 +288,7 @@ class HelmholtzField(SpectrumModel):
         if missing or not fields:
             raise RuntimeError(f"no field of {min(missing, default='any way')}")
         if not (min(self._used.values(), default=0) > 0 and abs(sum(self._used.values()) - 1) < 1e-3):
-            raise RuntimeError(f"weights that are no shares of 1, {self.weights.tolist()}")
+            raise RuntimeError(f"weights that are not shares of 1, {self.weights.tolist()}")
         return loaded
 
 

@@ -31,8 +31,8 @@ Columns = Int[Tensor, " c"] | slice
 EVERY = slice(None)
 
 LEGS = 64
-"""A leg is the path between two consecutive known positions; a prediction averages over this number of most probable
-legs."""
+"""Number of most probable legs over which a prediction averages. A leg is the path between two consecutive known
+positions."""
 
 
 class KrigedField(SpectrumModel):
@@ -82,7 +82,7 @@ class KrigedField(SpectrumModel):
     """
 
     neighbours = 32
-    """Number of known positions, the nearest ones, that a prediction is made from."""
+    """Number of nearest known positions from which a prediction is made."""
 
     places: Tensor
     times: Tensor
@@ -127,7 +127,7 @@ class KrigedField(SpectrumModel):
             What was found, as a sentence for the user.
         """
         self.keep(dataset, np.unique(known))
-        if len(self.places) > 1:  # a single spectrum determines no covariance
+        if len(self.places) > 1:  # a single spectrum does not determine a covariance
             what = "responses" if self.of_responses else "spectra"
             fit_covariance(self, self.neighbours, partial(self.report, f"covariance of {what}"))
         return f"length {self.length:.2f} m, drift {self.drift:.0f} spectra, nugget {self.nugget:.1e}"
@@ -154,7 +154,7 @@ class KrigedField(SpectrumModel):
             assert dataset.responses is not None
             responses = torch.from_numpy(dataset.responses[known])
             root_mean_square = responses.abs().square().mean().sqrt()
-            if root_mean_square > 0:  # black pictures leave responses of zero
+            if root_mean_square > 0:  # black pictures have responses of zero
                 responses = responses / root_mean_square
             self.values = torch.view_as_real(responses).flatten(1)
             self.mean = torch.zeros(self.values.shape[1])
@@ -187,7 +187,7 @@ class KrigedField(SpectrumModel):
         shares: Float[Tensor, " J"],
         length: Float[Tensor, ""],
     ) -> Float[Tensor, "*b N M"]:
-        """κ (for spectra ``|κ|²``) between the rows of the positions a and b. ``fading`` is the factor of the drift in it."""
+        """κ (for spectra ``|κ|²``) between the rows of positions a and b. ``fading`` is the drift's factor in it."""
         wavenumbers = 2 * torch.pi / self.wavelength * self.directions.to(a.dtype).T
         phase_a, phase_b = a @ wavenumbers, b @ wavenumbers
         cosine, sine = phase_b.cos().mT, phase_b.sin().mT

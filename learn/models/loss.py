@@ -25,7 +25,7 @@ def composite_loss(prediction: Float[Tensor, "B 90 360"], truth: Float[Tensor, "
         prediction: predicted spectra, 0…1.
         truth: true spectra, 0…1.
     """
-    # The batch is passed as one image with B colour planes: the mean is the same, and the convolutions are several
+    # The batch is passed as one image with B colour planes. The mean is the same, and the convolutions are several
     # times faster.
     similarity = gaussian_ssim(prediction[None], truth[None], data_range=1.0)
     return L1_WEIGHT * (prediction - truth).abs().mean() + SSIM_WEIGHT * (1 - similarity)

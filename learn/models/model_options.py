@@ -9,7 +9,7 @@ from typing import Any
 from scenes.files.errors import ParameterError, require_whole, shown
 
 OPTION_MOST = 100_000
-"""Largest number that an option of a model can be; more primitives, or a wider network, would exhaust the memory."""
+"""Largest number that a model's option can be; more primitives or a wider network would exhaust the memory."""
 
 
 def options_of(model: type) -> dict[str, Any]:

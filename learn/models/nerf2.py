@@ -1,7 +1,7 @@
 """NeRF² [zhao2023]: rays are marched from the gateway through a radiance field, one for each pixel.
 
 Only the few pixels that hold the array's band have rays; the spectrum is interpolated from these. The model is written
-from the paper's equations; differences from the published code are in the documentation, Other programs.
+from the paper's equations; differences from the published code are in the documentation, Other authors' models.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The residual feed-forward network of which the static network, dynamic network and delta decoder are instances."""
+"""The residual feed-forward network. The static network, dynamic network and delta decoder are instances of it."""
 
 from __future__ import annotations
 

@@ -26,23 +26,23 @@ from jaxtyping import Bool, Complex, Float, Int
 from scipy.spatial import cKDTree
 
 Covariance = Callable[[Int[np.ndarray, " a"], Int[np.ndarray, " b"]], Complex[np.ndarray, "a b"]]
-"""Covariance κ, without noise, between known positions, given by their indices."""
+"""Function from the indices of known positions to the covariance κ between them, without noise."""
 
 NEIGHBOURS = 48
-"""Number of nearest other positions that each is predicted from."""
+"""Number of nearest other positions from which each position is predicted."""
 
 FIRST_NEIGHBOURS = 24
 """The same while the first factors are found."""
 
 FEW, STARTS = 4, 4
-"""Number of neighbours that decide which position is next, and of positions from which the first factors are found; the
-most likely result counts."""
+"""Number of neighbours that decide which position is next, and number of positions from which the first factors are
+found. The most likely result is kept."""
 
 SWEEPS = 40
-"""Largest number of times that all positions are gone through."""
+"""Largest number of passes over all positions."""
 
 LEAST_CHANGE = 1e-3
-"""A sweep that changes the field by less, relative to its norm, is the last."""
+"""A pass is the last one if it changes the field by less than this, relative to its norm."""
 
 
 def synchronised(
@@ -128,10 +128,10 @@ def _outwards(
         if len(known):
             weight, variance = _weights(np.array([member]), known, covariance, nugget)
             field[member] = _best(either[:, member], weight.conj() @ field[known], variance)
-            field[member] /= np.sqrt(np.square(np.abs(field[member])).mean())  # phases first
+            field[member] /= np.sqrt(np.square(np.abs(field[member])).mean())  # only phases are found at first
         done[member] = True
         for other in near[member]:
-            if not done[other]:  # again each time one more of its neighbours is done
+            if not done[other]:  # queued again each time one more of its neighbours is done
                 nearest = apart[other][done[near[other]]][:FEW]
                 heappush(queue, (-float((1 / np.maximum(nearest, 1e-3) ** 2).sum()), int(other)))
     return field
@@ -153,7 +153,7 @@ def _best(
     products = either.conj() @ predicted
     chosen = int(np.abs(products).argmax())
     along = abs(products[chosen]) / len(predicted)
-    # The maximum of −MN (|z|² − 2 |z| along) / v + 2 MN log |z|
+    # This maximises −MN (|z|² − 2 |z| along) / v + 2 MN log |z|.
     magnitude = (along + np.sqrt(along**2 + 4 * variance)) / 2
     phase = products[chosen] / abs(products[chosen]) if along > 0 else 1.0
     return magnitude * phase * either[chosen]

@@ -14,12 +14,12 @@ from simulate.spectra.phase_retrieval import retrieve_responses
 from simulate.spectra.spectrum import spectrum_of
 
 LEAST_RETRIEVED, MOST_RETRIEVED = 20, 1500
-"""Smallest and largest number of known pictures whose responses are found: fewer do not determine the phases, and each
-takes about 20 milliseconds."""
+"""Smallest and largest number of known pictures behind which responses are looked for. Fewer do not determine the
+phases, and each takes about 20 milliseconds."""
 
 LEAST_NUGGETS = (0.03, 1e-3)
-"""Least nugget of the covariance by which phases are found, the first time and the second: with a smaller one, early
-errors spread."""
+"""Least nugget of the covariance with which phases are found, for the first and the second time. With a smaller one,
+early errors spread."""
 
 
 def retrieved_responses(dataset: Dataset, known: Int[np.ndarray, " n"]) -> Complex[np.ndarray, "n elements"]:

@@ -1,4 +1,4 @@
-"""Kriging of spectra where known positions are too far apart for waves to be followed between them."""
+"""Kriging of spectra where known positions are too far apart to follow the waves between them."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class SmoothField(KrigedField):
 
     @property
     def first_length(self) -> float:
-        """A tenth of the known positions' largest extent, metres, of which at least a millimetre is counted."""
+        """A tenth of the known positions' largest extent, but at least 0.1 mm; in metres."""
         return max(float((self.places.amax(dim=0) - self.places.amin(dim=0)).max()), 1e-3) / 10
 
     def covariance(

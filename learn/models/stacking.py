@@ -19,10 +19,10 @@ from learn.models.kriged_field import KrigedField
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 
 QUARTERS = 4
-"""Number of rounds of the choice of weights, which are multiples of one over this number."""
+"""Number of rounds in the choice of weights. Weights are multiples of one over this number."""
 
 LEAST_GAIN = 0.003
-"""Mean SSIM; a smaller gain can be chance."""
+"""A smaller gain in mean SSIM can be due to chance."""
 
 
 def best_weights(

@@ -1,7 +1,7 @@
 """The idea of SwiftWRF [liu2025]: planar Gaussians, summed without depth order, that a network deforms by position.
 
 It is written in plain torch from the idea, not from the authors' code; differences are in the documentation, Other
-programs.
+authors' models.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ class SwiftWRF(SpectrumModel):
         self.encoding = TransmitterEncoding(encoding)
         self.register_buffer("azimuths", torch.tensor(beamformer.grid.azimuths_deg).float(), persistent=False)
         self.register_buffer("elevations", torch.tensor(beamformer.grid.elevations_deg).float(), persistent=False)
-        # In radians, since Adam's steps would hardly move degrees.
+        # In radians: Adam's steps would hardly move values in degrees.
         self.centre_radians = nn.Parameter(torch.rand(primitives, 2) * torch.tensor([2 * torch.pi, torch.pi / 2]))
         self.scale_raw = nn.Parameter((4 + 8 * torch.rand(primitives, 2)).log())
         self.rotation = nn.Parameter(torch.pi * torch.rand(primitives))
