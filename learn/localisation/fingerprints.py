@@ -1,7 +1,7 @@
 """Fingerprints: spectra as vectors of length 1 that do not depend on the spectrum's scale and offset.
 
 The scalar product ρ of two fingerprints is the correlation of two spectra over the hemisphere, and the square of their
-distance is 2 (1 − ρ). A few hundred numbers are enough for all that the array can resolve (``learn.models.quadrature``).
+distance is 2 (1 − ρ). A few hundred numbers hold all that the array can resolve (``learn.models.quadrature``).
 """
 
 from __future__ import annotations

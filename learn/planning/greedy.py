@@ -50,7 +50,7 @@ def choose(
     size = len(fields[0].covariance)
     squares = [np.square(np.abs(field.covariance)).sum(axis=0) for field in fields]
     variances = [field.covariance.diagonal().real.copy() for field in fields]
-    # Row t is conj(c) / √(C_jj + ν) of choice t. With these rows as the matrix V, all choices together take Vᴴ V from C.
+    # Row t is conj(c) / √(C_jj + ν) of choice t. These rows are a matrix V; all choices together take Vᴴ V from C.
     rows = [np.zeros((count, size), field.covariance.dtype) for field in fields]
     chosen = np.zeros(count, int)
     left = np.zeros(count + 1)

@@ -72,8 +72,8 @@ def learned_responses(model: SpectrumModel, dataset: Dataset, parts: Split, by_s
     by_distance = float(np.median(ssim_of_each(inverse_distance(*known, places), truth)))
     pays = by_phases > by_distance
     say(
-        f"training uses {'responses found behind the pictures' if pays else 'the pictures'}: on validation spectra, "
-        f"kriging of found responses has SSIM {by_phases:.3f}, inverse-distance weighting {by_distance:.3f}"
+        f"the model learns from {'responses found behind the pictures' if pays else 'pictures'}: on validation "
+        f"spectra, kriging of the responses has SSIM {by_phases:.3f}, inverse-distance weighting {by_distance:.3f}"
     )
     return Learned(responses if pays else None, time.perf_counter() - began)
 

@@ -151,7 +151,7 @@ def measured_responses(dataset: Dataset, known: Int[np.ndarray, " n"]) -> tuple[
 
 
 def in_units(unknown: Unknown, value: float, deviation: float) -> tuple[str, str]:
-    """A change and its standard deviation for a reader: millimetres, degrees, or percent."""
+    """A change and its standard deviation in millimetres, degrees or per cent, for a reader."""
     if unknown.kind in ("position", "object"):
         return f"{1e3 * value:+.1f} mm", f"{1e3 * deviation:.1f} mm"
     if unknown.kind == "rotation":

@@ -79,7 +79,7 @@ def test_training_goes_on_from_the_checkpoint_before_a_damaged_one(stopped, tiny
     assert weights(stopped) == weights(finished_run)
     (sentence,) = [line for line in capsys.readouterr().err.splitlines() if "expected a checkpoint" in line]
     assert sentence.startswith(f"bisplat: {stopped / 'checkpoints' / LAST}: ")
-    assert sentence.endswith("training goes on from the one before, previous.ckpt")
+    assert sentence.endswith("training resumes from the checkpoint before it, previous.ckpt")
     for name in (LAST, PREVIOUS):
         read_checkpoint(stopped / "checkpoints" / name)
 
