@@ -49,7 +49,7 @@ TRUSTS = (1.0, 0.75, 0.5, 0.25, 0.0)
 """Candidates for the weight of the corrected scene."""
 
 LEAST_KNOWN, LEFT_OUT = 100, 64
-"""Number of known spectra below which the weight is 1, and largest number of them that are predicted from the others."""
+"""Number of known spectra below which the weight is 1, and largest number of them that are predicted from others."""
 
 
 class Twin(PredictsResponses):

@@ -1,4 +1,4 @@
-"""One browser tab: its transmitter, the predicted and the true spectrum at its position, and its controls."""
+"""One browser tab: its transmitter, its controls, and the predicted and the true spectrum at its position."""
 
 from __future__ import annotations
 
@@ -156,7 +156,7 @@ class Session:
                 self._changed.clear()
                 try:
                     self._show(self._position)
-                except Exception as error:  # if this thread ended, the tab would never change again
+                except Exception as error:  # without this thread, the tab would never change again
                     logging.getLogger("bisplat").exception(
                         "the viewer cannot show the transmitter at %s", self._position
                     )
