@@ -126,7 +126,7 @@ class Experiment:
         Args:
             methods: functions that make new, unfitted methods, by the label of their rows.
             seeds: number of fits of each method, with seeds 0, 1, …
-            sizes: numbers of training spectra; None: all of the training part.
+            sizes: numbers of training spectra. None: all of the training part.
 
         Raises:
             InputError: a size is larger than the training part.
@@ -220,10 +220,10 @@ def begun(
     Args:
         dataset: a dataset, or its folder.
         split: how the test part is chosen.
-        output: the experiment's folder; None: a new temporary folder.
-        minutes: training time of each model that is trained by steps; None: ``steps`` is set.
-        steps: number of training steps of each such model; None: ``minutes`` is set.
-        test_spectra: largest number of test spectra to score; None: all of the test part.
+        output: the experiment's folder. None: a new temporary folder.
+        minutes: training time of each model that is trained by steps. None: ``steps`` is set.
+        steps: number of training steps of each such model. None: ``minutes`` is set.
+        test_spectra: largest number of test spectra to score. None: all of the test part.
 
     Raises:
         InputError: the dataset cannot be read; or the folder holds an experiment with other settings or other files, or

@@ -174,5 +174,5 @@ def _pair(prediction: np.ndarray, truth: np.ndarray) -> tuple[np.ndarray, np.nda
     """
     prediction, truth = check_spectra("prediction", prediction), check_spectra("truth", truth)
     if prediction.shape != truth.shape:
-        raise ParameterError("prediction", f"expected shape {truth.shape}, that of truth, found {prediction.shape}")
+        raise ParameterError("prediction", f"expected the shape of truth, {truth.shape}, found {prediction.shape}")
     return prediction, truth

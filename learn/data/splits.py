@@ -130,8 +130,8 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
     result = Split(train=train, validation=validation, test=test)
     if not (len(result.train) and len(result.test)):
         raise InputError(
-            f"{dataset.folder}: expected enough spectra for a {kind} split into training, validation and test, "
-            f"found {count}, which leaves {len(result.train)}, {len(result.validation)} and {len(result.test)}"
+            f"{dataset.folder}: expected enough spectra for a {kind} split into training, validation and test part, "
+            f"found {count}, which give {len(result.train)}, {len(result.validation)} and {len(result.test)}"
         )
     return result
 

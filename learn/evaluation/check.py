@@ -132,12 +132,12 @@ def _of_array(dataset: Dataset) -> list[str]:
     if known.source == "metadata":
         return [
             f"metadata.json states {array.rows} × {array.columns} elements {array.spacing} wavelengths apart and rows "
-            f"from {dataset.grid.elevation_first_deg:g}°, but the pictures differ from those of this array by "
+            f"from {dataset.grid.elevation_first_deg:g}°, but the pictures differ from what this array can measure by "
             f"{residual:.1f} grey levels (rounding alone: 0.3)"
         ]
     sentence = (
-        f"no 4 × 4 array can have measured these pictures: they differ from those of the best one by {residual:.1f} "
-        "grey levels (rounding alone: 0.3)"
+        f"no 4 × 4 array can have measured these pictures: the best one leaves a difference of {residual:.1f} grey "
+        "levels (rounding alone: 0.3)"
     )
     larger = larger_array(dataset.pictures)
     if larger is None:
@@ -146,5 +146,5 @@ def _of_array(dataset: Dataset) -> list[str]:
     stated = json.dumps({"array": asdict(found.array), "grid": asdict(found.grid)})
     return [
         f"{sentence}. An array of {found.array.rows} × {found.array.columns} elements {found.array.spacing} "
-        f"wavelengths apart differs by only {larger.median_residual:.2f}: write {stated} to metadata.json"
+        f"wavelengths apart leaves only {larger.median_residual:.2f}: write {stated} to metadata.json"
     ]

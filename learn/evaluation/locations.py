@@ -93,7 +93,7 @@ def evaluate_locations(runs: Sequence[Run | Path], report: Report = lambda phase
     told = np.any([np.ptp(dataset.pictures[test], axis=(1, 2)) > 0 for dataset in datasets], axis=0)
     if not told.any():
         raise InputError(
-            f"{datasets[0].folder}: expected test spectra that are not black, found {len(test)} black ones"
+            f"{datasets[0].folder}: expected test spectra that are not black, found only {len(test)} black ones"
         )
     test = evenly(test[told], LOCATED)
     pictures = [each.pictures[test] for each in datasets]

@@ -72,7 +72,7 @@ def locate(
     whose scale and offset are removed, so that only their shape counts.
 
     The probability of a place is proportional to ``misfit^(−n/2)`` times the density of training positions, where n is
-    the number of independent numbers in the spectra. The exponent is that of errors of unknown size.
+    the number of independent numbers in the spectra. This is the likelihood of normal errors of unknown size.
 
     Args:
         runs: a trained run for each gateway, all in one world frame.
@@ -180,6 +180,8 @@ def _places(refined: Refined, prior: Prior, numbers: float, wavelength: float) -
     variance = (LEAST_MISFIT + misfit[kept]) / max(numbers - 3, 1)
     precision = normal[kept] / variance[:, None, None] + np.eye(3) / wavelength**2
     covariance = np.linalg.inv(precision)
+    # The volume that a place's covariance spans would be a further factor. Measured data are located worse with it,
+    # since the field is flat where it is wrong.
     likelihood = -numbers / 2 * np.log(LEAST_MISFIT + misfit[kept])
     likelihood += prior(positions[kept])
     probability = np.exp(likelihood - likelihood.max())

@@ -25,7 +25,7 @@ from scenes.files.errors import ParameterError, shown
 from simulate.spectra.beamformer import Beamformer
 
 Bypass = Literal["dynamic", "delta", "bst", "order"]
-"""Branches that can be switched off: those of the paper's ablation table, and "order", the ordering by depth."""
+"""Branches that can be switched off: three from the paper's ablation table, and "order", the ordering by depth."""
 
 W_SCALE_COARSE, W_SCALE_FINE = 0.5, 1.0
 """w_scale of the hierarchy-based mixing: smaller for coarse primitives, to keep the background stable."""

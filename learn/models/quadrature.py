@@ -1,4 +1,4 @@
-"""A few pixels of a spectrum, with weights, that stand for all of them.
+"""A few pixels of a spectrum whose weighted mean equals the mean over all pixels.
 
 The square of an M × N array's spectrum is a sum of plane waves e^{-jk u·Δ} over the lags Δ (``simulate.spectra.lags``).
 The product of two squared spectra is a sum of plane waves over Δ₁ + Δ₂, which reach 2(M−1) and 2(N−1) spacings. Its

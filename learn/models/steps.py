@@ -62,7 +62,7 @@ class Processes:
 
     Attributes:
         devices: number of GPUs per machine; without a GPU, number of processes.
-        nodes: number of machines; start the same command or program on each, as for Lightning.
+        nodes: number of machines; start the same command on each, for example with torchrun or SLURM.
     """
 
     devices: int = 1

@@ -42,7 +42,7 @@ def free_candidates(scene: Scene, seed: int) -> Float[np.ndarray, "N 3"]:
 def candidates_among(measured: Float[np.ndarray, "n 3"], seed: int, source: str) -> Float[np.ndarray, "N 3"]:
     """Draw places uniformly from the convex hull of measured positions.
 
-    Without a scene, nothing else tells where a person can stand. If all positions lie in a plane or on a line, so do
+    Without a scene, nothing else shows where a person can stand. If all positions lie in a plane or on a line, so do
     the places.
 
     Args:

@@ -1,4 +1,4 @@
-"""Planning of measurements: the positions in a scene, or next to those of a run, that tell most about the field."""
+"""Planning of measurements: the positions, in a scene or next to those of a run, that say most about the field."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def plan(
       candidates are the free places of the scene's transmitter region, or, for measured spectra, the convex hull of the
       known positions.
     - For a scene, nothing is known. The responses are traced at 300 positions, and the covariance is fitted to them.
-      Each gateway of the scene has a field of its own, and the variances add up.
+      Each gateway of the scene has a separate field, and the variances add up.
 
     Args:
         run_or_scene: a finished run or its folder; or a scene, the name of a built-in one, or a scene YAML.

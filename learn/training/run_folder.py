@@ -303,6 +303,6 @@ def load_run(folder: Path | str) -> Run:
         raise InputError(f"{path}: expected the weights of {config.model}, found {found}") from error
     wrong = next((name for name, each in model.state_dict().items() if not each.isfinite().all()), None)
     if wrong is not None:
-        raise InputError(f"{path}: expected finite weights of {config.model}, found values that are not in {wrong}")
+        raise InputError(f"{path}: expected finite weights of {config.model}, found others in {wrong}")
     device = "cuda" if torch.cuda.is_available() else "cpu"
     return Run(folder, config, beamformer, model.eval().to(device))

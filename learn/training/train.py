@@ -38,7 +38,7 @@ from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.positions.given_positions import MOST_POSITIONS
 
 PROCESSES_LEAST, NODES_MOST = 8, 1000
-"""Number of processes that a machine without a GPU may always have, whatever its cores; largest number of machines."""
+"""Largest number of processes on a machine without a GPU that has fewer cores, and largest number of machines."""
 
 
 @takes(Processes, optional(Steps))

@@ -112,7 +112,7 @@ def calibrate_by(
         ParameterError: diffuse reflection is to be followed.
     """
     if propagation.diffuse:
-        raise ParameterError("diffuse", "expected no diffuse reflection, since its phases are random, found it")
+        raise ParameterError("diffuse", "expected no diffuse reflection (its phases are random), found some")
     if scene.further_gateways:
         raise InputError(f"{scene.name}: expected a scene with one gateway, found {1 + len(scene.further_gateways)}")
     array = PlanarArray.of(scene.gateway)

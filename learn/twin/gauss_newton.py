@@ -90,7 +90,7 @@ def most_likely(
         InputError: all responses are zero, or no path reaches any of the positions.
     """
     if not measured.any():
-        raise InputError(f"{scene.name}: expected spectra with some power to correct the scene by, found none")
+        raise InputError(f"{scene.name}: expected spectra that are not black, found only black ones")
     # Only responses behind pictures may be flipped, even while others are compared in phases of their own.
     search = _Search(scene, list(which), positions, measured, flips=not phases_known, report=report)
     tracer = Tracer(scene, propagation, search.region, report=report)
@@ -178,7 +178,7 @@ class _Search:
         """
         scene, which, prior = self.scene, self.which, np.array([each.tolerance for each in self.which])
         alike = cho_factor(correlation(self.positions, scene.wavelength), lower=True)
-        freely = "" if phases_known else ", with a phase of its own for each spectrum"
+        freely = "" if phases_known else " (each spectrum with a separate phase)"
         best = _Minimum(start, prior, 1 + 0j, 1.0, np.inf, tracer)
         model, step, reach = None, np.zeros(len(which)), np.inf
         for number in range(ROUNDS):

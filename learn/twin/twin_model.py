@@ -209,7 +209,7 @@ class Twin(PredictsResponses):
         if not phases_known:  # a black picture contains nothing about the field
             seen = measured.any(axis=1)
             if not seen.any():
-                raise InputError(f"{dataset.folder}: expected spectra with some power to learn from, found none")
+                raise InputError(f"{dataset.folder}: expected spectra that are not black, found only black ones")
             known, measured = known[seen], measured[seen]
         held_out = self._fit_gains(dataset.positions[known], measured, phases_known)
         traced = self._traced(dataset.positions[known])

@@ -109,9 +109,9 @@ def numbers(
     """The numbers below the panels, as Markdown.
 
     Args:
-        predicted: the predicted spectrum; None: there is none.
+        predicted: the predicted spectrum. None: there is none.
         name: name of the true spectrum.
-        truth: the true spectrum; None: there is none.
+        truth: the true spectrum. None: there is none.
         grid: directions of the spectra's rows and columns.
         milliseconds: duration of the prediction, milliseconds.
     """

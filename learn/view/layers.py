@@ -110,9 +110,9 @@ class Layers:
 
         Args:
             position: position of the transmitter, metres, world frame.
-            predicted: the predicted spectrum, 0…1; None: there is none.
-            true: the recorded or traced spectrum, 0…1; None: there is none.
-            paths: traced paths, the strongest first; None: this position is not traced yet.
+            predicted: the predicted spectrum, 0…1. None: there is none.
+            true: the recorded or traced spectrum, 0…1. None: there is none.
+            paths: traced paths, the strongest first. None: this position is not traced yet.
         """
         self._spectra = predicted, true
         self._colour_sphere()

@@ -35,7 +35,7 @@ class Session:
     Args:
         client: the tab.
         subject: the run, dataset or scene that is shown.
-        tracing: the ray tracer; None: there is no scene.
+        tracing: the ray tracer. None: there is no scene.
     """
 
     def __init__(self, client: ClientHandle, subject: Subject, tracing: Tracing | None):

@@ -44,7 +44,7 @@ class Spectrum(NamedTuple):
 
     Attributes:
         values: the spectrum, 0…1.
-        field: the field, up to a common factor; None: it is not known.
+        field: the field, up to a common factor. None: it is not known.
     """
 
     values: SpectrumArray
