@@ -18,7 +18,7 @@ CEILING = "array's ceiling"
 """Name of the bound in results and in their files."""
 
 SAMPLES = 50
-"""Number of test spectra that the ceiling is fitted to; a fit takes a fraction of a second."""
+"""Largest number of test spectra to which the ceiling is fitted; a fit takes a fraction of a second."""
 
 
 def shown_name(name: str) -> str:

@@ -19,7 +19,7 @@ COMPONENTS = 48
 """Number of principal components of the spectra that are interpolated."""
 
 FITTED_ON = 400
-"""Largest number of spectra that the kernel's parameters are fitted to; predictions use all spectra."""
+"""Largest number of spectra to which the kernel's parameters are fitted; predictions use all spectra."""
 
 
 class Interpolator:
@@ -30,7 +30,7 @@ class Interpolator:
     Args:
         positions: known positions, metres.
         values: known values of the outputs there.
-        seed: seed that chooses the positions that the parameters are fitted to.
+        seed: seed that chooses the positions to which the parameters are fitted.
     """
 
     def __init__(self, positions: Float[np.ndarray, "n 3"], values: Float[np.ndarray, "n outputs"], seed: int):

@@ -1,4 +1,4 @@
-"""A folder of measured rows: each row is one method that was fitted and scored. No row is measured twice."""
+"""A folder of measured rows. Each row is one method that was fitted and scored; none is measured twice."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ PROTOCOL = "protocol.json"
 """Name of the file with the settings of an experiment."""
 
 SPLIT_SEED = 0
-"""Seed of the split, the same for every method and for every seed that a method is fitted with."""
+"""Seed of the split, the same for every method and for every seed of a method."""
 
 
 @dataclass(frozen=True)
@@ -67,12 +67,12 @@ class Settings:
     test_spectra: int | None = None
 
     def tested(self, test: Int[np.ndarray, " n"]) -> Int[np.ndarray, " K"]:
-        """The spectra of the test part that every method is scored on."""
+        """The spectra of the test part on which every method is scored."""
         return test if self.test_spectra is None else evenly(test, self.test_spectra)
 
 
 class Protocol(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """protocol.json: the fields of ``Settings`` that are not None."""
+    """The content of protocol.json: the fields of ``Settings`` that are not None."""
 
     dataset: str
     split: SplitKind
@@ -107,7 +107,7 @@ class Experiment:
 
     @property
     def rows(self) -> list[dict[str, Any]]:
-        """The rows measured so far, in the order they were measured."""
+        """The rows measured so far, in the order in which they were measured."""
         path = self.folder / "results.jsonl"
         if not os.path.lexists(path):
             return []

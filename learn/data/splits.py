@@ -1,4 +1,4 @@
-"""Which spectra a model is trained, validated and tested on."""
+"""Splits: the spectra on which a model is trained, validated and tested."""
 
 from __future__ import annotations
 
@@ -137,7 +137,7 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
 
 
 class SplitFile(Struct, frozen=True, forbid_unknown_fields=True):
-    """split.json: names of spectra."""
+    """The content of split.json: names of spectra."""
 
     train: list[str]
     validation: list[str]

@@ -25,7 +25,7 @@ JSON_NAMES = {
     "inverse-distance": "inverse_distance",
     CEILING: "array_ceiling",
 }
-"""Names of the baselines in metrics.json and in the JSON output of ``bisplat evaluate``, which scripts read."""
+"""Names of the baselines in metrics.json and in the JSON output of ``bisplat evaluate``."""
 
 
 @dataclass(frozen=True)

@@ -52,7 +52,7 @@ class Fingerprints:
 
         Args:
             run: a trained run.
-            positions: of transmitters, metres, world frame.
+            positions: transmitter positions, metres, world frame.
         """
         found = []
         with torch.inference_mode():

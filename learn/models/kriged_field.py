@@ -320,7 +320,7 @@ class KrigedField(SpectrumModel):
             raise RuntimeError("no known spectra")
         for name in ("places", "times", "values"):
             shape = (known, *getattr(self, name).shape[1:])
-            if name in state_dict and state_dict[name].shape != shape:  # before memory is taken for it
+            if name in state_dict and state_dict[name].shape != shape:  # checked before memory is allocated
                 raise RuntimeError(f"{name} of shape {tuple(state_dict[name].shape)} instead of {shape}")
             grey_levels = name == "values" and not self.of_responses
             setattr(self, name, torch.zeros(shape, dtype=torch.uint8 if grey_levels else torch.float32))

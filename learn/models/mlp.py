@@ -15,6 +15,7 @@ from learn.models.quadrature import Quadrature, interpolation, picture_pixels
 from simulate.spectra.beamformer import Beamformer
 
 WIDTH, LAYERS = 256, 4
+"""Width and number of residual layers of both networks."""
 
 
 class SpectrumMLP(SpectrumModel):

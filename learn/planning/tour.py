@@ -12,7 +12,7 @@ from scenes.checks.array_clearance import crosses
 from scenes.scene.description import Scene
 
 LEAST_GAIN = 1e-9
-"""Metres; smaller gains are rounding."""
+"""Smaller gains, in metres, are rounding errors."""
 
 
 @dataclass(frozen=True)

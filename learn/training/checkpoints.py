@@ -88,8 +88,8 @@ class WholeFiles(CheckpointIO):
 
         Args:
             checkpoint: plain data and tensors.
-            path: of ``LAST``.
-            storage_options: none.
+            path: path of ``LAST``.
+            storage_options: not used.
 
         Raises:
             OSError: the file cannot be written; the checkpoint before it is then ``PREVIOUS``.
@@ -110,12 +110,12 @@ class WholeFiles(CheckpointIO):
         """Read the newest checkpoint that can be read, and say so on stderr if it is not the last one.
 
         Args:
-            path: of ``LAST``.
+            path: path of ``LAST``.
             map_location: not used, since tensors are on the CPU.
             weights_only: not used, since code is never run.
 
         Raises:
-            InputError: none can be read.
+            InputError: no checkpoint can be read.
         """
         last = Path(path)
         faults: list[str] = []
@@ -144,7 +144,7 @@ class Checkpoints(Callback):
     """Keeps the weights of the best validation, and writes a checkpoint at the end of each epoch that was validated.
 
     Args:
-        path: of ``LAST``.
+        path: path of ``LAST``.
 
     Attributes:
         score: the best validation SSIM.

@@ -63,7 +63,7 @@ class Config:
     by_steps: Steps | None = None
 
     def __post_init__(self) -> None:
-        # Options are converted as JSON does it (tuples to lists), so that settings read back equal those written.
+        # Options are converted as JSON converts them (tuples to lists), so that settings equal those read back.
         object.__setattr__(self, "options", json.loads(json.dumps(self.options)))
 
     def settings(self) -> dict[str, Any]:
@@ -104,7 +104,7 @@ def read_config(folder: Path) -> tuple[Config, Beamformer]:
         The settings, and the dataset's array and grid.
 
     Raises:
-        InputError: the folder has no config.json, or not one that ``write_config`` writes.
+        InputError: the folder has no config.json, or one that ``write_config`` cannot have written.
     """
     path = folder / "config.json"
     if not os.path.lexists(path):

@@ -88,7 +88,7 @@ class Ensemble:
 
     @cached_property
     def _fitted(self) -> Deviation | None:
-        """Fitted to the validation spectra, which no run was trained on."""
+        """The deviation, fitted to validation spectra, on which no run was trained."""
         data, validated = self._data, evenly(self._validation, Spectra.VALIDATED)
         if not len(validated):
             return None

@@ -288,7 +288,7 @@ def load_run(folder: Path | str) -> Run:
         )
     try:
         model_entry(config.model)
-    except ParameterError as error:  # a model of the user's own is imported again
+    except ParameterError as error:  # the user's own model is imported again
         raise InputError(f"{folder / 'config.json'}: {error}") from error
     model = build_model(config, np.zeros((2, 3)), beamformer, 1.0)  # the weights have the region and the wavelength
     require_regular(path, f"the weights of {config.model}", LARGEST_WEIGHTS)

@@ -229,7 +229,7 @@ def moved(tracer: Tracer, scene: Scene, region: Float[np.ndarray, "2 3"]) -> Tra
     """A tracer of a scene that differs a little from another tracer's; it reuses the chains that are still valid."""
     edges, old = tracer.edges, tracer.ray_scene
     new = Tracer(scene, old.propagation, region, found=tracer.found)
-    if not np.array_equal(new.ray_scene.planes.of_face, old.planes.of_face):  # flush objects have come apart
+    if not np.array_equal(new.ray_scene.planes.of_face, old.planes.of_face):  # objects that touched have come apart
         return Tracer(scene, old.propagation, region)
     if new.edges is None or edges is None or np.array_equal(new.edges.faces, edges.faces):
         return new

@@ -1,4 +1,4 @@
-"""Comparison of a predicted spectrum with the true one: the panels that show them, and the numbers below."""
+"""Comparison of a predicted spectrum with the true one: the panels, and the numbers below them."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ class Traced:
     Attributes:
         position: position of the transmitter, metres, world frame.
         spectrum: the spectrum of the traced responses.
-        paths: the paths, with the strongest first.
+        paths: the paths, the strongest first.
     """
 
     position: Position

@@ -122,7 +122,7 @@ def test_black_test_spectra_are_not_located(runs, monkeypatch):
     monkeypatch.setattr(type(runs[0]), "dataset", lambda self: replace(data, pictures=pictures))
     assert evaluate_locations([runs[0]]).names == [data.names[each] for each in test[:2]]
     pictures[test] = 0
-    with pytest.raises(InputError, match="expected test spectra that are not black, found 30 black ones"):
+    with pytest.raises(InputError, match="expected test spectra that are not black, found only 30 black ones"):
         evaluate_locations([runs[0]])
 
 
