@@ -82,6 +82,12 @@ class Comparison:
             A flat dictionary for each method and size, in the order in which they were measured. It has the entries of
             ``rows`` that are numbers, and also "seeds" (number of seeds) and "ssim_spread" (standard deviation of
             "ssim_median" over the seeds, 0 for a single seed).
+
+        Example:
+            >>> import bisplat
+            >>> comparison = bisplat.compare("data/lab", ["nearest"], seeds=2, test_spectra=4)
+            >>> [(row["label"], row["seeds"]) for row in comparison.averages()]
+            [('nearest', 2), ("array's ceiling", 1)]
         """
         groups = summary(self.rows, lambda row: (row["label"], row["train_size"]))
         return [{"label": label, **figures, "train_size": size} for (label, size), figures in groups.items()]
@@ -106,6 +112,12 @@ class Comparison:
 
         Raises:
             InputError: the row's file in ``folder`` is missing or damaged.
+
+        Example:
+            >>> import bisplat
+            >>> comparison = bisplat.compare("data/lab", ["nearest"], test_spectra=4)
+            >>> comparison.per_sample(comparison.rows[0])["aoa_error_deg"].shape
+            (4,)
         """
         return read_scores(self.folder / "per_sample" / f"{row_name(row)}.csv")
 

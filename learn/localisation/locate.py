@@ -46,8 +46,8 @@ class Place(NamedTuple):
 
     Attributes:
         position: [3] metres, world frame.
-        covariance: [3, 3] covariance of the position, m². The part of the spectrum that the run does not explain at
-            this place stands for the error of the prediction.
+        covariance: [3, 3] covariance of the position, m². It grows with the part of the spectrum that the run does not
+            explain.
         probability: probability of this place among all places of the transmitter, 0…1.
         misfit: squared distance of measured and predicted fingerprint: about the share of the spectrum that the run
             does not explain.

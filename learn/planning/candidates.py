@@ -12,7 +12,7 @@ from scenes.scene.shapes import bounding_box
 from simulate.positions.placement import free_positions
 
 CANDIDATES = 2000
-"""Number of candidates. Positions are chosen among them, and their unknown variance counts."""
+"""Number of candidates. Positions are chosen among them, and the kriging variance is averaged over them."""
 
 FLAT = 1e-6
 """Positions lie in a plane or on a line if their extent along an axis is smaller than this, relative to that along the

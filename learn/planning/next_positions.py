@@ -31,8 +31,8 @@ class Plan:
 
     Attributes:
         positions: [n, 3] metres, world frame. The most useful is first; with a tour they are in its order.
-        open_variance: [n + 1] share of the field's variance that is still unknown, 0…1: before the first position and
-            after each of them, in the order of usefulness. It is the mean kriging variance at the candidates.
+        open_variance: [n + 1] mean kriging variance at the candidates, as a share of the field's variance, 0…1: before
+            the first position and after each of them, in the order of usefulness. It is 1 where nothing is known.
         tour: the walk through the positions. None: none was asked for.
 
     Example:
@@ -56,7 +56,7 @@ def plan(
     propagation: Propagation = Propagation(),
     report: Report = SpectrumModel.report,
 ) -> Plan:
-    """Plan where to measure next: the positions that lower the unknown variance of the field most.
+    """Plan where to measure next: the positions that lower the kriging variance of the field most.
 
     There are 2000 candidates. One position is chosen after another: always the candidate whose measurement lowers the
     kriging variance, summed over all candidates, most.
@@ -76,7 +76,7 @@ def plan(
         report: called with the phase, the number of steps done, and the number of all steps of the phase.
 
     Returns:
-        The positions, the variance that is still unknown after each, and the walk.
+        The positions, the kriging variance that remains after each of them, and the walk.
 
     Raises:
         ParameterError: ``n`` or ``seed`` is not a whole number in its range.

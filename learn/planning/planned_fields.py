@@ -43,7 +43,7 @@ class Field:
     Attributes:
         covariance: function from positions a and b, metres, to the covariance between them, real or complex.
         nugget: variance of a measurement's noise, above 0.
-        weight: weight of this field's unknown variance among several fields.
+        weight: weight of this field's kriging variance among several fields.
     """
 
     covariance: Callable[[Float[np.ndarray, "n 3"], Float[np.ndarray, "m 3"]], Inexact[np.ndarray, "n m"]]

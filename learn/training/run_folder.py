@@ -170,6 +170,12 @@ class Run:
         Raises:
             ParameterError: the positions do not have the shape [K, 3], or are not finite numbers.
             InputError: the model predicts values that are not finite, as one with absurd weights does.
+
+        Example:
+            >>> import bisplat
+            >>> prediction = bisplat.load_run("runs/lab").predict([[2.5, 3.0, 1.2]])
+            >>> prediction.spectra.shape, bool(prediction.spectra.max() <= 1)
+            ((1, 90, 360), True)
         """
         prediction = predict(self.model, check_points(positions))
         finite = np.isfinite(prediction.spectra).all(axis=(1, 2))
@@ -198,6 +204,11 @@ class Run:
         Raises:
             ParameterError: the positions do not have the shape [K, 3], or are not finite numbers.
             InputError: training.json is damaged.
+
+        Example:
+            >>> import bisplat
+            >>> bisplat.load_run("runs/lab").deviation([[2.5, 3.0, 1.2]]) is None  # it has 3 validation spectra
+            True
         """
         found = read_training(self.folder).deviation
         if found is None:
@@ -209,6 +220,11 @@ class Run:
 
         Raises:
             InputError: the folder no longer exists, or is not a valid dataset.
+
+        Example:
+            >>> import bisplat
+            >>> bisplat.load_run("runs/lab").dataset().positions.shape
+            (40, 3)
         """
         return read_dataset(self.config.dataset)
 
@@ -223,6 +239,13 @@ class Run:
 
         Raises:
             InputError: the dataset lacks some of these spectra, or split.json is damaged.
+
+        Example:
+            >>> import bisplat
+            >>> run = bisplat.load_run("runs/lab")
+            >>> parts = run.split(run.dataset())
+            >>> len(parts.train), len(parts.validation), len(parts.test)
+            (29, 3, 8)
         """
         return read_split(self.folder / "split.json", dataset.names, dataset.folder)
 

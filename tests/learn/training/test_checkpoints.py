@@ -120,7 +120,9 @@ def test_checkpoint_of_another_training_is_one_sentence(stopped, tiny_config, ke
     torch.save({**torch.load(path, weights_only=True), key: value}, path)
     with pytest.raises(InputError) as error:
         train_run(tiny_config, stopped)
-    assert str(error.value).startswith(f"{stopped / 'checkpoints'}: expected checkpoints of this training, found other")
+    assert str(error.value).startswith(
+        f"{stopped / 'checkpoints'}: expected checkpoints of this training, found those of another one"
+    )
     assert "\n" not in str(error.value)
 
 
