@@ -94,7 +94,8 @@ def crossvalidate(
     The new positions are in no dataset, so that no split can leak. The function writes no report;
     ``bisplat crossvalidate`` does. A full-wave field that has to be solved is kept in the run's folder.
 
-    The truth is what the first of these gives that is set: ``field``, ``tracer``, ``engine``.
+    If several sources of the truth are given, ``field`` is used rather than ``tracer``, and ``tracer`` rather than
+    ``engine``.
 
     Args:
         run: a trained run, or its folder.

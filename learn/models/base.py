@@ -26,16 +26,16 @@ class SpectrumModel(nn.Module):
     takes positions [B, 3] in metres and returns spectra [B, 90, 360], 0…1. "module:Class" then names it for ``train``,
     ``compare`` and ``load_run``.
 
-    Further abilities of a model are optional methods; ``isinstance(model, bisplat.PredictsResponses)`` asks for the
-    most important one.
+    What else a model can do depends on its methods. For example, ``isinstance(model, bisplat.PredictsResponses)`` says
+    whether it predicts element responses.
 
     Args:
         region: [2, 3] corners (min, max) of the box of training positions, metres, world frame.
         wavelength: wavelength, metres.
 
     Attributes:
-        region: the same as a buffer, float32; its values are saved with the weights.
-        wavelength: the same as a buffer, float32.
+        region: the argument as a float32 buffer, which is saved with the weights.
+        wavelength: the argument as a float32 buffer.
 
     Example:
         >>> import bisplat

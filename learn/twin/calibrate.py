@@ -48,7 +48,8 @@ def calibrate(
 
     The function corrects the gateway's position and orientation, the properties of materials, and the places of objects
     inside the room. It finds their most likely values given the spectra, by Gauss–Newton steps; ``tolerances`` are the
-    standard deviations of normal priors on their errors. Walls, floor, ceiling and columns stay where they are.
+    standard deviations of normal priors on their errors. The frequency is corrected too if it has a tolerance. Walls,
+    floor, ceiling and columns stay where they are.
 
     Args:
         scene: the scene as described, the name of a built-in one, or a scene YAML.
