@@ -46,9 +46,10 @@ def compare(
 
     Args:
         dataset: a dataset, or its folder.
-        models: names of baselines, of models or of your own classes ("module:Class"). Or a dictionary from the label of
-            a row to one of these: a name, a class with ``fit`` and ``predict``, a function that returns an object with
-            both, or such an object, which is copied for each seed. None: every baseline and every model that needs no
+        models: names of baselines ("mean-picture", "nearest", "inverse-distance", "kriging", "kriging-responses"), of
+            models (as for ``train``) or of your own classes ("module:Class"). Or a dictionary from the label of a row
+            to one of these: a name, a class with ``fit`` and ``predict``, a function that returns an object with both,
+            or such an object, which is copied for each seed. None: every baseline and every model that needs no
             options.
         split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth of the spectra)
             or "blocked" (every fourth block of ten consecutive spectra).

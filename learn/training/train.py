@@ -63,8 +63,9 @@ def train(
     Args:
         dataset: the dataset, or its folder.
         output: the run folder.
-        model: name of a model, such as "helmholtz", "bisplat" or "mlp-responses" (documentation, The models); or your
-            own subclass of ``bisplat.SpectrumModel`` as "module:Class", in the current folder or on Python's path.
+        model: name of a model: "helmholtz", "twin", "bisplat", "bisplat-plus", "bisplat-aperture", "mlp",
+            "mlp-responses", "nerf2" or "swiftwrf" (documentation, The models); or your own subclass of
+            ``bisplat.SpectrumModel`` as "module:Class", in the current folder or on Python's path.
         split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth of the spectra)
             or "blocked" (every fourth block of ten consecutive spectra).
         seed: seed of the split, the initial weights and the order of the spectra.

@@ -61,7 +61,7 @@ def aligned_gains(
     held_out = traced.copy()
     folds = min(FOLDS, len(traced))
     for fold in range(folds if len(traced) > 1 else 0):
-        report("gains without a part", fold, folds)
+        report("gains without each part", fold, folds)
         part = np.arange(len(traced)) % folds == fold
         without = chain_gains(by_chain[~part], (aligned - traced)[~part])
         held_out[part] = traced[part] + by_chain[part] @ without
