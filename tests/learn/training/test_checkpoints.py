@@ -79,7 +79,7 @@ def test_training_goes_on_from_the_checkpoint_before_a_damaged_one(stopped, tiny
     assert weights(stopped) == weights(finished_run)
     (sentence,) = [line for line in capsys.readouterr().err.splitlines() if "expected a checkpoint" in line]
     assert sentence.startswith(f"bisplat: {stopped / 'checkpoints' / LAST}: ")
-    assert sentence.endswith("training goes on from the one before, previous.ckpt")
+    assert sentence.endswith("training resumes from the checkpoint before it, previous.ckpt")
     for name in (LAST, PREVIOUS):
         read_checkpoint(stopped / "checkpoints" / name)
 
@@ -120,7 +120,9 @@ def test_checkpoint_of_another_training_is_one_sentence(stopped, tiny_config, ke
     torch.save({**torch.load(path, weights_only=True), key: value}, path)
     with pytest.raises(InputError) as error:
         train_run(tiny_config, stopped)
-    assert str(error.value).startswith(f"{stopped / 'checkpoints'}: expected checkpoints of this training, found other")
+    assert str(error.value).startswith(
+        f"{stopped / 'checkpoints'}: expected checkpoints of this training, found those of another one"
+    )
     assert "\n" not in str(error.value)
 
 
