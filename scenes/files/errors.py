@@ -20,7 +20,7 @@ class InputError(ValueError):
         ...     bisplat.load_scene("laboratory")
         ... except bisplat.InputError as error:
         ...     print(error)
-        unknown scene "laboratory"; expected one of bedroom, closet, ... (or a .yaml file)
+        unknown scene "laboratory"; valid names are bedroom, closet, ... (or give a .yaml file)
     """
 
 
@@ -150,7 +150,7 @@ def shown(value: object) -> str:
         return "nothing"
     try:
         text = repr(value)
-    except (ValueError, RecursionError):  # an integer with more digits than Python converts; a list that contains itself
+    except (ValueError, RecursionError):  # a huge integer; a list that contains itself
         text = f"a {type(value).__name__} that is too long to show"
     return cut(text)
 
@@ -199,4 +199,4 @@ def did_you_mean(word: object, known: Iterable[str]) -> str:
     if nearest:
         return f"did you mean {named(nearest[0])}?"
     more = ", …" if len(known) > LISTED else ""
-    return f"expected one of {', '.join(named(name)[1:-1] for name in known[:LISTED])}{more}"
+    return f"valid names are {', '.join(named(name)[1:-1] for name in known[:LISTED])}{more}"

@@ -84,7 +84,7 @@ def check_gltf(data: bytes, source: str, most_bytes: int, most_triangles: int) -
         drawn = sum(triangles[node.mesh] for node in header.nodes if node.mesh is not None)
         _check_depth(header, source)
     except IndexError:
-        raise InputError(f"{source}: expected references to parts of the file, found one to a part that does not exist") from None
+        raise InputError(f"{source}: expected references to parts of the file, found one that leads nowhere") from None
     total = max(drawn, sum(triangles))
     if total > most_triangles:
         raise InputError(f"{source}: expected at most {most_triangles} triangles, found {total}")
@@ -98,7 +98,7 @@ def _json_of(data: bytes, source: str) -> str:
         except struct.error:
             length, kind = 0, b""
         if kind != b"JSON" or 20 + length > len(data):
-            raise InputError(f"{source}: expected a GLB file with JSON as its first chunk, found none, or a part of it")
+            raise InputError(f"{source}: expected a GLB file with a complete JSON chunk first, found a damaged file")
         data = data[20 : 20 + length]
     try:
         return data.decode("utf-8-sig")
@@ -114,7 +114,7 @@ def _corners(part: Primitive, header: Header, source: str) -> int:
         accessor = header.accessors[index]
         if accessor.buffer_view is None or accessor.sparse is not None:
             raise InputError(
-                f"{source}: expected geometry that is neither compressed nor sparse, found accessors[{index}] that is"
+                f"{source}: expected plain geometry, found compressed or sparse geometry in accessors[{index}]"
             )
     return max((header.accessors[index].count for index in used), default=0)
 

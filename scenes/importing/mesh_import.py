@@ -122,8 +122,10 @@ def import_mesh(
     chosen = {name: _material_of(name, path.stem, materials, default_material) for name, _ in meshes}
     unmatched = [name for name, material in chosen.items() if material is None]
     if unmatched:
-        rule = f"{unmatched[0]}=MATERIAL"
-        raise InputError(f"{path}: expected a material for every object, found none for {_list(unmatched)}; add a rule ({rule}) or a default material")
+        raise InputError(
+            f"{path}: expected a material for every object, found none for {_list(unmatched)}; add a rule such as "
+            f"{unmatched[0]}=MATERIAL, or a default material"
+        )
     objects, report = _objects(path, [(name, mesh, chosen[name] or "") for name, mesh in meshes], unit, up)
     return objects, replace(report, warnings=_idle_rules(path, list(chosen), materials))
 
@@ -182,7 +184,7 @@ def _check_options(
     path: Path, materials: Sequence[tuple[str, str]], default_material: str | None, unit: str, up: str | None
 ) -> None:
     if unit not in METRES:
-        raise InputError(f'{path}: unknown unit {named(unit)}; {did_you_mean(unit, METRES)}')
+        raise InputError(f"{path}: unknown unit {named(unit)}; {did_you_mean(unit, METRES)}")
     if up not in (None, "y", "z"):
         raise InputError(f'{path}: up: expected "y" or "z", found {named(up)}')
     for material in (*(m for _, m in materials), default_material):
@@ -239,8 +241,8 @@ def import_scene(
     XML files of Mitsuba 3 or Sionna RT [hoydis2023] can be imported. The scene gets the name of the file. Nothing is
     written; ``write_scene`` saves the scene.
 
-    A GLB or GLTF file has an object per node, an OBJ file one per ``o`` and ``g``, a scene XML one per shape, and a PLY,
-    STL or OFF file a single object. Triangles without area are dropped.
+    A GLB or GLTF file has an object per node, an OBJ file one per ``o`` and ``g``, and a scene XML one per shape. Other
+    meshes are a single object. Triangles without area are dropped.
 
     Args:
         path: the file, or "sionna:" and the name of a scene that comes with Sionna RT, such as "sionna:etoile".

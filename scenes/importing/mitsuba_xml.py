@@ -121,9 +121,9 @@ def sionna_scene(name: str) -> Path:
     folders = [Path(folder) / "rt" / "scenes" for folder in (spec and spec.submodule_search_locations) or ()]
     files = {SIONNA + path.stem: path for folder in folders for path in folder.glob("*/*.xml")}
     if not files:
-        raise InputError(f"{name}: expected a scene that comes with Sionna RT, found that Sionna RT is not installed")
+        raise InputError(f"{name}: this scene comes with Sionna RT, which is not installed")
     if name not in files:
-        raise InputError(f"{name}: expected a scene that comes with Sionna RT; {did_you_mean(name, files)}")
+        raise InputError(f"unknown scene {named(name)} of Sionna RT; {did_you_mean(name, files)}")
     return files[name]
 
 

@@ -73,13 +73,14 @@ def load_scene(name_or_path: str | Path) -> Scene:
         return read_scene(Path(text))
     if is_importable(text):
         raise InputError(
-            f"{text}: expected a scene with a gateway and a transmitter region, found a file without them; import it "
-            f"with bisplat scene {text} -o FOLDER --gateway X Y Z --boresight X Y Z --region-min X Y Z --region-max X Y Z"
+            f"{text}: expected a scene with a gateway and a transmitter region, found a file without them; import "
+            f"it with bisplat scene {text} -o FOLDER --gateway X Y Z --boresight X Y Z --region-min X Y Z "
+            "--region-max X Y Z"
         )
     if Path(text).suffix:
         known = ", ".join(BUILT_IN)
         raise InputError(f"{text}: expected a .yaml file or one of {known}, found another kind of file")
-    raise InputError(f'unknown scene "{text}"; {did_you_mean(text, BUILT_IN)} (or a .yaml file)')
+    raise InputError(f'unknown scene "{text}"; {did_you_mean(text, BUILT_IN)} (or give a .yaml file)')
 
 
 # --- reading -----------------------------------------------------------------------------------------------
