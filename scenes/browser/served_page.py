@@ -66,7 +66,7 @@ def serving(title: str, port: int, open_tab: Callable[[ClientHandle], Callable[[
         closing.pop(client.client_id, lambda: None)()
 
     if server.get_port() != port:
-        say(f"port {port} is in use; the page is at port {server.get_port()}")
+        say(f"port {port} is taken; the page is at port {server.get_port()}")
     try:
         yield f"http://{HOST}:{server.get_port()}/{token}"
     finally:
