@@ -167,7 +167,7 @@ def _check_place(scene: Scene, label: str, refuse: Callable[[str], NoReturn]) ->
     blocker, *blockers = blocking_object(scene, np.vstack([gateway.position, middle]))
     if blocker is not None:
         refuse(
-            f"{label}.position: expected a place outside of objects, found {list(gateway.position)} inside "
+            f"{label}.position: expected a position outside all objects, found {list(gateway.position)} inside "
             f"{named(blocker)} (a closed mesh is the room only if it also contains the whole transmitter region)"
         )
     found = obstruction(gateway, scene.wavelength, scene.objects)
@@ -180,6 +180,6 @@ def _check_place(scene: Scene, label: str, refuse: Callable[[str], NoReturn]) ->
         )
     if blockers[0] is not None and set(blockers) == {blockers[0]}:
         refuse(
-            f"transmitter.region: expected a region outside of objects, found it inside {named(blockers[0])} (a closed "
-            f"mesh is the room only if it also contains the {label}, which is at {list(gateway.position)})"
+            f"transmitter.region: expected a region outside all objects, found it inside {named(blockers[0])} (a "
+            f"closed mesh is the room only if it also contains the {label}, which is at {list(gateway.position)})"
         )

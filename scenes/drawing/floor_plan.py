@@ -54,7 +54,7 @@ def draw_plan(axes: Axes, scene: Scene) -> list[str]:
         lines, solids = section(item.mesh, section_height(scene))
         dark = [0.6 * component for component in color]
         axes.add_collection(LineCollection(list(lines), colors=[dark], linewidths=0.7 if many else 1.6, zorder=3))
-        # Below a ceiling, closed parts are drawn filled. The one around the antennas is the room itself.
+        # Below a ceiling, closed parts are filled, except the one around the antennas, which is the room itself.
         for solid in solids if ceiling < np.inf else []:
             if not solid.contains_points(antennas).any():
                 axes.add_patch(PathPatch(solid, facecolor=color, edgecolor="none", zorder=2))

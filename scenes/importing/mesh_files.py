@@ -122,7 +122,9 @@ def read_meshes(path: Path) -> list[tuple[str, Trimesh]]:
         raise
     except READER_ERRORS as error:
         kind = suffix[1:].upper()
-        raise InputError(f"{path}: expected a mesh as {kind}, found a damaged file ({_reason(error)})") from error
+        raise InputError(
+            f"{path}: expected a mesh as {kind}, found a file that cannot be read ({_reason(error)})"
+        ) from error
     if not meshes:
         raise InputError(f"{path}: expected a mesh with triangles, found none (is it a point cloud?)")
     for name, mesh in meshes:

@@ -204,7 +204,7 @@ def _shape(element: Element, index: int, path: Path, bsdfs: dict[str, Element]) 
         try:
             mesh = union(*(part for _, part in read_meshes(beside(path, filename))))
         except InputError as error:
-            raise InputError(f"{label}: expected a mesh, found {error}") from None
+            raise InputError(f"{label}: mesh: {error}") from None
     else:
         raise InputError(f"{label}: expected one of {', '.join(SHAPES)}, found type {named(kind)}")
 

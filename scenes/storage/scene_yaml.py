@@ -194,7 +194,7 @@ def _object(value: object, index: int, file: Path, source: str) -> SceneObject:
         path = beside(file, entry.mesh)
         meshes = [mesh for _, mesh in read_meshes(path)]
     except InputError as error:
-        raise InputError(f"{place}: mesh {error}") from None
+        raise InputError(f"{place}: mesh: {error}") from None
     mesh = union(*meshes)
     if default_up(path) == "y":
         mesh.apply_transform(Y_UP_TO_Z_UP)
