@@ -39,7 +39,7 @@ def locked(folder: Path) -> Iterator[None]:
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except (FileExistsError, NotADirectoryError):
-        raise InputError(f"{folder}: expected a path to a new or existing folder, found a file on it") from None
+        raise InputError(f"{folder}: expected a folder or a path to a new one, found a file on the path") from None
     inside = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
         number = _lock(folder, inside)

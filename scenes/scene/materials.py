@@ -149,7 +149,7 @@ def p2040_material(
 
         ε_r = a f^b,    σ = c f^d
 
-    The default thickness is not part of the recommendation: it is a usual one, such as 0.2 m for concrete.
+    The recommendation has no thicknesses. The defaults are usual ones, such as 0.2 m for concrete.
 
     Args:
         name: one of ``material_names()``.

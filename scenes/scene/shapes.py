@@ -1,6 +1,6 @@
 """Triangle meshes for the objects of a scene: boxes, sheets with openings, unions and rotations.
 
-All lengths are in metres, in the world frame with z up. The functions return ``trimesh.Trimesh`` objects.
+All lengths are in metres, in the world frame with z up. Shapes are ``trimesh.Trimesh`` objects.
 
 Example:
     >>> import bisplat

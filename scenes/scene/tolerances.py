@@ -11,8 +11,8 @@ from scenes.files.errors import require_within
 class Tolerances:
     """Standard deviations of the errors in a scene's description.
 
-    ``calibrate`` takes the errors for independent and Gaussian. A tolerance of 0 means that the described value is
-    right and stays as it is.
+    ``calibrate`` assumes that the errors are independent and Gaussian. A value with a tolerance of 0 is assumed to be
+    right and does not change.
 
     Attributes:
         position: standard deviation of each coordinate of the gateway, metres, 0 to 10.
