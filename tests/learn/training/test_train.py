@@ -212,7 +212,7 @@ def test_folder_of_something_else_is_refused_and_left_alone(tiny_config, tmp_pat
 
 def test_second_process_is_refused_and_a_finished_run_needs_no_lock(tiny_config, finished_run, tmp_path):
     (tmp_path / "run").mkdir()
-    with locked(tmp_path / "run"), pytest.raises(InputError, match=f"process {os.getpid()} .* writes to"):
+    with locked(tmp_path / "run"), pytest.raises(InputError, match=f"process {os.getpid()} .* is writing to"):
         train_run(tiny_config, tmp_path / "run")
     assert not list((tmp_path / "run").iterdir())
     with locked(finished_run):
