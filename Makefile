@@ -8,7 +8,7 @@ BIN    := $(VENV)/bin
 LONG   := attack or kill or browser or benchmark or slow
 PYTEST := OMP_NUM_THREADS=1 NUMBA_NUM_THREADS=1 MALLOC_ARENA_MAX=2 $(BIN)/python -m pytest -n 2 --dist loadscope
 
-.PHONY: demo test test-all attack setup clean
+.PHONY: demo test test-all attack docs docs-build setup clean
 
 demo: setup
 	$(BIN)/bisplat demo
@@ -25,6 +25,12 @@ test-all: setup
 attack: setup
 	mkdir -p runs
 	$(BIN)/python benchmarks/attack.py --json > runs/attack.json
+
+docs: setup  # builds the documentation, opens it in the browser, and builds it again when a page changes
+	$(BIN)/sphinx-autobuild --open-browser --watch bisplat --watch learn --watch simulate --watch scenes docs build/docs
+
+docs-build: setup
+	$(BIN)/sphinx-build -W --keep-going docs build/docs
 
 setup: $(VENV)/.ready
 

@@ -18,7 +18,7 @@ from pathlib import Path
 from typing import Annotated
 
 import tyro
-from report.printing import print_figures
+from ledger.printing import print_figures
 
 ATTACK = "tests/attack"
 

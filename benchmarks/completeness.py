@@ -17,7 +17,7 @@ from typing import Annotated
 
 import numpy as np
 import tyro
-from report.printing import print_figures
+from ledger.printing import print_figures
 
 from scenes.places.lab import lab
 from simulate.positions.placement import place

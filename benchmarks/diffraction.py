@@ -1,6 +1,6 @@
 """How far Sionna's diffraction is from the exact field beside a conducting half-plane, and why.
 
-python benchmarks/diffraction.py --figure docs/diffraction.png --json
+python benchmarks/diffraction.py --figure docs/generated/diffraction.png --json
 
 A source 8 m from the edge of a large metal sheet, receivers on a half circle of 5 m on either side of it; isotropic
 antennas polarised along the edge (V) or across it (H); 915 MHz. Measured: root mean square of the error of the field,
@@ -21,7 +21,7 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 import tyro
-from report.printing import print_figures
+from ledger.printing import print_figures
 
 from scenes.scene.description import SPEED_OF_LIGHT, Gateway, Scene, SceneObject, Transmitter, facing
 from scenes.scene.materials import RadioMaterial

@@ -1,6 +1,6 @@
 """Which grid and array were measured spectra made with, and which element responses are behind them?
 
-python benchmarks/grid.py ../shared/data/rfid-s23-160 --json
+python benchmarks/grid.py data/rfid-s23-160 --json
 
 Measured, on a folder of measured pictures: the median over the pictures of the root mean square error, in grey levels
 of 255, that a 4 × 4 array leaves on a grid (rows that begin at 0° or 1° elevation) with a spacing in wavelengths;
@@ -18,7 +18,7 @@ from typing import Annotated
 
 import numpy as np
 import tyro
-from report.printing import print_figures
+from ledger.printing import print_figures
 
 from learn.data.metrics import ssim
 from simulate.dataset.dataset_folder import read_dataset

@@ -1,6 +1,6 @@
 """Measure how much each part of the covariance of the model helmholtz adds to its accuracy.
 
-python benchmarks/ladder.py ../shared/data/rfid-s23-160 runs/lab-6000 --json
+python benchmarks/ladder.py data/rfid-s23-160 runs/lab-6000 --json
 
 The result is the median SSIM of predicted and true test spectra of a measured and a simulated dataset, for the
 baselines nearest and inverse-distance, and for kriging with several covariances, of which the last is that of
@@ -20,7 +20,7 @@ from typing import Annotated
 import numpy as np
 import torch
 import tyro
-from report.printing import print_figures
+from ledger.printing import print_figures
 from rich.progress import track
 from tyro.conf import Positional
 

@@ -16,8 +16,8 @@ from typing import Annotated
 
 import numpy as np
 import tyro
-from report.commands import measured
-from report.printing import print_figures
+from ledger.commands import measured
+from ledger.printing import print_figures
 
 from scenes.scene.description import MOST_TRIANGLES
 

@@ -1,6 +1,6 @@
 """What a network learns from pictures, from responses that are found behind them, and from the true responses.
 
-python benchmarks/learned_phases.py ../shared/data/rfid-s23-160 --json > runs/learned-phases.json
+python benchmarks/learned_phases.py data/rfid-s23-160 --json > runs/learned-phases.json
 
 Median SSIM of test spectra, for the models that predict responses: of the closet in full wave (the field in tests/data)
 with numbers of known spectra, and of the measured sample's splits, whose true responses nobody knows. ``found`` is what
@@ -17,7 +17,7 @@ from typing import Annotated, Any
 
 import numpy as np
 import tyro
-from report.printing import print_figures
+from ledger.printing import print_figures
 from tyro.conf import Positional
 
 from learn.data.metrics import ssim

@@ -1,6 +1,6 @@
 """How well a measured sample can be predicted at all: by weighted known pictures, and by a place that changes.
 
-python benchmarks/limits.py ../shared/data/rfid-s23-160 runs/lab-6000 --json
+python benchmarks/limits.py data/rfid-s23-160 runs/lab-6000 --json
 
 Measured, on a measured dataset and a simulated one:
 
@@ -23,7 +23,7 @@ from typing import Annotated
 
 import numpy as np
 import tyro
-from report.printing import print_figures
+from ledger.printing import print_figures
 from tyro.conf import Positional
 
 from learn.data.metrics import ssim

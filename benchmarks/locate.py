@@ -1,6 +1,6 @@
 """How far off are located transmitters, and how often do the stated intervals hold?
 
-python benchmarks/locate.py runs/lab-6000 ../shared/data/rfid-s23-160 --json > runs/locate.json
+python benchmarks/locate.py runs/lab-6000 data/rfid-s23-160 --json > runs/locate.json
 
 ``helmholtz`` is trained on a simulated dataset (its two splits), on spectra of the same transmitters that a second
 gateway receives as well, and on the measured sample (its two splits). Test transmitters are located from their
@@ -19,7 +19,7 @@ from typing import Annotated, Any
 
 import numpy as np
 import tyro
-from report.printing import print_figures
+from ledger.printing import print_figures
 from tyro.conf import Positional
 
 from learn.evaluation.evaluate import evaluate

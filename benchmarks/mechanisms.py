@@ -1,6 +1,6 @@
 """How near each mechanism of the ray tracer comes to full wave, and what it costs, in several rooms.
 
-python benchmarks/mechanisms.py --figures docs --json
+python benchmarks/mechanisms.py --figures docs/generated --json
 
 The rooms' full-wave fields are those of tests/data, at points 6 or 8 cm apart. Without them (--fields of another
 folder) the rooms are simulated first (cells of 2 cm; together an hour on two cores; runs that have ended are kept in
@@ -22,9 +22,9 @@ from unittest.mock import patch
 
 import numpy as np
 import tyro
+from ledger.printing import print_figures
+from ledger.smallest_room import smallest_room
 from PIL import Image
-from report.printing import print_figures
-from report.smallest_room import smallest_room
 
 from learn.evaluation.engines import EngineComparison, compare_responses, scene_for_rays
 from learn.reports.figures import draw_examples

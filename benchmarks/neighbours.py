@@ -14,8 +14,8 @@ from typing import Annotated, Any
 
 import numpy as np
 import tyro
-from report.printing import print_figures
-from report.smallest_room import smallest_room
+from ledger.printing import print_figures
+from ledger.smallest_room import smallest_room
 
 from learn.data.metrics import ssim
 from learn.evaluation.engines import scene_for_rays

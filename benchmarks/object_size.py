@@ -15,7 +15,7 @@ from typing import Annotated, Any
 
 import numpy as np
 import tyro
-from report.printing import print_figures
+from ledger.printing import print_figures
 
 from scenes.checks.array_clearance import element_positions
 from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing

@@ -1,6 +1,6 @@
 """Do spectra along a simulated path change with distance as measured ones do?
 
-python benchmarks/path.py ../shared/data/rfid-s23-160 --json
+python benchmarks/path.py data/rfid-s23-160 --json
 
 Measured: the median SSIM (1: the same) of all pairs of spectra whose positions are less than 32 cm apart, in bins of
 the distance in metres, for a path simulated in the lab and for a measured dataset. A bin of fewer than five pairs has
@@ -15,7 +15,7 @@ from typing import Annotated
 
 import numpy as np
 import tyro
-from report.printing import print_figures
+from ledger.printing import print_figures
 from scipy.spatial import cKDTree
 
 from learn.data.metrics import ssim

@@ -1,6 +1,6 @@
 """What known phases are worth: spectra predicted from pictures, from pictures with phases found, and from responses.
 
-python benchmarks/phases.py ../shared/data/rfid-s23-160 --json
+python benchmarks/phases.py data/rfid-s23-160 --json
 
 For numbers of known spectra of the closet in full wave (the field in tests/data): median SSIM of 200 others, kriged
 from the pictures; from the responses that are found behind the pictures such that they are one field
@@ -19,7 +19,7 @@ from typing import Annotated, Any
 
 import numpy as np
 import tyro
-from report.printing import print_figures
+from ledger.printing import print_figures
 from tyro.conf import Positional
 
 from learn.data.metrics import ssim

@@ -20,7 +20,7 @@ from typing import Annotated, Any
 import numpy as np
 import tyro
 from jaxtyping import Float
-from report.printing import print_figures
+from ledger.printing import print_figures
 
 from learn.baselines.neighbours import inverse_distance
 from learn.data.metrics import ssim

@@ -1,6 +1,6 @@
 """The paper's models, trained until longer training no longer pays: what they reach, and what each part is worth there.
 
-python benchmarks/plateau.py runs/lab-path ../shared/data/rfid-s23-160 --figure docs/plateau.png --json
+python benchmarks/plateau.py runs/lab-path data/rfid-s23-160 --figure docs/generated/plateau.png --json
 
 On a simulated path, split at random as the paper's data is, and on the measured sample's own split: median and mean
 SSIM of test spectra after trainings of several lengths, each with its own warm-up and cosine schedule, and the
@@ -18,7 +18,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 import tyro
 from jaxtyping import Float
-from report.printing import print_figures
+from ledger.printing import print_figures
 from tyro.conf import Positional
 
 from learn.baselines.neighbours import inverse_distance, nearest

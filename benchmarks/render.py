@@ -1,6 +1,6 @@
 """How long the renderers take and how much memory they need: the reference in torch, and the compiled ones.
 
-python benchmarks/render.py --figure docs/render.png --json
+python benchmarks/render.py --figure docs/generated/render.png --json
 
 Measured for a forward and backward pass at 90 × 360 directions of random primitives: seconds, the best of a few
 passes, and megabytes, the most that a fresh process holds during one pass over what it held before. ``compiled_torch``
@@ -20,7 +20,7 @@ from typing import Annotated, Any
 
 import torch
 import tyro
-from report.printing import print_figures
+from ledger.printing import print_figures
 
 from learn.models.splat import conic_of, splat_reference
 from learn.models.splat_cpu import splat_cpu

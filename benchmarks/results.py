@@ -1,11 +1,11 @@
-"""Bring docs/results.json up to date with the runs in runs/, and write docs/measurements.md from it.
+"""Bring the ledger of measured figures up to date with the runs in runs/, and write its page and the tables of others.
 
 python benchmarks/results.py
 
-Sections whose command has been run in this checkout get the figures of that run; all others stay as they are. No figure
-is typed by hand: benchmarks/sections.toml has the words and commands of the sections, docs/results.json the figures.
-Sections that sections.toml no longer has are dropped. Other pages of docs/ show tables of sections, as
-benchmarks/report/tables.py describes.
+benchmarks/ledger/sections.toml has the words and commands of the sections, benchmarks/ledger/results.json their figures.
+A section whose command has been run in this checkout gets the figures of that run. All others stay as they are, and no
+figure is typed by hand. The page is docs/generated/measurements.md. Other pages of docs/ show single tables of it, as
+benchmarks/ledger/tables.py describes.
 The folders of ``bisplat demo``, ``compare``, ``ablate``, ``sweep`` and ``crossvalidate`` do not say which machine they
 were made on, so run this command there too. A section whose figures and date are the same keeps its machine.
 """
@@ -13,6 +13,7 @@ were made on, so run this command there too. A section whose figures and date ar
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import tomllib
 from dataclasses import replace
@@ -20,15 +21,16 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import tyro
-from report.entry import Entry, Measured, read_entries, write_entries
-from report.page import page
-from report.printing import machine
-from report.runs import READERS
-from report.tables import with_tables
+from ledger.entry import Entry, Measured, read_entries, write_entries
+from ledger.page import page
+from ledger.printing import machine
+from ledger.runs import READERS
+from ledger.tables import with_tables
 
 from scenes.files.errors import InputError
 
-SECTIONS = Path(__file__).with_name("sections.toml")
+LEDGER = Path(__file__).with_name("ledger")
+SECTIONS = LEDGER / "sections.toml"
 
 
 def measured_anew(name: str, section: dict[str, Any], runs: Path, before: Entry | None) -> Measured | None:
@@ -45,16 +47,20 @@ def measured_anew(name: str, section: dict[str, Any], runs: Path, before: Entry 
 def main(
     runs: Path = Path("runs"),
     docs: Path = Path("docs"),
+    ledger: Path = LEDGER / "results.json",
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
     """Update the entries whose runs are there, and write the page.
 
     Args:
         runs: folder in which the commands of the page left their results.
-        docs: folder of results.json, measurements.md and their pictures.
+        docs: folder of the pages, with generated/measurements.md and its pictures.
+        ledger: the file of the figures.
         json_output: print {"updated", "kept"}, names of sections, as one JSON object.
     """
-    entries = read_entries(docs / "results.json")
+    entries = read_entries(ledger)
+    generated = docs / "generated"
+    generated.mkdir(exist_ok=True)
     written, updated = {}, []
     for name, section in tomllib.loads(SECTIONS.read_text()).items():
         before = entries.get(name)
@@ -69,15 +75,16 @@ def main(
             written[name] = Entry(command=section.get("command", "").strip(), measured=measured, **words)
             for each in pictures:
                 if "from" in each:
-                    shutil.copyfile(runs / each["from"], docs / each["file"])
+                    shutil.copyfile(runs / each["from"], generated / each["file"])
             if written[name] != before:
                 updated.append(name)
         elif before is not None:
             written[name] = replace(before, **words)
-    write_entries(docs / "results.json", written)
-    (docs / "measurements.md").write_text(page(written))
-    for path in docs.glob("*.md"):
-        path.write_text(with_tables(path.read_text(), written))
+    write_entries(ledger, written)
+    (generated / "measurements.md").write_text(page(written))
+    front = [path for path in [docs.parent / "README.md"] if path.is_file()]
+    for path in {*front, *docs.rglob("*.md")} - set(generated.glob("*.md")):
+        path.write_text(with_tables(path.read_text(), written, os.path.relpath(generated, path.parent)))
     kept = [name for name in written if name not in updated]
     if json_output:
         print(json.dumps({"updated": updated, "kept": kept}))

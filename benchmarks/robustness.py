@@ -1,6 +1,6 @@
 """Is the default model ever worse than the best baseline? Datasets and numbers of training spectra, every method.
 
-python benchmarks/robustness.py ../shared/data/rfid-s23-160 runs/lab-6000 --json
+python benchmarks/robustness.py data/rfid-s23-160 runs/lab-6000 --json
 
 Median SSIM of at most 100 test spectra for each method. The measured folder is split by ``blocked`` and by its own
 files; the lab and further places, which this program simulates into --output and keeps, by ``random``. The entry
@@ -17,7 +17,7 @@ from typing import Annotated
 
 import numpy as np
 import tyro
-from report.printing import print_figures
+from ledger.printing import print_figures
 from rich.progress import track
 
 from learn.comparison.baseline_methods import BASELINES

@@ -1,6 +1,6 @@
 """How long ``bisplat simulate`` takes against one solver call per transmitter, and how far their spectra agree.
 
-python benchmarks/simulation.py --figure docs/simulation.png --json
+python benchmarks/simulation.py --figure docs/generated/simulation.png --json
 
 Measured in the lab, by reflections and refractions of up to five interactions as Sionna RT has them (without
 diffraction, slabs counted twice): seconds and peak memory (GB) of ``bisplat simulate`` for datasets of three sizes;
@@ -21,8 +21,8 @@ from typing import Annotated, Any
 
 import numpy as np
 import tyro
-from report.commands import Measured, measured
-from report.printing import print_figures
+from ledger.commands import Measured, measured
+from ledger.printing import print_figures
 
 from learn.data.metrics import ssim
 from scenes.places.lab import lab

@@ -24,7 +24,7 @@ from typing import Annotated, Any
 from unittest.mock import patch
 
 import tyro
-from report.printing import print_figures
+from ledger.printing import print_figures
 from tyro.conf import Positional
 
 BATCH = 8

@@ -1,6 +1,6 @@
 """What a wrong description of a place is worth once measured spectra have corrected it.
 
-python benchmarks/twin.py --figure docs/twin.png --json > runs/twin.json
+python benchmarks/twin.py --figure docs/generated/twin.png --json > runs/twin.json
 
 The truth is the closet in full wave (the field in tests/data), and the lab by the rays that the twin traces, too; the
 known spectra have an SNR of 20 dB. The description is drawn wrong: materials, places of objects, and the gateway's
@@ -26,7 +26,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 import tyro
 from jaxtyping import Float
-from report.printing import print_figures
+from ledger.printing import print_figures
 from scipy.spatial.transform import Rotation
 
 from learn.baselines.neighbours import inverse_distance

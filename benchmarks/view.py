@@ -24,7 +24,7 @@ import msgspec
 import numpy as np
 import tyro
 import viser
-from report.printing import print_figures
+from ledger.printing import print_figures
 from websockets.sync.client import connect
 
 from learn.view.session import Session

@@ -8,7 +8,7 @@ import pytest
 ROOT = Path(__file__).parents[1]
 ENTRIES = dict(re.findall(r"^@\w+\{(\w+),\n(.*?)^\}", (ROOT / "docs" / "references.bib").read_text(), re.M | re.S))
 FOLDERS = ("bisplat", "scenes", "simulate", "learn", "benchmarks")
-PATHS = [*(path for folder in FOLDERS for path in (ROOT / folder).rglob("*.py")), *ROOT.glob("docs/*.md")]
+PATHS = [*(path for folder in FOLDERS for path in (ROOT / folder).rglob("*.py")), *ROOT.glob("docs/**/*.md")]
 TEXTS = {str(path.relative_to(ROOT)): path.read_text() for path in PATHS}
 
 KEY = re.compile(r"\[([a-z]+\d{4}[a-z]?)\]")

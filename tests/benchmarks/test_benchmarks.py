@@ -13,6 +13,7 @@ BENCHMARKS = sorted(path.name for path in (ROOT / "benchmarks").glob("*.py"))
 
 ARGUMENTS = {
     "diffraction.py": ["--figure", "{folder}/diffraction.png", "--smallest"],
+    "front.py": ["--figure", "{folder}/front.png", "--smallest"],
     "fullwave.py": ["--ship", "{folder}/field", "--smallest"],
     "grid.py": ["{dataset}", "--smallest"],
     "ladder.py": ["{dataset}", "{dataset}", "--smallest"],
@@ -23,7 +24,7 @@ ARGUMENTS = {
     "plateau.py": ["{dataset}", "{dataset}", "--figure", "{folder}/plateau.png", "--smallest"],
     "robustness.py": ["{dataset}", "{dataset}", "--smallest"],
     "render.py": ["--figure", "{folder}/render.png", "--smallest"],
-    "results.py": ["--runs", "{folder}/runs", "--docs", "{folder}"],
+    "results.py": ["--runs", "{folder}/runs", "--docs", "{folder}", "--ledger", "{folder}/results.json"],
     "simulation.py": ["--figure", "{folder}/simulation.png", "--smallest"],
     "train.py": ["{dataset}", "--smallest"],
     "view.py": ["{run}", "--smallest"],
@@ -33,7 +34,7 @@ ARGUMENTS = {
 
 @pytest.mark.parametrize("name", BENCHMARKS)
 def test_benchmark_prints_one_json_object(name, run_python, small_dataset, short_run, tmp_path):
-    shutil.copy(ROOT / "docs" / "results.json", tmp_path)
+    shutil.copy(ROOT / "benchmarks" / "ledger" / "results.json", tmp_path)
     places = {"dataset": small_dataset, "run": short_run, "folder": tmp_path}
     arguments = [each.format(**places) for each in ARGUMENTS.get(name, ["--smallest"])]
     figures = json.loads(run_python(f"benchmarks/{name}", *arguments, "--json"))

@@ -1,4 +1,4 @@
-"""docs/measurements.md keeps the figures of runs that are not there, and takes those of runs that are."""
+"""docs/generated/measurements.md keeps the figures of runs that are not there, and takes those of runs that are."""
 
 import json
 import shutil
@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parents[2]
+PAGE = "generated/measurements.md"
 FIGURES = {"ratio": 12.5, "chains": None, "date": "2031-02-03", "machine": "1 core of a test", "smallest": False}
 
 
@@ -15,7 +16,7 @@ def docs(tmp_path):
     """A folder with the figures that are kept in the repository."""
     folder = tmp_path / "docs"
     folder.mkdir()
-    shutil.copy(ROOT / "docs" / "results.json", folder)
+    shutil.copy(ROOT / "benchmarks" / "ledger" / "results.json", folder)
     return folder
 
 
@@ -25,7 +26,16 @@ def make_page(run_python, docs, tmp_path):
     (tmp_path / "runs").mkdir()
 
     def make():
-        told = run_python("benchmarks/results.py", "--runs", tmp_path / "runs", "--docs", docs, "--json")
+        told = run_python(
+            "benchmarks/results.py",
+            "--runs",
+            tmp_path / "runs",
+            "--docs",
+            docs,
+            "--ledger",
+            docs / "results.json",
+            "--json",
+        )
         return json.loads(told)["updated"]
 
     return make
@@ -38,16 +48,17 @@ def sections(page: str) -> dict[str, str]:
 
 def test_page_without_runs_is_the_one_in_the_repository(make_page, docs):
     assert make_page() == []
-    for name in ("results.json", "measurements.md"):
-        assert (docs / name).read_bytes() == (ROOT / "docs" / name).read_bytes(), "run python benchmarks/results.py"
+    kept = {"results.json": "benchmarks/ledger/results.json", PAGE: f"docs/{PAGE}"}
+    for name, path in kept.items():
+        assert (docs / name).read_bytes() == (ROOT / path).read_bytes(), "run python benchmarks/results.py"
 
 
 def test_only_the_section_of_a_run_changes(make_page, docs, tmp_path):
-    before = sections((ROOT / "docs" / "measurements.md").read_text())
+    before = sections((ROOT / "docs" / PAGE).read_text())
     (tmp_path / "runs" / "simulation.json").write_text(json.dumps(FIGURES))
     assert make_page() == ["simulation"]
-    first = {name: (docs / name).read_bytes() for name in ("results.json", "measurements.md")}
-    after = sections(first["measurements.md"].decode())
+    first = {name: (docs / name).read_bytes() for name in ("results.json", PAGE)}
+    after = sections(first[PAGE].decode())
     assert after.keys() == before.keys()
     (changed,) = [title for title in before if after[title] != before[title]]
     assert "Measured on 2031-02-03, 1 core of a test." in after[changed]
@@ -72,16 +83,16 @@ def test_folder_of_an_experiment_is_read(make_page, docs, tmp_path):
     assert make_page() == []  # its picture is not there
     (folder / "sweep.png").write_bytes(b"a picture")
     assert make_page() == ["sweep-closet"]
-    section = sections((docs / "measurements.md").read_text())["How many spectra are needed: the closet in full wave"]
+    section = sections((docs / PAGE).read_text())["How many spectra are needed: the closet in full wave"]
     assert (
         "Measured on 2031-02-03, " in section and "; 1 CPU thread; 7 steps of training each; 9 test spectra." in section
     )
     assert "\n| nearest | – | 0.750 | 0.000 (2) | 0.700 | 0.500 | 20.0 | 0.100 | 2.8 | – | – | – |\n" in section
-    assert (docs / "sweep-closet.png").read_bytes() == b"a picture"
+    assert (docs / "generated" / "sweep-closet.png").read_bytes() == b"a picture"
 
 
 def test_figures_of_the_smallest_run_are_refused(run_python, docs, tmp_path):
     (tmp_path / "render.json").write_text(json.dumps({**FIGURES, "smallest": True}))
     with pytest.raises(AssertionError, match=r"render\.json: expected the figures of a whole run, found .* --smallest"):
-        run_python("benchmarks/results.py", "--runs", tmp_path, "--docs", docs)
-    assert not (docs / "measurements.md").exists()
+        run_python("benchmarks/results.py", "--runs", tmp_path, "--docs", docs, "--ledger", docs / "results.json")
+    assert not (docs / PAGE).exists()

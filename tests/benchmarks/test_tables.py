@@ -7,8 +7,8 @@ import pytest
 
 sys.path.append(str(Path(__file__).parents[2] / "benchmarks"))  # a folder of scripts, not of a package
 
-from report.entry import Entry, Measured
-from report.tables import with_tables
+from ledger.entry import Entry, Measured
+from ledger.tables import with_tables
 
 from scenes.files.errors import InputError
 
@@ -43,7 +43,7 @@ def table(comment: str) -> list[list[str]]:
 def test_whole_table_of_a_section_with_a_link_to_it():
     assert table("table: closet") == [["method", "SSIM", "s"], ["kriging", "0.9", "1"], ["network", "0.8", "2"]]
     text = with_tables("<!-- table: closet --><!-- end -->", ENTRIES)
-    assert "From [Closet](measurements.md#closet)." in text
+    assert "From [Closet](generated/measurements.md#closet)." in text
 
 
 def test_some_rows_and_columns():

@@ -29,7 +29,7 @@ def test_every_name_has_an_example(name):
 
 
 def test_the_tutorial_and_the_readme_import_bisplat_alone():
-    for page in ("README.md", "docs/tutorial.ipynb"):
+    for page in ("README.md", "docs/start/tutorial.ipynb"):
         assert not OUR_PACKAGES.search((ROOT / page).read_text()), page
 
 

@@ -1,0 +1,52 @@
+"""The commands and snippets on the pages of the documentation, in the order in which a reader meets them.
+
+A fenced block of ``bash`` holds commands that a reader types, and one of ``python`` a program. Other blocks (``text``,
+``yaml``, ``matlab``, …) are not run. A comment before a block says why it is not run: ``<!-- not run: needs a GPU -->``.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+FILES = [ROOT / "README.md", *(path for path in sorted((ROOT / "docs").rglob("*.md")) if "_old" not in path.parts)]
+PAGES = {str(path.relative_to(ROOT)): path for path in FILES}
+GENERATED = {"docs/generated/measurements.md"}
+"""Its commands measure for hours; tests/benchmarks runs each at its smallest size."""
+
+BLOCK = re.compile(
+    r"^(?:<!-- not run: (?P<reason>.*?) -->\n+)?^```(?P<language>bash|python)\n(?P<text>.*?)^```$", re.M | re.S
+)
+
+
+@dataclass(frozen=True)
+class Block:
+    """A block of commands or a snippet.
+
+    Attributes:
+        language: bash or python.
+        text: what it says.
+        line: number of its first line in the page.
+        reason: why tests do not run it; empty if they do.
+    """
+
+    language: str
+    text: str
+    line: int
+    reason: str
+
+    def commands(self) -> list[str]:
+        """The commands of a block of bash, without comments, each on one line."""
+        lines = re.sub(r"\\\n\s*", "", self.text).splitlines()
+        return [line for line in (re.sub(r"(^|\s)#.*", "", each).strip() for each in lines) if line]
+
+
+def blocks(page: str) -> list[Block]:
+    """The blocks of a page (a key of ``PAGES``) that are commands or programs."""
+    text = PAGES[page].read_text()
+    return [
+        Block(found["language"], found["text"], text.count("\n", 0, found.start("text")) + 1, found["reason"] or "")
+        for found in BLOCK.finditer(text)
+    ]
