@@ -71,7 +71,9 @@ def picture(scene: bisplat.Scene, evaluation: Evaluation, shown: int) -> Figure:
     model, nearest = (evaluation.scores[name].ssim[shown] for name in ("model", "nearest"))
     rows = {
         "true (Maxwell's equations)": evaluation.truth[shown],
-        f"predicted from {len(evaluation.known_positions)} known spectra: SSIM {model:.2f}": evaluation.prediction[shown],
+        f"predicted from {len(evaluation.known_positions)} known spectra: SSIM {model:.2f}": evaluation.prediction[
+            shown
+        ],
         f"the nearest known spectrum: SSIM {nearest:.2f}": copied,
     }
     for axes, (words, spectrum) in zip(right.subplots(3, 1, sharex=True), rows.items(), strict=True):

@@ -83,14 +83,14 @@ def takes(*kinds: type) -> Callable[[F], F]:
         shown_options, lines = [], []
         for kind in kinds:
             descriptions = described(kind)
-            hints = get_type_hints(kind, include_extras=True)
+            hints, plain = get_type_hints(kind, include_extras=True), get_type_hints(kind)
             for each in fields(kind):
                 if Suppress in get_args(hints[each.name]):  # the command line hides it, too
                     continue
                 if each.name not in named:  # such as the function names itself, to take it by place
-                    kind_of = inspect.Parameter.KEYWORD_ONLY
+                    kind_of, annotation = inspect.Parameter.KEYWORD_ONLY, plain[each.name]
                     shown_options.append(
-                        inspect.Parameter(each.name, kind_of, default=default_of(each), annotation=each.type)
+                        inspect.Parameter(each.name, kind_of, default=default_of(each), annotation=annotation)
                     )
                 meaning = descriptions[each.name].replace("\n", "\n" + " " * 12)
                 lines.append(f"{' ' * 8}{each.name}: {meaning}")

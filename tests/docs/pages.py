@@ -1,7 +1,8 @@
 """The commands and snippets on the pages of the documentation, in the order in which a reader meets them.
 
 A fenced block of ``bash`` holds commands that a reader types, and one of ``python`` a program. Other blocks (``text``,
-``yaml``, ``matlab``, …) are not run. A comment before a block says why it is not run: ``<!-- not run: needs a GPU -->``.
+``yaml``, ``matlab``, …) are not run. A comment before a block says why it is not run, such as
+``<!-- not run: needs a GPU -->``.
 """
 
 from __future__ import annotations
