@@ -15,6 +15,7 @@ ARGUMENTS = {
     "diffraction.py": ["--figure", "{folder}/diffraction.png", "--smallest"],
     "front.py": ["--figure", "{folder}/front.png", "--smallest"],
     "fullwave.py": ["--ship", "{folder}/field", "--smallest"],
+    "gallery.py": ["--figures", "{folder}", "--smallest"],
     "grid.py": ["{dataset}", "--smallest"],
     "ladder.py": ["{dataset}", "{dataset}", "--smallest"],
     "limits.py": ["{dataset}", "{dataset}", "--smallest"],
