@@ -69,8 +69,9 @@ class Editor:
         self._replaceable: dict[Path, str] = {}  # files that this tab has written, with their digests
         self._in_the_way: Mapping[Path, str] = {}  # files that the user was asked about
         gui.add_text("saved to folder", printable(str(folder.absolute())), disabled=True)
-        gui.add_button("Save scene.yaml").on_click(self._shield(lambda event: self.save()))
-        self._replace_button = gui.add_button("Replace", color="red", visible=False)
+        save_button = gui.add_button("Save scene.yaml")
+        self._replace_button = gui.add_button("Replace", color="red", visible=False)  # before a click can come
+        save_button.on_click(self._shield(lambda event: self.save()))
         self._replace_button.on_click(self._shield(lambda event: self.save(self._in_the_way)))
 
     def save(self, replaceable: Mapping[Path, str] | None = None) -> None:
