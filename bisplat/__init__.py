@@ -22,6 +22,8 @@ from bisplat.own_packages import claim
 
 claim()
 
+from scenes.files.extras import has_extra  # noqa: E402  (claim decides what scenes is)
+
 # lazy-loader's attach_stub reads such stubs too, but only for modules inside the package.
 _HOMES = {
     each.name: line.module
@@ -30,7 +32,10 @@ _HOMES = {
     for each in line.names
 }
 
-__all__ = sorted(_HOMES)
+_WITH_RAYS = {"Tracer", "calibrate"}
+"""Names whose modules import the ray tracer. Without it they are not listed, so that help(bisplat) has all others."""
+
+__all__ = sorted(_HOMES if has_extra("rays") else _HOMES.keys() - _WITH_RAYS)
 
 
 def __getattr__(name: str) -> Any:

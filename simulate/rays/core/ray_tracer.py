@@ -1,8 +1,10 @@
 """Dr.Jit, Mitsuba and Sionna RT, imported only after a good libLLVM has been found; import them from here."""
 # ruff: noqa: E402  (the order matters)
 
+from scenes.files.extras import require_extra
 from simulate.rays.core.llvm import use_libllvm
 
+require_extra("rays", "ray tracing")
 use_libllvm()
 
 import drjit as dr
