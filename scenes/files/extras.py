@@ -76,7 +76,4 @@ def has_extra(extra: str) -> bool:
     Args:
         extra: its name.
     """
-    try:
-        return all(find_spec(module) is not None for module in EXTRAS[extra].modules)
-    except (ImportError, ValueError):  # ValueError: sys.modules has something without a spec in a module's place
-        return False
+    return all(find_spec(module) is not None for module in EXTRAS[extra].modules)

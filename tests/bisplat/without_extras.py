@@ -7,6 +7,7 @@ import contextlib
 import io
 import json
 import sys
+import traceback
 from importlib.machinery import PathFinder
 from importlib.metadata import Distribution, PackageNotFoundError
 
@@ -58,6 +59,9 @@ def outcome(command: list[str]) -> tuple[int, str]:
             main()
         except SystemExit as end:
             status = end.code or 0
+        except Exception:  # noqa: BLE001  as Python itself ends
+            traceback.print_exc()
+            status = 1
     return status, said.getvalue()
 
 
