@@ -39,7 +39,7 @@ $(VENV)/.ready: pyproject.toml constraints.txt simulate/rays/core/llvm.py
 	  { echo "bisplat needs Python 3.11 or newer; name one with: make PYTHON=/path/to/python3.11"; exit 1; }
 	@$(PYTHON) -m venv $(VENV) || \
 	  { echo "Python's venv module is missing; as root: apt-get install python3-venv"; exit 1; }
-	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[test]'
+	$(BIN)/python -m pip install --quiet -c constraints.txt -e '.[test,docs]'
 	$(BIN)/python -m pip install --quiet --no-deps deepmimo==4.0.5  # a test reads our export with it; its old NumPy is not needed
 	$(BIN)/python -m simulate.rays.core.llvm --install
 	@touch $@

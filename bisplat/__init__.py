@@ -30,10 +30,13 @@ _HOMES = {
     for each in line.names
 }
 
-__all__ = sorted(_HOMES)
+_WITH_RAYS = {"Tracer", "calibrate"}
+"""Names whose modules import the ray tracer. Without it they are not listed, so that help(bisplat) has all others."""
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__all__":
+        return _listed()
     if name not in _HOMES:
         raise AttributeError(f"module 'bisplat' has no attribute {name!r}")
     # With a name in fromlist, a module such as shapes is imported too.
@@ -43,4 +46,11 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *__all__})
+    return sorted({*globals(), *_listed()})
+
+
+def _listed() -> list[str]:
+    """The names that this installation can import."""
+    from scenes.files.extras import has_extra
+
+    return sorted(_HOMES if has_extra("rays") else _HOMES.keys() - _WITH_RAYS)

@@ -24,6 +24,7 @@ from bisplat.commands.training_commands import check, demo, export, predict, tra
 from bisplat.commands.uses_commands import calibrate, locate, plan
 from bisplat.commands.view_command import view
 from scenes.files.errors import InputError, ParameterError, printable
+from scenes.files.extras import MissingExtraError
 from scenes.files.plain_text import say
 
 PROGRAM = "bisplat"
@@ -42,6 +43,8 @@ def main() -> None:
         tyro.extras.subcommand_cli_from_dict(named, prog=PROGRAM, description=DESCRIPTION)
     except ParameterError as error:
         refuse(error.as_option())
+    except MissingExtraError as error:
+        refuse(str(error), hint="")  # it ends with a command to copy
     except InputError as error:
         refuse(str(error))
     except BrokenPipeError:  # the program that reads the output, such as head, has closed it
@@ -68,17 +71,16 @@ def check_spelling(named: Mapping[str, Callable[..., None]]) -> None:
     tyro.extras.subcommand_cli_from_dict(idle, prog=PROGRAM, description=DESCRIPTION, args=escaped)
 
 
-def refuse(sentence: str) -> None:
+def refuse(sentence: str, hint: str = " (BISPLAT_TRACEBACK=1 shows the traceback)") -> None:
     """Print an error and exit with status 1; with ``BISPLAT_TRACEBACK=1`` also print the traceback.
 
     Args:
         sentence: the error.
+        hint: what follows it where there is no traceback.
     """
     if os.environ.get("BISPLAT_TRACEBACK", "0") != "0":
         traceback.print_exc()
         hint = ""
-    else:
-        hint = " (BISPLAT_TRACEBACK=1 shows the traceback)"
     say(f"{sentence}{hint}")
     raise SystemExit(1) from None
 

@@ -21,6 +21,7 @@ from learn.training.train import train
 from scenes.drawing.scene_drawing import draw_scene
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import printable, require_whole
+from scenes.files.extras import require_extra
 from scenes.files.json_file import read_json
 from scenes.files.output_folder import own_folder
 from scenes.files.schema import conform
@@ -54,11 +55,13 @@ def demo(folder: Path, spectra: int = 1000, steps: int | None = None) -> dict[st
 
     Raises:
         ParameterError: fewer than ``SPECTRA_LEAST`` spectra, no steps, or absurdly many of either.
+        MissingExtraError: the ray tracer is not installed.
         InputError: the folder holds other files, or a demo with other settings, or another process writes to it.
     """
     require_whole(SPECTRA_LEAST, MOST_POSITIONS, spectra=spectra)
     if steps is not None:
         require_whole(1, STEPS_MOST, steps=steps)
+    require_extra("rays", "the demo")
     settings = {"spectra": spectra, "steps": steps}
     with own_folder(folder, "demo", RECORD, settings, _read_settings):
         write_atomically(folder / RECORD, (json.dumps(settings, indent=2) + "\n").encode())

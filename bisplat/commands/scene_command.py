@@ -10,6 +10,7 @@ from tyro.conf import Positional, arg
 
 from bisplat.commands.output_file import Force, require_new
 from scenes.files.errors import InputError, printable, shown
+from scenes.files.extras import require_extra
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import say
 from scenes.files.text_tables import print_rows, print_table
@@ -62,6 +63,8 @@ def scene(
         view: edit the scene in the browser: gateway, transmitter region, materials.
         port: view only: of the page; the next free one where it is taken.
     """
+    if view:
+        require_extra("viewer", "the viewer")
     from scenes.drawing.scene_drawing import describe_scene, draw_scene
     from scenes.importing.mesh_import import DEFAULT_FREQUENCY, import_scene, is_importable
     from scenes.scene.description import Gateway, Transmitter, facing

@@ -8,6 +8,8 @@ from typing import Annotated
 
 from tyro.conf import Positional, arg
 
+from scenes.files.extras import require_extra
+
 
 def view(
     what: Annotated[Positional[str], arg(metavar="RUN|DATASET|SCENE")],
@@ -21,6 +23,7 @@ def view(
         port: port of the page, which only a browser on this machine can open; the next free port if it is taken.
         positions: CSV of further positions to show, with the header x,y,z, as bisplat plan writes it.
     """
+    require_extra("viewer", "the viewer")
     from learn.view.session import Session
     from learn.view.subject import subject
     from learn.view.tracing import Tracing

@@ -20,6 +20,7 @@ from learn.models.capabilities import TracesRays
 from learn.training.run_folder import Run
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError
+from scenes.files.extras import require_extra
 
 INPUT, OUTPUT = "positions", "spectra"
 """Names of the input and output in an ONNX file.
@@ -43,8 +44,8 @@ def export(run: Run, path: Path | str) -> None:
         path: the file to write; its suffix determines the format.
 
     Raises:
-        InputError: the suffix is neither .onnx nor .pt2; the model traces rays, as ``twin`` does; or the packages for
-            ONNX are not installed.
+        InputError: the suffix is neither .onnx nor .pt2, or the model traces rays, as ``twin`` does.
+        MissingExtraError: the packages for ONNX are not installed.
 
     Example:
         >>> import bisplat
@@ -62,6 +63,8 @@ def export(run: Run, path: Path | str) -> None:
         raise InputError(
             f"{run.folder}: expected a model that needs no ray tracer, found {run.config.model}, which does"
         )
+    if path.suffix == ".onnx":
+        require_extra("onnx", "export to ONNX")
     batch = {0: torch.export.Dim("batch")}
     model: Any = copy.deepcopy(run.model).cpu()
     for part in model.modules():
@@ -103,10 +106,8 @@ def solve_by_elimination(matrix: Float[Tensor, "B N N"], right: Float[Tensor, "B
 
 
 def _write_onnx(program: ExportedProgram, path: Path) -> None:
-    try:
-        from onnxscript import opset18
-    except ImportError as error:
-        raise InputError(f"{path.name}: ONNX needs onnxscript, found none; pip install 'bisplat-wrf[onnx]'") from error
+    from onnxscript import opset18
+
     op: Any = opset18
 
     def stable_sort(values, stable=True, dim=-1, descending=False):

@@ -16,6 +16,7 @@ from learn.models.model_options import check_options_of
 from learn.models.steps import Steps
 from learn.training.own_class import own_class
 from scenes.files.errors import ParameterError, cut, did_you_mean, shown
+from scenes.files.extras import require_extra
 
 if TYPE_CHECKING:  # torch is imported when a model is built
     from learn.models.base import SpectrumModel
@@ -33,6 +34,7 @@ class ModelEntry:
         options_without_gpu: further arguments for ``compare`` without a GPU, for a model that would be too slow on a
             CPU. Its rows are marked "(reduced)".
         needs: options without which it cannot be built. ``compare`` leaves it out if no models are named.
+        extra: the extra of bisplat-wrf that it needs.
     """
 
     builds: str
@@ -41,6 +43,7 @@ class ModelEntry:
     options: Mapping[str, Any] = field(default_factory=dict)
     options_without_gpu: Mapping[str, Any] = field(default_factory=dict)
     needs: tuple[str, ...] = ()
+    extra: str | None = None
 
 
 BY_RESPONSES = Steps(steps=3000, batch_size=128, weight_decay=1.0, full_resolution=0.0)
@@ -57,6 +60,7 @@ MODELS: dict[str, ModelEntry] = {
         summary="ray tracing of a scene that the known spectra correct, and kriging of responses for the rest",
         by_steps=None,
         needs=("scene",),
+        extra="rays",
     ),
     "bisplat": ModelEntry(
         builds="learn.models.bisplat:BiSplatWRF",
@@ -148,8 +152,12 @@ def model_class(name: str) -> type[SpectrumModel]:
 
     Raises:
         ParameterError: no model has this name, or there is no such class.
+        MissingExtraError: the model needs an extra that is not installed.
     """
-    module, _, attribute = model_entry(name).builds.partition(":")
+    entry = model_entry(name)
+    if entry.extra is not None:
+        require_extra(entry.extra, f"the model {name}")
+    module, _, attribute = entry.builds.partition(":")
     return getattr(import_module(module), attribute)
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from learn.view.subject import Position, Spectrum
+from scenes.files.extras import MissingExtraError
 from scenes.scene.description import Scene
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.beamformer import Beamformer
@@ -85,6 +86,9 @@ class Tracing:
     def _trace_requests(self) -> None:
         try:
             tracer = self._prepared()
+        except MissingExtraError as error:
+            self.state = f"no ray tracing: {error}"
+            return
         except Exception as error:  # the page says why there is no ray tracing, and shows everything else
             logging.getLogger("bisplat").exception("the viewer has no ray tracing")
             self.state = f"no ray tracing: {error}"

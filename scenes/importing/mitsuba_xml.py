@@ -16,6 +16,7 @@ from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
 from scenes.files.errors import InputError, cut, did_you_mean, named
+from scenes.files.extras import require_extra
 from scenes.files.input_file import beside
 from scenes.files.xml_file import read_xml
 from scenes.importing.mesh_files import read_meshes, require_ordinary
@@ -115,13 +116,13 @@ def sionna_scene(name: str) -> Path:
         Path of the scene XML.
 
     Raises:
-        InputError: Sionna RT is not installed, or has no scene of this name.
+        InputError: Sionna RT has no scene of this name.
+        MissingExtraError: Sionna RT is not installed.
     """
+    require_extra("rays", f"the scene {cut(name)}")
     spec = find_spec("sionna")  # finds the folder without starting the ray tracer
     folders = [Path(folder) / "rt" / "scenes" for folder in (spec and spec.submodule_search_locations) or ()]
     files = {SIONNA + path.stem: path for folder in folders for path in folder.glob("*/*.xml")}
-    if not files:
-        raise InputError(f"{name}: this scene comes with Sionna RT, which is not installed")
     if name not in files:
         raise InputError(f"unknown scene {named(name)} of Sionna RT; {did_you_mean(name, files)}")
     return files[name]

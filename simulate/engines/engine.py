@@ -10,6 +10,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
+from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, Self
 
@@ -131,6 +132,14 @@ class Engine(ABC):
             The engine with the recorded options.
         """
         return msgspec.convert(metadata[cls.name], cls)
+
+    def versions(self) -> dict[str, str]:
+        """Versions of ``packages``, for metadata.json.
+
+        Raises:
+            MissingExtraError: they are not installed.
+        """
+        return {name: version(name) for name in self.packages}
 
     def require(self, machines: Machines) -> None:
         """Make sure that the engine can run, before anything is written.

@@ -114,7 +114,10 @@ class FullWave(Solver, Engine):
         if self.field is not None:
             return replace(self, **asdict(_solver_of_field(Path(self.field), scene)))
         cell = default_cell(scene) if self.cell is None else self.cell
-        return replace(self, cell=cell, solver=installed_gprmax() if self.gpu or self.solver != OURS else OURS)
+        solver = OURS
+        if self.gpu or self.solver != OURS:
+            solver = installed_gprmax("full wave on a GPU" if self.gpu else f"a field by {self.solver}")
+        return replace(self, cell=cell, solver=solver)
 
     def metadata(self, setting: Setting) -> dict[str, Any]:
         from simulate.fullwave.run_plan import plan

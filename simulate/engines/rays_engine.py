@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
+from scenes.files.extras import require_extra
 from scenes.files.schema import Count, recorded
 from simulate.engines.engine import Engine, Machines, ResponseSource, Setting
 from simulate.rays.core.propagation import Propagation
@@ -78,6 +79,10 @@ class Rays(Engine):
                 "sionna": settings.get("diffuse", False) or settings.get("diffraction", False),
             }
         return cls(Propagation(**settings))
+
+    def versions(self) -> dict[str, str]:
+        require_extra("rays", "ray tracing")
+        return super().versions()
 
     def require(self, machines: Machines) -> None:
         import simulate.rays.core.ray_tracer  # noqa: F401  refuses a ray tracer that cannot be used

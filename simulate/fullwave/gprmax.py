@@ -12,13 +12,14 @@ import re
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
-from importlib.metadata import PackageNotFoundError, version
+from importlib.metadata import version
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Complex, Int
 
 from scenes.files.errors import InputError
+from scenes.files.extras import require_extra
 from simulate.fullwave.absorber import ABSORBER
 from simulate.fullwave.cells import AIR, CONDUCTOR, EdgeMaterials
 from simulate.fullwave.conductor_edges import PERMEABILITY, beside_edges
@@ -30,19 +31,17 @@ GEOMETRY, MODEL = "geometry", "model"
 PROGRESS = re.compile(r"\|--->:.*?(\d+)/\d+ \[")
 
 
-def installed_gprmax() -> str:
+def installed_gprmax(what: str) -> str:
     """Name and version of the installed gprMax.
 
+    Args:
+        what: what needs it, as the subject of a sentence.
+
     Raises:
-        InputError: gprMax is not installed.
+        MissingExtraError: gprMax is not installed.
     """
-    try:
-        return f"gprMax {version('gprMax')}"
-    except PackageNotFoundError:
-        raise InputError(
-            "the engine fullwave on a GPU: expected the solver gprMax, found none; install it with "
-            "pip install 'bisplat-wrf[fullwave]', or run on the CPU"
-        ) from None
+    require_extra("fullwave", what)
+    return f"gprMax {version('gprMax')}"
 
 
 def write_geometry(folder: Path, materials: EdgeMaterials, grid: YeeGrid) -> None:

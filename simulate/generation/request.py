@@ -87,7 +87,7 @@ class Request:
             "power": self.power,
             "seed": self.seed,
             "picture": "magnitude, min-max normalised per spectrum, 8 bit",
-            "versions": {name: version(name) for name in self.engine.packages},
+            "versions": self.engine.versions(),
         }
 
 

@@ -7,11 +7,11 @@ import os
 import socket
 from collections.abc import Iterator
 from contextlib import contextmanager
-from importlib.util import find_spec
 from types import ModuleType
 from typing import Any
 
 from scenes.files.errors import InputError, ParameterError, reason, shown
+from scenes.files.extras import require_extra
 
 OWN_PACKAGES = {"worker_process_setup_hook": "bisplat.own_packages.claim"}
 """Workers search the user's folder for modules first, where a file may have the name of one of our packages."""
@@ -27,11 +27,10 @@ def require_ray(address: str | None) -> None:
         address: address of a running Ray cluster; None to start Ray on this machine.
 
     Raises:
-        InputError: Ray is not installed.
+        MissingExtraError: Ray is not installed.
         ParameterError: nothing listens at the address (host:port or ray://host:port).
     """
-    if find_spec("ray") is None:
-        raise InputError("workers and clusters need Ray: in the checkout, pip install -c constraints.txt '.[ray]'")
+    require_extra("ray", "simulation by workers or on a cluster")
     if address is None:
         return
     host, _, port = address.removeprefix("ray://").rpartition(":")

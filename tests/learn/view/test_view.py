@@ -21,6 +21,7 @@ from learn.view.session import Session
 from learn.view.subject import Spectrum, subject
 from learn.view.tracing import Tracing
 from scenes.files.errors import InputError
+from scenes.files.extras import MissingExtraError
 from simulate.rays import tracer
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.angular_grid import AngularGrid, direction
@@ -234,6 +235,17 @@ def test_tracing_that_fails_says_so_and_logs_the_traceback(monkeypatch, where, c
         threading.Event().wait(0.05)
     assert tracing.state == "no ray tracing: libLLVM: expected version 16, found 14"
     assert "in refuse" in caplog.text and "InputError: libLLVM" in caplog.text
+
+
+def test_tracing_without_the_ray_tracer_says_how_to_install_it_and_logs_nothing(monkeypatch, caplog):
+    monkeypatch.setattr(tracer, "Tracer", MagicMock(side_effect=MissingExtraError("rays", "ray tracing")))
+    tracing = Tracing(None, Beamformer(), Propagation(), np.zeros((2, 3)))
+    for _ in range(200):
+        if tracing.state.startswith("no ray tracing"):
+            break
+        threading.Event().wait(0.05)
+    assert tracing.state.endswith("Sionna RT, which is not installed: pip install 'bisplat-wrf[rays]'")
+    assert not caplog.text
 
 
 def test_position_that_cannot_be_traced_does_not_end_the_tracing(monkeypatch):

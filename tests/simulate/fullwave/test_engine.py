@@ -3,7 +3,6 @@
 import json
 import time
 from dataclasses import replace
-from importlib.metadata import PackageNotFoundError
 from itertools import count
 from threading import Event
 from types import SimpleNamespace
@@ -11,6 +10,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from scenes.files import extras
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import SPEED_OF_LIGHT, Gateway, Scene, SceneObject, Transmitter, facing
 from scenes.scene.materials import p2040_materials
@@ -218,11 +218,8 @@ def test_dataset_is_made_once_more_by_its_own_settings(scene, solver, tmp_path):
 
 
 def test_missing_gprmax_is_one_sentence_and_the_cpu_needs_none(scene, solver, monkeypatch, tmp_path):
-    def missing(name):
-        raise PackageNotFoundError(name)
-
-    monkeypatch.setattr(gprmax, "version", missing)
-    with pytest.raises(InputError, match="on a GPU: expected the solver gprMax, found none"):
+    monkeypatch.setattr(extras, "find_spec", lambda name: None)
+    with pytest.raises(InputError, match="full wave on a GPU needs gprMax, which is not installed"):
         simulate(scene, tmp_path / "small", n=4, engine="fullwave", cell=0.03, gpu=True)
     assert not (tmp_path / "small").exists()
     simulate(scene, tmp_path / "small", n=4, engine="fullwave", cell=0.03)
