@@ -1,6 +1,6 @@
 """The page docs/options.md: ``python -m bisplat.commands.option_tables > docs/options.md``.
 
-Every option is declared once, in a dataclass; the page, the command line and the Python functions are made of these.
+Each option is declared once, in a dataclass. The page, the command line and the Python functions all read it there.
 """
 
 from __future__ import annotations

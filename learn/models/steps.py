@@ -21,12 +21,10 @@ class Steps:
         batch_size: number of spectra per step.
         learning_rate: learning rate of AdamW after the warm-up.
         weight_decay: weight decay of AdamW.
-        full_resolution: share of the steps, the last ones, that look at every pixel of a spectrum; those before look at
-            a few that hold the array's band (learn/models/quadrature.py). A model that learns from known responses
-            looks at no pixels.
-        find_phases: where only pictures are known, find the responses behind them for models that learn from responses
-            (learn/training/found_responses.py).
-        init: folder of a finished run of the same model whose weights training starts from; None: random weights.
+        full_resolution: share of the steps that use every pixel: the last ones. The steps before use a few pixels.
+            Models that learn from responses use no pixels.
+        find_phases: find the responses behind the pictures, for models that learn from responses.
+        init: finished run of the same model whose weights training starts from. None: random weights.
 
     Raises:
         ParameterError: a number of steps or spectra that is no whole number above 0, or absurdly large; a rate above 1
@@ -64,7 +62,7 @@ class Processes:
 
     Attributes:
         devices: number of GPUs per machine; without a GPU, number of processes.
-        nodes: number of machines; start the same command or program on each, as Lightning's launchers do.
+        nodes: number of machines. Start the same command on each, as Lightning's launchers do.
     """
 
     devices: int = 1

@@ -12,11 +12,11 @@ class Tolerances:
     """Standard deviations of what a description may have wrong.
 
     Attributes:
-        position: of each coordinate of the gateway, metres.
-        rotation: of the gateway's orientation about each axis, degrees.
-        objects: of each horizontal coordinate of an object inside the room, metres.
-        materials: of permittivity, conductivity and thickness, relative.
-        frequency: of the carrier, relative; 0 where it is known.
+        position: error of each coordinate of the gateway, metres.
+        rotation: error of the gateway's orientation about each axis, degrees.
+        objects: error of each horizontal coordinate of an object in the room, metres.
+        materials: relative error of permittivity, conductivity and thickness.
+        frequency: relative error of the carrier frequency; 0 if it is known.
 
     Raises:
         ParameterError: a number that is negative or absurdly large.

@@ -51,12 +51,12 @@ class Setting(NamedTuple):
 
 @dataclass(frozen=True)
 class Machines:
-    """Where a simulation runs, which changes nothing in what comes out.
+    """Where a simulation runs. The results are the same everywhere.
 
     Attributes:
-        workers: trace with so many Ray workers at a time (needs bisplat-wrf[ray]); in this process if neither this nor
-            ``ray`` is given. In full wave, the number of the solver's runs at a time, by default one per core.
-        ray: address of a running Ray cluster to trace on, or in full wave to run the solver on.
+        workers: number of parallel Ray workers (needs bisplat-wrf[ray]), or of parallel runs in full wave. By default
+            rays are traced in this process, and full wave has a run per core.
+        ray: address of a running Ray cluster that does the work.
 
     Raises:
         ParameterError: no workers, or more than ``WORKERS_MOST``.

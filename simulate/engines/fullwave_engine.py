@@ -37,8 +37,8 @@ class Solver:
     """What the field of a scene depends on.
 
     Attributes:
-        cell: side of the cells in full wave, metres; by default a seventh of the shortest wavelength in a material, at
-            most a sixteenth of that in air.
+        cell: side of the cells in full wave, metres (default: 1/7 of the shortest wavelength in a material, at most
+            1/16 of the wavelength in air).
         solver: our own, or gprMax and its version; the engine sets it by ``gpu``.
 
     Raises:
@@ -76,8 +76,8 @@ class FullWave(Solver, Engine):
     """Solve Maxwell's equations by finite differences, in minutes to hours a place, whatever the number of spectra.
 
     Attributes:
-        field: folder of a full-wave dataset of the same scene; its stored field is used instead of a new run.
-        gpu: in full wave, run gprMax on an NVIDIA GPU (needs bisplat-wrf[fullwave] and pycuda).
+        field: folder of a full-wave dataset of the same scene, to use its stored field.
+        gpu: solve full wave with gprMax on an NVIDIA GPU (needs bisplat-wrf[fullwave] and pycuda).
 
     >>> import bisplat
     >>> bisplat.FullWave(cell=0.01).solver

@@ -22,10 +22,10 @@ DEFAULT_SEED = 1
 
 @dataclass(frozen=True)
 class Rays(Engine):
-    """Trace rays, in milliseconds a spectrum.
+    """Ray tracing: milliseconds per spectrum.
 
     Attributes:
-        propagation: mechanisms that the ray tracer follows.
+        propagation: what the ray tracer follows.
 
     >>> import bisplat
     >>> bisplat.Rays(bisplat.Propagation(max_depth=1)).propagation.diffraction

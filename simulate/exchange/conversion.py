@@ -10,10 +10,10 @@ class Conversion:
     """How to read the pictures of a folder; what a folder shows by itself need not be given.
 
     Attributes:
-        flip_elevation: turn the pictures upside down; None: only if an array explains them better so.
-        elevations: first and last row's elevation, degrees, of pictures that are not 360 × 90.
-        azimuths: first and last column's azimuth, degrees, of pictures that are not 360 × 90.
-        one_per_position: keep only the so many-th picture of each position, from 1; None: keep all.
+        flip_elevation: turn the pictures upside down. None: only if an array then explains them better.
+        elevations: elevations of the first and last row, degrees, for pictures that are not 360 × 90.
+        azimuths: azimuths of the first and last column, degrees, for pictures that are not 360 × 90.
+        one_per_position: number of the picture to keep at each position, from 1. None: keep all.
     """
 
     flip_elevation: bool | None = None

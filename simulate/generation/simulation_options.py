@@ -23,13 +23,12 @@ class Simulation:
     """What a simulated dataset holds, whatever the engine.
 
     Attributes:
-        n: transmitter positions to draw.
-        placement: how they are drawn in the scene's region: uniform, at random; grid, evenly; path, along a smooth
-            curve, as measurements are.
-        positions: CSV of positions (header x,y,z; metres, world frame) to use instead; in Python also an array of them.
-        seed: of positions, train/test split, rays and the receiver's errors.
+        n: number of transmitter positions to draw.
+        placement: how positions are drawn. uniform: at random; grid: evenly; path: along a smooth curve.
+        positions: CSV file of positions to use instead (header x,y,z; metres, world frame). In Python also an array.
+        seed: seed of the positions, the split, the rays and the receiver's errors.
         measurement: errors that the receiver adds.
-        power_db: also write each spectrum's absolute power in dB, as power_db/NNNNN.tif.
+        power_db: also write the absolute power of each spectrum in dB, to power_db/NNNNN.tif.
 
     Raises:
         ParameterError: no whole number of spectra from ``LEAST_SPECTRA`` to ``MOST_POSITIONS``, or a seed that is none.

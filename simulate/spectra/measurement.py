@@ -27,12 +27,11 @@ class Measurement:
     """Errors of the receiver, all off by default.
 
     Attributes:
-        snr_db: thermal noise: the mean of |y_m|² over the array, of that spectrum's ideal responses, over the noise
-            power of an element, dB; no noise if None.
-        gain_error_db: standard deviation of an element's gain, 20 log10 g_m, dB; drawn once per array.
-        phase_error_deg: standard deviation of an element's phase ψ_m, degrees; drawn once per array.
-        phase_noise_deg: standard deviation of a phase ε_m drawn for each element and each spectrum, degrees: an array
-            that is switched through its elements one after another while the oscillator drifts.
+        snr_db: ratio of the mean signal power to the noise power of an element, dB. None: no thermal noise.
+        gain_error_db: standard deviation of the elements' gains 20 log10 g_m, dB, drawn once per array.
+        phase_error_deg: standard deviation of the elements' phases ψ_m, degrees, drawn once per array.
+        phase_noise_deg: standard deviation of the phases ε_m, degrees, drawn for each element and each spectrum. They
+            arise if the oscillator drifts while the receiver switches through the elements.
 
     Raises:
         ParameterError: an SNR outside ±200 dB, or a standard deviation outside 0 to 60 dB or 0 to 360 degrees.

@@ -15,20 +15,16 @@ class Propagation:
     """Propagation mechanisms, and the number of rays that search for paths.
 
     Attributes:
-        max_depth: largest number of interactions on a path. With more than three, spectra were farther from full wave
-            (docs/physics.md).
+        max_depth: largest number of interactions on a path. More than three made spectra less accurate.
         los: follow the line of sight.
         specular: follow specular reflection.
         refraction: follow transmission through objects.
-        diffuse: follow diffuse reflection off materials that have a scattering coefficient.
-        patches: patches that the surfaces which reflect diffusely are divided into, together.
-        diffraction: follow diffraction at edges, once or (at conductors) twice on a path.
-        slab_phase: count the way through a slab once. Otherwise it counts twice, as in Sionna RT and in version 0.1
-            (simulate/rays/core/slab_phase.py).
-        sionna: follow all of these as Sionna RT's own path solver does, its diffuse reflection and its diffraction
-            included: much slower, and its diffraction is farther from full wave (docs/sionna-diffraction.md).
-        rays: rays launched from each source; about 20000 suffice for Sionna's diffuse reflection and diffraction,
-            where every ray may become a path.
+        diffuse: follow diffuse reflection from materials with a scattering coefficient.
+        patches: total number of patches on the surfaces that reflect diffusely.
+        diffraction: follow diffraction at edges: once on a path, or twice at conductors.
+        slab_phase: count the way through a slab once. Sionna RT and version 0.1 count it twice.
+        sionna: use Sionna RT's own path solver. It is much slower, and its diffraction is less accurate.
+        rays: number of rays from each source. With sionna and diffuse or diffraction, about 20000 suffice.
 
     Raises:
         ParameterError: a depth or a number of rays or patches that is no whole number, a negative depth, no rays, no
