@@ -1,11 +1,11 @@
-"""What a network learns from pictures, from responses that are found behind them, and from the true responses.
+"""What do networks learn from pictures, from responses found behind them, and from true responses?
 
 python benchmarks/learned_phases.py ../shared/data/rfid-s23-160 --json > runs/learned-phases.json
 
-Median SSIM of test spectra, for the models that predict responses: of the closet in full wave (the field in tests/data)
-with numbers of known spectra, and of the measured sample's splits, whose true responses nobody knows. ``found`` is what
-``bisplat train`` does; it learns from the pictures where found responses do not pay. The runs are kept in a folder, in
-which the next call finds them.
+The figures are median SSIMs of test spectra, for the models that predict responses. The datasets are the closet in full
+wave (the field in tests/data), with several numbers of known spectra, and the measured sample, whose true responses are
+unknown. ``found`` is what ``bisplat train`` does: it learns from found responses where they help, and from pictures
+elsewhere. The runs are kept in a folder for the next call.
 """
 
 from __future__ import annotations
@@ -65,7 +65,7 @@ def main(
         field: folder of the closet's field.
         folder: for the closet's dataset and the runs.
         steps: optimiser steps of each training.
-        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
     sizes, tested, steps = ((15,), 4, 1) if smallest else (KNOWN, TESTED, steps)

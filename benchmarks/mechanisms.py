@@ -1,13 +1,15 @@
-"""How near each mechanism of the ray tracer comes to full wave, and what it costs, in several rooms.
+"""How close does each mechanism of the ray tracer come to full wave in several rooms, and what does it cost?
 
 python benchmarks/mechanisms.py --figures docs --json
 
-The rooms' full-wave fields are those of tests/data, at points 6 or 8 cm apart. Without them (--fields of another
-folder) the rooms are simulated first (cells of 2 cm; together an hour on two cores; runs that have ended are kept in
---folder, so that an interrupted benchmark continues), and --ship writes their fields there. Then the same positions are
-traced between the same dipoles. Measured, by room and mechanism: correlation of element responses (median over the
-positions; ``together``: of all positions' responses as one vector), median SSIM of the spectra, level (dB, median of
-rays over full wave), milliseconds per spectrum, and seconds in which the chains are found.
+The stored full-wave fields of the rooms are in tests/data, at points 6 or 8 cm apart. The same positions are traced
+between the same dipoles. Measured are, by room and mechanism: the correlation of element responses (median over the
+positions; ``together``: of all positions' responses as one vector), the median SSIM of the spectra, the median level of
+rays over full wave (dB), milliseconds per spectrum, and the seconds of the search for chains.
+
+With --fields of another folder, rooms without a stored field are simulated first, with cells of 2 cm. That takes an
+hour on two cores in all. Finished runs are kept in --folder, so an interrupted benchmark continues. --ship writes the
+fields.
 """
 
 from __future__ import annotations
@@ -122,7 +124,7 @@ def main(
         fields: has a folder with the stored field of each room; where it has none, the room is simulated.
         ship: write the fields of simulated rooms there, at points 8 cm apart.
         figures: also draw spectra of each room into mechanisms-ROOM.png in this folder.
-        smallest: a run of seconds in a smaller place that shows that the benchmark works; its figures mean nothing.
+        smallest: only test the benchmark, in seconds and in a smaller place; its figures mean nothing.
         json_output: print one JSON object.
     """
     rooms, mechanisms, cell = ROOMS, MECHANISMS, CELL

@@ -1,14 +1,15 @@
-"""How long ``bisplat simulate`` takes against one solver call per transmitter, and how far their spectra agree.
+"""How much faster is ``bisplat simulate`` than one solver call per transmitter, and do the spectra agree?
 
 python benchmarks/simulation.py --figure docs/simulation.png --json
 
-Measured in the lab, by reflections and refractions of up to five interactions as Sionna RT has them (without
-diffraction, slabs counted twice): seconds and peak memory (GB) of ``bisplat simulate`` for datasets of three sizes;
-seconds per transmitter of the loop that published scripts use, one ``PathSolver`` call with a million rays for each
-transmitter, with the array's real element positions; the SSIM of the spectra of both at the same positions, and of
-each with a third tracing of ten million rays per transmitter. Then ``bisplat simulate`` as it is without options, with
-diffraction. This takes about twenty minutes on two cores, most of it for the third tracing and the largest dataset; no
-other program should run meanwhile.
+The place is the lab, with up to five reflections and refractions as Sionna RT has them: without diffraction, and with
+slabs counted twice. ``bisplat simulate`` is timed for datasets of three sizes (seconds, peak memory in GB). The other
+way is the loop of published scripts: for each transmitter one ``PathSolver`` call with a million rays, between the real
+element positions.
+
+The spectra of both are compared by SSIM, with each other and with a third tracing of ten million rays per transmitter.
+Finally ``bisplat simulate`` is timed with its defaults, which include diffraction. All this takes about twenty minutes
+on two cores, most of it for the third tracing and the largest dataset. No other program should run meanwhile.
 """
 
 from __future__ import annotations
@@ -131,7 +132,7 @@ def main(
         dense: number of them that are traced with ten million rays too.
         sizes: numbers of spectra of the datasets that are timed; ``ratio`` is about the second.
         figure: also draw the seconds against the number of positions into this file.
-        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
     propagation, default, loop_rays, dense_rays = GEOMETRIC, Propagation(), LOOP_RAYS, DENSE_RAYS

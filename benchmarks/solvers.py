@@ -1,9 +1,10 @@
-"""How many cells our full-wave solver and gprMax advance in a second on one core, and how far their fields differ.
+"""How many cells do our full-wave solver and gprMax advance per second on one core, and do their fields agree?
 
 python benchmarks/solvers.py --json
 
-The closet at its default cells. Ours: the eight elements of a run, side by side. gprMax: one element; its time is the
-difference of two runs of different lengths, so that its start does not count. Fields are compared in a smaller place.
+The place is the closet with its default cells. Our solver runs eight elements side by side, gprMax one. The time of
+gprMax is the difference of two runs of different lengths, so that its start does not count. The fields are compared in
+a smaller place.
 """
 
 from __future__ import annotations
@@ -71,7 +72,7 @@ def main(smallest: bool = False, json_output: Annotated[bool, tyro.conf.arg(name
     """Time both solvers.
 
     Args:
-        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
     small = smallest_room()

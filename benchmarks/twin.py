@@ -1,16 +1,18 @@
-"""What a wrong description of a place is worth once measured spectra have corrected it.
+"""Can measured spectra correct a wrong description of a place, and what is the result worth?
 
 python benchmarks/twin.py --figure docs/twin.png --json > runs/twin.json
 
-The truth is the closet in full wave (the field in tests/data), and the lab by the rays that the twin traces, too; the
-known spectra have an SNR of 20 dB. The description is drawn wrong: materials, places of objects, and the gateway's
-position and orientation, by normal deviations of three sizes, in the lab of one. For numbers of known spectra, from
-responses and from pictures alone: median SSIM of 100 other positions, and median correlation of their responses, mean
-over the draws, predicted by ``twin``, by ``helmholtz`` and by inverse-distance weighting of the same spectra; with 0
-spectra by ray tracing of the description. And how far the corrected gateway is from the true one, and how far its pose
-and all else that was corrected are from the truth in stated standard deviations. The rows of the closet's true
-description say what rays leave that nobody described wrong: there the twin corrects nothing but the gains of chains.
-Each draw's figures are kept in a folder, in which the next run finds them: delete it when the code has changed.
+The truth is the closet in full wave (the field in tests/data), and the lab by the same rays that the twin traces. The
+known spectra have an SNR of 20 dB. The description gets normal errors of three sizes (of one size in the lab): in the
+materials, in the places of objects, and in the position and orientation of the gateway.
+
+The figures are the median SSIM at 100 other positions and the median correlation of their responses, as means over the
+draws. They are measured for several numbers of known spectra, with responses and with pictures alone. The methods are
+``twin``, ``helmholtz`` and inverse-distance weighting. With 0 known spectra, ``twin`` is ray tracing of the wrong
+description. Further figures say how far the corrected scene is from the truth, in stated standard deviations. In the
+rows ``true description``, nothing is wrong, and the twin corrects only the gains of chains.
+
+The figures of each draw are kept in a folder for the next run. Delete the folder when the code has changed.
 """
 
 from __future__ import annotations
@@ -249,7 +251,7 @@ def main(
     Args:
         folder: for the figures of each fit.
         figure: also draw the scores over the number of known spectra into this file; not with ``smallest``.
-        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
     found: dict[str, Figures] = {}

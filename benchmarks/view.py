@@ -2,9 +2,9 @@
 
 python benchmarks/view.py runs/demo/run --json
 
-Measured in milliseconds. ``sent`` is within the server, from the arrival of a drag to the new picture and 3D layers on
-their way to the browser; a tab that draws nothing is connected meanwhile. ``seen`` is from the move of the mouse to the
-loaded picture in a headless Chromium; null where there is no Chromium.
+The times are in milliseconds. ``sent`` is measured in the server, from the arrival of a drag until the new picture and
+the 3D layers are on their way to the browser. A tab that draws nothing is connected meanwhile. ``seen`` is measured in
+a headless Chromium, from the move of the mouse until the picture is loaded. It is null if there is no Chromium.
 """
 
 from __future__ import annotations
@@ -165,7 +165,7 @@ def main(
 
     Args:
         run: folder of a trained run.
-        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
     looked_at = subject(str(run))
