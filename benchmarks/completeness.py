@@ -35,7 +35,7 @@ Contributions = dict[tuple, complex]
 
 
 def named(interactions: Interactions, planes: np.ndarray, elements: np.ndarray, responses: np.ndarray) -> Contributions:
-    """Sum of the responses of the paths that share a key (element, interactions and planes from the gateway on)."""
+    """Sums of the responses of paths with the same key: element, interactions and planes, from the gateway on."""
     found: Contributions = defaultdict(complex)
     for types, plane, element, response in zip(interactions.types, planes, elements, responses, strict=True):
         chain = tuple((int(t), int(p)) for t, p in zip(types, plane, strict=True) if t != NONE)

@@ -55,7 +55,7 @@ DEPTHS = {f"depth {depth}": Propagation(max_depth=depth, diffraction=False) for 
 
 
 class Clock:
-    """Seconds of work that may be interrupted, summed over its parts in a file, and the largest memory of a process.
+    """Counts the seconds of work that may be interrupted, and its peak memory, and keeps both in a file.
 
     Args:
         path: the file.
@@ -107,9 +107,9 @@ def main(
     """Simulate the closet in full wave, with other cells, and without furniture.
 
     Args:
-        folder: keeps the datasets, and the seconds of the first.
+        folder: folder that keeps the datasets, and the seconds of the first.
         positions: number of transmitter positions at which responses are compared.
-        ship: also write a folder for ``bisplat simulate --field`` of less than a megabyte, with points 6 cm apart.
+        ship: also write a small folder for ``bisplat simulate --field``, with points 6 cm apart.
         smallest: only test the benchmark, in seconds and in a smaller place; its figures mean nothing.
         json_output: print one JSON object.
     """

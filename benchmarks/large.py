@@ -46,7 +46,7 @@ def main(
     """Measure what large datasets and meshes take.
 
     Args:
-        folder: for the dataset; what else is written is removed.
+        folder: folder that keeps the dataset. Other files are removed.
         spectra: size of the dataset.
         smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.

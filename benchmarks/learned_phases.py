@@ -29,7 +29,7 @@ KNOWN, TESTED = (100, 200, 400, 1000), 200
 
 
 def score(dataset: Dataset, folder: Path, model: str, split: Any, steps: int, find_phases: bool) -> float:
-    """Median SSIM of the test spectra after a training, which the folder may have already."""
+    """Median SSIM of the test spectra after a training. A run that is in the folder is not trained again."""
     from learn.training.train import train
 
     run = train(dataset, folder, model=model, split=split, steps=steps, find_phases=find_phases)
@@ -63,8 +63,8 @@ def main(
     Args:
         measured: a measured dataset folder.
         field: folder of the closet's field.
-        folder: for the closet's dataset and the runs.
-        steps: optimiser steps of each training.
+        folder: folder that keeps the closet's dataset and the runs.
+        steps: number of training steps of each run.
         smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """

@@ -49,10 +49,10 @@ def oracle(dataset: Dataset, kind: SplitKind, count: int, most: int | None) -> f
     """Median SSIM of weighted sums of the mean and the ``count`` nearest known pictures, weights by least squares.
 
     Args:
-        dataset: whose pictures are weighted.
-        kind: of the split into known and test pictures.
-        count: of nearest pictures.
-        most: take at most so many test pictures; None: all.
+        dataset: its pictures are weighted.
+        kind: kind of the split into known and test pictures.
+        count: number of nearest pictures.
+        most: largest number of test pictures; None: all.
     """
     parts = split(dataset, kind, 0)
     pictures = spectrum_of(dataset.pictures)
@@ -71,8 +71,8 @@ def changes(dataset: Dataset, most: int | None) -> dict[str, str]:
     """Median SSIM of pairs of spectra by distance, of those recorded soon after one another and of the others.
 
     Args:
-        dataset: whose spectra are compared, in the order they were recorded.
-        most: take at most so many pairs; None: all.
+        dataset: its spectra are compared, in the order of recording.
+        most: largest number of pairs; None: all.
     """
     first, second = np.triu_indices(len(dataset.names), 1)
     distance = np.linalg.norm(dataset.positions[first] - dataset.positions[second], axis=1)

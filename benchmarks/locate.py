@@ -40,7 +40,7 @@ SECOND = Gateway((2.4, 5.6, 2.0), facing((0.1, -1.0, -0.2)), pattern="tr38901")
 
 
 def row(runs: list[Run], folder: Path) -> dict[str, Any]:
-    """Figures of one or several gateways; the picture of the errors is written to the folder."""
+    """Figures of one or several gateways. A picture of the errors is written to the folder."""
     found = evaluate_locations(runs)
     write_locations(found, folder)
     metrics = found.metrics()
@@ -74,7 +74,7 @@ def main(
     Args:
         simulated: a dataset folder of the lab, by rays.
         measured: a measured dataset folder.
-        folder: for the second gateway's dataset, the runs and their figures.
+        folder: folder that keeps the second gateway's dataset, the runs and their figures.
         smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """

@@ -68,7 +68,7 @@ MECHANISMS = {
 def compared(
     truth: Dataset, name: str, propagation: Propagation, positions: int
 ) -> tuple[EngineComparison, dict[str, float]]:
-    """Rays of one mechanism against full wave, and the figures of it."""
+    """Rays of one mechanism, and their figures against full wave."""
     chosen = evenly(np.arange(len(truth.names)), positions)
     one_edge = patch("simulate.rays.diffraction.search.links_between", return_value=NO_LINKS)
     began = time.perf_counter()
@@ -118,12 +118,12 @@ def main(
     """Compare the ray tracer's mechanisms with full wave.
 
     Args:
-        folder: keeps the full-wave datasets, a folder for each room.
+        folder: folder that keeps a full-wave dataset for each room.
         positions: number of transmitter positions at which responses are compared.
-        positions_sionna: the same for Sionna's own diffraction, which takes seconds a position.
-        fields: has a folder with the stored field of each room; where it has none, the room is simulated.
-        ship: write the fields of simulated rooms there, at points 8 cm apart.
-        figures: also draw spectra of each room into mechanisms-ROOM.png in this folder.
+        positions_sionna: number of positions for Sionna's own diffraction, which takes seconds per position.
+        fields: folder with the stored field of each room. A room without a field is simulated.
+        ship: write the fields of simulated rooms to that folder, at points 8 cm apart.
+        figures: folder for drawings of each room's spectra, mechanisms-ROOM.png.
         smallest: only test the benchmark, in seconds and in a smaller place; its figures mean nothing.
         json_output: print one JSON object.
     """

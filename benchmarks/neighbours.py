@@ -39,7 +39,7 @@ QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 
 def neighbours(region: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Positions [count, 3] in a box, and others ``APART`` from them, in the box, too."""
+    """Positions [count, 3] in a box, and for each another one ``APART`` from it in the same box."""
     generator = np.random.default_rng(0)
     low, high = region[0] + APART, region[1] - APART
     step = generator.standard_normal((count, 3))
@@ -64,7 +64,7 @@ def main(
     """Compare spectra of neighbours.
 
     Args:
-        folder: has a full-wave dataset for each room.
+        folder: folder with a full-wave dataset for each room.
         rooms: names of the datasets.
         count: number of pairs of positions.
         smallest: only test the benchmark, in seconds and in a smaller place; its figures mean nothing.

@@ -36,7 +36,7 @@ RAYS = {"without diffraction": Propagation(diffraction=False), "with diffraction
 
 
 def hanging(material: str, side: float) -> Scene:
-    """A cube of a side in wavelengths, whose faces are at those of the cells."""
+    """A cube whose side is given in wavelengths, and whose faces lie on faces of the cells."""
     half = max(1, round(side * 0.3276 / CELL / 2)) * CELL
     cube = SceneObject("cube", box((-half, -half, -half), (half, half, half)), material, 0.02)
     gateway = Gateway((-0.7 - half, 0.05, 0.03), facing((1.0, 0.0, 0.0)), rows=2, columns=2, pattern="dipole")

@@ -77,18 +77,18 @@ def fitted(dataset: Dataset) -> HelmholtzField:
 
 
 def planned(fields: list[Field], candidates: Points, known: Points, count: int) -> Points:
-    """So many of the candidates, the most useful ones."""
+    """The most useful candidates."""
     return candidates[choose([field.open_at(candidates, known) for field in fields], count)[0]]
 
 
 def open_share(fields: list[Field], test: Points, known: Points) -> float:
-    """Share of the variance that is open at the test positions."""
+    """The share of the variance that stays open at the test positions."""
     left = [field.open_at(test, known).covariance.diagonal().real.mean() * field.weight for field in fields]
     return float(sum(left) / sum(field.weight for field in fields))
 
 
 def least_open(fields: list[Field], test: Points, count: int) -> float:
-    """Least share that any so many measurements leave open."""
+    """The least share that this number of measurements can leave open."""
     nothing = np.zeros((0, 3))
     spectra = [np.linalg.eigvalsh(field.open_at(test, nothing).covariance) * field.weight for field in fields]
     return float(max(sum(each[: len(test) - count].sum() for each in spectra) / sum(each.sum() for each in spectra), 0))

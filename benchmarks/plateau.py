@@ -69,7 +69,7 @@ def scores(prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "
 
 
 def trained(dataset: Dataset, folder: Path, training: Trained) -> dict[str, float]:
-    """Scores of a training, which the folder may have already."""
+    """Scores of a training. A run that is in the folder is not trained again."""
     from learn.training.train import train
 
     model, options, steps = training
@@ -124,7 +124,7 @@ def main(
     Args:
         simulated: dataset folder of a simulated path (`bisplat simulate lab --placement path`).
         measured: dataset folder of measured spectra.
-        folder: for the runs.
+        folder: folder that keeps the runs.
         figure: also draw the learning curves into this file.
         smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.

@@ -75,7 +75,7 @@ def seconds(renderer: Renderer, values: Attributes, repeats: int, backward: bool
 
 
 def peak_megabytes(name: str, backend: str, batch: int, primitives: int) -> float:
-    """The most memory that this process holds during a pass, over what it held before; to be run in a fresh one."""
+    """The largest memory of this process during a pass, beyond what it used before. Run it in a fresh process."""
     renderer = renderers(backend)[name]
     if name == "reference":
         render(renderer, attributes(1, 2))
@@ -137,7 +137,7 @@ def main(
     """Compare the renderers.
 
     Args:
-        batch: spectra at a time.
+        batch: number of spectra at a time.
         primitives: number of primitives N_p.
         figure: also draw time against N_p and batch into this file.
         smallest: only test the benchmark, in seconds; its figures mean nothing.

@@ -102,7 +102,7 @@ def main(
     Args:
         measured: a measured dataset folder.
         lab: the simulated lab.
-        output: folder that the further places are simulated into, and kept in.
+        output: folder that keeps the simulations of the other places.
         smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """

@@ -45,7 +45,7 @@ def pictures(responses: np.ndarray) -> np.ndarray:
 
 
 class Loop:
-    """The published way: the transmitter as source, the elements as receivers, one solver call for each transmitter.
+    """The loop of published scripts: a solver call per transmitter, which is the source; the elements are receivers.
 
     Args:
         max_depth: largest number of interactions on a path.
@@ -69,7 +69,7 @@ class Loop:
         self.solver = rt.PathSolver()
 
     def responses(self, positions: np.ndarray, rays: int) -> tuple[np.ndarray, float]:
-        """Responses [K, elements], and seconds per transmitter without the first, in which kernels are compiled."""
+        """Responses [K, elements], and seconds per transmitter. The first does not count, since it compiles kernels."""
         from simulate.rays.core.ray_tracer import mi, rt
 
         responses, began = [], time.perf_counter()
@@ -93,7 +93,7 @@ class Loop:
 
 
 def dataset(spectra: int, propagation: Propagation) -> Measured:
-    """What ``bisplat simulate`` takes, from its start to the last file on disk."""
+    """Time and memory of ``bisplat simulate``, from its start to the last file on disk."""
     with tempfile.TemporaryDirectory() as folder:
         traced = ["--max-depth", str(propagation.max_depth), "--rays", str(propagation.rays)]
         traced += [] if propagation.diffraction else ["--no-diffraction", "--no-slab-phase"]
@@ -129,8 +129,8 @@ def main(
 
     Args:
         positions: number of transmitter positions at which the spectra of both are compared.
-        dense: number of them that are traced with ten million rays too.
-        sizes: numbers of spectra of the datasets that are timed; ``ratio`` is about the second.
+        dense: number of these positions that are also traced with ten million rays.
+        sizes: numbers of spectra of the timed datasets. ``ratio`` is that of the second.
         figure: also draw the seconds against the number of positions into this file.
         smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.

@@ -30,7 +30,7 @@ from simulate.fullwave.run_plan import Plan, default_cell, plan
 
 
 def cells_per_second(scene: Scene, planned: Plan, sources: int, steps: int) -> float:
-    """Cells times sources that our solver advances in a second."""
+    """Cells times sources that our solver advances per second."""
     cells = cells_at_rest(edge_materials(scene, planned.grid), planned.grid, sources)
     cells.fields[:] = 1e-3 * np.random.default_rng(0).standard_normal(cells.fields.shape).astype(np.float32)
     times = []
@@ -43,7 +43,7 @@ def cells_per_second(scene: Scene, planned: Plan, sources: int, steps: int) -> f
 
 
 def cells_per_second_of_gprmax(scene: Scene, planned: Plan, steps: int) -> float:
-    """The same of gprMax, which advances one source."""
+    """Cells that gprMax advances per second, for its one source."""
     seconds = []
     with tempfile.TemporaryDirectory() as folder:
         geometry = Path(folder) / "geometry"

@@ -52,11 +52,11 @@ SMALL = {
 
 
 def spectra_per_minute(name: str, dataset: Any, batch_size: int, of: str, options: dict[str, Any]) -> float:
-    """Thousands of spectra per minute through loss and gradients; median of five steps, after two. 0: not possible.
+    """Thousands of spectra per minute through loss and gradients: the median of five steps, after two. 0: impossible.
 
     Args:
         name: the model.
-        dataset: its spectra are learned.
+        dataset: spectra to learn.
         batch_size: number of spectra per step.
         of: "all" or "few" pixels, "responses", or "networks": few pixels without splatting.
         options: options of the model.
@@ -103,7 +103,7 @@ def spectra_per_minute(name: str, dataset: Any, batch_size: int, of: str, option
 
 
 def nothing_splatted(*arguments: Any) -> Any:
-    """A field that depends on all attributes of the primitives, made in no time; arguments are those of ``splat``."""
+    """A cheap field that depends on all attributes of the primitives, with the arguments of ``splat``."""
     *attributes, azimuths, elevations = arguments
     together = sum(each.sum() for each in attributes)
     return together.expand(len(attributes[3]), len(elevations), len(azimuths), 2) * 1e-9
@@ -133,8 +133,8 @@ def main(
     """Time the models, and train them at all pixels and at few.
 
     Args:
-        dataset: folder of the dataset to train on; the figures of docs/measurements.md are of the demo's.
-        steps: optimiser steps of each training.
+        dataset: folder of the dataset to train on, such as the demo's.
+        steps: number of steps of each training.
         smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """

@@ -72,7 +72,7 @@ class Timed(Session):
 
 @contextlib.contextmanager
 def served(looked_at: Subject) -> Iterator[tuple[str, list[Timed]]]:
-    """The viewer's page for as long as the context lasts: its address, and the tabs opened so far."""
+    """Serve the viewer's page within a context. Yields its address, and the tabs opened so far."""
     with contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host="127.0.0.1", port=8700, verbose=False)
     tabs: list[Timed] = []
@@ -87,10 +87,10 @@ def served(looked_at: Subject) -> Iterator[tuple[str, list[Timed]]]:
 
 
 def sent(looked_at: Subject, drags: int, scoring: float) -> list[float]:
-    """Milliseconds from a drag's arrival to the picture's departure.
+    """Milliseconds from the arrival of a drag until the picture is sent.
 
     Args:
-        looked_at: the run.
+        looked_at: the run to view.
         drags: number of drags.
         scoring: seconds to wait before the first, while the tab computes the SSIM at the test positions.
     """
@@ -148,7 +148,7 @@ def seen(looked_at: Subject, chromium: str, drags: int, scoring: float) -> list[
 
 
 def handle(looked_at: Subject, position: np.ndarray, width: float, height: float) -> tuple[float, float]:
-    """Pixel of the arrow along x of the transmitter's handle, in a canvas of so many pixels."""
+    """Pixel of the x arrow of the transmitter's handle, in a canvas of this size."""
     room = [] if looked_at.scene is None else [looked_at.scene.bounds]
     everything = np.vstack([looked_at.region, looked_at.gateway.position, *room])
     bounds = bounding_box(everything)

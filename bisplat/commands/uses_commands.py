@@ -128,7 +128,7 @@ def plan(
         run_or_scene: a run folder, or a scene without measurements (a built-in name or a scene YAML).
         output: the CSV file to write, with the header x,y,z, in metres, in the world frame.
         positions: number of positions.
-        tour: order the positions as a short walk (default: the most useful first).
+        tour: order the positions as a short walk, instead of by usefulness.
         seed: seed of the candidate positions.
         propagation: what the ray tracer follows in a scene.
     """

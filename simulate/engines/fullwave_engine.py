@@ -37,8 +37,8 @@ class Solver:
     """What the field of a scene depends on.
 
     Attributes:
-        cell: side of the cells in full wave, metres (default: 1/7 of the shortest wavelength in a material, at most
-            1/16 of the wavelength in air).
+        cell: side of the cells in full wave, metres. None: 1/7 of the shortest wavelength in a material, at most 1/16
+            of the wavelength in air.
         solver: our own, or gprMax and its version; the engine sets it by ``gpu``.
 
     Raises:

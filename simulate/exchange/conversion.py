@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Conversion:
-    """How to read the pictures of a folder; what a folder shows by itself need not be given.
+    """How to read the pictures. Most folders need none of these options.
 
     Attributes:
         flip_elevation: turn the pictures upside down. None: only if an array then explains them better.
