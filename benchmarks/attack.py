@@ -1,10 +1,10 @@
-"""Do the commands keep their promises whatever their files and options are?
+"""Do the commands keep their promises for any file and any option?
 
 python benchmarks/attack.py --json
 
-Runs tests/attack with many more changed inputs than ``make test-all`` has, and the tests that kill commands or read
-hostile files. Measured: the number of inputs that were tried, refused and accepted, and that broke a promise, by kind
-of input. The output of pytest goes to stderr, and its exit status is that of the benchmark.
+The program runs tests/attack with many more changed inputs than ``make test-all``. It also runs the tests that kill
+commands or read hostile files. For each kind of input it counts how many inputs were tried, refused and accepted, and
+how many broke a promise. The output of pytest goes to stderr. The exit status is that of pytest.
 """
 
 from __future__ import annotations

@@ -2,11 +2,12 @@
 
 python benchmarks/completeness.py --json
 
-Measured at each transmitter position, in percent of the power of all paths found: the power of the paths that only the
-search for that one transmitter found, and the power of the paths that only the chains of ``bisplat simulate`` have.
-The search is Sionna's own, from the transmitter to the true element positions, as ``PathSolver`` runs it, with four
-million rays and as many candidate paths as its memory allows. Two paths are the same if they end at the same element
-and have the same interactions at the same planes.
+At each transmitter position, two shares of the power of all paths are measured, in percent: that of the paths which
+only the search for this transmitter found, and that of the paths which only ``bisplat simulate`` found.
+
+The search for one transmitter is Sionna's own ``PathSolver``, from the transmitter to the true element positions. It
+has four million rays, and as many candidate paths as its memory allows. Two paths are the same if they end at the same
+element and have the same interactions at the same planes.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ Contributions = dict[tuple, complex]
 
 
 def named(interactions: Interactions, planes: np.ndarray, elements: np.ndarray, responses: np.ndarray) -> Contributions:
-    """Sum of the responses of the paths that share a key (element, interactions and planes from the gateway on)."""
+    """Sums of the responses of paths with the same key: element, interactions and planes, from the gateway on."""
     found: Contributions = defaultdict(complex)
     for types, plane, element, response in zip(interactions.types, planes, elements, responses, strict=True):
         chain = tuple((int(t), int(p)) for t, p in zip(types, plane, strict=True) if t != NONE)
@@ -49,7 +50,7 @@ def main(
 
     Args:
         positions: number of transmitter positions.
-        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
     scene = lab()

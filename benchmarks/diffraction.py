@@ -2,12 +2,14 @@
 
 python benchmarks/diffraction.py --figure docs/generated/diffraction.png --json
 
-A source 8 m from the edge of a large metal sheet, receivers on a half circle of 5 m on either side of it; isotropic
-antennas polarised along the edge (V) or across it (H); 915 MHz. Measured: root mean square of the error of the field,
-over the root mean square of the field without the sheet, within 15° of the reflection boundary, within 15° of the
-shadow boundary, between them, and beyond them, for several angles of incidence. Lines: geometric optics alone; with
-Sionna's diffraction in the shadow only; in the lit region too; and there with the coefficients of [luebbers1984]
-instead of Sionna's (docs/sionna-diffraction.md).
+A source is 8 m from the edge of a large metal sheet. The receivers lie on a half circle of 5 m on either side of the
+sheet. The antennas are isotropic and polarised along the edge (V) or across it (H). The frequency is 915 MHz.
+
+The error is the root mean square error of the field, relative to the root mean square of the field without the sheet.
+It is measured for several angles of incidence in four regions: within 15° of the reflection boundary, within 15° of the
+shadow boundary, between them, and beyond them. Four methods are compared: geometric optics alone, Sionna's diffraction
+in the shadow only, Sionna's diffraction in the lit region too, and the latter with the coefficients of [luebbers1984]
+(documentation: A defect of Sionna's diffraction).
 """
 
 from __future__ import annotations
@@ -164,7 +166,7 @@ def main(
         incidences: angles between the half-plane and the direction to the source, degrees.
         rays: number of rays of the solver.
         figure: also draw the fields for the second angle and polarisation V into this file.
-        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
     degrees = np.arange(3.0, 358.0, 40.0 if smallest else 2.0)

@@ -1,17 +1,20 @@
-"""How long full wave takes in the closet, whether it has converged, and how far the rays' spectra are from it.
+"""How long does full wave take in the closet, has it converged, and how far are the rays from it?
 
 python benchmarks/fullwave.py --json
 
-Measured: minutes of ``bisplat simulate closet --engine fullwave`` from its start to the last file on disk, its peak
-memory (GB), and the seconds of 10,000 further spectra from the stored field. Correlation of element responses (median
-over the positions of |⟨a, b⟩| over the product of the norms; ``together``: of all positions' responses as one vector)
-and median SSIM: of the rays as ``bisplat simulate`` traces them with full wave; of full wave with cells a quarter
-larger and a quarter smaller with that of the cells between, for the four elements in the middle of the array; of the
-rays without diffraction with full wave in the closet without furniture, for the same four elements, by depth.
-benchmarks/mechanisms.py compares the rays' mechanisms, in more rooms.
+Measured are the minutes and the peak memory (GB) of ``bisplat simulate closet --engine fullwave``, and the seconds of
+10,000 further spectra from the stored field.
 
-Runs that have ended are kept in --folder, so that an interrupted benchmark continues. In all it takes about half an
-hour on two cores; no other program should run during the first part, whose minutes are counted.
+Three comparisons follow, each by median SSIM and by the correlation of the element responses. The correlation is |⟨a,
+b⟩| over the product of the norms, as the median over the positions. ``together`` takes the responses of all positions
+as one vector.
+
+- Rays as ``bisplat simulate`` traces them are compared with full wave.
+- Full wave is compared between cells of three sizes, for the four elements in the middle of the array.
+- Rays without diffraction are compared with full wave in the closet without furniture, by depth, for the same elements.
+
+Finished runs are kept in --folder, so an interrupted benchmark continues. The benchmark takes about half an hour on two
+cores. No other program should run during the first part, whose minutes are counted.
 """
 
 from __future__ import annotations
@@ -52,7 +55,7 @@ DEPTHS = {f"depth {depth}": Propagation(max_depth=depth, diffraction=False) for 
 
 
 class Clock:
-    """Seconds of work that may be interrupted, summed over its parts in a file, and the largest memory of a process.
+    """Counts the seconds of work that may be interrupted, and its peak memory, and keeps both in a file.
 
     Args:
         path: the file.
@@ -104,10 +107,10 @@ def main(
     """Simulate the closet in full wave, with other cells, and without furniture.
 
     Args:
-        folder: keeps the datasets, and the seconds of the first.
+        folder: folder that keeps the datasets, and the seconds of the first.
         positions: number of transmitter positions at which responses are compared.
-        ship: also write a folder for ``bisplat simulate --field`` of less than a megabyte, with points 6 cm apart.
-        smallest: a run of seconds in a smaller place that shows that the benchmark works; its figures mean nothing.
+        ship: also write a small folder for ``bisplat simulate --field``, with points 6 cm apart.
+        smallest: only test the benchmark, in seconds and in a smaller place; its figures mean nothing.
         json_output: print one JSON object.
     """
     scene, further, depths, rays = closet(), 10_000, DEPTHS, Propagation()

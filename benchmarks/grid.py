@@ -1,13 +1,15 @@
-"""Which grid and array were measured spectra made with, and which element responses are behind them?
+"""With which grid and array were spectra measured, and which element responses are behind them?
 
 python benchmarks/grid.py data/rfid-s23-160 --json
 
-Measured, on a folder of measured pictures: the median over the pictures of the root mean square error, in grey levels
-of 255, that a 4 × 4 array leaves on a grid (rows that begin at 0° or 1° elevation) with a spacing in wavelengths;
-rounding to 8 bits leaves 0.29. Then the seconds that retrieving the responses of 200 pictures takes, the percentage of
-pictures that the responses reproduce to within 0.5 grey levels, the SSIM of the reproduced with the measured pictures,
-and by how many grey levels the pictures are lower than the reproduced spectra: 0.5 if they were cut to whole numbers, 0
-if they were rounded.
+For a folder of measured pictures, 4 × 4 arrays are fitted: with rows that begin at 0° or 1° of elevation, and with
+several spacings in wavelengths. The figure is the root mean square error in grey levels of 255, as the median over the
+pictures. Rounding to 8 bits alone leaves 0.29.
+
+Then the responses of 200 pictures are retrieved. Measured are the seconds, the percentage of pictures that the
+responses reproduce to within 0.5 grey levels, and the SSIM of reproduced and measured pictures. The last figure is by
+how many grey levels the pictures lie below the reproduced spectra: 0.5 if they were cut to whole numbers, 0 if they
+were rounded.
 """
 
 from __future__ import annotations
@@ -39,7 +41,7 @@ def main(
 
     Args:
         measured: a measured dataset folder.
-        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
     spectra = spectrum_of(read_dataset(measured).pictures)

@@ -1,12 +1,13 @@
-"""Measure how much each part of the covariance of the model helmholtz adds to its accuracy.
+"""How much does each part of the covariance of helmholtz add to its accuracy?
 
 python benchmarks/ladder.py data/rfid-s23-160 runs/lab-6000 --json
 
-The result is the median SSIM of predicted and true test spectra of a measured and a simulated dataset, for the
-baselines nearest and inverse-distance, and for kriging with several covariances, of which the last is that of
-helmholtz. Spectra are interpolated ("pictures") and, if the dataset has them, responses. Nothing is random, and the
-parameters of a covariance are those of highest likelihood given the known part. For spectra, the first three
-covariances are used unchanged and the others are squared, since a spectrum is a magnitude and has no phase.
+The figures are median SSIMs of test spectra of a measured and of a simulated dataset. The methods are the baselines
+nearest and inverse-distance, and kriging with several covariances, of which the last is that of helmholtz. Kriging
+interpolates the spectra ("pictures") and, if the dataset has them, the responses.
+
+Nothing is random. The parameters of each covariance have the highest likelihood given the known part. For spectra, the
+first three covariances are used unchanged and the others squared, since a spectrum is a magnitude and has no phase.
 """
 
 from __future__ import annotations
@@ -147,7 +148,7 @@ def main(
     Args:
         measured: a measured dataset folder.
         simulated: a simulated dataset folder.
-        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
     recorded, traced = read_dataset(measured), read_dataset(simulated)

@@ -1,10 +1,10 @@
-"""How long and how much memory do commands take on what is large?
+"""How much time and memory do commands need for large files?
 
 python benchmarks/large.py --json
 
-Measured: seconds and peak memory (GB) of ``bisplat check`` and ``bisplat train`` (the default model) on 50,000 spectra
-of the closet in full wave, and of ``bisplat scene`` on STL files of a wavy ground: one of as many triangles as a scene
-may have, and one of 5 million, which is refused. The dataset is kept in a folder, in which the next run finds it.
+Measured are seconds and peak memory (GB). ``bisplat check`` and ``bisplat train`` (the default model) read 50,000
+spectra of the closet in full wave. ``bisplat scene`` reads STL files of a wavy ground: one with as many triangles as a
+scene may have, and one with 5 million, which is refused. The dataset is kept in a folder for the next run.
 """
 
 from __future__ import annotations
@@ -46,9 +46,9 @@ def main(
     """Measure what large datasets and meshes take.
 
     Args:
-        folder: for the dataset; what else is written is removed.
+        folder: folder that keeps the dataset. Other files are removed.
         spectra: size of the dataset.
-        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
     least, most = MOST_TRIANGLES, 5_000_000

@@ -1,11 +1,11 @@
-"""What a network learns from pictures, from responses that are found behind them, and from the true responses.
+"""What do networks learn from pictures, from responses found behind them, and from true responses?
 
 python benchmarks/learned_phases.py data/rfid-s23-160 --json > runs/learned-phases.json
 
-Median SSIM of test spectra, for the models that predict responses: of the closet in full wave (the field in tests/data)
-with numbers of known spectra, and of the measured sample's splits, whose true responses nobody knows. ``found`` is what
-``bisplat train`` does; it learns from the pictures where found responses do not pay. The runs are kept in a folder, in
-which the next call finds them.
+The figures are median SSIMs of test spectra, for the models that predict responses. The datasets are the closet in full
+wave (the field in tests/data), with several numbers of known spectra, and the measured sample, whose true responses are
+unknown. ``found`` is what ``bisplat train`` does: it learns from found responses where they help, and from pictures
+elsewhere. The runs are kept in a folder for the next call.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ KNOWN, TESTED = (100, 200, 400, 1000), 200
 
 
 def score(dataset: Dataset, folder: Path, model: str, split: Any, steps: int, find_phases: bool) -> float:
-    """Median SSIM of the test spectra after a training, which the folder may have already."""
+    """Median SSIM of the test spectra after a training. A run that is in the folder is not trained again."""
     from learn.training.train import train
 
     run = train(dataset, folder, model=model, split=split, steps=steps, find_phases=find_phases)
@@ -63,9 +63,9 @@ def main(
     Args:
         measured: a measured dataset folder.
         field: folder of the closet's field.
-        folder: for the closet's dataset and the runs.
-        steps: optimiser steps of each training.
-        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        folder: folder that keeps the closet's dataset and the runs.
+        steps: number of training steps of each run.
+        smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
     sizes, tested, steps = ((15,), 4, 1) if smallest else (KNOWN, TESTED, steps)

@@ -1,18 +1,18 @@
-"""How well a measured sample can be predicted at all: by weighted known pictures, and by a place that changes.
+"""How well can a measured sample be predicted at all?
 
 python benchmarks/limits.py data/rfid-s23-160 runs/lab-6000 --json
 
-Measured, on a measured dataset and a simulated one:
+Three things are measured on a measured and on a simulated dataset.
 
-oracle: the median SSIM with the test pictures of the best weighted sum of the mean picture and the k nearest known
-pictures. The weights are those of least squared error given the test picture itself, so that no method can use them:
-copying and kriging, which weight known pictures too, can hardly do better.
+oracle: the median SSIM of the best weighted sums of the mean picture and the k nearest known pictures. The weights are
+fitted to the test picture itself, so this is not a method. It bounds methods that predict weighted sums of known
+pictures, such as nearest and kriging.
 
-ssim_at: the median SSIM of pairs of measured spectra in bins of the distance of their positions in metres, of pairs
-recorded within ten spectra of one another (soon) and of all others (later).
+ssim_at: the median SSIM of pairs of measured spectra, by the distance of their positions in metres. Pairs recorded
+within ten spectra of each other (soon) are separate from all others (later).
 
-law: the likeliest parameters of the model helmholtz: the length of its covariance in metres, within how many spectra
-the place changes (drift), and the share of noise in the variance (nugget).
+law: the likeliest parameters of helmholtz. These are the length of its covariance in metres, the number of spectra
+within which the place changes (drift), and the share of noise in the variance (nugget).
 """
 
 from __future__ import annotations
@@ -49,10 +49,10 @@ def oracle(dataset: Dataset, kind: SplitKind, count: int, most: int | None) -> f
     """Median SSIM of weighted sums of the mean and the ``count`` nearest known pictures, weights by least squares.
 
     Args:
-        dataset: whose pictures are weighted.
-        kind: of the split into known and test pictures.
-        count: of nearest pictures.
-        most: take at most so many test pictures; None: all.
+        dataset: its pictures are weighted.
+        kind: kind of the split into known and test pictures.
+        count: number of nearest pictures.
+        most: largest number of test pictures; None: all.
     """
     parts = split(dataset, kind, 0)
     pictures = spectrum_of(dataset.pictures)
@@ -71,8 +71,8 @@ def changes(dataset: Dataset, most: int | None) -> dict[str, str]:
     """Median SSIM of pairs of spectra by distance, of those recorded soon after one another and of the others.
 
     Args:
-        dataset: whose spectra are compared, in the order they were recorded.
-        most: take at most so many pairs; None: all.
+        dataset: its spectra are compared, in the order of recording.
+        most: largest number of pairs; None: all.
     """
     first, second = np.triu_indices(len(dataset.names), 1)
     distance = np.linalg.norm(dataset.positions[first] - dataset.positions[second], axis=1)
@@ -112,7 +112,7 @@ def main(
     Args:
         measured: a measured dataset folder.
         simulated: a simulated dataset folder.
-        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
     dataset = read_dataset(measured)

@@ -1,13 +1,14 @@
-"""How far off are located transmitters, and how often do the stated intervals hold?
+"""How large are the errors of located transmitters, and how often do the stated intervals hold?
 
 python benchmarks/locate.py runs/lab-6000 data/rfid-s23-160 --json > runs/locate.json
 
-``helmholtz`` is trained on a simulated dataset (its two splits), on spectra of the same transmitters that a second
-gateway receives as well, and on the measured sample (its two splits). Test transmitters are located from their
-pictures: errors of the position in centimetres, beside those of copying the positions of the known spectra that are
-most alike. ``within 90 % region``: how often the stated covariance holds the true position; ``within 90 % interval``:
-how often the stated deviation holds the true spectrum's values. The runs are kept in a
-folder, in which the next call finds them.
+``helmholtz`` is trained on a simulated dataset (two splits), on spectra of the same transmitters that a second gateway
+receives too, and on the measured sample (two splits). Test transmitters are then located from their pictures. The
+errors of the positions are in centimetres. Beside them are the errors of copying the positions of the most similar
+known spectra.
+
+``within 90 % region`` is how often the stated region contains the true position. ``within 90 % interval`` is how often
+the stated interval contains the true value of a spectrum. The runs are kept in a folder for the next call.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ SECOND = Gateway((2.4, 5.6, 2.0), facing((0.1, -1.0, -0.2)), pattern="tr38901")
 
 
 def row(runs: list[Run], folder: Path) -> dict[str, Any]:
-    """Figures of one or several gateways; the picture of the errors is written to the folder."""
+    """Figures of one or several gateways. A picture of the errors is written to the folder."""
     found = evaluate_locations(runs)
     write_locations(found, folder)
     metrics = found.metrics()
@@ -73,8 +74,8 @@ def main(
     Args:
         simulated: a dataset folder of the lab, by rays.
         measured: a measured dataset folder.
-        folder: for the second gateway's dataset, the runs and their figures.
-        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        folder: folder that keeps the second gateway's dataset, the runs and their figures.
+        smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
     from learn.training.train import train

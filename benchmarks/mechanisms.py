@@ -1,13 +1,15 @@
-"""How near each mechanism of the ray tracer comes to full wave, and what it costs, in several rooms.
+"""How close does each mechanism of the ray tracer come to full wave in several rooms, and what does it cost?
 
 python benchmarks/mechanisms.py --figures docs/generated --json
 
-The rooms' full-wave fields are those of tests/data, at points 6 or 8 cm apart. Without them (--fields of another
-folder) the rooms are simulated first (cells of 2 cm; together an hour on two cores; runs that have ended are kept in
---folder, so that an interrupted benchmark continues), and --ship writes their fields there. Then the same positions are
-traced between the same dipoles. Measured, by room and mechanism: correlation of element responses (median over the
-positions; ``together``: of all positions' responses as one vector), median SSIM of the spectra, level (dB, median of
-rays over full wave), milliseconds per spectrum, and seconds in which the chains are found.
+The stored full-wave fields of the rooms are in tests/data, at points 6 or 8 cm apart. The same positions are traced
+between the same dipoles. Measured are, by room and mechanism: the correlation of element responses (median over the
+positions; ``together``: of all positions' responses as one vector), the median SSIM of the spectra, the median level of
+rays over full wave (dB), milliseconds per spectrum, and the seconds of the search for chains.
+
+With --fields of another folder, rooms without a stored field are simulated first, with cells of 2 cm. That takes an
+hour on two cores in all. Finished runs are kept in --folder, so an interrupted benchmark continues. --ship writes the
+fields.
 """
 
 from __future__ import annotations
@@ -66,7 +68,7 @@ MECHANISMS = {
 def compared(
     truth: Dataset, name: str, propagation: Propagation, positions: int
 ) -> tuple[EngineComparison, dict[str, float]]:
-    """Rays of one mechanism against full wave, and the figures of it."""
+    """Rays of one mechanism, and their figures against full wave."""
     chosen = evenly(np.arange(len(truth.names)), positions)
     one_edge = patch("simulate.rays.diffraction.search.links_between", return_value=NO_LINKS)
     began = time.perf_counter()
@@ -116,13 +118,13 @@ def main(
     """Compare the ray tracer's mechanisms with full wave.
 
     Args:
-        folder: keeps the full-wave datasets, a folder for each room.
+        folder: folder that keeps a full-wave dataset for each room.
         positions: number of transmitter positions at which responses are compared.
-        positions_sionna: the same for Sionna's own diffraction, which takes seconds a position.
-        fields: has a folder with the stored field of each room; where it has none, the room is simulated.
-        ship: write the fields of simulated rooms there, at points 8 cm apart.
-        figures: also draw spectra of each room into mechanisms-ROOM.png in this folder.
-        smallest: a run of seconds in a smaller place that shows that the benchmark works; its figures mean nothing.
+        positions_sionna: number of positions for Sionna's own diffraction, which takes seconds per position.
+        fields: folder with the stored field of each room. A room without a field is simulated.
+        ship: write the fields of simulated rooms to that folder, at points 8 cm apart.
+        figures: folder for drawings of each room's spectra, mechanisms-ROOM.png.
+        smallest: only test the benchmark, in seconds and in a smaller place; its figures mean nothing.
         json_output: print one JSON object.
     """
     rooms, mechanisms, cell = ROOMS, MECHANISMS, CELL

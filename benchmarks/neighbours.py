@@ -1,9 +1,10 @@
-"""How alike the spectra of transmitters 3 cm apart are: in full wave, and by rays with and without diffraction.
+"""How similar are the spectra of transmitters 3 cm apart, in full wave and by rays?
 
 python benchmarks/neighbours.py --json
 
-For random positions in each room and another 3 cm away in a random direction: quantiles of the SSIM of the two spectra.
-Full wave is interpolated from the stored fields of benchmarks/mechanisms.py, which has to run before.
+In each room, random positions are paired with another one 3 cm away in a random direction. The figures are quantiles of
+the SSIM of the two spectra. Full wave is interpolated from the stored fields of benchmarks/mechanisms.py, which has to
+run before.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 
 def neighbours(region: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Positions [count, 3] in a box, and others ``APART`` from them, in the box, too."""
+    """Positions [count, 3] in a box, and for each another one ``APART`` from it in the same box."""
     generator = np.random.default_rng(0)
     low, high = region[0] + APART, region[1] - APART
     step = generator.standard_normal((count, 3))
@@ -63,10 +64,10 @@ def main(
     """Compare spectra of neighbours.
 
     Args:
-        folder: has a full-wave dataset for each room.
+        folder: folder with a full-wave dataset for each room.
         rooms: names of the datasets.
         count: number of pairs of positions.
-        smallest: a run of seconds in a smaller place that shows that the benchmark works; its figures mean nothing.
+        smallest: only test the benchmark, in seconds and in a smaller place; its figures mean nothing.
         json_output: print one JSON object.
     """
     followed = RAYS

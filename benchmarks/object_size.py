@@ -1,10 +1,11 @@
-"""From which size on rays are right about an object: cubes of metal and of wood, alone in space, against full wave.
+"""How large must an object be for rays to be right about it?
 
 python benchmarks/object_size.py --json
 
-A cube hangs between a gateway of 2 × 2 dipoles and a region behind it, 0.7 m from the one and 0.1 m from the other. By
-side of the cube in wavelengths: what it changes of the responses in the region (norm of full wave minus free space over
-that of full wave), and the error of the rays (the same of rays minus full wave), without and with diffraction.
+A cube of metal or wood hangs between a gateway of 2 × 2 dipoles and a region behind it, 0.7 m from the gateway and 0.1
+m from the region. Rays with and without diffraction are compared with full wave, by the side of the cube in
+wavelengths. The figures are what the cube changes of the responses (norm of full wave minus free space, over that of
+full wave), and the error of the rays (norm of rays minus full wave, over that of full wave).
 """
 
 from __future__ import annotations
@@ -35,7 +36,7 @@ RAYS = {"without diffraction": Propagation(diffraction=False), "with diffraction
 
 
 def hanging(material: str, side: float) -> Scene:
-    """A cube of a side in wavelengths, whose faces are at those of the cells."""
+    """A cube whose side is given in wavelengths, and whose faces lie on faces of the cells."""
     half = max(1, round(side * 0.3276 / CELL / 2)) * CELL
     cube = SceneObject("cube", box((-half, -half, -half), (half, half, half)), material, 0.02)
     gateway = Gateway((-0.7 - half, 0.05, 0.03), facing((1.0, 0.0, 0.0)), rows=2, columns=2, pattern="dipole")
@@ -73,7 +74,7 @@ def main(
 
     Args:
         positions: number of positions in the region.
-        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
     result: dict[str, Any] = {}

@@ -2,9 +2,9 @@
 
 python benchmarks/path.py data/rfid-s23-160 --json
 
-Measured: the median SSIM (1: the same) of all pairs of spectra whose positions are less than 32 cm apart, in bins of
-the distance in metres, for a path simulated in the lab and for a measured dataset. A bin of fewer than five pairs has
-no figure (nan).
+The figures are median SSIMs (1: the same) of all pairs of spectra less than 32 cm apart, in bins of the distance in
+metres. A path simulated in the lab is compared with a measured dataset. A bin of fewer than five pairs has no figure
+(nan).
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ def main(
     Args:
         measured: a measured dataset folder.
         spectra: number of simulated positions.
-        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
     dataset = read_dataset(measured)

@@ -1,12 +1,13 @@
-"""What known phases are worth: spectra predicted from pictures, from pictures with phases found, and from responses.
+"""What are known phases worth?
 
 python benchmarks/phases.py data/rfid-s23-160 --json
 
-For numbers of known spectra of the closet in full wave (the field in tests/data): median SSIM of 200 others, kriged
-from the pictures; from the responses that are found behind the pictures such that they are one field
-(learn/models/phase_synchronisation.py); and from the true responses. And for the measured sample's splits: the first
-two, and helmholtz, which weighs them by pictures that are left out. ``seconds`` is what finding the responses and
-fitting to them takes.
+The closet in full wave (the field in tests/data) has several numbers of known spectra. The figures are median SSIMs of
+200 other spectra, predicted by kriging in three ways: from the pictures, from responses that are found behind the
+pictures and form one field (learn/models/phase_synchronisation.py), and from the true responses.
+
+The measured sample has no true responses. There, the third way is helmholtz, which weighs the first two by pictures
+that are left out. ``seconds`` is the time to find the responses and to fit to them.
 """
 
 from __future__ import annotations
@@ -72,7 +73,7 @@ def main(
     Args:
         measured: a measured dataset folder.
         field: folder of the closet's field.
-        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
 

@@ -1,15 +1,16 @@
-"""What planned positions are worth: the same model, trained on planned and on uniformly drawn positions.
+"""Are planned positions worth more than uniformly drawn ones?
 
 python benchmarks/plan.py --json
 
-In the lab, by rays, and in the closet, by full wave (the field in tests/data; its positions are planned for the field
-that rays have there): median SSIM of 200 other positions by helmholtz and by inverse-distance, means over the seeds. A
-seed draws the candidates and the uniform positions. "drawn, then planned" is the use of a run: half of the positions
-are drawn uniformly, helmholtz is fitted to them, and the other half is planned with that fit.
+The places are the lab by rays, and the closet in full wave (the field in tests/data), whose positions are planned for
+the field of the rays. The figures are median SSIMs of 200 other positions, predicted by helmholtz and by
+inverse-distance, as means over the seeds. A seed draws the candidates and the uniform positions. In "drawn, then
+planned", half of the positions are drawn uniformly, helmholtz is fitted to them, and the other half is planned with
+that fit.
 
-``open`` is the share of the variance that is open at the test positions, by the covariance that the scene was planned
-with; ``least open`` the least that any so many measurements leave, be they of the field at positions or of any sums of
-it: the sum of the covariance's other eigenvalues.
+``open`` is the share of the variance that stays open at the test positions, by the covariance that the plan used.
+``least open`` is the smallest share that this number of measurements of any kind can leave: the sum of the covariance's
+other eigenvalues.
 """
 
 from __future__ import annotations
@@ -76,18 +77,18 @@ def fitted(dataset: Dataset) -> HelmholtzField:
 
 
 def planned(fields: list[Field], candidates: Points, known: Points, count: int) -> Points:
-    """So many of the candidates, the most useful ones."""
+    """The most useful candidates."""
     return candidates[choose([field.open_at(candidates, known) for field in fields], count)[0]]
 
 
 def open_share(fields: list[Field], test: Points, known: Points) -> float:
-    """Share of the variance that is open at the test positions."""
+    """The share of the variance that stays open at the test positions."""
     left = [field.open_at(test, known).covariance.diagonal().real.mean() * field.weight for field in fields]
     return float(sum(left) / sum(field.weight for field in fields))
 
 
 def least_open(fields: list[Field], test: Points, count: int) -> float:
-    """Least share that any so many measurements leave open."""
+    """The least share that this number of measurements can leave open."""
     nothing = np.zeros((0, 3))
     spectra = [np.linalg.eigvalsh(field.open_at(test, nothing).covariance) * field.weight for field in fields]
     return float(max(sum(each[: len(test) - count].sum() for each in spectra) / sum(each.sum() for each in spectra), 0))
@@ -144,7 +145,7 @@ def main(
     Args:
         field: folder of the closet's field.
         seeds: number of seeds.
-        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
     count, tested, seeds = (12, 4, 1) if smallest else (PLANNED, TESTED, seeds)

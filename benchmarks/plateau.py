@@ -1,11 +1,11 @@
-"""The paper's models, trained until longer training no longer pays: what they reach, and what each part is worth there.
+"""How good are the paper's models if they are trained until longer training no longer helps?
 
 python benchmarks/plateau.py runs/lab-path data/rfid-s23-160 --figure docs/generated/plateau.png --json
 
-On a simulated path, split at random as the paper's data is, and on the measured sample's own split: median and mean
-SSIM of test spectra after trainings of several lengths, each with its own warm-up and cosine schedule, and the
-validation SSIM of the weights that were kept. Copying and weighting of the nearest known spectra, from the same split,
-stand beside them. The runs are kept in a folder, where the next call finds or resumes them.
+The datasets are a simulated path, split at random as the paper's data is, and the measured sample with its own split.
+The figures are the median and mean SSIM of test spectra after trainings of several lengths, each with its own warm-up
+and cosine schedule, and the validation SSIM of the weights that were kept. Beside them are two baselines: copying the
+nearest known spectrum, and averaging the nearest. The runs are kept in a folder for the next call.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ def scores(prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "
 
 
 def trained(dataset: Dataset, folder: Path, training: Trained) -> dict[str, float]:
-    """Scores of a training, which the folder may have already."""
+    """Scores of a training. A run that is in the folder is not trained again."""
     from learn.training.train import train
 
     model, options, steps = training
@@ -124,9 +124,9 @@ def main(
     Args:
         simulated: dataset folder of a simulated path (`bisplat simulate lab --placement path`).
         measured: dataset folder of measured spectra.
-        folder: for the runs.
+        folder: folder that keeps the runs.
         figure: also draw the learning curves into this file.
-        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
     result: dict[str, Any] = {}

@@ -1,11 +1,11 @@
-"""How long the renderers take and how much memory they need: the reference in torch, and the compiled ones.
+"""How much time and memory do the renderers need?
 
 python benchmarks/render.py --figure docs/generated/render.png --json
 
-Measured for a forward and backward pass at 90 × 360 directions of random primitives: seconds, the best of a few
-passes, and megabytes, the most that a fresh process holds during one pass over what it held before. ``compiled_torch``
-is ``torch.compile`` of the reference, ``cpu`` the renderer compiled for the CPU that training uses there. With a GPU
-also the spectra that the Triton renderer makes in a second, 512 at a time.
+Random primitives are rendered forwards and backwards at 90 × 360 directions. Seconds are those of the best of a few
+passes. Megabytes are the most that a fresh process uses during one pass, beyond what it used before. ``compiled_torch``
+is ``torch.compile`` of the reference. ``cpu`` is the compiled renderer that training uses on a CPU. With a GPU, the
+spectra that the Triton renderer makes per second are measured too, 512 at a time.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def seconds(renderer: Renderer, values: Attributes, repeats: int, backward: bool
 
 
 def peak_megabytes(name: str, backend: str, batch: int, primitives: int) -> float:
-    """The most memory that this process holds during a pass, over what it held before; to be run in a fresh one."""
+    """The largest memory of this process during a pass, beyond what it used before. Run it in a fresh process."""
     renderer = renderers(backend)[name]
     if name == "reference":
         render(renderer, attributes(1, 2))
@@ -137,10 +137,10 @@ def main(
     """Compare the renderers.
 
     Args:
-        batch: spectra at a time.
+        batch: number of spectra at a time.
         primitives: number of primitives N_p.
         figure: also draw time against N_p and batch into this file.
-        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
     backend, tasks_of_a_process = "inductor", 1

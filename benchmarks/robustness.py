@@ -1,11 +1,11 @@
-"""Is the default model ever worse than the best baseline? Datasets and numbers of training spectra, every method.
+"""Is the default model ever worse than the best baseline?
 
 python benchmarks/robustness.py data/rfid-s23-160 runs/lab-6000 --json
 
-Median SSIM of at most 100 test spectra for each method. The measured folder is split by ``blocked`` and by its own
-files; the lab and further places, which this program simulates into --output and keeps, by ``random``. The entry
-``behind`` is by how much helmholtz is behind the best baseline (0 if it is ahead), and ``interpolates by`` says what it
-chose.
+The figures are median SSIMs of at most 100 test spectra, for several datasets and numbers of training spectra. The
+measured folder is split by ``blocked`` and by its own files. The lab and other places are split by ``random``. This
+program simulates the other places and keeps them in --output. ``behind`` is how far helmholtz is behind the best
+baseline (0 if it is ahead). ``interpolates by`` is what helmholtz chose.
 """
 
 from __future__ import annotations
@@ -102,8 +102,8 @@ def main(
     Args:
         measured: a measured dataset folder.
         lab: the simulated lab.
-        output: folder that the further places are simulated into, and kept in.
-        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        output: folder that keeps the simulations of the other places.
+        smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
     recorded, traced = read_dataset(measured), read_dataset(lab)

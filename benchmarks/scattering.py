@@ -1,10 +1,11 @@
-"""Whether diffuse reflection converges with the number of patches, and Sionna's with the number of rays; and its cost.
+"""Does diffuse reflection converge with the number of patches, or of Sionna's rays, and what does it cost?
 
 python benchmarks/scattering.py --json
 
-The closet with rough walls (scattering coefficient 0.3 everywhere), diffuse reflection once and nothing else. Measured:
-mean channel gain (dB) of one element over the positions, for several numbers of patches or rays; for patches the mean
-and standard deviation over several seeds; and milliseconds per spectrum of 16 elements.
+The walls of the closet are rough (scattering coefficient 0.3), and diffuse reflection is followed once and nothing
+else. The figures are the mean channel gain (dB) of one element over the positions, for several numbers of patches or
+rays, and milliseconds per spectrum of 16 elements. For patches, the gain has a mean and a standard deviation over
+several seeds.
 """
 
 from __future__ import annotations
@@ -61,7 +62,7 @@ def main(
         rays: numbers of Sionna's rays.
         positions: number of transmitter positions.
         seeds: number of draws of the patches.
-        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
     scene = rough_closet()

@@ -1,14 +1,15 @@
-"""How long ``bisplat simulate`` takes against one solver call per transmitter, and how far their spectra agree.
+"""How much faster is ``bisplat simulate`` than one solver call per transmitter, and do the spectra agree?
 
 python benchmarks/simulation.py --figure docs/generated/simulation.png --json
 
-Measured in the lab, by reflections and refractions of up to five interactions as Sionna RT has them (without
-diffraction, slabs counted twice): seconds and peak memory (GB) of ``bisplat simulate`` for datasets of three sizes;
-seconds per transmitter of the loop that published scripts use, one ``PathSolver`` call with a million rays for each
-transmitter, with the array's real element positions; the SSIM of the spectra of both at the same positions, and of
-each with a third tracing of ten million rays per transmitter. Then ``bisplat simulate`` as it is without options, with
-diffraction. This takes about twenty minutes on two cores, most of it for the third tracing and the largest dataset; no
-other program should run meanwhile.
+The place is the lab, with up to five reflections and refractions as Sionna RT has them: without diffraction, and with
+slabs counted twice. ``bisplat simulate`` is timed for datasets of three sizes (seconds, peak memory in GB). The other
+way is the loop of published scripts: for each transmitter one ``PathSolver`` call with a million rays, between the real
+element positions.
+
+The spectra of both are compared by SSIM, with each other and with a third tracing of ten million rays per transmitter.
+Finally ``bisplat simulate`` is timed with its defaults, which include diffraction. All this takes about twenty minutes
+on two cores, most of it for the third tracing and the largest dataset. No other program should run meanwhile.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ def pictures(responses: np.ndarray) -> np.ndarray:
 
 
 class Loop:
-    """The published way: the transmitter as source, the elements as receivers, one solver call for each transmitter.
+    """The loop of published scripts: a solver call per transmitter, which is the source; the elements are receivers.
 
     Args:
         max_depth: largest number of interactions on a path.
@@ -68,7 +69,7 @@ class Loop:
         self.solver = rt.PathSolver()
 
     def responses(self, positions: np.ndarray, rays: int) -> tuple[np.ndarray, float]:
-        """Responses [K, elements], and seconds per transmitter without the first, in which kernels are compiled."""
+        """Responses [K, elements], and seconds per transmitter. The first does not count, since it compiles kernels."""
         from simulate.rays.core.ray_tracer import mi, rt
 
         responses, began = [], time.perf_counter()
@@ -92,7 +93,7 @@ class Loop:
 
 
 def dataset(spectra: int, propagation: Propagation) -> Measured:
-    """What ``bisplat simulate`` takes, from its start to the last file on disk."""
+    """Time and memory of ``bisplat simulate``, from its start to the last file on disk."""
     with tempfile.TemporaryDirectory() as folder:
         traced = ["--max-depth", str(propagation.max_depth), "--rays", str(propagation.rays)]
         traced += [] if propagation.diffraction else ["--no-diffraction", "--no-slab-phase"]
@@ -128,10 +129,10 @@ def main(
 
     Args:
         positions: number of transmitter positions at which the spectra of both are compared.
-        dense: number of them that are traced with ten million rays too.
-        sizes: numbers of spectra of the datasets that are timed; ``ratio`` is about the second.
+        dense: number of these positions that are also traced with ten million rays.
+        sizes: numbers of spectra of the timed datasets. ``ratio`` is that of the second.
         figure: also draw the seconds against the number of positions into this file.
-        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
     propagation, default, loop_rays, dense_rays = GEOMETRIC, Propagation(), LOOP_RAYS, DENSE_RAYS

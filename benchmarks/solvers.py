@@ -1,9 +1,10 @@
-"""How many cells our full-wave solver and gprMax advance in a second on one core, and how far their fields differ.
+"""How many cells do our full-wave solver and gprMax advance per second on one core, and do their fields agree?
 
 python benchmarks/solvers.py --json
 
-The closet at its default cells. Ours: the eight elements of a run, side by side. gprMax: one element; its time is the
-difference of two runs of different lengths, so that its start does not count. Fields are compared in a smaller place.
+The place is the closet with its default cells. Our solver runs eight elements side by side, gprMax one. The time of
+gprMax is the difference of two runs of different lengths, so that its start does not count. The fields are compared in
+a smaller place.
 """
 
 from __future__ import annotations
@@ -29,7 +30,7 @@ from simulate.fullwave.run_plan import Plan, default_cell, plan
 
 
 def cells_per_second(scene: Scene, planned: Plan, sources: int, steps: int) -> float:
-    """Cells times sources that our solver advances in a second."""
+    """Cells times sources that our solver advances per second."""
     cells = cells_at_rest(edge_materials(scene, planned.grid), planned.grid, sources)
     cells.fields[:] = 1e-3 * np.random.default_rng(0).standard_normal(cells.fields.shape).astype(np.float32)
     times = []
@@ -42,7 +43,7 @@ def cells_per_second(scene: Scene, planned: Plan, sources: int, steps: int) -> f
 
 
 def cells_per_second_of_gprmax(scene: Scene, planned: Plan, steps: int) -> float:
-    """The same of gprMax, which advances one source."""
+    """Cells that gprMax advances per second, for its one source."""
     seconds = []
     with tempfile.TemporaryDirectory() as folder:
         geometry = Path(folder) / "geometry"
@@ -71,7 +72,7 @@ def main(smallest: bool = False, json_output: Annotated[bool, tyro.conf.arg(name
     """Time both solvers.
 
     Args:
-        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
     small = smallest_room()

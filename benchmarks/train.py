@@ -1,15 +1,16 @@
-"""Training at all pixels, 8 spectra at a time, against training as it is: throughput, and the SSIM it ends at.
+"""Is training on few pixels as good as training on all, and how much faster is it?
 
 python benchmarks/train.py runs/demo/dataset --json
 
-For every model that is trained by steps: thousands of spectra per minute that pass through the loss, forwards and
-backwards, at all pixels and as ``bisplat train`` does it from pictures (at the quadrature's pixels, with the model's
-own batch), and, for models that predict element responses, from these; how many times more the last is than the first;
-and the validation SSIM and seconds of two trainings with the same number of steps of 8 spectra, at all pixels, and at
-few but for the last tenth of the steps. For models that splat primitives, also what would be left if splatting took no
-time: their networks, for each primitive and spectrum. nerf2 never looked at all pixels: its first figure is for
-random pixels that are drawn for each spectrum separately, so that no voxel is computed for two spectra. bisplat-plus is
-not trained, since it takes seconds for a step.
+For every model trained in steps, the throughput of the loss and its gradients is measured, in thousands of spectra per
+minute: at all pixels with 8 spectra at a time, at few pixels as ``bisplat train`` does it from pictures with the
+model's own batch, and, for models that predict responses, from responses. A ratio says how much faster the last is than
+the first.
+
+Then two trainings with the same number of steps of 8 spectra are compared by validation SSIM and seconds: one at all
+pixels, one at few pixels except for the last tenth of the steps. For models that splat primitives, the throughput of
+their networks alone is measured too. nerf2 never used all pixels: its first figure is for random pixels, drawn
+separately for each spectrum. bisplat-plus is not trained, since each step takes seconds.
 """
 
 from __future__ import annotations
@@ -51,11 +52,11 @@ SMALL = {
 
 
 def spectra_per_minute(name: str, dataset: Any, batch_size: int, of: str, options: dict[str, Any]) -> float:
-    """Thousands of spectra per minute through loss and gradients; median of five steps, after two. 0: not possible.
+    """Thousands of spectra per minute through loss and gradients: the median of five steps, after two. 0: impossible.
 
     Args:
         name: the model.
-        dataset: its spectra are learned.
+        dataset: spectra to learn.
         batch_size: number of spectra per step.
         of: "all" or "few" pixels, "responses", or "networks": few pixels without splatting.
         options: options of the model.
@@ -102,7 +103,7 @@ def spectra_per_minute(name: str, dataset: Any, batch_size: int, of: str, option
 
 
 def nothing_splatted(*arguments: Any) -> Any:
-    """A field that depends on all attributes of the primitives, made in no time; arguments are those of ``splat``."""
+    """A cheap field that depends on all attributes of the primitives, with the arguments of ``splat``."""
     *attributes, azimuths, elevations = arguments
     together = sum(each.sum() for each in attributes)
     return together.expand(len(attributes[3]), len(elevations), len(azimuths), 2) * 1e-9
@@ -132,9 +133,9 @@ def main(
     """Time the models, and train them at all pixels and at few.
 
     Args:
-        dataset: folder of the dataset to train on; the figures of docs/measurements.md are of the demo's.
-        steps: optimiser steps of each training.
-        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        dataset: folder of the dataset to train on, such as the demo's.
+        steps: number of steps of each training.
+        smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
     from learn.training.registry import MODELS, model_entry

@@ -1,16 +1,18 @@
-"""What a wrong description of a place is worth once measured spectra have corrected it.
+"""Can measured spectra correct a wrong description of a place, and what is the result worth?
 
 python benchmarks/twin.py --figure docs/generated/twin.png --json > runs/twin.json
 
-The truth is the closet in full wave (the field in tests/data), and the lab by the rays that the twin traces, too; the
-known spectra have an SNR of 20 dB. The description is drawn wrong: materials, places of objects, and the gateway's
-position and orientation, by normal deviations of three sizes, in the lab of one. For numbers of known spectra, from
-responses and from pictures alone: median SSIM of 100 other positions, and median correlation of their responses, mean
-over the draws, predicted by ``twin``, by ``helmholtz`` and by inverse-distance weighting of the same spectra; with 0
-spectra by ray tracing of the description. And how far the corrected gateway is from the true one, and how far its pose
-and all else that was corrected are from the truth in stated standard deviations. The rows of the closet's true
-description say what rays leave that nobody described wrong: there the twin corrects nothing but the gains of chains.
-Each draw's figures are kept in a folder, in which the next run finds them: delete it when the code has changed.
+The truth is the closet in full wave (the field in tests/data), and the lab by the same rays that the twin traces. The
+known spectra have an SNR of 20 dB. The description gets normal errors of three sizes (of one size in the lab): in the
+materials, in the places of objects, and in the position and orientation of the gateway.
+
+The figures are the median SSIM at 100 other positions and the median correlation of their responses, as means over the
+draws. They are measured for several numbers of known spectra, with responses and with pictures alone. The methods are
+``twin``, ``helmholtz`` and inverse-distance weighting. With 0 known spectra, ``twin`` is ray tracing of the wrong
+description. Further figures say how far the corrected scene is from the truth, in stated standard deviations. In the
+rows ``true description``, nothing is wrong, and the twin corrects only the gains of chains.
+
+The figures of each draw are kept in a folder for the next run. Delete the folder when the code has changed.
 """
 
 from __future__ import annotations
@@ -111,18 +113,18 @@ def truth_of(study: Study, work: Path) -> Truth:
 
 
 def wrong(scene: Scene, tolerances: Tolerances, draw: int) -> Scene:
-    """A scene that is wrong by normal deviations."""
+    """A scene with normally distributed errors."""
     return vary(scene, *errors(scene, tolerances, draw))
 
 
 def errors(scene: Scene, tolerances: Tolerances, draw: int) -> tuple[list[Unknown], Float[np.ndarray, " n"]]:
-    """The scene's unknowns, and by how much each is wrong."""
+    """The scene's unknowns, and the error of each."""
     which = unknowns(scene, tolerances)
     return which, np.random.default_rng(draw).normal(size=len(which)) * [each.tolerance for each in which]
 
 
 def left(found: Calibration, which: list[Unknown], wrong_by: Float[np.ndarray, " n"]) -> Figures:
-    """How far what was corrected is from the truth, in stated standard deviations, root mean square."""
+    """Errors that are left after the correction, in stated standard deviations, root mean square."""
     errors_of = dict(zip(which, wrong_by, strict=True))
     ratios: dict[bool, list[float]] = {True: [], False: []}
     for unknown, value, deviation in zip(found.which, found.values, found.deviations, strict=True):
@@ -132,7 +134,7 @@ def left(found: Calibration, which: list[Unknown], wrong_by: Float[np.ndarray, "
 
 
 def without_scene(truth: Truth, kind: str, size: int) -> Figures:
-    """Scores of what knows nothing of the place."""
+    """Scores of the methods that know nothing of the place."""
     data, known = truth.seen(kind), np.arange(size)
     spectra = inverse_distance(data.positions[known], data.spectra[known], truth.tested.positions)
     model = HelmholtzField(REGION, data.beamformer, data.wavelength)
@@ -142,9 +144,9 @@ def without_scene(truth: Truth, kind: str, size: int) -> Figures:
 
 
 def of_twin(truth: Truth, scene: Scene, tolerances: Tolerances, draw: int, kind: str, size: int) -> Figures:
-    """Scores of the twin, and how far it puts the gateway from where it is.
+    """Scores of the twin, and its error of the gateway's position.
 
-    Also how far the pose, and all else, is from the truth in posterior standard deviations, root mean square.
+    The errors of the pose, and of all else, are also given in posterior standard deviations, root mean square.
     """
     data = truth.seen(kind)
     with tempfile.TemporaryDirectory() as folder:
@@ -166,7 +168,7 @@ def of_twin(truth: Truth, scene: Scene, tolerances: Tolerances, draw: int, kind:
 
 
 def of_true_scene(truth: Truth, scene: Scene, kind: str, size: int) -> Figures:
-    """Scores of a twin whose description is right, and stays as it is."""
+    """Scores of a twin whose description is right and is not changed."""
     data = truth.seen(kind)
     with tempfile.TemporaryDirectory() as folder:
         described = write_scene(scene, Path(folder) / "described")
@@ -178,7 +180,7 @@ def of_true_scene(truth: Truth, scene: Scene, kind: str, size: int) -> Figures:
 
 
 def kept(path: Path, compute: Any) -> Figures:
-    """Figures of a file, or those computed, which are then in the file."""
+    """Figures from a file; if there is no such file, they are computed and written to it."""
     if not path.exists():
         write_atomically(path, json.dumps(compute()).encode())
     return json.loads(path.read_text())
@@ -247,9 +249,9 @@ def main(
     """Score the twin.
 
     Args:
-        folder: for the figures of each fit.
+        folder: folder that keeps the figures of each fit.
         figure: also draw the scores over the number of known spectra into this file; not with ``smallest``.
-        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
     found: dict[str, Figures] = {}

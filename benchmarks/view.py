@@ -2,9 +2,9 @@
 
 python benchmarks/view.py runs/demo/run --json
 
-Measured in milliseconds. ``sent`` is within the server, from the arrival of a drag to the new picture and 3D layers on
-their way to the browser; a tab that draws nothing is connected meanwhile. ``seen`` is from the move of the mouse to the
-loaded picture in a headless Chromium; null where there is no Chromium.
+The times are in milliseconds. ``sent`` is measured in the server, from the arrival of a drag until the new picture and
+the 3D layers are on their way to the browser. A tab that draws nothing is connected meanwhile. ``seen`` is measured in
+a headless Chromium, from the move of the mouse until the picture is loaded. It is null if there is no Chromium.
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ class Timed(Session):
 
 @contextlib.contextmanager
 def served(looked_at: Subject) -> Iterator[tuple[str, list[Timed]]]:
-    """The viewer's page for as long as the context lasts: its address, and the tabs opened so far."""
+    """Serve the viewer's page within a context. Yields its address, and the tabs opened so far."""
     with contextlib.redirect_stdout(io.StringIO()):
         server = viser.ViserServer(host="127.0.0.1", port=8700, verbose=False)
     tabs: list[Timed] = []
@@ -87,10 +87,10 @@ def served(looked_at: Subject) -> Iterator[tuple[str, list[Timed]]]:
 
 
 def sent(looked_at: Subject, drags: int, scoring: float) -> list[float]:
-    """Milliseconds from a drag's arrival to the picture's departure.
+    """Milliseconds from the arrival of a drag until the picture is sent.
 
     Args:
-        looked_at: the run.
+        looked_at: the run to view.
         drags: number of drags.
         scoring: seconds to wait before the first, while the tab computes the SSIM at the test positions.
     """
@@ -148,7 +148,7 @@ def seen(looked_at: Subject, chromium: str, drags: int, scoring: float) -> list[
 
 
 def handle(looked_at: Subject, position: np.ndarray, width: float, height: float) -> tuple[float, float]:
-    """Pixel of the arrow along x of the transmitter's handle, in a canvas of so many pixels."""
+    """Pixel of the x arrow of the transmitter's handle, in a canvas of this size."""
     room = [] if looked_at.scene is None else [looked_at.scene.bounds]
     everything = np.vstack([looked_at.region, looked_at.gateway.position, *room])
     bounds = bounding_box(everything)
@@ -165,7 +165,7 @@ def main(
 
     Args:
         run: folder of a trained run.
-        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
     looked_at = subject(str(run))

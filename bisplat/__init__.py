@@ -8,8 +8,8 @@
 >>> run.predict(dataset.positions[:3]).spectra.shape
 (3, 90, 360)
 
-The stub ``__init__.pyi`` lists the names: type checkers and editors read it, and so does this module. Each name is
-imported when it is first used, so that ``import bisplat`` loads neither torch nor the ray tracer.
+The stub ``__init__.pyi`` lists the public names, for type checkers, for editors and for this module. A name is imported
+when it is first used, so ``import bisplat`` loads neither torch nor the ray tracer.
 """
 
 from __future__ import annotations

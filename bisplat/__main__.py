@@ -1,7 +1,7 @@
 """The command line ``bisplat``.
 
-Commands write results to files, progress to stderr and tables to stdout. An error is one sentence on stderr, with exit
-status 1.
+Commands write results to files, progress to stderr and tables to stdout. An error is one sentence on stderr; the exit
+status is then 1.
 """
 
 from __future__ import annotations
@@ -15,32 +15,25 @@ from typing import Any
 
 import tyro
 
-from bisplat.commands.comparison_commands import ablate, compare, sweep
-from bisplat.commands.dataset_commands import convert, responses
-from bisplat.commands.evaluation_commands import crossvalidate, engines, evaluate
-from bisplat.commands.scene_command import scene
-from bisplat.commands.simulate_command import simulate
-from bisplat.commands.training_commands import check, demo, export, predict, train
-from bisplat.commands.uses_commands import calibrate, locate, plan
-from bisplat.commands.view_command import view
+from bisplat.commands.command_groups import COMMANDS, overview, stated_version
 from scenes.files.errors import InputError, ParameterError, printable
 from scenes.files.extras import MissingExtraError
 from scenes.files.plain_text import say
 
 PROGRAM = "bisplat"
-DESCRIPTION = """Ray-trace spatial spectra in NeRF² format, train models on them, and measure the models' accuracy."""
 
 
 def main() -> None:
-    """Run a command, and report a mistake of the user as one sentence."""
-    commands = (
-        demo, scene, simulate, check, convert, responses, train, evaluate, crossvalidate, engines, predict, export,
-        compare, ablate, sweep, calibrate, locate, plan, view,
-    )  # fmt: skip
-    named = {command.__name__: command for command in commands}
+    """Run a command. A mistake of the user ends in one sentence."""
+    given = sys.argv[1:]
     try:
-        check_spelling(named)
-        tyro.extras.subcommand_cli_from_dict(named, prog=PROGRAM, description=DESCRIPTION)
+        if given in ([], ["-h"], ["--help"]):
+            print(overview())
+        elif given == ["--version"]:
+            print(stated_version())
+        else:
+            check_spelling(COMMANDS)
+            tyro.extras.subcommand_cli_from_dict(COMMANDS, prog=PROGRAM)
     except ParameterError as error:
         refuse(error.as_option())
     except MissingExtraError as error:
@@ -59,7 +52,9 @@ def main() -> None:
 
 
 def check_spelling(named: Mapping[str, Callable[..., None]]) -> None:
-    """Parse arguments that have control characters first with these escaped, since the parser's errors repeat them.
+    """Let the parser refuse control characters in escaped form, since its errors repeat the arguments.
+
+    Without control characters nothing happens.
 
     Args:
         named: the commands by their names; none is run.
@@ -68,7 +63,7 @@ def check_spelling(named: Mapping[str, Callable[..., None]]) -> None:
     if escaped == sys.argv[1:]:
         return
     idle: dict[str, Any] = {name: functools.wraps(command)(lambda *_, **__: None) for name, command in named.items()}
-    tyro.extras.subcommand_cli_from_dict(idle, prog=PROGRAM, description=DESCRIPTION, args=escaped)
+    tyro.extras.subcommand_cli_from_dict(idle, prog=PROGRAM, args=escaped)
 
 
 def refuse(sentence: str, hint: str = " (BISPLAT_TRACEBACK=1 shows the traceback)") -> None:

@@ -1,7 +1,7 @@
-"""Our packages scenes, simulate and learn, found beside this one whatever files of the user have the same names.
+"""Let ``import simulate`` find our package, even if the user has a file simulate.py; likewise for scenes and learn.
 
-A script of the user comes first on Python's path, so that its neighbour simulate.py would be imported in place of ours.
-A finder that Python asks before it looks along the path prevents that. Nothing is imported before it is needed.
+The folder of the user's script comes first on Python's path, so Python would import the user's file in place of ours.
+To prevent that, Python asks the finder in this module before it searches the path. The finder imports nothing early.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ NAMES = ("scenes", "simulate", "learn")
 
 
 def claim() -> None:
-    """Let the three names stand for our packages from now on, in this process; further calls change nothing.
+    """Reserve the three names for our packages in this process. Further calls change nothing.
 
     Raises:
-        ImportError: another module of one of the names has been imported already.
+        ImportError: another module with one of the names has already been imported.
     """
     for name in NAMES:
         taken = _place(sys.modules.get(name))
@@ -35,7 +35,7 @@ def claim() -> None:
 
 
 class OwnPackages:
-    """Finds our packages by their place."""
+    """Finds our packages beside this one."""
 
     def find_spec(self, name: str, path: Any = None, target: ModuleType | None = None) -> ModuleSpec | None:
         if name not in NAMES:
@@ -45,7 +45,7 @@ class OwnPackages:
 
 
 class OwnLoader(SourceFileLoader):
-    """Loads one of our packages, and says which file it hides when something is looked for in it that only that has."""
+    """Loads one of our packages. If a name is missing in it, the error names the file that the package hides."""
 
     def exec_module(self, module: ModuleType) -> None:
         super().exec_module(module)
@@ -59,7 +59,7 @@ class OwnLoader(SourceFileLoader):
 
 
 def _hidden(name: str) -> Path | None:
-    """The module of the same name that Python would have found along its path; None: there is none."""
+    """The user's module of the same name, which Python would otherwise have imported; None: there is none."""
     for entry in sys.path:
         spec = PathFinder.find_spec(name, [entry])
         if spec is not None and spec.origin is not None:
@@ -70,7 +70,7 @@ def _hidden(name: str) -> Path | None:
 
 
 def _place(module: ModuleType | None) -> Path | None:
-    """The file of a module or the folder of a package; None: it has not been imported."""
+    """The file of a module, or the folder of a package; None: it has not been imported."""
     if module is None:
         return None
     folders = list(getattr(module, "__path__", []))

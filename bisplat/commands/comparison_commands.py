@@ -23,13 +23,11 @@ else:
 DatasetFolder = Annotated[Positional[Path], arg(help="NeRF² dataset folder.")]
 Split = Annotated[
     Literal["files", "random", "blocked"],
-    arg(help="how the test part is chosen, as for train; random draws the same test part for every method."),
+    arg(help="choice of test spectra, as for bisplat train. All methods have the same test spectra."),
 ]
-Budget = Annotated[float, arg(help="training time of each model that is trained by steps, minutes.")]
+Budget = Annotated[float, arg(help="training time of each model that is trained in steps, minutes.")]
 Seeds = Annotated[int, arg(help="number of fits of each method, with seeds 0, 1, …")]
-TestSpectra = Annotated[
-    int | None, arg(help="largest number of test spectra to score, evenly spread (default: all of the test part).")
-]
+TestSpectra = Annotated[int | None, arg(help="largest number of test spectra to score (default: all).")]
 Json = Annotated[bool, arg(help="print the table as JSON.")]
 
 
@@ -43,11 +41,13 @@ def compare(
     test_spectra: TestSpectra = None,
     json: Json = False,
 ) -> None:
-    """Score models and baselines on one split. The same command again adds missing rows and redraws the figures.
+    """Compare models and baselines on one dataset.
+
+    The same command again adds missing rows and redraws the figures.
 
     Args:
-        output: folder for table.html, ssim_cdf.png, results.jsonl, per_sample/ and the runs.
-        models: names of models and baselines (docs/compare.md lists them), or module:Class of your own (default: all).
+        output: folder for the table, its figure, the scores and the runs.
+        models: models and baselines (documentation: Comparing methods), or module:Class for your own (default: all).
     """
     from learn.comparison.compare import compare as compare_methods
     from learn.reports.comparison_report import write_comparison
@@ -69,14 +69,15 @@ def ablate(
     primitives: int | None = None,
     json: Json = False,
 ) -> None:
-    """Score models with one part at a time switched off. The same command again continues where it stopped.
+    """Compare a model with variants that lack one part each.
+
+    If the command is interrupted, the same command continues.
 
     Args:
-        output: folder for ablation.png, learning_curves.png, results.jsonl, per_sample/ and the runs.
+        output: folder for the figures, the scores and the runs.
         models: models whose parts are switched off.
-        steps: number of training steps of each row and seed.
-        primitives: number of primitives in every row; the table then has only the paper's rows (default: the models'
-            own numbers).
+        steps: number of training steps of each variant and seed.
+        primitives: number of primitives of every variant (default: the models' own).
     """
     from learn.comparison.ablate import ablate as ablate_models
     from learn.reports.comparison_report import write_ablation
@@ -98,13 +99,15 @@ def sweep(
     init: Path | None = None,
     json: Json = False,
 ) -> None:
-    """Score methods against the number of training spectra. The same command again continues where it stopped.
+    """Compare methods for several numbers of training spectra.
+
+    If the command is interrupted, the same command continues.
 
     Args:
-        output: folder for sweep.png, results.jsonl, per_sample/ and the runs.
-        sizes: numbers of training spectra; the validation part shrinks in proportion.
-        models: as for compare.
-        init: finished run, for example of a simulated dataset; its model is also trained starting from its weights.
+        output: folder for the figure, the scores and the runs.
+        sizes: numbers of training spectra.
+        models: models and baselines, as for bisplat compare.
+        init: finished run, such as one on simulated spectra. Its model is also trained from its weights.
     """
     from learn.comparison.sweep import sweep as sweep_sizes
     from learn.reports.comparison_report import write_sweep

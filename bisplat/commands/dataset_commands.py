@@ -19,7 +19,9 @@ def convert(
     output: Output,
     conversion: Annotated[Conversion, OmitArgPrefixes] = Conversion(),
 ) -> None:
-    """Convert the folder of another program into a NeRF² dataset folder of this format, and say what was changed.
+    """Convert another program's spectra into a dataset folder.
+
+    The command prints what it changed.
 
     Args:
         source: folder with spectrum/, tx_pos.csv and gateway_info.yml.
@@ -33,15 +35,15 @@ def convert(
 
 
 def responses(dataset: Positional[Path], json: bool = False, force: Force = False) -> None:
-    """Retrieve the element responses behind a folder's pictures, and write them beside as channels.npz.
+    """Recover the element responses from a dataset's pictures.
 
-    A picture determines its responses up to a common phase and the flip y_m -> conj y_{MN-1-m}. channels.npz is marked
-    as retrieved, so that models do not take its phases for recorded ones. The same command again continues an
-    interrupted one.
+    The command writes channels.npz to the dataset folder, and marks the responses as retrieved. A picture determines
+    its responses up to a common phase and the flip y_m -> conj y_{MN-1-m}. If the command is interrupted, the same
+    command continues.
 
     Args:
         dataset: dataset folder without recorded responses.
-        json: print {"pictures", "retrieved", "residual_median_grey_levels", "doubtful"} as JSON.
+        json: print the result as JSON.
     """
     import numpy as np
 
@@ -65,9 +67,9 @@ def responses(dataset: Positional[Path], json: bool = False, force: Force = Fals
         print(json_format.dumps(result, indent=2))
         return
     print(
-        f"{good.sum()} of {len(residual)} pictures are reproduced to within {GOOD} grey levels (median "
-        f"{np.median(residual):.2f}); each picture's responses are known up to a common phase and the flip "
-        "y_m -> conj y_(MN-1-m)"
+        f"the responses reproduce {good.sum()} of {len(residual)} pictures to within {GOOD} grey levels (median "
+        f"{np.median(residual):.2f}). Each picture determines its responses up to a common phase and the flip "
+        "y_m -> conj y_(MN-1-m)."
     )
     if doubtful:
         more = " ..." if len(doubtful) > 10 else ""

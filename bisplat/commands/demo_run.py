@@ -1,23 +1,21 @@
-"""The demo: simulate spectra of the lab, train two models, evaluate and cross-validate them, and write a report."""
+"""The demo: simulate spectra of the lab, train two models, score them, and write a report that grows meanwhile."""
 
 from __future__ import annotations
 
 import json
+import os
+import shutil
 import sys
 import time
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct
 
-from learn.evaluation.crossvalidate import CrossValidation, crossvalidate
-from learn.evaluation.evaluate import Evaluation, evaluate
+from bisplat.commands.first_look import draw_first_look, draw_first_spectra
 from learn.models.steps import STEPS_MOST
-from learn.reports.crossvalidation_report import write_crossvalidation
-from learn.reports.demo_report import write_demo
-from learn.reports.evaluation_report import write_evaluation
+from learn.reports.demo_report import DemoReport
 from learn.training.registry import DEFAULT_MODEL
-from learn.training.train import train
 from scenes.drawing.scene_drawing import draw_scene
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import printable, require_whole
@@ -28,6 +26,11 @@ from scenes.files.schema import conform
 from scenes.places.lab import lab
 from simulate.generation.simulation import simulate
 from simulate.positions.given_positions import MOST_POSITIONS
+from simulate.positions.placement import place
+
+if TYPE_CHECKING:  # these load torch, and the first page must not wait for it
+    from learn.evaluation.crossvalidate import CrossValidation
+    from learn.evaluation.evaluate import Evaluation
 
 BISPLAT_MODEL = "bisplat-aperture"
 """The BiSplat model that the demo trains in addition to the default model."""
@@ -85,28 +88,76 @@ def _demo(folder: Path, spectra: int, steps: int | None) -> dict[str, Any]:
     """Run the demo in a folder that holds its settings."""
     began = time.monotonic()
     scene = lab()
-    _say(f"1/5 tracing {spectra} spectra of the lab")
-    dataset = simulate(scene, folder / "dataset", spectra, seed=DATA_SEED)
-
-    _say(f"2/5 fitting {DEFAULT_MODEL}, the default model")
-    run = train(dataset, folder / "run", seed=DATA_SEED)
-    _say(f"3/5 training {BISPLAT_MODEL}")
-    bisplat_run = train(dataset, folder / "run-bisplat", model=BISPLAT_MODEL, seed=DATA_SEED, steps=steps)
-
-    _say("4/5 evaluating both on held-out positions")
-    evaluation, bisplat_evaluation = evaluate(run, dataset), evaluate(bisplat_run, dataset)
-    write_evaluation(evaluation, run.folder / "evaluation")
-    write_evaluation(bisplat_evaluation, bisplat_run.folder / "evaluation")
-    _say(f"5/5 tracing {FRESH_POSITIONS} fresh positions to cross-validate {DEFAULT_MODEL}")
-    fresh = crossvalidate(run, scene, FRESH_POSITIONS, FRESH_SEED)
-    write_crossvalidation(fresh, run.folder)
-
-    metrics = _metrics(evaluation, bisplat_evaluation, fresh)
-    metrics |= {"spectra": spectra, "seconds": round(time.monotonic() - began, 1)}
+    report = DemoReport(folder, scene, spectra)
+    to_come = [
+        f"the {spectra} spectra of the dataset",
+        f"the accuracy of {DEFAULT_MODEL}, the default model",
+        f"the accuracy of {BISPLAT_MODEL}, a model that is trained step by step",
+        f"predictions against fresh ray tracing at {FRESH_POSITIONS} new positions",
+    ]
+    _say("1/5 drawing the lab, and a first look at six spectra")
     draw_scene(scene, folder / "scene.png")
+    finished = (folder / "metrics.json").exists()  # by an earlier run, whose page is whole
+    if not finished:
+        report.write(["a first look at six spectra", *to_come])
+        _say(f"open {report.path.resolve().as_uri()}: it grows as results come")
+        if not (folder / "spectra.png").exists():
+            draw_first_look(scene, place(scene, "uniform", spectra, DATA_SEED), DATA_SEED, folder)
+            report.write(to_come)
+            _say(f"the page shows six spectra, after {time.monotonic() - began:.0f} s")
+
+    _say(f"2/5 tracing {spectra} spectra of the lab (first a search for all paths, which takes longest)")
+    dataset = simulate(scene, folder / "dataset", spectra, seed=DATA_SEED)
+    draw_first_spectra(dataset, folder)
+    if not finished:
+        report.write(to_come[1:])
+
+    from learn.evaluation.crossvalidate import crossvalidate
+    from learn.evaluation.evaluate import evaluate
+    from learn.reports.crossvalidation_report import write_crossvalidation
+    from learn.reports.evaluation_report import write_evaluation
+    from learn.training.train import train
+
+    evaluations: dict[str, Evaluation] = {}
+    for number, (model, name, own_steps) in enumerate(
+        ((DEFAULT_MODEL, "run", None), (BISPLAT_MODEL, "run-bisplat", steps)), start=3
+    ):
+        _say(f"{number}/5 training {model}")
+        run = train(dataset, folder / name, model=model, seed=DATA_SEED, steps=own_steps)
+        _say(f"{number}/5 scoring {model} on held-out positions")
+        evaluations[model] = evaluate(run, dataset)
+        write_evaluation(evaluations[model], run.folder / "evaluation")
+        if not finished:
+            report.write(to_come[number - 1 :], evaluations)
+
+    _say(f"5/5 tracing {FRESH_POSITIONS} new positions to test {DEFAULT_MODEL}")
+    fresh = crossvalidate(folder / "run", scene, FRESH_POSITIONS, FRESH_SEED)
+    write_crossvalidation(fresh, folder / "run")
+    metrics = _metrics(evaluations[DEFAULT_MODEL], evaluations[BISPLAT_MODEL], fresh)
+    metrics |= {"spectra": spectra, "seconds": round(time.monotonic() - began, 1)}
+    report.write((), evaluations, fresh, metrics)
     write_atomically(folder / "metrics.json", (json.dumps(metrics, indent=2) + "\n").encode())
-    write_demo(folder, {DEFAULT_MODEL: evaluation, BISPLAT_MODEL: bisplat_evaluation}, fresh, metrics)
     return metrics
+
+
+def next_steps(folder: Path) -> str:
+    """What the user can do after the demo: a few lines with commands.
+
+    Args:
+        folder: the demo's folder.
+    """
+    activate = Path(sys.prefix) / "bin" / "activate"
+    lines = [
+        "What to do next:",
+        f"  open the report         {(folder / 'report.html').resolve().as_uri()}",
+        f"  move the transmitter    bisplat view {folder / 'run'}",
+        "  use your own mesh       bisplat scene room.glb -o room ...   (bisplat scene --help)",
+        "                          bisplat simulate room/scene.yaml -o data/room",
+        "  use your measurements   bisplat train FOLDER -o runs/mine --split blocked",
+    ]
+    if shutil.which("bisplat") is None and activate.exists():  # make demo runs outside the environment
+        lines.insert(1, f"  make bisplat a command  source {os.path.relpath(activate)}")
+    return "\n".join(map(printable, lines))
 
 
 def _metrics(evaluation: Evaluation, bisplat: Evaluation, fresh: CrossValidation) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""The commands that say how good predictions and traced spectra are: evaluate, crossvalidate, engines."""
+"""The commands that measure the accuracy of predictions and of ray tracing: evaluate, crossvalidate, engines."""
 
 from __future__ import annotations
 
@@ -24,13 +24,15 @@ def evaluate(
     further_gateways: tuple[Path, ...] = (),
     json: bool = False,
 ) -> None:
-    """Score a run, the baselines and the array's ceiling on the same held-out spectra. Writes RUN/evaluation.
+    """Score a trained model and the baselines on held-out spectra.
+
+    The table also has the array's ceiling, an upper bound. The report is written to RUN/evaluation.
 
     Args:
         run: the run folder.
-        dataset: another dataset folder to test on (default: the one the run was trained on).
-        index: file with the names of the spectra to test on, one per line (default: the test part of the split).
-        locate: instead locate the transmitters of the test part from their spectra, and say how far off they are found.
+        dataset: dataset folder to test on (default: the run's own).
+        index: file with the names of the test spectra, one per line (default: the test part of the split).
+        locate: instead locate the test transmitters from their spectra, and measure the errors.
         further_gateways: with --locate: runs of other gateways that received the same transmitters.
         json: print the scores as JSON.
     """
@@ -79,16 +81,17 @@ def crossvalidate(
     field: Path | None = None,
     json: bool = False,
 ) -> None:
-    """Compare a run with a fresh simulation at new positions. Writes RUN/crossvalidation.json and figures.
+    """Compare predictions with a fresh simulation at new positions.
+
+    The report is written to the run folder.
 
     Args:
         run: the run folder.
-        scene: scene that the run's dataset was simulated in: a built-in name or a YAML file.
-        positions: number of new positions, drawn in the bounding box of the positions that the run was trained on.
+        scene: scene of the run's dataset: a built-in name or a scene YAML.
+        positions: number of new positions, drawn in the bounding box of the training positions.
         seed: seed of the new positions.
-        engine: what the truth is made by (default: the engine of the run's dataset). If that is rays, fullwave solves
-            the field first, in RUN/fullwave.
-        field: folder of a full-wave dataset of the same place, whose stored field is the truth.
+        engine: what simulates the truth (default: the engine of the dataset). fullwave may solve a new field first.
+        field: folder of a full-wave dataset of the same scene. Its stored field is then the truth.
         json: print the scores as JSON.
     """
     from learn.evaluation.crossvalidate import crossvalidate as compare_with_truth
@@ -110,13 +113,13 @@ def engines(
     json: bool = False,
     force: Force = False,
 ) -> None:
-    """Compare ray tracing with a full-wave dataset at its positions. Writes engines.json and maps to a folder.
+    """Compare ray tracing with a full-wave dataset.
 
     Args:
-        dataset: folder that bisplat simulate --engine fullwave made.
-        output: folder for engines.json, engines_map and engines_plane.
-        positions: largest number of the dataset's positions to trace.
-        propagation: mechanisms that the ray tracer follows.
+        dataset: dataset folder made by bisplat simulate --engine fullwave.
+        output: folder for engines.json and the maps.
+        positions: largest number of positions to trace.
+        propagation: what the ray tracer follows.
         json: print the figures as JSON.
     """
     from learn.evaluation.engines import compare_engines

@@ -1,4 +1,4 @@
-"""Files that a command writes where the user says: none that is there already is replaced without being told to."""
+"""Output files of commands: existing files are replaced only with --force."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from tyro.conf import arg
 
 from scenes.files.errors import InputError
 
-Force = Annotated[bool, arg(help="replace output files that exist already.")]
+Force = Annotated[bool, arg(help="replace existing output files.")]
 """The option of every command that writes such files."""
 
 
 def require_new(*paths: Path, force: bool) -> None:
-    """Refuse to replace files. Commands call it before any long work.
+    """Refuse to replace files. Commands call this before any long work.
 
     Args:
         paths: files that will be written.
-        force: files may be replaced, but nothing else.
+        force: existing files may be replaced, but not folders.
 
     Raises:
         InputError: one of them exists.

@@ -23,7 +23,7 @@ HEADINGS = {
     "conductivity": "conductivity (S/m)",
     "thickness": "thickness (m)",
 }
-"""Headings of the printed tables, by the keys of the description that have a unit or none."""
+"""Headings of the printed tables, by the keys of the description."""
 
 
 def scene(
@@ -44,24 +44,26 @@ def scene(
     port: int = 8080,
     force: Force = False,
 ) -> None:
-    """Draw and describe a scene; or import a mesh (GLB, GLTF, OBJ, PLY, STL, OFF) or a Mitsuba XML into a new one.
+    """Draw and describe a scene, or import a mesh as a new scene.
+
+    A mesh is a GLB, GLTF, OBJ, PLY, STL or OFF file, or an XML file of Mitsuba or Sionna RT.
 
     Args:
-        scene: built-in name (lab) or scene YAML; to import: a mesh, a Mitsuba or Sionna RT XML, or sionna:etoile.
-        output: the drawing (default NAME.png); for an import: the new scene's folder; with --view: folder to save to.
-        material: import only: NODE=MATERIAL rules, the first that matches wins; NODE may hold * and ?.
-        default_material: import only: material of nodes that neither a rule nor the file gives one.
-        unit: import only: the mesh's unit of length.
-        up: import only: the mesh's up axis (default: y for glTF, else z).
-        frequency: import only: Hz (default: 915e6, the RFID and LoRa band).
-        gateway: import only: the gateway's position, metres.
-        boresight: import only: direction the gateway looks in; its y axis is up.
-        pattern: import only: of the gateway's elements; isotropic ones cannot tell front from back.
+        scene: built-in name (such as lab), scene YAML, or a file to import; sionna:NAME imports a scene of Sionna RT.
+        output: file of the drawing (default: NAME.png). For an import or --view: folder of the new scene.
+        material: import only: rules NODE=MATERIAL. NODE may hold * and ?. The first rule that matches a node counts.
+        default_material: import only: material of the other nodes, if the file names none.
+        unit: import only: unit of length of the mesh.
+        up: import only: axis of the mesh that points up (default: y for glTF, z for others).
+        frequency: import only: frequency in hertz (default: 915e6, the RFID and LoRa band).
+        gateway: import only: position of the gateway, metres.
+        boresight: import only: direction in which the gateway looks.
+        pattern: import only: antenna pattern of the gateway's elements. iso cannot tell front from back.
         region_min: import only: lowest corner of the transmitter region, metres.
         region_max: import only: highest corner of the transmitter region, metres.
         json: print the description as JSON.
-        view: edit the scene in the browser: gateway, transmitter region, materials.
-        port: view only: of the page; the next free one where it is taken.
+        view: edit the gateway, the transmitter region and the materials in the browser.
+        port: with --view: port of the page. If it is taken, the next free port.
     """
     if view:
         require_extra("viewer", "the viewer")
@@ -81,7 +83,7 @@ def scene(
         }
         missing = [name for name, value in needed.items() if value is None]
         if output is None or gateway is None or boresight is None or region_min is None or region_max is None:
-            raise InputError(f"{scene}: importing a mesh needs {', '.join(missing)} too")
+            raise InputError(f"{scene}: an import also needs {', '.join(missing)}")
         with new_folder(output, force) as unfinished:
             place, report = import_scene(
                 scene,
@@ -103,7 +105,8 @@ def scene(
         if frequency is None:
             say(
                 f"{scene}: assumed {DEFAULT_FREQUENCY / 1e6:g} MHz, since the file has no frequency and --frequency is "
-                "not given; to use another one, import it again into a new folder, for example with --frequency 3.5e9"
+                "not given. For another frequency, import the file again into a new folder, for example with "
+                "--frequency 3.5e9"
             )
         drawing = output / "scene.png"
     else:

@@ -43,16 +43,16 @@ def simulate(
     engines: Annotated[EngineOptions, OmitArgPrefixes, arg(name="")] = EngineOptions(),
     machines: OmitArgPrefixes[unchecked(Machines)] = unchecked(Machines)(),  # type: ignore[valid-type]
 ) -> None:
-    """Simulate a scene into a NeRF² dataset folder. The same command again finishes an interrupted one.
+    """Simulate a dataset of spectra in a scene.
+
+    If the command is interrupted, the same command continues.
 
     Args:
-        scene: built-in name such as lab (any other word lists them), scene YAML, or a simulated dataset
-            folder, which is then made once more, by its own settings and not by those given here.
-        output: the dataset folder; for a scene of several gateways a folder of one dataset each.
-        content: what the dataset holds, whatever the engine.
-        engine: rays traces rays, in milliseconds a spectrum; fullwave solves Maxwell's equations by finite differences,
-            in minutes to hours a place, whatever the number of spectra.
-        machines: where the simulation runs, which changes nothing in what comes out.
+        scene: built-in name (such as lab) or scene YAML. Or a simulated dataset, to make it again with its settings.
+        output: the dataset folder. If the scene has several gateways, it gets a dataset folder for each.
+        content: what the dataset contains.
+        engine: rays: ray tracing, milliseconds per spectrum. fullwave: Maxwell's equations, minutes to hours per scene.
+        machines: where the simulation runs. The results are the same everywhere.
     """
     import numpy as np
 

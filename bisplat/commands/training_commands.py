@@ -24,26 +24,32 @@ ModelName = Annotated[str, arg(metavar=f"{{{','.join(MODELS)},MODULE:CLASS}}")]
 def demo(
     output: Output = Path("runs/demo"), spectra: Annotated[int, arg(aliases=["-n"])] = 1000, steps: int | None = None
 ) -> None:
-    """Run every step on the built-in lab: simulate, train, evaluate, cross-validate, write a report.
+    """Run every step once, on the built-in lab, and write a report.
+
+    The report appears in the first minute and grows with the results. If the demo is interrupted, the same command
+    continues.
 
     Args:
-        output: folder for dataset/, run/, run-bisplat/, report.html and metrics.json.
+        output: folder for the report, the dataset and the trained models.
         spectra: number of spectra to simulate.
-        steps: number of optimiser steps of the BiSplat model.
+        steps: number of training steps of the BiSplat model (default: the model's own).
     """
     from bisplat.commands.demo_run import demo as run_demo
+    from bisplat.commands.demo_run import next_steps
 
     figures = run_demo(output, spectra, steps)
     print_table("demo", {"": figures})
-    print(printable(f"report: {output / 'report.html'}"))
+    print(next_steps(output))
 
 
 def check(dataset: Positional[Path], json: bool = False) -> None:
-    """Validate and describe a NeRF² dataset folder, and warn if its split leaks. Exit status 1 if it is invalid.
+    """Check and describe a dataset folder.
+
+    It also warns if test spectra lie too close to training spectra. The exit status is 1 if the folder is invalid.
 
     Args:
         dataset: the dataset folder.
-        json: print {"valid", "spectra", "problems", "warnings", "array", "grid", "fit_residual_grey_levels"} as JSON.
+        json: print the result as JSON.
     """
     from learn.evaluation.check import check as check_folder
 
@@ -79,23 +85,20 @@ def train(
     steps: OmitArgPrefixes[optional(Steps)] = optional(Steps)(),  # type: ignore[valid-type]
     processes: OmitArgPrefixes[unchecked(Processes)] = unchecked(Processes)(),  # type: ignore[valid-type]
 ) -> None:
-    """Train a model on a dataset folder. The same command again resumes an interrupted run.
+    """Train a model on a dataset.
+
+    If the command is interrupted, the same command continues.
 
     Args:
         dataset: NeRF² dataset folder, simulated or measured.
-        output: the run folder.
-        model: name of the model; docs/model.md and docs/peers.md describe each. Or module:Class, a model of your own
-            in the current folder or on Python's path.
-        split: how the test part is chosen. files: the folder's own index files; random: a random fifth of the spectra;
-            blocked: every fourth block of ten consecutive spectra.
+        output: folder of the new run.
+        model: name of the model (documentation: The models), or module:Class for your own.
+        split: choice of test spectra. files: the dataset's own; random: a fifth; blocked: every fourth block of ten.
         seed: seed of the split, the initial weights and the order of the spectra.
-        encoding: encoding of the transmitter's position: octaves, the paper's TX-PE, or waves, plane waves of the
-            dataset's wavelength.
-        bypass: branches of bisplat or bisplat-plus to switch off, as the paper's ablation does: dynamic, delta, bst; or
-            order, to blend the primitives in stored order instead of by depth.
-        scene: of twin: the scene as described, a built-in name or a scene YAML.
-        steps: settings of training by steps, by default the model's own; a model fitted in closed form (helmholtz)
-            takes none.
+        encoding: how the position is encoded. octaves: as in the paper; waves: plane waves of the dataset's wavelength.
+        bypass: parts of bisplat or bisplat-plus to switch off: dynamic, delta, bst, order.
+        scene: twin only: the scene, a built-in name or a scene YAML.
+        steps: training settings (default: the model's own). helmholtz and twin take none.
         processes: where the training runs.
     """
     from learn.training.train import train as train_model
@@ -116,13 +119,15 @@ def train(
 
 
 def predict(runs: Positional[tuple[Path, ...]], positions: Path, output: Output, force: Force = False) -> None:
-    """Predict spectra, how far they may be off, and element responses if the model predicts them, at given positions.
+    """Predict spectra at given positions.
+
+    The .npz file holds spectra [K, 90, 360]. If the model predicts them, it also holds the element responses, channels
+    [K, elements], and the standard deviation of each spectrum's values, deviation [K].
 
     Args:
-        runs: the run folder; or several of one dataset and split, whose predictions are averaged.
-        positions: CSV file with the header x,y,z; metres, in the dataset's world frame.
-        output: the .npz file to write: spectra [K, 90, 360] float32, channels (the responses; of one run) [K, elements]
-            complex64, deviation [K] float32, the standard deviation of a spectrum's values (0 to 1).
+        runs: the run folder. The predictions of several runs of one dataset and split are averaged.
+        positions: CSV file with the header x,y,z, in metres, in the dataset's world frame.
+        output: the .npz file to write.
     """
     if output.suffix.lower() != ".npz":
         raise InputError(f"{output}: expected a name that ends in .npz, since the file holds several arrays")
@@ -162,14 +167,16 @@ def export(
     deepmimo: Path | None = None,
     force: Force = False,
 ) -> None:
-    """Write a trained model or a dataset for other programs. Give one of --output, --hdf5 and --deepmimo.
+    """Write a trained model or a dataset for other programs.
+
+    Give one of --output, --hdf5 and --deepmimo. An exported model maps positions [batch, 3] to spectra
+    [batch, 90, 360].
 
     Args:
-        what: a run folder (for --output) or a dataset folder (for the others).
-        output: of a run, the model as one file: NAME.onnx (needs bisplat-wrf[onnx]) or NAME.pt2, a torch.export
-            program. It maps positions [batch, 3] to spectra [batch, 90, 360].
-        hdf5: of a dataset, simulated or measured, one HDF5 file, which MATLAB and others read.
-        deepmimo: of a dataset simulated by rays, a scenario folder of DeepMIMO 4: the paths, traced again.
+        what: a run folder (for --output) or a dataset folder (for --hdf5 and --deepmimo).
+        output: the model as NAME.onnx (needs bisplat-wrf[onnx]) or as NAME.pt2 (torch.export).
+        hdf5: the dataset as one HDF5 file, for MATLAB and others.
+        deepmimo: the paths of a ray-traced dataset as a scenario folder of DeepMIMO 4.
     """
     outputs = {"--output": output, "--hdf5": hdf5, "--deepmimo": deepmimo}
     given = [name for name, path in outputs.items() if path is not None]

@@ -30,17 +30,19 @@ def calibrate(
     propagation: OmitArgPrefixes[unchecked(Propagation)] = unchecked(Propagation)(),  # type: ignore[valid-type]
     force: Force = False,
 ) -> None:
-    """Correct a scene by measured spectra: gateway, materials, places of objects. Writes the corrected scene.
+    """Correct a scene with measured spectra.
+
+    The corrections are the gateway's position and orientation, the materials, and the positions of objects.
 
     Args:
-        scene: the scene as described: a built-in name or a scene YAML.
-        dataset: folder of spectra that were measured there.
-        output: folder for scene.yaml, its meshes, and calibration.json.
-        spectra: largest number of spectra to use; held-out ones are never used.
-        split: which spectra are held out, as for train.
+        scene: the scene to correct: a built-in name or a scene YAML.
+        dataset: dataset folder of spectra measured there.
+        output: folder of the corrected scene.
+        spectra: largest number of spectra to use. Held-out spectra are never used.
+        split: choice of held-out spectra, as for bisplat train.
         seed: seed of that split.
-        tolerances: how wrong the scene may be: standard deviations.
-        propagation: mechanisms that the ray tracer follows.
+        tolerances: how wrong the scene may be, as standard deviations.
+        propagation: what the ray tracer follows.
     """
     from learn.twin.calibrate import calibrate as calibrate_scene
     from learn.twin.calibrate import rows_of, write_calibration
@@ -62,20 +64,21 @@ def calibrate(
         write_calibration(found, unfinished)
     print_rows(f"changes of {found.scene.name}", rows_of(found))
     now, before = found.misfit
-    print(f"{before:.1%} of the measured power was unexplained, {now:.1%} is now")
+    print(f"unexplained share of the measured power: {before:.1%} before, {now:.1%} after")
     print(printable(f"scene: {output / 'scene.yaml'}"))
 
 
 def locate(
     runs: Positional[tuple[Path, ...]], pictures: tuple[Path, ...], output: Output, force: Force = False
 ) -> None:
-    """Find where transmitters are, from their spectra: the positions at which trained fields predict such spectra.
+    """Locate transmitters from their spectra.
+
+    The .csv file has a row for each place where a transmitter may be: probability, position (m) and covariance (m²).
 
     Args:
-        runs: the run folder; of several gateways one for each, trained on positions in the same frame.
-        pictures: for each run a dataset folder, or a folder of PNG spectra 00001.png and on, as its gateway saw them.
-        output: the .csv file to write: a row for each place where a transmitter may be, with its probability, position
-            (m) and covariance (m²).
+        runs: the run folder. With several gateways: a run for each, in the same frame.
+        pictures: for each run, a dataset folder or a folder of PNG spectra (00001.png, ...).
+        output: the .csv file to write.
     """
     from learn.localisation.locate import grid_warning
     from learn.localisation.locate import locate as locate_pictures
@@ -102,8 +105,8 @@ def locate(
         places = locate_pictures(loaded, [each for _, each in seen], report)
     write_places(output, names, places)
     several, black = sum(len(each) > 1 for each in places), sum(not each for each in places)
-    unseen = f", and {black} with black pictures, which are not in the file" if black else ""
-    print(printable(f"{len(names)} transmitters, {several} of which may be at several places{unseen}: {output}"))
+    unseen = f", and {black} with black pictures, which the file leaves out" if black else ""
+    print(printable(f"{len(names)} transmitters, {several} of them with several possible places{unseen}: {output}"))
 
 
 def plan(
@@ -115,18 +118,19 @@ def plan(
     propagation: OmitArgPrefixes[unchecked(Propagation)] = unchecked(Propagation)(),  # type: ignore[valid-type]
     force: Force = False,
 ) -> None:
-    """Plan where to measure next: positions that lower the open variance of the field most. Writes a CSV of them.
+    """Plan where to measure next.
+
+    The planned positions leave the least variance of the field open. They lie in the transmitter region of the scene,
+    outside its objects. For a run on measured spectra, they lie in the convex hull of its training positions. If the
+    scene has several gateways, all of them count.
 
     Args:
-        run_or_scene: a run folder, whose known positions are known; or a scene that nothing is measured in yet, a
-            built-in name or a scene YAML, which is traced; of several gateways, all count. Positions are planned in the
-            free places of the scene's transmitter region; for a run on measured spectra, in the convex hull of its
-            known positions.
-        output: the CSV to write: header x,y,z; metres, world frame.
+        run_or_scene: a run folder, or a scene without measurements (a built-in name or a scene YAML).
+        output: the CSV file to write, with the header x,y,z, in metres, in the world frame.
         positions: number of positions.
-        tour: order the positions as a short walk; by default the most useful comes first.
-        seed: of the places to choose from.
-        propagation: mechanisms that the ray tracer follows in a scene.
+        tour: order the positions as a short walk, instead of by usefulness.
+        seed: seed of the candidate positions.
+        propagation: what the ray tracer follows in a scene.
     """
     require_new(output, force=force)
     from learn.planning.next_positions import plan as plan_positions
@@ -142,5 +146,5 @@ def plan(
     print(f"open variance of the field: {before:.1%} before, {after:.1%} after")
     if planned.tour is not None:
         crossings = planned.tour.crossings
-        through = f"; {crossings} of its lines cross an object and need a detour" if crossings else ""
+        through = f"; {crossings} of its legs cross an object and need a detour" if crossings else ""
         print(f"tour: {planned.tour.length:.1f} m{through}")

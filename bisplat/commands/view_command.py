@@ -16,12 +16,14 @@ def view(
     port: int = 8080,
     positions: Path | None = None,
 ) -> None:
-    """Show a run, a dataset or a scene in the browser: drag the transmitter, compare prediction and ray tracing.
+    """Explore a run, a dataset or a scene in the browser.
+
+    The transmitter can be moved with the mouse. The page compares predicted with ray-traced spectra.
 
     Args:
-        what: run folder, NeRF² dataset folder, or scene (built-in name or YAML file).
-        port: port of the page, which only a browser on this machine can open; the next free port if it is taken.
-        positions: CSV of further positions to show, with the header x,y,z, as bisplat plan writes it.
+        what: run folder, dataset folder, or scene (a built-in name or a scene YAML).
+        port: port of the page, for browsers on this machine. If it is taken, the next free port.
+        positions: CSV file of further positions to show, such as bisplat plan writes.
     """
     require_extra("viewer", "the viewer")
     from learn.view.session import Session

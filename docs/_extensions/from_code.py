@@ -25,19 +25,18 @@ class Commands(SphinxDirective):
     """A section for each command: its description, and tables of its options."""
 
     def run(self) -> list[nodes.Node]:
-        import bisplat.__main__ as m  # TEMPORARY until the commands stand in groups
-
-        GROUPS = getattr(m, "GROUPS", {"Commands": (m.scene, m.simulate, m.train, m.evaluate, m.view)})
+        from bisplat.commands.command_groups import GROUPS
 
         lines: list[str] = []
         for group, commands in GROUPS.items():
             lines += [f"## {group}", ""]
             for command in commands:
-                lines += _command(command)
+                lines += command_section(command)
         return self.parse_text_to_nodes("\n".join(lines), allow_section_headings=True)
 
 
-def _command(command: Callable[..., Any]) -> Iterator[str]:
+def command_section(command: Callable[..., Any]) -> Iterator[str]:
+    """Lines of Markdown about a command: what it does, and tables of its arguments and options."""
     name = f"bisplat {command.__name__}"
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Complex, Float
-from rich.progress import Progress
 
 from learn.data.metrics import Scores, score
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import InputError, require_seed, require_whole
+from scenes.files.progress import progress_bar
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_yaml import load_scene
@@ -174,7 +174,8 @@ def _source(dataset: Dataset, setting: Setting, run: Run, engine: str | Engine |
     if not by.keeps_source:
         by = by.for_scene(setting.scene)
         by.require(Machines())
-        return by.source(setting, folder, Machines(), Progress(disable=True)), by.called
+        with progress_bar() as progress:
+            return by.source(setting, folder, Machines(), progress), by.called
     if folder != dataset.folder:
         folder = simulate(setting.scene, run.folder / by.name, LEAST_SPECTRA, engine=by).folder
     return by.kept(folder), by.called

@@ -21,12 +21,10 @@ class Steps:
         batch_size: number of spectra per step.
         learning_rate: learning rate of AdamW after the warm-up.
         weight_decay: weight decay of AdamW.
-        full_resolution: share of the steps, at the end of the training, that use every pixel of a spectrum. The steps
-            before use only as many pixels as the array can resolve. A model that learns from known responses uses no
-            pixels.
-        find_phases: if the dataset has only pictures, find the responses behind them for models that learn from
-            responses.
-        init: folder of a finished run of the same model, with whose weights training starts; None: random weights.
+        full_resolution: share of the steps that use every pixel: the last ones. The steps before use a few pixels.
+            Models that learn from responses use no pixels.
+        find_phases: find the responses behind the pictures, for models that learn from responses.
+        init: finished run of the same model whose weights training starts from. None: random weights.
 
     Raises:
         ParameterError: a number is out of its range, or ``find_phases`` is neither true nor false.
@@ -62,7 +60,7 @@ class Processes:
 
     Attributes:
         devices: number of GPUs per machine; without a GPU, number of processes.
-        nodes: number of machines; start the same command on each, for example with torchrun or SLURM.
+        nodes: number of machines. Start the same command on each, as Lightning's launchers do.
     """
 
     devices: int = 1

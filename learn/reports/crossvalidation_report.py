@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from scipy.spatial import cKDTree
 
-from learn.evaluation.crossvalidate import CrossValidation
 from learn.reports.figures import draw_error_map, draw_error_over_distance, draw_examples, draw_examples_polar
 from learn.reports.html_page import SCORE_COLUMNS, embedded, write_page
 from scenes.files.atomic import write_atomically
+
+if TYPE_CHECKING:  # loads torch
+    from learn.evaluation.crossvalidate import CrossValidation
 
 FIGURES = ("crossvalidation_map", "crossvalidation_distance", "crossvalidation_examples", "crossvalidation_polar")
 

@@ -1,39 +1,78 @@
-"""The report of ``bisplat demo``: one page with the scene, the scores of two models, and the cross-validation."""
+"""The report of ``bisplat demo``: one page, which begins with the scene and grows with every result."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from learn.evaluation.crossvalidate import CrossValidation
-from learn.evaluation.evaluate import Evaluation
 from learn.reports import crossvalidation_report, evaluation_report
 from learn.reports.figures import draw_ssim_distribution
 from learn.reports.html_page import embedded, write_page
 
+if TYPE_CHECKING:  # these load torch, and the first page must not wait for it
+    from learn.evaluation.crossvalidate import CrossValidation
+    from learn.evaluation.evaluate import Evaluation
+    from scenes.scene.description import Scene
 
-def write_demo(
-    folder: Path, evaluations: Mapping[str, Evaluation], fresh: CrossValidation, metrics: dict[str, Any]
-) -> None:
-    """Write report.html and its figure of both models, ssim_cdf.png.
+FIGURES = ("scene", "first_look", "spectra")
+"""Figures that the page shows as soon as they are in the folder; ``spectra`` takes the place of ``first_look``."""
 
-    Args:
-        folder: the demo's folder. It contains scene.png and the first model's reports, which ``write_evaluation`` and
-            ``write_crossvalidation`` have written to ``run/evaluation`` and ``run``.
-        evaluations: evaluations on the same test spectra, by the models' names; the page shows examples of the first
-            model.
-        fresh: cross-validation of the first model.
-        metrics: the content of the demo's metrics.json.
+
+@dataclass(frozen=True)
+class DemoReport:
+    """The page report.html of a demo.
+
+    Attributes:
+        folder: the demo's folder. It has scene.png, and soon first_look.png and spectra.png.
+        scene: the demo's scene.
+        spectra: number of spectra that the demo traces.
     """
-    run = folder / "run"
-    first = next(iter(evaluations.values()))
-    scores = {f"model: {name}": evaluation.scores["model"] for name, evaluation in evaluations.items()}
-    scores |= {name: baseline for name, baseline in first.scores.items() if name != "model"}
-    draw_ssim_distribution({name: each.ssim for name, each in scores.items()}, folder / "ssim_cdf.png")
-    evaluated = evaluation_report.page_values(first, run / "evaluation")
-    evaluated["rows"] = {name: each.summary() for name, each in scores.items()}
-    crossvalidated = crossvalidation_report.page_values(fresh, run)
-    figures = {**evaluated["figures"], **crossvalidated["figures"], **embedded(folder, ("scene", "ssim_cdf"))}
-    values = {**evaluated, **crossvalidated, "figures": figures, "models": list(evaluations)}
-    write_page(folder / "report.html", "report.html.j2", metrics=metrics, **values)
+
+    folder: Path
+    scene: Scene
+    spectra: int
+
+    @property
+    def path(self) -> Path:
+        """The page."""
+        return self.folder / "report.html"
+
+    def write(
+        self,
+        to_come: Sequence[str] = (),
+        evaluations: Mapping[str, Evaluation] | None = None,
+        fresh: CrossValidation | None = None,
+        metrics: Mapping[str, Any] | None = None,
+    ) -> None:
+        """Write the page with the results so far, and with the models' figure ssim_cdf.png.
+
+        Args:
+            to_come: what the page will show later; while there is any, the page reloads itself.
+            evaluations: evaluations on the same test spectra, by the models' names. The page shows examples of the
+                first model, whose reports are in run/evaluation.
+            fresh: cross-validation of the first model, whose report is in run.
+            metrics: the content of the demo's metrics.json.
+        """
+        values: dict[str, Any] = {"models": [], "fresh": None}
+        figures = embedded(self.folder, tuple(name for name in FIGURES if (self.folder / f"{name}.png").exists()))
+        if evaluations:
+            evaluated = self._evaluated(evaluations)
+            values, figures = {**values, **evaluated}, {**evaluated["figures"], **figures}
+        if fresh is not None:
+            crossvalidated = crossvalidation_report.page_values(fresh, self.folder / "run")
+            values, figures = {**values, **crossvalidated}, {**crossvalidated["figures"], **figures}
+        if evaluations:
+            figures |= embedded(self.folder, ("ssim_cdf",))  # of all models, not of the first alone
+        values |= {"figures": figures, "scene": self.scene, "spectra": self.spectra, "metrics": metrics}
+        write_page(self.path, "report.html.j2", to_come=to_come, **values)
+
+    def _evaluated(self, evaluations: Mapping[str, Evaluation]) -> dict[str, Any]:
+        first = next(iter(evaluations.values()))
+        scores = {f"model: {name}": evaluation.scores["model"] for name, evaluation in evaluations.items()}
+        scores |= {name: baseline for name, baseline in first.scores.items() if name != "model"}
+        draw_ssim_distribution({name: each.ssim for name, each in scores.items()}, self.folder / "ssim_cdf.png")
+        values = evaluation_report.page_values(first, self.folder / "run" / "evaluation")
+        rows = {name: each.summary() for name, each in scores.items()}
+        return {**values, "rows": rows, "models": list(evaluations)}

@@ -6,12 +6,14 @@ import csv
 import json
 from io import StringIO
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from learn.evaluation.evaluate import Evaluation
 from learn.reports.figures import draw_examples, draw_examples_polar, draw_reliability, draw_ssim_distribution
 from learn.reports.html_page import SCORE_COLUMNS, embedded, write_page
 from scenes.files.atomic import write_atomically
+
+if TYPE_CHECKING:  # loads torch
+    from learn.evaluation.evaluate import Evaluation
 
 FIGURES, RELIABILITY = ("ssim_cdf", "examples", "examples_polar"), "reliability"
 

@@ -39,10 +39,38 @@ def save(figure: Figure, path: Path) -> None:
         figure: the figure.
         path: path of the PNG; the PDF has the same name with the suffix .pdf.
     """
-    for suffix, dpi in ((".png", 110), (".pdf", 200)):
-        content = BytesIO()
-        figure.savefig(content, format=suffix.removeprefix("."), dpi=dpi)
-        write_atomically(path.with_suffix(suffix), content.getbuffer())
+    _write(figure, path, dpi=110)
+    _write(figure, path.with_suffix(".pdf"), dpi=200)
+
+
+def _write(figure: Figure, path: Path, dpi: int) -> None:
+    content = BytesIO()
+    figure.savefig(content, format=path.suffix.removeprefix("."), dpi=dpi)
+    write_atomically(path, content.getbuffer())
+
+
+def draw_spectra(
+    spectra: Float[np.ndarray, "6 90 360"],
+    positions: Float[np.ndarray, "6 3"],
+    grid: AngularGrid,
+    path: Path,
+) -> None:
+    """Draw six spectra, each below the position of its transmitter.
+
+    Args:
+        spectra: magnitudes, 0…1.
+        positions: of the transmitters, metres, world frame.
+        grid: directions of the spectra's rows and columns.
+        path: path of the PNG. There is no PDF, which would take longer than the PNG.
+    """
+    figure = Figure(figsize=(11, 4.4), layout="constrained")
+    axes = figure.subplots(2, 3, sharex=True, sharey=True)
+    for axis, spectrum, position in zip(axes.flat, spectra, positions, strict=True):
+        plot_spectrum(spectrum, axis, grid)
+        axis.label_outer()
+        axis.set_title("transmitter at ({:.2f}, {:.2f}, {:.2f}) m".format(*position), fontsize="medium")
+    figure.colorbar(axes[0, 0].images[0], ax=axes, label="magnitude, largest = 1")
+    _write(figure, path, dpi=110)
 
 
 def draw_examples(

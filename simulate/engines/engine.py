@@ -52,13 +52,12 @@ class Setting(NamedTuple):
 
 @dataclass(frozen=True)
 class Machines:
-    """Where a simulation runs. The result does not depend on it.
+    """Where a simulation runs. The results are the same everywhere.
 
     Attributes:
-        workers: number of Ray workers that trace at a time (needs bisplat-wrf[ray]); by default this process traces
-            alone, unless a Ray cluster is given. In full wave, number of solver runs at a time, by default one per
-            core.
-        ray: address of a running Ray cluster to trace on; in full wave, to run the solver on.
+        workers: number of parallel Ray workers (needs bisplat-wrf[ray]), or of parallel runs in full wave. By default
+            rays are traced in this process, and full wave has a run per core.
+        ray: address of a running Ray cluster that does the work.
 
     Raises:
         ParameterError: ``workers`` is no whole number from 1 to ``WORKERS_MOST``.

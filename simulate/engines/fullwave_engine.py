@@ -37,8 +37,8 @@ class Solver:
     """The options that the field of a scene depends on.
 
     Attributes:
-        cell: side of the cells in full wave, metres; by default a seventh of the shortest wavelength in a material, but
-            at most a sixteenth of the wavelength in air.
+        cell: side of the cells in full wave, metres. None: 1/7 of the shortest wavelength in a material, at most 1/16
+            of the wavelength in air.
         solver: "bisplat" for our own solver, or gprMax and its version; the engine sets it from ``gpu``.
 
     Raises:
@@ -81,11 +81,11 @@ class FullWave(Solver, Engine):
     dipoles, whatever antennas the scene names.
 
     Attributes:
-        cell: side of the cells in full wave, metres; by default a seventh of the shortest wavelength in a material, but
-            at most a sixteenth of the wavelength in air.
+        cell: side of the cells in full wave, metres. None: 1/7 of the shortest wavelength in a material, at most 1/16
+            of the wavelength in air.
         solver: "bisplat" for our own solver, or gprMax [warren2016] and its version. The engine sets it from ``gpu``.
-        field: folder of a full-wave dataset of the same scene; its stored field is used instead of a new solver run.
-        gpu: in full wave, run gprMax on an NVIDIA GPU (needs bisplat-wrf[fullwave] and pycuda).
+        field: folder of a full-wave dataset of the same scene, to use its stored field.
+        gpu: solve full wave with gprMax on an NVIDIA GPU (needs bisplat-wrf[fullwave] and pycuda).
 
     Raises:
         ParameterError: ``cell`` is outside 1e-5 to 10 m. ``simulate`` checks it against the scene.

@@ -30,7 +30,7 @@ class Rays(Engine):
     paths.
 
     Attributes:
-        propagation: mechanisms that the ray tracer follows.
+        propagation: what the ray tracer follows.
 
     Example:
         >>> import bisplat

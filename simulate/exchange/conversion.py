@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Conversion:
-    """How to read the pictures of a folder. Most folders need no options, since the pictures show what is needed.
+    """How to read the pictures. Most folders need none of these options.
 
     Attributes:
-        flip_elevation: turn the pictures upside down; by default only if an array explains them better that way.
-        elevations: elevation of the first and the last row, degrees, for pictures that are not 360 × 90.
-        azimuths: azimuth of the first and the last column, degrees, for pictures that are not 360 × 90.
-        one_per_position: keep only the picture with this number at each position, counted from 1; by default all.
+        flip_elevation: turn the pictures upside down. None: only if an array then explains them better.
+        elevations: elevations of the first and last row, degrees, for pictures that are not 360 × 90.
+        azimuths: azimuths of the first and last column, degrees, for pictures that are not 360 × 90.
+        one_per_position: number of the picture to keep at each position, from 1. None: keep all.
     """
 
     flip_elevation: bool | None = None

@@ -24,12 +24,11 @@ class Simulation:
 
     Attributes:
         n: number of transmitter positions to draw.
-        placement: how to draw the positions in the scene's region: uniform, at random; grid, evenly spaced; path, along
-            a smooth curve, as in a measurement.
-        positions: CSV of positions to use instead (header x,y,z; metres, world frame); in Python also an array [K, 3].
-        seed: seed of the positions, the train/test split, the rays and the receiver's errors.
+        placement: how positions are drawn. uniform: at random; grid: evenly; path: along a smooth curve.
+        positions: CSV file of positions to use instead (header x,y,z; metres, world frame). In Python also an array.
+        seed: seed of the positions, the split, the rays and the receiver's errors.
         measurement: errors that the receiver adds.
-        power_db: also write the absolute power of each spectrum, dB, as power_db/NNNNN.tif.
+        power_db: also write the absolute power of each spectrum in dB, to power_db/NNNNN.tif.
 
     Raises:
         ParameterError: ``n`` is no whole number from ``LEAST_SPECTRA`` to ``MOST_POSITIONS``, or the seed is not valid.

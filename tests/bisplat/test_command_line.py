@@ -302,7 +302,6 @@ def test_predict_killed_while_writing_leaves_the_old_file_as_it_was(command, fin
 @pytest.mark.parametrize(
     "arguments",
     [
-        (),
         ("fly",),
         ("train",),
         ("train", "data"),

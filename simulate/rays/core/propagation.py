@@ -19,20 +19,16 @@ class Propagation:
     [degliesposti2007].
 
     Attributes:
-        max_depth: largest number of interactions on a path. With more than 3, spectra were farther from the full-wave
-            solution.
+        max_depth: largest number of interactions on a path. More than three made spectra less accurate.
         los: follow the line of sight.
         specular: follow specular reflection.
         refraction: follow transmission through objects.
-        diffuse: follow diffuse reflection off materials that have a scattering coefficient.
-        patches: number of patches into which all diffusely reflecting surfaces together are divided.
-        diffraction: follow diffraction at edges, once on a path, or twice at edges of conductors.
-        slab_phase: count the phase of the way through a slab once. If off, it is counted twice, as in Sionna RT and in
-            version 0.1.
-        sionna: use Sionna RT's own path solver for all of these, with its diffuse reflection and its diffraction. It is
-            much slower, and its diffraction is farther from the full-wave solution.
-        rays: number of rays launched from each source. For Sionna's diffuse reflection and diffraction about 20000
-            suffice, since there every ray may become a path.
+        diffuse: follow diffuse reflection from materials with a scattering coefficient.
+        patches: total number of patches on the surfaces that reflect diffusely.
+        diffraction: follow diffraction at edges: once on a path, or twice at conductors.
+        slab_phase: count the way through a slab once. Sionna RT and version 0.1 count it twice.
+        sionna: use Sionna RT's own path solver. It is much slower, and its diffraction is less accurate.
+        rays: number of rays from each source. With sionna and diffuse or diffraction, about 20000 suffice.
 
     Raises:
         ParameterError: ``max_depth`` is outside 0 to 30, ``rays`` is outside 1 to 100 million, ``patches`` is outside 1

@@ -97,7 +97,7 @@ def test_command_writes_the_corrected_scene(tmp_path, monkeypatch, capsys):
     found = load_scene(tmp_path / "corrected" / "scene.yaml")
     np.testing.assert_allclose(found.gateway.position, small_scene().gateway.position, atol=0.002)
     out = capsys.readouterr().out
-    assert "gateway x" in out and "of the measured power was unexplained" in out
+    assert "gateway x" in out and "unexplained share of the measured power: " in out
     with pytest.raises(SystemExit):
         main()
     assert "expected a new folder, found other files; --force" in capsys.readouterr().err
