@@ -21,7 +21,7 @@ exec(compile(source, module.__file__, "exec"), vars(module))  # as if the file h
 sys.path.append("docs/_extensions")
 from bisplat.commands.command_groups import COMMANDS
 from from_code import command_section
-assert "| `--colour` `STR` | of the waves. | `blue` |" in list(command_section(COMMANDS["{command}"]))
+assert any(line.startswith("| `--colour` `STR` | of the waves. |") for line in command_section(COMMANDS["{command}"]))
 import bisplat
 few = bisplat.Propagation(max_depth=0, rays=100)
 """
