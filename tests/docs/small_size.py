@@ -1,7 +1,7 @@
 """``bisplat`` as the tests of the pages run it: the command of the page, at a size that takes seconds.
 
-``python tests/docs/small_size.py ARGUMENTS`` does what ``bisplat ARGUMENTS`` does, with fewer spectra, rays and steps, the
-smallest models, and a page in the browser that closes once it is there.
+``python tests/docs/small_size.py ARGUMENTS`` does what ``bisplat ARGUMENTS`` does, with fewer spectra, rays and steps,
+the smallest models, and a page in the browser that closes once it is there.
 """
 
 from __future__ import annotations
