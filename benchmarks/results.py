@@ -2,8 +2,8 @@
 
 python benchmarks/results.py
 
-benchmarks/ledger/sections.toml has the words and commands of the sections, benchmarks/ledger/results.json their figures.
-A section whose command has been run in this checkout gets the figures of that run. All others stay as they are, and no
+benchmarks/ledger/sections.toml has the words and commands of the sections, and results.json beside it their figures. A
+section whose command has been run in this checkout gets the figures of that run. All others stay as they are, and no
 figure is typed by hand. The page is docs/generated/measurements.md. Other pages of docs/ show single tables of it, as
 benchmarks/ledger/tables.py describes.
 The folders of ``bisplat demo``, ``compare``, ``ablate``, ``sweep`` and ``crossvalidate`` do not say which machine they
@@ -82,7 +82,8 @@ def main(
             written[name] = replace(before, **words)
     write_entries(ledger, written)
     (generated / "measurements.md").write_text(page(written))
-    for path in set(docs.rglob("*.md")) - set(generated.glob("*.md")):
+    front = [path for path in [docs.parent / "README.md"] if path.is_file()]
+    for path in {*front, *docs.rglob("*.md")} - set(generated.glob("*.md")):
         path.write_text(with_tables(path.read_text(), written, os.path.relpath(generated, path.parent)))
     kept = [name for name in written if name not in updated]
     if json_output:

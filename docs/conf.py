@@ -1,7 +1,8 @@
 """Sphinx builds the documentation from here: `make docs` shows it in the browser, `make docs-build` only builds it.
 
-Sphinx was chosen since the field's readers know it (Sionna RT, DiffeRT, gsplat, nerfstudio and viser use it), and since it
-checks what it builds: a link to a name, page or heading that does not exist ends a strict build. Pages are Markdown (MyST).
+We chose Sphinx because the field's readers know it (Sionna RT, DiffeRT, gsplat, nerfstudio and viser use it), and
+because it checks what it builds: a link to a name, page or heading that does not exist ends a strict build. Pages are
+Markdown (MyST).
 """
 
 import re
@@ -29,6 +30,8 @@ extensions = [
     "from_code",  # ours: tables made from the parser and the materials, and citations in docstrings
 ]
 exclude_patterns = ["_build", "_old", "options.md"]
+smartquotes = False  # they would make one dash of the two of an option
+
 html_theme = "furo"
 html_title = f"bisplat-wrf {release}"
 html_static_path = ["_static"]
@@ -40,10 +43,10 @@ myst_heading_anchors = 3
 
 autodoc_typehints = "signature"
 autodoc_member_order = "bysource"
-autodoc_preserve_defaults = True
 autodoc_default_options = {"members": True, "show-inheritance": False}
 napoleon_numpy_docstring = False
 napoleon_use_rtype = False
+napoleon_use_ivar = True
 
 bibtex_bibfiles = ["references.bib"]
 bibtex_default_style = "plain"

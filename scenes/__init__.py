@@ -1,4 +1,4 @@
-"""Scenes: descriptions, meshes, radio materials, built-in places, mesh import.
+"""Scenes: descriptions, meshes, radio materials, built-in scenes, import of meshes.
 
-This package imports neither the ray tracer nor torch.
+This package imports neither the ray tracer nor PyTorch.
 """

@@ -1,5 +1,5 @@
-"""Ray tracing -> array response -> spectrum -> dataset folder.
+"""Ray tracing -> element responses -> spectrum -> dataset folder.
 
-``spectrum`` (angular grid, array manifold, beamforming) and ``dataset`` (the NeRF² folder) import without the ray
-tracer, so that learning from measured data does not need it.
+``spectra`` (angular grid, array manifold, beamforming) and ``dataset`` (the NeRF² folder) do not import the ray tracer,
+since learning from measured data does not need it.
 """

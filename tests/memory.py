@@ -4,8 +4,8 @@ import ctypes
 import gc
 import resource
 import sys
-from pathlib import Path
 
+import psutil
 import pytest
 
 MUCH = 200_000_000
@@ -20,7 +20,7 @@ PEAKS = pytest.StashKey[dict[str, int]]()
 
 def _resident() -> int:
     """Bytes of memory that this process has now."""
-    return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()
+    return psutil.Process().memory_info().rss
 
 
 @pytest.hookimpl(trylast=True)  # when the fixtures are gone
@@ -35,13 +35,14 @@ def pytest_runtest_teardown(item: pytest.Item, nextitem: pytest.Item | None) -> 
     gc.collect()
     if "drjit" in sys.modules:
         sys.modules["drjit"].flush_malloc_cache()
-    ctypes.CDLL(None).malloc_trim(0)
+    if sys.platform == "linux":
+        ctypes.CDLL(None).malloc_trim(0)
     item.config.stash[LEFT] = _resident()
 
 
 def _peak() -> int:
     """Bytes of memory that this process had at most."""
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:

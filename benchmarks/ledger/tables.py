@@ -50,7 +50,9 @@ def with_tables(text: str, entries: dict[str, Entry], generated: str = "generate
             named = dict(re.split(r"\s*=\s*", each) for each in _listed(given["sections"]))
             sections = list(named.values())
             table = _across({head: _measured(entries, name) for head, name in named.items()}, argument, rows)
-        links = ", ".join(f"[{entries[name].title}]({generated}/measurements.md#{anchor(entries[name].title)})" for name in sections)
+        links = ", ".join(
+            f"[{entries[name].title}]({generated}/measurements.md#{anchor(entries[name].title)})" for name in sections
+        )
         return f"<!-- {found[1]} -->\n\n{markdown(table)}\n\nFrom {links}.\n\n<!-- end -->"
 
     return re.sub(r"<!-- ((?:table|across|sizes):.*?) -->.*?<!-- end -->", filled, text, flags=re.DOTALL)

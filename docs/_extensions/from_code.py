@@ -1,6 +1,7 @@
 """Parts of the reference that the code itself states: the commands with their options, and the radio materials.
 
-``{commands}`` lists every command from its parser, ``{materials}`` the radio materials with their values at a frequency.
+``{commands}`` lists every command as its parser has it. ``{materials}`` lists the radio materials with their values at
+a frequency.
 In docstrings, ``[key]`` of references.bib becomes a citation.
 """
 
@@ -45,20 +46,25 @@ def _command(command: Callable[..., Any]) -> Iterator[str]:
     for group in parser._action_groups:
         actions = [action for action in group._group_actions if action.dest != "help"]
         if actions:
-            yield from ["| argument or option | meaning | default |", "|---|---|---|"]
+            title = "argument" if not actions[0].option_strings else "option"
+            yield from [f"| {title} | meaning | default |", "|---|---|---|"]
             yield from map(_row, actions)
             yield ""
 
 
 def _row(action: argparse.Action) -> str:
-    text = " ".join((action.help or "").split())
-    default = re.search(r" *\(default: (.*)\)$| *\((required)\)$", text)
-    meaning = text[: default.start()] if default else text
-    value = (default[1] or default[2]) if default else ""
-    names = ", ".join(f"`{name}`" for name in action.option_strings) or f"`{action.metavar}`"
-    values = f" `{action.metavar}`" if action.option_strings and action.metavar else ""
-    shown = f"`{value}`" if value not in ("", "None", "required") else value.replace("None", "")
-    return f"| {names}{_cell(values)} | {_escaped(meaning)} | {_cell(shown)} |"
+    text = " ".join((action.help or "").split()).removesuffix(" (required)")
+    meaning, _, default = text.removesuffix(")").rpartition(" (default: ")
+    if not meaning:
+        meaning, default = text, "required" if action.required else ""
+    metavar = (action.metavar or "").removeprefix("{None}|")  # type: ignore[union-attr]
+    names = list(action.option_strings) or [metavar]
+    if names[-1].startswith("--no-"):  # a switch: the name that changes the default
+        names, default = ([names[-1]], "on") if default == "True" else ([names[0]], "off")
+    shown = ", ".join(f"`{name}`" for name in names)
+    values = f" `{_cell(metavar)}`" if action.option_strings and metavar else ""
+    value = f"`{default}`" if default not in ("", "required", "on", "off", "None") else default.replace("None", "")
+    return f"| {shown}{values} | {_escaped(meaning)} | {_cell(value)} |"
 
 
 def _escaped(text: str) -> str:

@@ -1,1 +1,1 @@
-"""Predictors without training, beside which every model is scored, and the array's ceiling."""
+"""Baselines, which need no training and are scored next to every model, and the array's ceiling."""

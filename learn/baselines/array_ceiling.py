@@ -1,8 +1,8 @@
 """The array's ceiling: how well the best element responses reproduce a spectrum.
 
-An array of MN elements only measures spectra of the form |A y|, with its steering vectors A and element responses y.
+An array of MN elements measures only spectra of the form |A y|, with its steering vectors A and element responses y.
 The best y for each test spectrum gives an upper bound on the score of every model that computes spectra from element
-responses, and shows how much of a measured spectrum the array cannot explain.
+responses. It also shows how much of a measured spectrum the array cannot explain.
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from simulate.spectra.phase_retrieval import retrieve_responses
 from simulate.spectra.spectrum import normalise
 
 CEILING = "array's ceiling"
-"""Name of the bound in results and their files."""
+"""Name of the bound in results and in their files."""
 
 SAMPLES = 50
-"""Number of test spectra that the ceiling is fitted to; a fit takes a fraction of a second."""
+"""Largest number of test spectra to which the ceiling is fitted; a fit takes a fraction of a second."""
 
 
 def shown_name(name: str) -> str:

@@ -19,7 +19,7 @@ COMPONENTS = 48
 """Number of principal components of the spectra that are interpolated."""
 
 FITTED_ON = 400
-"""Largest number of spectra that the kernel's parameters are fitted to; predictions use all spectra."""
+"""Largest number of spectra to which the kernel's parameters are fitted; predictions use all spectra."""
 
 
 class Interpolator:
@@ -30,18 +30,18 @@ class Interpolator:
     Args:
         positions: known positions, metres.
         values: known values of the outputs there.
-        seed: seed that chooses the positions that the parameters are fitted to.
+        seed: seed that chooses the positions to which the parameters are fitted.
     """
 
     def __init__(self, positions: Float[np.ndarray, "n 3"], values: Float[np.ndarray, "n outputs"], seed: int):
-        spacing = max(np.ptp(positions, axis=0).max(), 1e-3) / 10  # all may be at one place
+        spacing = max(np.ptp(positions, axis=0).max(), 1e-3) / 10  # all positions may be the same
         kernel = ConstantKernel(1.0) * RBF(spacing, (spacing / 30, spacing * 30)) + WhiteKernel(0.01, (1e-6, 1.0))
         self._mean, self._scale = values.mean(axis=0), values.std() + 1e-12
         normalised_values = (values - self._mean) / self._scale
         fitted_on = np.random.default_rng(seed).permutation(len(positions))[:FITTED_ON]
         process = GaussianProcessRegressor(kernel, random_state=seed)
         with warnings.catch_warnings():
-            # A length or noise at a bound of its interval can still be used, although the fit is poor.
+            # A length or noise at the end of its interval means a poor fit, but can still be used.
             warnings.simplefilter("ignore", ConvergenceWarning)
             process.fit(positions[fitted_on], normalised_values[fitted_on])
         self._process = GaussianProcessRegressor(process.kernel_, optimizer=None).fit(positions, normalised_values)
@@ -66,7 +66,7 @@ def krige_spectra(
         A function from other positions, metres, to spectra.
     """
     pixels = spectra.reshape(len(spectra), -1)
-    with np.errstate(invalid="ignore"):  # of spectra that are all the same, a component explains 0 of 0
+    with np.errstate(invalid="ignore"):  # PCA divides 0 by 0 if all spectra are the same
         components = PCA(min(COMPONENTS, len(pixels)), random_state=seed).fit(pixels)
     interpolator = Interpolator(positions, components.transform(pixels), seed)
 

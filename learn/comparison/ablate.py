@@ -1,4 +1,4 @@
-"""Ablation: the score of a model with one part at a time switched off, over several seeds."""
+"""Ablation: scores of a model with one part at a time switched off, over several seeds."""
 
 from __future__ import annotations
 
@@ -24,15 +24,15 @@ APERTURE: dict[str, dict[str, Any]] = {
     "800 primitives": {"primitives": 800},
     "width 64": {"width": 64},
 }
-"""Rows of the table of bisplat-aperture: label, and options of the model."""
+"""Rows of the ablation table of bisplat-aperture: label, and options of the model."""
 
 
 def variants(model: str, primitives: int | None = None) -> Iterator[tuple[str, TrainedModel]]:
-    """Rows of a model's table: those of the paper, or those of bisplat-aperture.
+    """Yield the rows of a model's ablation table.
 
     Args:
         model: the model whose parts are switched off.
-        primitives: number of primitives in every row; the labels then name it. None: the model's own number.
+        primitives: number of primitives in every row; the labels then state it. None: the model's own number.
 
     Yields:
         The label of a row, and its unfitted method.
@@ -62,30 +62,39 @@ def ablate(
     primitives: int | None = None,
     output: Path | str | None = None,
 ) -> Comparison:
-    """Train models with one part at a time switched off, and score them. Makes no figures.
+    """Train models with one part at a time switched off, and score them.
+
+    The rows of ``bisplat`` are those of the paper's ablation [zhang2026]: the whole model, and the model without its
+    dynamic network, its delta decoder and its BST. The rows of ``bisplat-aperture`` change its encoding, the order of
+    blending, the number of primitives and the width. The function makes no figures; ``bisplat ablate`` does.
+
+    A second call with the same ``output`` measures only the rows that are missing there, and returns all rows.
 
     Args:
-        dataset: a dataset, or its folder; as for ``compare``.
+        dataset: a dataset, or its folder.
         models: the models whose parts are switched off.
-        split: how the test part is chosen.
-        steps: number of training steps, the same for every row and seed, so that rows only differ in the part.
+        split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth of the spectra)
+            or "blocked" (every fourth block of ten consecutive spectra).
+        steps: number of training steps, the same for every row and seed, so that rows differ only in the part.
         seeds: number of trainings of each row, with seeds 0, 1, …
-        test_spectra: largest number of test spectra that are scored, evenly spread over the test part; None: all of it.
-        primitives: number of primitives in every row. None: the models' own numbers, which are slow to train without a
-            GPU.
-        output: as for ``compare``.
+        test_spectra: largest number of test spectra to score, evenly spread over the test part. None: all of them.
+        primitives: number of primitives in every row. None: the models' own numbers, which train slowly without a GPU.
+        output: folder for results.jsonl, per_sample/ and runs/. None: a new temporary folder, which is not deleted; its
+            path is ``Comparison.folder``.
 
     Returns:
-        All rows measured in the folder; the labels say what is switched off.
+        All rows measured in the folder; their labels say what is switched off.
 
     Raises:
-        InputError: as for ``compare``.
-        ParameterError: ``steps``, ``seeds`` or ``test_spectra`` is not positive, or a model has no parts that can be
-            switched off.
+        InputError: the dataset cannot be read; or ``output`` holds an experiment with other settings or other files, or
+            another process writes to it.
+        ParameterError: ``steps``, ``seeds``, ``test_spectra`` or ``primitives`` is out of its range, or a model has no
+            parts that can be switched off.
 
-    >>> comparison = ablate("data/lab", models=("bisplat",), split="files", steps=2, seeds=1, primitives=20)
-    >>> [row["label"] for row in comparison][-1]
-    'bisplat (20 primitives) without BST'
+    Example:
+        >>> comparison = ablate("data/lab", models=("bisplat",), steps=2, seeds=1, primitives=20)
+        >>> [row["label"] for row in comparison][-1]
+        'bisplat (20 primitives) without BST'
     """
     require_whole(1, STEPS_MOST, steps=steps)
     require_whole(1, SEEDS_MOST, seeds=seeds)
@@ -101,7 +110,7 @@ def ablate(
 
 
 def _check_parts(model: str, method: TrainedModel) -> None:
-    """Refuse a model without the options of a row, before any row is trained."""
+    """Refuse a model that lacks the options of a row, before any row is trained."""
     try:
         check_options(method.model, method.options)
     except ParameterError as error:

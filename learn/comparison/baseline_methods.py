@@ -50,8 +50,8 @@ class Kriging(MeanPicture):
 class KrigingResponses(MeanPicture):
     """Kriging of the element responses.
 
-    If the dataset has no responses, those that reproduce its spectra best are used. Their common phase is unknown; it
-    is chosen such that the element with the largest mean magnitude has phase zero.
+    If the dataset has no responses, the method uses those that reproduce its spectra best. Their common phase is
+    unknown. It is chosen such that the element with the largest mean magnitude has phase zero.
     """
 
     def fit(self, task: Task) -> None:
@@ -61,7 +61,7 @@ class KrigingResponses(MeanPicture):
             strongest_element = responses[:, np.abs(responses).mean(axis=0).argmax()]
             responses = responses * np.exp(-1j * np.angle(strongest_element))[:, None]
             norm = np.linalg.norm(responses, axis=1, keepdims=True)
-            responses /= np.where(norm > 0, norm, 1)  # those behind a picture of one grey level are 0
+            responses /= np.where(norm > 0, norm, 1)  # a picture of a single grey level has responses of 0
         self._predict = krige_responses(task.positions, responses, task.beamformer, task.seed)
 
 

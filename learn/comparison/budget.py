@@ -1,4 +1,4 @@
-"""How many training steps fit into a budget of minutes, by the time of a few."""
+"""How many training steps fit into a budget of minutes, extrapolated from the time that a few steps take."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from simulate.spectra.spectrum import spectrum_of
 
 
 def steps_within(minutes: float, model: SpectrumModel, by_steps: Steps, task: Task, learned: Learned) -> int:
-    """The number of training steps, with their validations and checkpoints, that fit into a time.
+    """The number of training steps, with their validations and checkpoints, that fit into a given time.
 
     Args:
         minutes: the time.
-        model: is trained for a few steps.
+        model: the model, which is trained for a few steps to measure its speed.
         by_steps: its batch size and learning rate.
         task: known spectra to measure with.
-        learned: the responses that it learns from, if any.
+        learned: the responses that the model learns from, if any.
 
     Returns:
         Number of steps, at least 1.

@@ -17,11 +17,11 @@ from scenes.files.errors import ParameterError, require_positive, require_whole,
 from simulate.dataset.dataset_folder import Dataset
 
 Models = Sequence[str] | Mapping[str, str | Method | Callable[[], Method]]
-"""Names of methods, or a dictionary from names to methods; ``compare`` describes both."""
+"""Names of methods, or a dictionary from labels to methods; ``compare`` describes both."""
 
 
 MINUTES_MOST, SEEDS_MOST = 10_000.0, 1000
-"""Largest budget, a week, and number of fits of each method."""
+"""Largest budget (a week) and largest number of fits of each method."""
 
 
 def compare(
@@ -33,44 +33,58 @@ def compare(
     test_spectra: int | None = None,
     output: Path | str | None = None,
 ) -> Comparison:
-    """Fit and score methods on one split, and measure the array's ceiling. Makes no figures.
+    """Fit and score methods on one split, and measure the array's ceiling.
+
+    Every method learns from the same known spectra and is scored on the same test spectra by the same code. The array's
+    ceiling is an upper bound and not a method: it scores the element responses that fit each of at most 50 test spectra
+    best. The function makes no figures; ``bisplat compare`` does.
 
     A second call with the same ``output`` measures only the rows that are missing there, and returns all rows.
 
+    A method is an object with two methods. ``fit(task)`` learns from ``task.positions`` [n, 3] (metres) and
+    ``task.spectra`` [n, 90, 360] (0…1). ``predict(positions)`` takes positions [K, 3] and returns spectra [K, 90, 360].
+
     Args:
         dataset: a dataset, or its folder.
-        models: names of methods (``learn.comparison.methods.method_names`` lists them) or of classes
-            ("module:Class"); or a dictionary whose keys are the labels in the table and whose values are such a name, a
-            class with ``fit`` and ``predict``, a function that returns an object with both, or such an object, which
-            is copied for each seed. None: every baseline and model.
-        split: how the test part is chosen; "random" draws the same test part for every method.
+        models: names of baselines ("mean-picture", "nearest", "inverse-distance", "kriging", "kriging-responses"), of
+            models (as for ``train``) or of your own classes ("module:Class"). Or a dictionary from the label of a row
+            to one of these: a name, a class with ``fit`` and ``predict``, a function that returns an object with both,
+            or such an object, which is copied for each seed. None: every baseline and every model that needs no
+            options.
+        split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth of the spectra)
+            or "blocked" (every fourth block of ten consecutive spectra).
         budget: training time of each model that is trained by steps, minutes.
         seeds: number of fits of each method, with seeds 0, 1, …
-        test_spectra: largest number of test spectra that are scored, evenly spread over the test part; None: all of it.
-        output: folder for results.jsonl, per_sample/ and runs/; None: a new temporary folder, which is not deleted and
-            whose path is the ``folder`` of the result.
+        test_spectra: largest number of test spectra to score, evenly spread over the test part. None: all of them.
+        output: folder for results.jsonl, per_sample/ and runs/. None: a new temporary folder, which is not deleted; its
+            path is ``Comparison.folder``.
 
     Returns:
         All rows measured in the folder.
 
     Raises:
-        InputError: the dataset cannot be read, or the folder holds an experiment with other settings, or other files,
-            or another process writes to it.
-        ParameterError: a method is unknown, or ``budget``, ``seeds`` or ``test_spectra`` is not positive.
+        InputError: the dataset cannot be read; or ``output`` holds an experiment with other settings or other files, or
+            another process writes to it.
+        ParameterError: a method is unknown or lacks ``fit``, or ``budget``, ``seeds`` or ``test_spectra`` is out of its
+            range.
 
-    >>> import numpy as np
-    >>> class Grey:
-    ...     def fit(self, task):
-    ...         self.mean = task.spectra.mean()
-    ...
-    ...     def predict(self, positions):
-    ...         return np.full((len(positions), 90, 360), self.mean)
-    >>> comparison = compare("data/lab", {"nearest": "nearest", "grey": Grey})
-    >>> [row["label"] for row in comparison]
-    ['nearest', 'grey', "array's ceiling"]
-    >>> import pandas
-    >>> "ssim_median" in pandas.DataFrame(comparison)
-    True
+    Example:
+        >>> import numpy as np
+        >>> class Grey:
+        ...     def fit(self, task):
+        ...         self.mean = task.spectra.mean()
+        ...
+        ...     def predict(self, positions):
+        ...         return np.full((len(positions), 90, 360), self.mean)
+        >>> comparison = compare("data/lab", {"nearest": "nearest", "grey": Grey})
+        >>> [row["label"] for row in comparison]
+        ['nearest', 'grey', "array's ceiling"]
+
+        The rows make a table for pandas:
+
+        >>> import pandas
+        >>> "ssim_median" in pandas.DataFrame(comparison)
+        True
     """
     check_effort(budget, seeds)
     methods = makers(method_names() if models is None else models)
@@ -81,11 +95,11 @@ def compare(
 
 
 def check_effort(budget: float, seeds: int) -> None:
-    """Refuse a budget that is no number of minutes above 0 and at most ``MINUTES_MOST``, or a number of seeds outside
-    1 to ``SEEDS_MOST``.
+    """Refuse a budget or a number of seeds that is out of its range.
 
     Raises:
-        ParameterError: either of them.
+        ParameterError: ``budget`` is not above 0 and at most ``MINUTES_MOST``, or ``seeds`` is not a whole number from
+            1 to ``SEEDS_MOST``.
     """
     require_positive(budget=budget)
     require_within(0, MINUTES_MOST, "minutes", budget=budget)
@@ -93,13 +107,15 @@ def check_effort(budget: float, seeds: int) -> None:
 
 
 def makers(models: Models) -> dict[str, Callable[[], Method]]:
-    """Functions that make new, unfitted methods, by the label of their rows: a model of reduced size is marked.
+    """Functions that make new, unfitted methods, by the label of their rows.
+
+    The label of a model of reduced size ends in "(reduced)".
 
     Args:
         models: as for ``compare``.
 
     Raises:
-        ParameterError: there is no method, or one is unknown or has no ``fit``.
+        ParameterError: no method is given, or one is unknown or has no ``fit``.
 
     >>> list(makers(["nearest", "kriging"]))
     ['nearest', 'kriging']

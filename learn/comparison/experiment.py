@@ -1,4 +1,4 @@
-"""A folder of measured rows: each row is one method that was fitted and scored. No row is measured twice."""
+"""A folder of measured rows. Each row is one method that was fitted and scored; none is measured twice."""
 
 from __future__ import annotations
 
@@ -35,27 +35,27 @@ from simulate.positions.given_positions import MOST_POSITIONS
 from simulate.spectra.spectrum import evenly, spectrum_of
 
 LARGEST_RESULTS = 64 * MEGABYTE
-"""Bytes of results.jsonl; a row takes about 400."""
+"""Largest size of results.jsonl, bytes; a row takes about 400."""
 
 PROTOCOL = "protocol.json"
 """Name of the file with the settings of an experiment."""
 
 SPLIT_SEED = 0
-"""Seed of the split, the same for every method and for every seed that a method is fitted with."""
+"""Seed of the split, the same for every method and for every seed of a method."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """Settings that all rows of a folder have in common; ``PROTOCOL`` records them.
+    """Settings that all rows of an experiment have in common. The file protocol.json records them.
 
     Attributes:
         dataset: absolute path of the dataset's folder.
         split: how the test part is chosen.
         split_seed: seed of the split.
-        minutes: training time of each model that is trained by steps; None: no limit, ``steps`` is set.
-        steps: number of training steps of each such model; None: as many as fit into ``minutes``.
-        device: name of the GPU, or number of CPU threads, that methods are trained on.
-        test_spectra: largest number of test spectra, evenly spread over the test part; None: all of it.
+        minutes: training time of each model that is trained by steps. None: there is no limit, and ``steps`` is set.
+        steps: number of training steps of each such model. None: as many as fit into ``minutes``.
+        device: name of the GPU, or number of CPU threads, on which methods are trained.
+        test_spectra: largest number of test spectra, evenly spread over the test part. None: all of them.
     """
 
     dataset: str
@@ -67,12 +67,12 @@ class Settings:
     test_spectra: int | None = None
 
     def tested(self, test: Int[np.ndarray, " n"]) -> Int[np.ndarray, " K"]:
-        """The spectra of the test part that every method is scored on."""
+        """The spectra of the test part on which every method is scored."""
         return test if self.test_spectra is None else evenly(test, self.test_spectra)
 
 
 class Protocol(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
-    """protocol.json: the fields of ``Settings`` that are not None."""
+    """The content of protocol.json: the fields of ``Settings`` that are not None."""
 
     dataset: str
     split: SplitKind
@@ -84,7 +84,7 @@ class Protocol(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
 
 
 class Row(Struct, frozen=True, kw_only=True):
-    """What every line of results.jsonl has; further keys are scores and costs."""
+    """The keys that every line of results.jsonl has. Further keys are scores and costs."""
 
     label: str
     seed: Annotated[int, Meta(ge=0)]
@@ -107,7 +107,7 @@ class Experiment:
 
     @property
     def rows(self) -> list[dict[str, Any]]:
-        """The rows measured so far, in the order they were measured."""
+        """The rows measured so far, in the order in which they were measured."""
         path = self.folder / "results.jsonl"
         if not os.path.lexists(path):
             return []
@@ -126,7 +126,7 @@ class Experiment:
         Args:
             methods: functions that make new, unfitted methods, by the label of their rows.
             seeds: number of fits of each method, with seeds 0, 1, …
-            sizes: numbers of training spectra; None: all of the training part.
+            sizes: numbers of training spectra. None: all of the training part.
 
         Raises:
             InputError: a size is larger than the training part.
@@ -173,7 +173,7 @@ class Experiment:
         self._keep(key, test, scores, cost)
 
     def measure_ceiling(self) -> None:
-        """Measure the row of the array's ceiling, which is fitted to the test spectra: it is a bound, not a method."""
+        """Measure the row of the array's ceiling, a bound that is fitted to the test spectra themselves."""
         key = {"label": CEILING, "seed": 0, "train_size": None}
         if self._has(key):
             return
@@ -220,15 +220,15 @@ def begun(
     Args:
         dataset: a dataset, or its folder.
         split: how the test part is chosen.
-        output: the experiment's folder; None: a new temporary folder.
-        minutes: training time of each model that is trained by steps; None: ``steps`` is set.
-        steps: number of training steps of each such model; None: ``minutes`` is set.
-        test_spectra: largest number of test spectra to score; None: all of the test part.
+        output: the experiment's folder. None: a new temporary folder.
+        minutes: training time of each model that is trained by steps. None: ``steps`` is set.
+        steps: number of training steps of each such model. None: ``minutes`` is set.
+        test_spectra: largest number of test spectra to score. None: all of the test part.
 
     Raises:
-        InputError: the dataset cannot be read, or the folder holds an experiment with other settings, or other files,
-            or another process writes to it.
-        ParameterError: ``test_spectra`` is no whole number above 0.
+        InputError: the dataset cannot be read; or the folder holds an experiment with other settings or other files, or
+            another process writes to it.
+        ParameterError: ``test_spectra`` is not a whole number above 0.
     """
     if test_spectra is not None:
         require_whole(1, MOST_POSITIONS, test_spectra=test_spectra)

@@ -1,4 +1,4 @@
-"""The methods of a comparison by name: baselines, models of the registry, and classes of the user's own."""
+"""The methods of a comparison by name: baselines, models of the registry, and the user's own classes."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ def method_named(name: str) -> Callable[[], Method]:
     """The function that makes a new, unfitted method.
 
     Args:
-        name: name of a baseline or a model, or a class of the user's own as ``module:Class``.
+        name: name of a baseline or a model, or the user's own class as ``module:Class``.
 
     Raises:
-        ParameterError: the method is unknown, or its module cannot be imported; the message says why.
+        ParameterError: the method is unknown, or its module cannot be imported. The message says why.
     """
     if name in BASELINES:
         return BASELINES[name]

@@ -1,4 +1,4 @@
-"""Scores of each test spectrum of one row of a comparison, as a CSV in per_sample/."""
+"""The CSV files in per_sample/: the scores of each test spectrum, a file for each row of a comparison."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from scenes.files.errors import InputError, shown
 from scenes.files.input_file import MEGABYTE, read_text
 
 COLUMNS = ("ssim", "psnr_db", "mae", "aoa_error_deg")
-"""After the column ``name``, of the spectrum."""
+"""Columns of the file after the first one, ``name``, which is that of the spectrum."""
 
 LARGEST = 100 * MEGABYTE
-"""Bytes of the file: a hundred for each of a million spectra."""
+"""Largest size of the file, bytes: a hundred for each of a million spectra."""
 
 
 def write_scores(path: Path, names: Sequence[str], scores: Scores) -> None:
@@ -37,7 +37,8 @@ def read_scores(path: Path) -> dict[str, Float[np.ndarray, " K"]]:
     """Read what ``write_scores`` wrote: the scores of K spectra, by ``COLUMNS``.
 
     Raises:
-        InputError: no regular file, no such CSV, or a score that is no number; the message names file and line.
+        InputError: the path is not a regular file or not such a CSV, or a score is not a number. The message names the
+            file and the line.
     """
     expected = "the scores of each test spectrum"
     lines = read_text(path, expected, LARGEST).splitlines()
@@ -55,7 +56,7 @@ def read_scores(path: Path) -> dict[str, Float[np.ndarray, " K"]]:
 
 
 def _numbers(line: str) -> list[float] | None:
-    """The numbers of a line; None: it has others, or another number of them."""
+    """The numbers of a line. None: there are more or fewer than expected, or one is not a finite number."""
     _, *texts = line.split(",")
     try:
         values = [float(text) for text in texts]

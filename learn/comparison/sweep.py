@@ -29,30 +29,40 @@ def sweep(
     init: Run | Path | str | None = None,
     output: Path | str | None = None,
 ) -> Comparison:
-    """Fit and score methods on training parts of several sizes. Makes no figures.
+    """Fit and score methods on training parts of several sizes.
+
+    The result shows how accuracy grows with the number of training spectra. The test part is the same for all sizes.
+    The function makes no figures; ``bisplat sweep`` does.
+
+    A second call with the same ``output`` measures only the rows that are missing there, and returns all rows.
 
     Args:
-        dataset: a dataset, or its folder; as for ``compare``.
-        sizes: numbers of training spectra; each smaller training part is contained in every larger one.
-        models: as for ``compare``.
-        split: how the test part is chosen.
+        dataset: a dataset, or its folder.
+        sizes: numbers of training spectra. Each smaller training part is contained in every larger one.
+        models: names of methods, or a dictionary from labels to methods, as for ``bisplat.compare``.
+        split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth of the spectra)
+            or "blocked" (every fourth block of ten consecutive spectra).
         budget: training time of each model that is trained by steps, minutes.
-        seeds: number of fits of each method, with seeds 0, 1, …
-        test_spectra: largest number of test spectra that are scored, evenly spread over the test part; None: all of it.
-        init: a finished run, or its folder. Its model is also trained starting from its weights, in rows labelled
+        seeds: number of fits of each method and size, with seeds 0, 1, …
+        test_spectra: largest number of test spectra to score, evenly spread over the test part. None: all of them.
+        init: a finished run, or its folder. Its model is then also trained starting from its weights, in rows labelled
             "MODEL from FOLDER".
-        output: as for ``compare``.
+        output: folder for results.jsonl, per_sample/ and runs/. None: a new temporary folder, which is not deleted; its
+            path is ``Comparison.folder``.
 
     Returns:
-        All rows measured in the folder; "train_size" of a row is the number of training spectra.
+        All rows measured in the folder. The entry "train_size" of a row is its number of training spectra.
 
     Raises:
-        InputError: as for ``compare``, or the run cannot be read, or a size is larger than the training part.
-        ParameterError: a method is unknown, or a size, ``budget``, ``seeds`` or ``test_spectra`` is not positive.
+        InputError: the dataset or the run cannot be read; a size is larger than the training part; or ``output`` holds
+            an experiment with other settings or other files, or another process writes to it.
+        ParameterError: a method is unknown; ``sizes`` is empty or has a number twice; or a size, ``budget``, ``seeds``
+            or ``test_spectra`` is out of its range.
 
-    >>> comparison = sweep("data/lab", sizes=(5, 10), models=("nearest",))
-    >>> [(row["label"], row["train"]) for row in comparison]
-    [('nearest', 5), ('nearest', 10)]
+    Example:
+        >>> comparison = sweep("data/lab", sizes=(5, 10), models=("nearest",))
+        >>> [(row["label"], row["train_size"]) for row in comparison]
+        [('nearest', 5), ('nearest', 10)]
     """
     check_effort(budget, seeds)
     if not sizes or len(set(sizes)) < len(sizes):

@@ -1,4 +1,4 @@
-"""The table that ``compare``, ``ablate`` and ``sweep`` return."""
+"""The table of scores that ``compare``, ``ablate`` and ``sweep`` return."""
 
 from __future__ import annotations
 
@@ -26,32 +26,38 @@ HEADINGS = {
 """Headings of a printed table, by the keys of a row."""
 
 FEW_STEPS = 100
-"""A model that was trained for fewer steps within its budget has hardly begun to learn."""
+"""With fewer training steps than this, a model has hardly begun to learn."""
 
 
 @dataclass(frozen=True)
 class Comparison:
-    """Measured rows. ``pandas.DataFrame(comparison)`` makes a table of them.
+    """Rows measured by ``compare``, ``ablate`` or ``sweep``.
+
+    ``pandas.DataFrame(comparison)`` makes a table of the rows. ``print(comparison)`` shows the averages over the seeds,
+    the best first, and a notebook shows the same as HTML. ``len(comparison)`` and iteration are those of ``rows``.
+
+    Each row is a flat dictionary with these entries:
+
+    - "label", "seed", and "train_size", the number of training spectra asked for (None: the whole training part);
+    - "test", the number of test spectra;
+    - "ssim_median", "ssim_mean", "ssim_p05" (5th percentile), "psnr_mean" (dB), "mae_mean" and "aoa_error_median_deg"
+      (degrees);
+    - "date";
+    - except for the array's ceiling: "train" (number of training spectra), "parameters", "training_seconds",
+      "milliseconds_per_spectrum" and "steps". "parameters" and "steps" are None for a method that has none.
 
     Attributes:
         folder: the experiment's folder, with results.jsonl, per_sample/ and runs/.
-        settings: dataset, split, training time and device, which the rows have in common.
-        rows: a flat dictionary for each method, seed and size, in the order they were measured: "label", "seed",
-            "train_size" (None: all of the training part), "test" (number of test spectra), "ssim_median",
-            "ssim_mean", "ssim_p05", "psnr_mean" (dB), "mae_mean", "aoa_error_median_deg", "date", and, except for the
-            array's ceiling, "train" (number of training spectra), "parameters", "training_seconds" and
-            "milliseconds_per_spectrum"; a model that was trained by steps also has "steps".
+        settings: what all rows have in common: dataset, split, training time and device.
+        rows: a dictionary for each method, seed and size, in the order in which they were measured.
 
-    >>> settings = Settings("data/lab", "files", 0, 5.0, None, "1 CPU threads")
-    >>> row = {"seed": 0, "train_size": None, "test": 20}
-    >>> rows = [{"label": "nearest", "ssim_median": 0.5, **row}, {"label": "mlp", "ssim_median": 0.75, **row}]
-    >>> comparison = Comparison(Path("runs/table"), settings, rows)
-    >>> len(comparison), [row["label"] for row in comparison], [row["label"] for row in comparison.table()]
-    (2, ['nearest', 'mlp'], ['mlp', 'nearest'])
-    >>> print(comparison)
-             SSIM
-    mlp      0.75
-    nearest  0.5
+    Example:
+        >>> import bisplat
+        >>> comparison = bisplat.compare("data/lab", ["mean-picture", "nearest"], test_spectra=4)
+        >>> len(comparison), [row["label"] for row in comparison]
+        (3, ['mean-picture', 'nearest', "array's ceiling"])
+        >>> [row["label"] for row in comparison.table()]  # the best first, and the bound last
+        ['nearest', 'mean-picture', "array's ceiling"]
     """
 
     folder: Path
@@ -70,37 +76,62 @@ class Comparison:
         return iter(self.rows)
 
     def averages(self) -> list[dict[str, Any]]:
-        """Averages over the seeds, a flat dictionary for each method and size, in the order they were measured.
+        """Average the rows over the seeds.
 
-        Each has the keys of ``rows`` with numbers, "seeds" (number of seeds) and "ssim_spread" (standard deviation of
-        "ssim_median" over the seeds, 0 for a single seed).
+        Returns:
+            A flat dictionary for each method and size, in the order in which they were measured. It has the entries of
+            ``rows`` that are numbers, and also "seeds" (number of seeds) and "ssim_spread" (standard deviation of
+            "ssim_median" over the seeds, 0 for a single seed).
+
+        Example:
+            >>> import bisplat
+            >>> comparison = bisplat.compare("data/lab", ["nearest"], seeds=2, test_spectra=4)
+            >>> [(row["label"], row["seeds"]) for row in comparison.averages()]
+            [('nearest', 2), ("array's ceiling", 1)]
         """
         groups = summary(self.rows, lambda row: (row["label"], row["train_size"]))
         return [{"label": label, **figures, "train_size": size} for (label, size), figures in groups.items()]
 
     def table(self) -> list[dict[str, Any]]:
-        """``averages``, with the highest median SSIM first; the array's ceiling, which is no method, last."""
+        """Sort the averages by median SSIM.
+
+        Returns:
+            The dictionaries of ``averages``, with the highest median SSIM first. The array's ceiling, which is not a
+            method, is last.
+        """
         return sorted(self.averages(), key=lambda row: (row["label"] == CEILING, -row["ssim_median"]))
 
     def per_sample(self, row: Mapping[str, Any]) -> dict[str, Float[np.ndarray, " K"]]:
-        """Scores of the K test spectra of a row: "ssim", "psnr_db", "mae", "aoa_error_deg".
+        """Read the scores of each of the K test spectra of a row.
 
         Args:
             row: one of ``rows``.
 
+        Returns:
+            Arrays [K] by name: "ssim", "psnr_db" (dB), "mae" and "aoa_error_deg" (degrees).
+
         Raises:
-            InputError: the row's file in ``folder`` is gone or damaged.
+            InputError: the row's file in ``folder`` is missing or damaged.
+
+        Example:
+            >>> import bisplat
+            >>> comparison = bisplat.compare("data/lab", ["nearest"], test_spectra=4)
+            >>> comparison.per_sample(comparison.rows[0])["aoa_error_deg"].shape
+            (4,)
         """
         return read_scores(self.folder / "per_sample" / f"{row_name(row)}.csv")
 
     def remark(self) -> str | None:
-        """A sentence about models whose budget was too short for more than a few steps; None: there are none.
+        """Name the models whose training budget was too short for more than a few steps.
 
-        >>> settings = Settings("data/lab", "files", 0, 0.1, None, "1 CPU threads")
-        >>> row = {"label": "mlp", "seed": 0, "train_size": None, "ssim_median": 0.5, "steps": 2}
-        >>> Comparison(Path("runs/table"), settings, [row]).remark()
-        'trained for few steps only, all that fit into 0.1 minutes: mlp (2); such a score says little, and a larger \
-budget trains longer'
+        Returns:
+            A sentence for the user. None: there are no such models.
+
+        Example:
+            >>> settings = Settings("data/lab", "files", 0, 0.1, None, "1 CPU threads")
+            >>> row = {"label": "mlp", "seed": 0, "train_size": None, "ssim_median": 0.5, "steps": 2}
+            >>> print(Comparison(Path("runs/table"), settings, [row]).remark())
+            only a few training steps fit into 0.1 minutes: mlp (2); such a score says little, so give a larger budget
         """
         minutes = self.settings.minutes
         few = {average_name(row): row["steps"] for row in self.averages() if row.get("steps", FEW_STEPS) < FEW_STEPS}
@@ -108,8 +139,8 @@ budget trains longer'
             return None
         named = ", ".join(f"{name} ({steps:g})" for name, steps in few.items())
         return (
-            f"trained for few steps only, all that fit into {minutes:g} minutes: {named}; such a score says little, "
-            "and a larger budget trains longer"
+            f"only a few training steps fit into {minutes:g} minutes: {named}; such a score says little, so give a "
+            "larger budget"
         )
 
     def __str__(self) -> str:
@@ -128,7 +159,7 @@ budget trains longer'
 
 
 def average_name(row: Mapping[str, Any]) -> str:
-    """Name of one of the ``averages``: its label, and its number of training spectra if it has one.
+    """The name of a row of ``averages``: its label, and its number of training spectra if it states one.
 
     >>> average_name({"label": "mlp", "train_size": 200})
     'mlp, 200'
@@ -137,10 +168,10 @@ def average_name(row: Mapping[str, Any]) -> str:
 
 
 def table_cells(averages: Sequence[Mapping[str, Any]]) -> list[list[str]]:
-    """Texts of the cells of a table, headings first, without the columns that no row has a value for.
+    """The texts of a table's cells, headings first. Columns without any value are left out.
 
     Args:
-        averages: rows of ``Comparison.averages``. The spread over the seeds of a row with one seed is not shown.
+        averages: rows of ``Comparison.averages``. The spread over the seeds is left out of rows with one seed.
     """
 
     def shown(row: Mapping[str, Any], key: str) -> bool:

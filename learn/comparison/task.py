@@ -1,7 +1,4 @@
-"""The interface of a compared method: it is given a ``Task``, and has ``fit`` and ``predict``.
-
-docs/compare.md has an example.
-"""
+"""The interface of a compared method: it has ``fit``, which takes a ``Task``, and ``predict``."""
 
 from __future__ import annotations
 
@@ -21,16 +18,16 @@ from simulate.spectra.spectrum import spectrum_of
 
 @dataclass(frozen=True)
 class Task:
-    """The spectra that a method learns from, and how long it may train.
+    """The spectra from which a method learns, and how long it may train.
 
     Attributes:
         dataset: the dataset; a method must not use its test part.
         kind: how the test part is chosen.
         split_seed: seed of the split.
-        train_size: number of training spectra, drawn from the training part; None: all of it.
+        train_size: number of training spectra, drawn from the training part. None: all of it.
         seed: seed of everything that is random in the method itself.
-        minutes: training time; None: no limit, ``steps`` is set.
-        steps: number of training steps of a model trained by steps; None: as many as fit into ``minutes``.
+        minutes: training time. None: no limit, ``steps`` is set.
+        steps: number of training steps of a model trained by steps. None: as many as fit into ``minutes``.
         folder: the method's own folder; it is kept, so that an interrupted training can continue.
     """
 
@@ -60,7 +57,7 @@ class Task:
 
     @property
     def responses(self) -> Complex[np.ndarray, "n elements"] | None:
-        """Element responses of the known spectra; None: the dataset has none."""
+        """Element responses of the known spectra. None: the dataset has none."""
         return None if self.dataset.responses is None else self.dataset.responses[self.parts.known]
 
     @property
@@ -73,7 +70,7 @@ class Method(Protocol):
     """A method that learns from known spectra and predicts others.
 
     A method may also have the attributes ``parameters`` (number of trainable parameters), ``seconds`` (training time)
-    and ``steps`` (number of training steps); the rows of a comparison have them if they exist.
+    and ``steps`` (number of training steps). The rows of a comparison then state them.
     """
 
     def fit(self, task: Task) -> None:

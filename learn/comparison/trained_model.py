@@ -20,12 +20,12 @@ from learn.training.training_file import TrainingFile, read_training
 
 @dataclass
 class TrainedModel:
-    """A model, trained as by ``bisplat train``, for the task's steps or as many steps as fit into its minutes.
+    """A model trained as by ``bisplat train``, for the task's steps or for as many as fit into its minutes.
 
     Attributes:
         model: its name in the registry.
-        options: options of the model that differ from its registry entry's.
-        init: folder of a finished run of the same model whose weights training starts from; None: random weights.
+        options: options of the model that differ from those of its registry entry.
+        init: folder of a finished run of the same model, with whose weights training starts. None: random weights.
     """
 
     model: str
@@ -39,7 +39,7 @@ class TrainedModel:
         self._run: Run = load_run(task.folder)
 
     def _config(self, task: Task) -> tuple[Config, Learned | None]:
-        """Settings of the run, and the responses to learn if they were looked for."""
+        """Settings of the run, and the responses to learn from. None: nobody has looked for them yet."""
         config = Config(
             dataset=str(task.dataset.folder.resolve()),
             model=self.model,
@@ -71,7 +71,7 @@ class TrainedModel:
 
     @property
     def steps(self) -> int | None:
-        """Number of training steps; None: the model is not trained by steps."""
+        """Number of training steps. None: the model is not trained by steps."""
         return None if self._run.config.by_steps is None else self._training.steps
 
     @property

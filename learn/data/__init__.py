@@ -1,1 +1,1 @@
-"""Which spectra are for training, validation and test, and how predictions of them are scored."""
+"""Splits of a dataset into training, validation and test part, and the scores of predictions."""

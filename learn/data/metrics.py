@@ -1,4 +1,4 @@
-"""Scores of predicted spectra against true ones; every table reports these."""
+"""Scores of predicted spectra against true ones."""
 
 from __future__ import annotations
 
@@ -15,17 +15,19 @@ from simulate.spectra.spectrum import check_spectra
 
 @dataclass(frozen=True)
 class Scores:
-    """Scores of K predicted spectra, one entry each.
+    """Scores of K predicted spectra, one entry for each.
 
     Attributes:
-        ssim: ``skimage.metrics.structural_similarity(prediction, truth, data_range=1)``, at most 1.
-        psnr: peak signal-to-noise ratio, dB, for a peak of 1; at most 100 dB.
-        mae: mean absolute error, 0…1.
-        aoa_error: angle between the directions of arrival of the two maxima, degrees.
+        ssim: [K] structural similarity as ``bisplat.ssim`` computes it, at most 1.
+        psnr: [K] peak signal-to-noise ratio for a peak of 1, dB; at most 100 dB.
+        mae: [K] mean absolute error, 0…1.
+        aoa_error: [K] error of the angle of arrival as ``bisplat.aoa_error`` computes it, degrees.
 
-    >>> ones = np.ones(3)
-    >>> Scores(ssim=ones, psnr=30 * ones, mae=0.02 * ones, aoa_error=np.array([1.0, 2.0, 40.0])).summary()["psnr_mean"]
-    30.0
+    Example:
+        >>> ones = np.ones(3)
+        >>> scores = Scores(ssim=ones, psnr=30 * ones, mae=0.02 * ones, aoa_error=np.array([1.0, 2.0, 40.0]))
+        >>> scores.summary()["psnr_mean"], scores.summary()["aoa_error_median_deg"]
+        (30.0, 2.0)
     """
 
     ssim: Float[np.ndarray, " K"]
@@ -34,7 +36,12 @@ class Scores:
     aoa_error: Float[np.ndarray, " K"]
 
     def summary(self) -> dict[str, float]:
-        """Medians, means and the 5th percentile of the scores over the K spectra: a row of a table, by column name."""
+        """Summarise the scores of all K spectra in one row of a table.
+
+        Returns:
+            A dictionary with "ssim_median", "ssim_mean", "ssim_p05" (the 5th percentile), "psnr_mean" (dB), "mae_mean"
+            and "aoa_error_median_deg" (degrees).
+        """
         return {
             "ssim_median": float(np.median(self.ssim)),
             "ssim_mean": float(np.mean(self.ssim)),
@@ -51,18 +58,19 @@ def score(prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K
     Args:
         prediction: predicted spectra, 0…1.
         truth: true spectra, 0…1: the grey levels of a dataset's pictures divided by 255.
-        grid: the dataset's grid, for the directions of arrival.
+        grid: the dataset's grid, which gives the directions of arrival.
 
     Returns:
         All scores, computed in double precision.
 
-    >>> truth = np.zeros((2, 90, 360))
-    >>> truth[:, 30, 100] = 1
-    >>> prediction = truth.copy()
-    >>> prediction[1] = np.roll(truth[1], 10, axis=0)  # 10 degrees of elevation too high
-    >>> scores = score(prediction, truth, AngularGrid())
-    >>> scores.ssim.round(3).tolist()[0], scores.psnr.tolist()[0], scores.aoa_error.round(3).tolist()
-    (1.0, 100.0, [0.0, 10.0])
+    Example:
+        >>> truth = np.zeros((2, 90, 360))
+        >>> truth[:, 30, 100] = 1
+        >>> prediction = truth.copy()
+        >>> prediction[1] = np.roll(truth[1], 10, axis=0)  # 10 degrees of elevation too high
+        >>> scores = score(prediction, truth, AngularGrid())
+        >>> scores.ssim.round(3).tolist()[0], scores.psnr.tolist()[0], scores.aoa_error.round(3).tolist()
+        (1.0, 100.0, [0.0, 10.0])
     """
     prediction, truth = prediction.astype(np.float64), truth.astype(np.float64)
     squared_error = ((prediction - truth) ** 2).mean(axis=(1, 2))
@@ -77,26 +85,29 @@ def score(prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K
 def ssim(
     prediction: Float[np.ndarray, "*batch 90 360"], truth: Float[np.ndarray, "*batch 90 360"]
 ) -> Float[np.ndarray, "*batch"]:
-    """Structural similarity (SSIM [wang2004]) of predicted and true spectra: the value that all tables report.
+    """Structural similarity (SSIM) of predicted and true spectra [wang2004].
 
-    It is ``skimage.metrics.structural_similarity(prediction, truth, data_range=1)`` of each 90 × 360 picture, in double
-    precision, and at most 1.
+    All tables of this project report this value. It is
+    ``skimage.metrics.structural_similarity(prediction, truth, data_range=1)`` of each 90 × 360 spectrum, with
+    scikit-image's uniform window of 7 × 7 pixels and in double precision. It is 1 for equal spectra.
 
     Args:
-        prediction: a spectrum or a stack of spectra, 0…1.
-        truth: as many true spectra, 0…1: the grey levels of a dataset's pictures divided by 255.
+        prediction: a spectrum [90, 360] or a stack of spectra [..., 90, 360], 0…1.
+        truth: true spectra of the same shape, 0…1: the grey levels of a dataset's pictures divided by 255, as in
+            ``dataset.spectra``.
 
     Returns:
-        The SSIM of each pair; one number for one pair.
+        The SSIM of each pair [...]; a single number for a single pair.
 
     Raises:
-        ParameterError: other shapes, or grey levels instead of numbers from 0 to 1.
+        ParameterError: the arrays have other shapes, or hold grey levels instead of numbers from 0 to 1.
 
-    >>> import bisplat
-    >>> evaluation = bisplat.evaluate("runs/lab")
-    >>> each = bisplat.ssim(evaluation.prediction, evaluation.truth)
-    >>> each.shape == evaluation.test.shape, float(np.median(each)) == evaluation.metrics()["ssim_median"]
-    (True, True)
+    Example:
+        >>> import bisplat
+        >>> evaluation = bisplat.evaluate("runs/lab")
+        >>> each = bisplat.ssim(evaluation.prediction, evaluation.truth)
+        >>> each.shape == evaluation.test.shape, float(np.median(each)) == evaluation.metrics()["ssim_median"]
+        (True, True)
     """
     prediction, truth = _pair(prediction, truth)
     pairs = zip(*(spectra.reshape(-1, ROWS, COLUMNS) for spectra in (prediction, truth)), strict=True)
@@ -107,7 +118,9 @@ def ssim(
 def ssim_of_each(
     prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K 90 360"]
 ) -> Float[np.ndarray, " K"]:
-    """SSIM of each pair in the type of its arrays. Fits choose by it in single precision, which is faster.
+    """SSIM of each pair, in the float type of its arrays.
+
+    Fits compare candidates in single precision, which is faster.
 
     Args:
         prediction: predicted spectra, 0…1.
@@ -125,25 +138,28 @@ def aoa_error(
     truth: Float[np.ndarray, "*batch 90 360"],
     grid: AngularGrid = AngularGrid(),
 ) -> Float[np.ndarray, "*batch"]:
-    """Error of the angle of arrival: the great-circle angle between the directions of the two maxima, degrees.
+    """Error of the angle of arrival: the angle between the directions of the two maxima.
 
-    The angle is also right across azimuth 0°, and near boresight, where directions of different azimuths are close.
+    It is the great-circle angle ``arccos(u·v)`` between the unit vectors u and v of the strongest directions of the
+    predicted and the true spectrum. It is therefore also right across azimuth 0°, and near boresight, where directions
+    of different azimuths are close to each other.
 
     Args:
-        prediction: a spectrum or a stack of spectra.
-        truth: as many true spectra.
-        grid: directions of their rows and columns, ``dataset.grid``; NeRF²'s by default.
+        prediction: a spectrum [90, 360] or a stack of spectra [..., 90, 360], 0…1.
+        truth: true spectra of the same shape, 0…1.
+        grid: the directions of rows and columns, ``dataset.grid``. The default is that of the NeRF² format.
 
     Returns:
-        The angle of each pair, 0…180; one number for one pair.
+        The angle of each pair [...], 0…180 degrees; a single number for a single pair.
 
     Raises:
-        ParameterError: other shapes, or grey levels instead of numbers from 0 to 1.
+        ParameterError: the arrays have other shapes, or hold grey levels instead of numbers from 0 to 1.
 
-    >>> prediction, truth = np.zeros((2, 90, 360))
-    >>> prediction[0, 359] = truth[0, 1] = 1  # at the horizon, azimuths 359 and 1 degree
-    >>> float(aoa_error(prediction, truth).round(3))
-    2.0
+    Example:
+        >>> prediction, truth = np.zeros((2, 90, 360))
+        >>> prediction[0, 359] = truth[0, 1] = 1  # at the horizon, azimuths 359 and 1 degree
+        >>> float(aoa_error(prediction, truth).round(3))
+        2.0
     """
     prediction, truth = _pair(prediction, truth)
     cosine = (grid.dominant_direction(prediction) * grid.dominant_direction(truth)).sum(-1)
@@ -158,5 +174,5 @@ def _pair(prediction: np.ndarray, truth: np.ndarray) -> tuple[np.ndarray, np.nda
     """
     prediction, truth = check_spectra("prediction", prediction), check_spectra("truth", truth)
     if prediction.shape != truth.shape:
-        raise ParameterError("prediction", f"expected shape {truth.shape}, that of truth, found {prediction.shape}")
+        raise ParameterError("prediction", f"expected the shape of truth, {truth.shape}, found {prediction.shape}")
     return prediction, truth

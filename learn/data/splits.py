@@ -1,4 +1,4 @@
-"""Which spectra a model is trained, validated and tested on."""
+"""Splits: the spectra on which a model is trained, validated and tested."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:  # importing it is slow, and the command line's help only need
 SplitKind = Literal["files", "random", "blocked"]
 
 TEST_FRACTION = 0.2
-"""Share of the spectra that ``random`` holds out for testing, as the published loaders do (80/20)."""
+"""Share of the spectra that ``random`` holds out for testing; the published loaders also split 80/20."""
 
 BLOCK, EVERY = 10, 4
 """``blocked`` holds out every fourth block of ten consecutive spectra for testing."""
@@ -36,12 +36,12 @@ VALIDATION_FRACTION = 0.1
 PARTS = ("train", "validation", "test")
 
 LARGEST_SPLIT = 40 * MEGABYTE
-"""Bytes of a split.json; a million names of six digits have 11 MB."""
+"""Largest size of a split.json, bytes; a million names of six digits take 11 MB."""
 
 
 @dataclass(frozen=True)
 class Split:
-    """Disjoint parts of a dataset, as indices of its spectra.
+    """Disjoint parts of a dataset, as sorted indices of its spectra.
 
     Attributes:
         train: spectra that a model is trained on.
@@ -60,12 +60,17 @@ class Split:
 
 
 def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None = None) -> Split:
-    """Split a dataset.
+    """Split a dataset into a training, a validation and a test part.
 
-    ``files`` reads the folder's own train_index.txt and test_index.txt. ``random`` draws 20 % for testing. ``blocked``
-    holds out every fourth block of ten consecutive spectra. Measured positions follow a path: ``random``, and the
-    index files of most folders, put the spectra recorded just before and after a test spectrum into the training part;
-    ``blocked`` does so only at the ends of a block.
+    There are three kinds of split:
+
+    - ``files`` reads the folder's own train_index.txt and test_index.txt.
+    - ``random`` draws 20 % of the spectra for testing.
+    - ``blocked`` holds out every fourth block of ten consecutive spectra.
+
+    Measured positions follow a path. With ``random``, and with the index files of most folders, the spectra recorded
+    just before and after a test spectrum are therefore in the training part. With ``blocked`` this happens only at the
+    ends of a block.
 
     The validation part is 10 % of the training part; with ``blocked`` it consists of whole blocks.
 
@@ -73,15 +78,22 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
         dataset: the spectra.
         kind: how the test part is chosen.
         seed: seed of the test part of ``random``, and of the validation part.
-        train_size: number of training spectra to keep; a smaller part is contained in every larger one. The validation
+        train_size: number of training spectra to keep. A smaller part is contained in every larger one. The validation
             part shrinks in proportion, since baselines use it too; the test part stays the same. None: keep all.
 
     Returns:
         Disjoint parts, each sorted.
 
     Raises:
-        InputError: the dataset has too few spectra for three parts, or fewer training spectra than ``train_size``.
-        ParameterError: a seed that is none, or a ``train_size`` below 1.
+        InputError: the dataset has too few spectra for three parts, has fewer training spectra than ``train_size``, or
+            lacks the index files that ``files`` needs.
+        ParameterError: the seed or ``train_size`` is not a whole number in its range.
+
+    Example:
+        >>> import bisplat
+        >>> parts = split(bisplat.read_dataset("data/lab"), "blocked", seed=0)
+        >>> parts.test.tolist()
+        [10, 11, 12, 13, 14, 15, 16, 17, 18, 19]
     """
     require_seed(seed=seed)
     if train_size is not None:
@@ -118,14 +130,14 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
     result = Split(train=train, validation=validation, test=test)
     if not (len(result.train) and len(result.test)):
         raise InputError(
-            f"{dataset.folder}: expected enough spectra for a {kind} split into training, validation and test, "
-            f"found {count}, which leaves {len(result.train)}, {len(result.validation)} and {len(result.test)}"
+            f"{dataset.folder}: expected enough spectra for a {kind} split into training, validation and test part, "
+            f"found {count}, which give {len(result.train)}, {len(result.validation)} and {len(result.test)}"
         )
     return result
 
 
 class SplitFile(Struct, frozen=True, forbid_unknown_fields=True):
-    """split.json: names of spectra."""
+    """The content of split.json: names of spectra."""
 
     train: list[str]
     validation: list[str]
@@ -141,8 +153,8 @@ def read_split(path: Path, names: Sequence[str], folder: Path) -> Split:
         folder: the dataset's folder, for messages.
 
     Raises:
-        InputError: no regular file of at most ``LARGEST_SPLIT`` bytes, no JSON object of three lists of names, a name
-            in two lists or twice in one, an empty training or test part, or a name that the dataset does not have.
+        InputError: the path is not a regular file of at most ``LARGEST_SPLIT`` bytes with a JSON object of three lists
+            of names; a name occurs twice; the training or the test part is empty; or the dataset lacks a name.
     """
     expected = "the names of the spectra of each part"
     content = parse_json(read_text(path, expected, LARGEST_SPLIT), str(path), expected)
@@ -152,11 +164,12 @@ def read_split(path: Path, names: Sequence[str], folder: Path) -> Split:
     missing = next((name for name in every if name not in index_of), None)
     if missing is not None:
         raise InputError(
-            f"{folder}: expected the dataset that {path.parent} was trained on, found no spectrum {shown(missing)}"
+            f"{folder}: expected the dataset that {path.parent} was trained on, found one without the spectrum "
+            f"{shown(missing)}"
         )
     if len(set(every)) < len(every):
         twice = next(name for name, count in Counter(every).items() if count > 1)
-        raise InputError(f"{path}: expected each name in one part and once, found {shown(twice)} twice")
+        raise InputError(f"{path}: expected each name only once, found {shown(twice)} twice")
     if not (content["train"] and content["test"]):
         raise InputError(f"{path}: expected names in train and in test, found none in one of them")
     return Split(**{part: np.array([index_of[name] for name in content[part]], dtype=int) for part in PARTS})

@@ -1,1 +1,1 @@
-"""How good a run is: on held-out spectra, against fresh simulation, and in locating transmitters."""
+"""Evaluation of a run: on held-out spectra, against a fresh simulation, and in locating transmitters."""

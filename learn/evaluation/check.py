@@ -18,11 +18,11 @@ SOURCES = {
     "fitted": "from the pictures",
     "assumed": "assumed",
 }
-"""How the array and the grid are known, for the user."""
+"""For the user: how the array and the grid are known."""
 
 
 DOUBTFUL = 3.0
-"""Grey levels; if an array leaves more unexplained, it is not the array that measured the pictures."""
+"""Grey levels; an array that leaves more unexplained did not measure the pictures."""
 
 
 @dataclass(frozen=True)
@@ -31,10 +31,16 @@ class Check:
 
     Attributes:
         problems: one sentence for each fault that makes the folder unusable.
-        warnings: one sentence for each fault that does not, for example that the split leaks.
-        dataset: the dataset; None: there are problems.
-        leakage: distance and similarity between the test spectra and their nearest training spectra; None: there are
-            problems, or the training or test part is empty.
+        warnings: one sentence for each other fault, for example that the split leaks.
+        dataset: the dataset. None: there are problems.
+        leakage: how near and how similar the test spectra are to training spectra. None: there are problems, or the
+            training or the test part is empty.
+
+    Example:
+        >>> import bisplat
+        >>> found = bisplat.check("data/lab")
+        >>> found.description()["complex responses"], found.beamformer()["array"]["source"]
+        ('yes', 'metadata')
     """
 
     problems: list[str]
@@ -48,7 +54,11 @@ class Check:
         return not self.problems
 
     def description(self) -> dict[str, str]:
-        """Properties of the dataset, by name; empty if there are problems."""
+        """Describe the dataset in words.
+
+        Returns:
+            Texts by the name of the property, as ``bisplat check`` prints them; empty if there are problems.
+        """
         dataset = self.dataset
         if dataset is None:
             return {}
@@ -69,9 +79,11 @@ class Check:
         }
 
     def beamformer(self) -> dict[str, Any]:
-        """Array and grid of the dataset as ``bisplat check --json`` prints them; empty if there are problems.
+        """Array and grid of the dataset, as ``bisplat check --json`` prints them.
 
-        "array" has the entry "source", which tells how both are known: "metadata", "fitted" or "assumed".
+        Returns:
+            The dictionaries "array" and "grid"; empty if there are problems. ``array["source"]`` says how both are
+            known: "metadata" (metadata.json states them), "fitted" (to the pictures) or "assumed".
         """
         if self.dataset is None:
             return {}
@@ -86,15 +98,20 @@ class Check:
 def check(folder: Path | str) -> Check:
     """Check a NeRF² dataset folder, and whether its own split leaks.
 
+    An invalid folder raises no error; the result lists its faults.
+
     Args:
         folder: the dataset's folder.
 
     Returns:
-        All problems and warnings. An invalid folder raises no error.
+        All problems and warnings, and a description of the dataset.
 
-    >>> found = check("data/lab")
-    >>> found.valid, found.problems
-    (True, [])
+    Example:
+        >>> found = check("data/lab")
+        >>> found.valid, found.problems
+        (True, [])
+        >>> check("data/nothing").valid
+        False
     """
     inspection = inspect(Path(folder))
     split_leakage = None if inspection.dataset is None else leakage(inspection.dataset)
@@ -115,19 +132,19 @@ def _of_array(dataset: Dataset) -> list[str]:
     if known.source == "metadata":
         return [
             f"metadata.json states {array.rows} × {array.columns} elements {array.spacing} wavelengths apart and rows "
-            f"from {dataset.grid.elevation_first_deg:g}°, which leaves {residual:.1f} grey levels of the pictures "
-            "unexplained; rounding alone leaves 0.3"
+            f"from {dataset.grid.elevation_first_deg:g}°, but the pictures differ from what this array can measure by "
+            f"{residual:.1f} grey levels (rounding alone: 0.3)"
         ]
     sentence = (
-        f"no 4 × 4 array can have measured these pictures: it leaves {residual:.1f} grey levels unexplained, where "
-        "rounding alone leaves 0.3"
+        f"no 4 × 4 array can have measured these pictures: the best one leaves a difference of {residual:.1f} grey "
+        "levels (rounding alone: 0.3)"
     )
     larger = larger_array(dataset.pictures)
     if larger is None:
-        return [f"{sentence}; models that predict element responses assume one half a wavelength apart"]
+        return [f"{sentence}; models that predict element responses assume a 4 × 4 array at half a wavelength"]
     found = larger.beamformer
     stated = json.dumps({"array": asdict(found.array), "grid": asdict(found.grid)})
     return [
         f"{sentence}. An array of {found.array.rows} × {found.array.columns} elements {found.array.spacing} "
-        f"wavelengths apart leaves {larger.median_residual:.2f}: write {stated} to metadata.json"
+        f"wavelengths apart leaves only {larger.median_residual:.2f}: write {stated} to metadata.json"
     ]

@@ -1,4 +1,4 @@
-"""Cross-validation: a model's predictions against a fresh simulation at new positions, which are in no dataset."""
+"""Cross-validation: a model's predictions compared with a fresh simulation at positions that are in no dataset."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ if TYPE_CHECKING:  # needs the ray tracer, which users of measured data need not
 
 
 SAME_SPACING = 0.003
-"""Wavelengths; spacings of a scene and of a run whose difference is smaller are the same, since fits find no better."""
+"""Wavelengths. Spacings of a scene and of a run that differ by less count as equal: a fit is no more precise."""
 
 
 @dataclass(frozen=True)
@@ -43,16 +43,17 @@ class CrossValidation:
 
     Attributes:
         run_name: name of the run's folder.
-        scene_name: name of the scene that was simulated.
+        scene_name: name of the simulated scene.
         truth_by: what the truth comes from, for the user: "fresh ray tracing" or "full wave".
-        positions: new transmitter positions, metres, world frame.
-        known_positions: transmitter positions of the n spectra that the run learned from, metres, world frame.
-        prediction: predicted spectra, 0…1, float32.
-        truth: spectra of the simulated responses, rounded to eight bits as in a dataset, 0…1, float32.
+        positions: [K, 3] new transmitter positions, metres, world frame.
+        known_positions: [n, 3] transmitter positions of the spectra that the run learned from, metres, world frame.
+        prediction: [K, 90, 360] predicted spectra, 0…1, float32.
+        truth: [K, 90, 360] spectra of the simulated responses, 0…1, float32, rounded to eight bits as in a dataset.
         grid: directions of the spectra's rows and columns.
         scores: scores of the prediction.
-        correlation: |⟨ŷ, y⟩| / (‖ŷ‖ ‖y‖) of the predicted responses ŷ and the simulated responses y, 0…1; it does not
-            depend on the common factor that a spectrum leaves open. None: the model predicts no responses.
+        correlation: [K] correlation ``|⟨ŷ, y⟩| / (‖ŷ‖ ‖y‖)`` of predicted responses ŷ and simulated responses y, 0…1.
+            It does not depend on the common factor that a spectrum leaves open. None: the model predicts no responses.
+
     """
 
     run_name: str
@@ -67,7 +68,12 @@ class CrossValidation:
     correlation: Float[np.ndarray, " K"] | None
 
     def metrics(self) -> dict[str, Any]:
-        """Medians and means over the K spectra, which crossvalidation.json and ``bisplat crossvalidate`` show."""
+        """Medians and means over the K spectra.
+
+        Returns:
+            The entries of ``Scores.summary``, "positions" (K) and, if the model predicts responses,
+            "channel_correlation_median". The file crossvalidation.json has the same entries.
+        """
         metrics: dict[str, Any] = {**self.scores.summary(), "positions": len(self.positions)}
         if self.correlation is not None:
             metrics["channel_correlation_median"] = float(np.median(self.correlation))
@@ -83,34 +89,40 @@ def crossvalidate(
     engine: str | Engine | None = None,
     field: Path | str | None = None,
 ) -> CrossValidation:
-    """Compare a run with a fresh simulation, by rays or by full wave.
+    """Compare a run with a fresh simulation at new positions, by rays or by full wave.
 
-    It writes no report (``learn.reports.crossvalidation_report`` does). A full-wave field that has to be solved is kept
-    in the run's folder.
+    The new positions are in no dataset, so that no split can leak. The function writes no report;
+    ``bisplat crossvalidate`` does. A full-wave field that has to be solved is kept in the run's folder.
+
+    If several sources of the truth are given, ``field`` is used rather than ``tracer``, and ``tracer`` rather than
+    ``engine``.
 
     Args:
         run: a trained run, or its folder.
         scene: the scene that the run's dataset was simulated in: a scene, the name of a built-in one, or a YAML file.
-        positions: number of new positions, drawn uniformly in the bounding box of the positions that the run learned
-            from.
+        positions: number of new positions. They are drawn uniformly among the free places in the bounding box of the
+            positions that the run learned from.
         seed: seed of the new positions.
-        tracer: a tracer of the scene; it comes before ``engine``, and ``field`` before both.
-        engine: what the truth is made by. None, or the name of the engine that made the dataset: that engine with its
-            options, and with what it has kept in the dataset's folder. Another name: that engine with its defaults. An
-            engine: as it is; a field that it needs is solved in the run's folder.
-        field: folder of a full-wave dataset of the same place, whose stored field is the truth instead.
+        tracer: a tracer of the scene.
+        engine: what computes the truth. None, or the name of the engine that made the dataset: that engine, with its
+            options and with what it has kept in the dataset's folder. Another name: that engine with its default
+            options. An engine: this engine as it is; a field that it needs is solved in the run's folder.
+        field: folder of a full-wave dataset of the same place, whose stored field is the truth.
 
     Returns:
-        The predicted and the traced spectra, and the scores.
+        Predicted and simulated spectra at the new positions, and the scores.
 
     Raises:
-        InputError: the run, its dataset, the field or the scene cannot be read, the scene has no gateway with the
-            position and orientation of the dataset's, or the gateway has another array.
-        ParameterError: ``positions`` is no whole number from 1 to ``MOST_POSITIONS``, or the seed is none.
+        InputError: the run, its dataset, the field or the scene cannot be read; no gateway of the scene has the
+            position and orientation of the dataset's gateway; or this gateway has another array than the run.
+        ParameterError: ``positions`` or ``seed`` is not a whole number in its range.
 
-    >>> fresh = crossvalidate("runs/lab", "lab", positions=5)
-    >>> fresh.positions.shape, fresh.truth.shape
-    ((5, 3), (5, 90, 360))
+    Example:
+        >>> fresh = crossvalidate("runs/lab", "lab", positions=5)
+        >>> fresh.positions.shape, fresh.truth.shape
+        ((5, 3), (5, 90, 360))
+        >>> fresh.truth_by, fresh.metrics()["positions"], fresh.scores.ssim.shape
+        ('fresh ray tracing', 5, (5,))
     """
     require_whole(1, MOST_POSITIONS, positions=positions)
     require_seed(seed=seed)
@@ -153,7 +165,7 @@ def crossvalidate(
 
 
 def _source(dataset: Dataset, setting: Setting, run: Run, engine: str | Engine | None) -> tuple[ResponseSource, str]:
-    """What tells the true responses, and what these are called."""
+    """The source of the true responses, and its name for the user."""
     made_by = engine_of(dataset.metadata)
     if engine is None or engine == made_by.name:
         by, folder = made_by, dataset.folder
@@ -169,14 +181,17 @@ def _source(dataset: Dataset, setting: Setting, run: Run, engine: str | Engine |
 
 
 def seen_by(dataset: Dataset, scene: Scene) -> Scene:
-    """The scene with the one of its gateways that the dataset was simulated for.
+    """Choose the gateway of a scene for which a dataset was simulated.
 
     Args:
         dataset: a simulated dataset.
         scene: its scene, with one or more gateways.
 
+    Returns:
+        The scene with this gateway alone.
+
     Raises:
-        InputError: no gateway of the scene has the position and the orientation of the dataset's.
+        InputError: no gateway of the scene has the position and the orientation of the dataset's gateway.
     """
     for scene_of_gateway in scene.by_gateway().values():
         gateway = scene_of_gateway.gateway
@@ -194,7 +209,7 @@ def seen_by(dataset: Dataset, scene: Scene) -> Scene:
 def correlation(
     predicted: Complex[np.ndarray, "K elements"], responses: Complex[np.ndarray, "K elements"]
 ) -> Float[np.ndarray, " K"]:
-    """Correlation |⟨ŷ, y⟩| / (‖ŷ‖ ‖y‖) over the elements, 0…1.
+    """Correlation ``|⟨ŷ, y⟩| / (‖ŷ‖ ‖y‖)`` over the elements, 0…1.
 
     Args:
         predicted: predicted responses ŷ.

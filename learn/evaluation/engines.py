@@ -1,4 +1,4 @@
-"""Rays against full wave: how far the ray tracer's responses are from a full-wave dataset's, at the same positions."""
+"""Rays against full wave: the ray tracer's responses compared with a full-wave dataset's at the same positions."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ from simulate.spectra.spectrum import evenly, picture, spectrum_of
 
 @dataclass(frozen=True)
 class EngineComparison:
-    """Responses by rays and by full wave to the same K positions.
+    """Responses by rays and by full wave at the same K positions.
 
     Attributes:
         name: name of the full-wave dataset's folder.
-        positions: transmitter positions, metres, world frame.
-        rays: element responses by rays.
-        full_wave: element responses by full wave.
-        correlation: |⟨rays, full wave⟩| over the product of their norms, at each position, 0…1.
-        level_error_db: power of the rays' responses over that of the full wave's, at each position, dB.
+        positions: [K, 3] transmitter positions, metres, world frame.
+        rays: [K, elements] element responses by rays.
+        full_wave: [K, elements] element responses by full wave.
+        correlation: [K] correlation ``|⟨rays, full wave⟩| / (‖rays‖ ‖full wave‖)``, 0…1.
+        level_error_db: [K] power of the rays' responses over that of the full wave's, dB.
         scores: scores of the rays' spectra against those of the full wave.
     """
 
@@ -43,10 +43,10 @@ class EngineComparison:
     scores: Scores
 
     def metrics(self) -> dict[str, Any]:
-        """What engines.json and ``bisplat engines`` show.
+        """The numbers in engines.json and in the output of ``bisplat engines``.
 
-        The correlation over all elements and positions together also counts errors of phase from place to place,
-        which the median over positions does not.
+        The correlation over all elements and positions together also counts phase errors that differ from position to
+        position. The median over the positions does not.
         """
         together = correlation(self.rays.reshape(1, -1), self.full_wave.reshape(1, -1))[0]
         return {
@@ -61,17 +61,17 @@ class EngineComparison:
 
 
 def compare_engines(folder: Path | str, propagation: Propagation, positions: int, seed: int = 1) -> EngineComparison:
-    """Trace a full-wave dataset's positions by rays, between short dipoles as in full wave.
+    """Trace the positions of a full-wave dataset by rays, between short dipoles as in full wave.
 
     Args:
         folder: folder of a dataset simulated with the engine fullwave, without measurement errors.
         propagation: the mechanisms that the rays follow.
-        positions: largest number of the dataset's positions, evenly spread over its order.
+        positions: largest number of positions, evenly spread over the dataset's order.
         seed: seed of the rays.
 
     Raises:
-        InputError: another folder, or one with measurement errors.
-        ParameterError: ``positions`` is no whole number from 1 to ``MOST_POSITIONS``.
+        InputError: the folder is not such a dataset.
+        ParameterError: ``positions`` is not a whole number from 1 to ``MOST_POSITIONS``.
     """
     require_whole(1, MOST_POSITIONS, positions=positions)
     dataset = read_dataset(folder)
@@ -89,9 +89,9 @@ def compare_responses(
     """Compare responses by rays with those of a full-wave dataset.
 
     Args:
-        dataset: simulated with the engine fullwave.
-        chosen: indices of its positions.
-        rays: the responses there.
+        dataset: a dataset simulated with the engine fullwave.
+        chosen: indices of the positions to compare at.
+        rays: the rays' responses at these positions.
     """
     assert dataset.responses is not None
     full_wave = dataset.responses[chosen]
@@ -109,20 +109,18 @@ def compare_responses(
 
 
 def scene_for_rays(dataset: Dataset) -> Scene:
-    """The scene that a full-wave dataset was simulated in, with short dipoles for antennas.
+    """The scene in which a full-wave dataset was simulated, with short dipoles as antennas.
 
     Raises:
-        InputError: the dataset was made otherwise, or has measurement errors.
+        InputError: the dataset was made by another engine, or has measurement errors.
     """
     if dataset.metadata.get("engine") != "fullwave":
-        raise InputError(
-            f"{dataset.folder}: expected a dataset simulated with --engine fullwave, found one made otherwise"
-        )
+        raise InputError(f"{dataset.folder}: expected a dataset simulated with --engine fullwave, found another one")
     errors = {name: value for name, value in dataset.metadata["measurement"].items() if value and name != "seed"}
     if errors:
         raise InputError(
-            f"{dataset.folder}: expected a dataset without measurement errors, which would count as the rays', found "
-            f"{errors}"
+            f"{dataset.folder}: expected a dataset without measurement errors, which would count as errors of the "
+            f"rays, found {errors}"
         )
     scene = read_scene(dataset.folder / dataset.metadata["scene_file"])
     return replace(

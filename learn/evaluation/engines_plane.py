@@ -1,4 +1,4 @@
-"""Rays against full wave on a horizontal plane: error by depth, and where paths end."""
+"""Rays against full wave on a horizontal plane: errors by the number of interactions, and where paths end."""
 
 from __future__ import annotations
 
@@ -15,21 +15,22 @@ from simulate.fullwave.stored_field import read_stored_field
 from simulate.rays.core.propagation import Propagation
 
 POINTS_PER_WAVELENGTH = 12
-"""Points of the plane along x and y."""
+"""Number of points of the plane per wavelength, along x and along y."""
 
 
 @dataclass(frozen=True)
 class EnginePlane:
-    """Levels and errors at points of a horizontal plane through the middle of the transmitter's region.
+    """Levels and errors on a horizontal plane through the middle of the transmitter region.
 
     Attributes:
-        x: of the points' columns, metres.
-        y: of the points' rows, metres.
+        x: x of the points' columns, metres.
+        y: y of the points' rows, metres.
         z: height of the plane, metres.
         level_db: power of the full wave's responses, relative to its mean over the plane, dB.
-        errors_db: by the largest number of interactions on a path, |rays − full wave|², relative to the same mean, dB.
+        errors_db: ``|rays − full wave|²`` relative to the same mean, dB, by the largest number of interactions on a
+            path.
         paths: number of paths with at most one interaction to the element nearest the array's centre. Where it changes,
-            a direct or reflected path ends: a shadow boundary or a reflection boundary of geometric optics.
+            a direct or reflected path ends: there is a shadow boundary or a reflection boundary of geometrical optics.
     """
 
     x: Float[np.ndarray, " nx"]
@@ -41,7 +42,7 @@ class EnginePlane:
 
 
 def compare_on_plane(folder: Path | str, propagation: Propagation, seed: int = 1) -> EnginePlane:
-    """Trace the points of a plane and compare them with a full-wave dataset's stored field.
+    """Compare rays with a full-wave dataset's stored field at the points of a plane.
 
     The rays follow the direct path alone, then at most one interaction, then as many as ``propagation`` allows.
 
@@ -51,7 +52,7 @@ def compare_on_plane(folder: Path | str, propagation: Propagation, seed: int = 1
         seed: seed of the rays.
 
     Raises:
-        InputError: another folder, or its stored field is missing.
+        InputError: the folder is not such a dataset, or its stored field is missing.
     """
     dataset = read_dataset(folder)
     scene = scene_for_rays(dataset)

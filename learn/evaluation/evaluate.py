@@ -25,7 +25,7 @@ JSON_NAMES = {
     "inverse-distance": "inverse_distance",
     CEILING: "array_ceiling",
 }
-"""Names of the baselines in metrics.json and in the JSON output of ``bisplat evaluate``, which scripts read."""
+"""Names of the baselines in metrics.json and in the JSON output of ``bisplat evaluate``."""
 
 
 @dataclass(frozen=True)
@@ -35,13 +35,23 @@ class Evaluation:
     Attributes:
         run_name: name of the run's folder.
         dataset: the dataset tested on.
-        test: indices of the test spectra in ``dataset``.
-        known_positions: transmitter positions of the n spectra that the run and the baselines learned from, metres,
-            world frame.
-        prediction: predicted spectra, 0…1, float32.
-        deviation: standard deviation that the run states of their values; None: it states none.
-        scores: scores by name: "model", "mean-picture", "nearest" and "inverse-distance" of all K test spectra,
+        test: [K] indices of the test spectra in ``dataset``.
+        known_positions: [n, 3] transmitter positions of the spectra that the run and the baselines learned from,
+            metres, world frame.
+        prediction: [K, 90, 360] predicted spectra, 0…1, float32.
+        deviation: [K] standard deviation that the run states for the values of each predicted spectrum, 0…1. None: it
+            states none.
+        scores: scores by name: "model", "mean-picture", "nearest" and "inverse-distance" of all K test spectra, and
             "array's ceiling" of at most 50 of them, evenly spread.
+
+    Example:
+        >>> import bisplat
+        >>> evaluation = bisplat.evaluate("runs/lab")
+        >>> evaluation.positions.shape[0] == len(evaluation.test) == len(evaluation.truth) == len(evaluation.prediction)
+        True
+        >>> worst = evaluation.scores["model"].ssim.argmin()  # of the test spectra
+        >>> bool(evaluation.scores["model"].ssim[worst] <= evaluation.metrics()["ssim_median"])
+        True
     """
 
     run_name: str
@@ -54,23 +64,34 @@ class Evaluation:
 
     @property
     def positions(self) -> Float[np.ndarray, "K 3"]:
-        """Transmitter positions of the test spectra, metres, world frame."""
+        """[K, 3] transmitter positions of the test spectra, metres, world frame."""
         return self.dataset.positions[self.test]
 
     @property
     def truth(self) -> Float[np.ndarray, "K 90 360"]:
-        """The dataset's test spectra, 0…1, float32."""
+        """[K, 90, 360] the dataset's test spectra, 0…1, float32."""
         return spectrum_of(self.dataset.pictures[self.test])
 
     @cached_property
     def errors_in_deviations(self) -> Float[np.ndarray, "K P"] | None:
-        """Errors of ``pixel_errors``, in the standard deviations that the run states; None: it states none."""
+        """[K, P] absolute errors at P pixels of each spectrum, divided by ``deviation``. None: the run states no
+        deviation.
+
+        The pixels are those of every fifth row and column.
+        """
         if self.deviation is None:
             return None
         return np.abs(pixel_errors(self.prediction, self.truth)) / self.deviation[:, None]
 
     def metrics(self) -> dict[str, Any]:
-        """Medians and means over the test spectra, as in metrics.json and the JSON output of ``bisplat evaluate``."""
+        """Medians and means over the test spectra, as in metrics.json.
+
+        Returns:
+            The entries of ``Scores.summary`` for the model; "test_spectra" (K); and "baselines", a dictionary of such
+            entries for "mean_picture", "nearest", "inverse_distance" and "array_ceiling". If the run states deviations,
+            also "within_90_percent_interval" (share of the errors that lie in the stated 90 % intervals) and
+            "deviation_median".
+        """
         baselines = {json_name: self.scores[name].summary() for name, json_name in JSON_NAMES.items()}
         metrics = {**self.scores["model"].summary(), "test_spectra": len(self.test), "baselines": baselines}
         if self.deviation is not None and self.errors_in_deviations is not None:
@@ -82,26 +103,29 @@ class Evaluation:
 def evaluate(
     run: Run | Path | str, dataset: Dataset | Path | str | None = None, index: Path | None = None
 ) -> Evaluation:
-    """Score a run on held-out spectra. Writes nothing: ``learn.reports.evaluation_report`` writes the report.
+    """Score a run, the baselines and the array's ceiling on the same held-out spectra.
+
+    The function writes nothing; ``bisplat evaluate`` writes a report.
 
     Args:
         run: a trained run, or its folder.
-        dataset: another dataset, or its folder; the run is tested on all of its spectra. None, or the dataset that the
-            run was trained on: the run is tested on the test part of its split.
+        dataset: another dataset, or its folder; the run is then tested on all of its spectra. None, or the dataset that
+            the run was trained on: the run is tested on the test part of its split.
         index: a file with the names of the spectra to test on instead, one per line.
 
     Returns:
         The predictions and the scores.
 
     Raises:
-        InputError: the run, the dataset or the index cannot be read, or the index names spectra that the run was
-            trained on, or the spectra are on another grid than those that the run predicts.
+        InputError: the run, the dataset or the index cannot be read; the index names spectra that the run was trained
+            on; or the spectra are on another grid than the run's predictions.
 
-    >>> evaluation = evaluate("runs/lab")
-    >>> evaluation.prediction.shape == (len(evaluation.test), 90, 360)
-    True
-    >>> list(evaluation.scores)
-    ['model', 'mean-picture', 'nearest', 'inverse-distance', "array's ceiling"]
+    Example:
+        >>> evaluation = evaluate("runs/lab")
+        >>> evaluation.prediction.shape == (len(evaluation.test), 90, 360)
+        True
+        >>> list(evaluation.scores)
+        ['model', 'mean-picture', 'nearest', 'inverse-distance', "array's ceiling"]
     """
     run = run if isinstance(run, Run) else load_run(Path(run))
     trained_on = Path(run.config.dataset)
@@ -121,8 +145,8 @@ def evaluate(
         both = np.intersect1d(test, known) if same else np.array([])
         if len(both):
             raise InputError(
-                f"{index}: expected names of spectra that the run was not trained on, found "
-                f"{tested_on.names[both[0]]} and {len(both) - 1} more that it was trained on"
+                f"{index}: expected names of spectra that the run was not trained on, found {len(both)} that it was "
+                f"trained on, such as {tested_on.names[both[0]]}"
             )
 
     truth = spectrum_of(tested_on.pictures[test])

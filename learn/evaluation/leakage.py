@@ -1,4 +1,4 @@
-"""Leakage of a split: how near each test position is to the training positions, and how similar the spectra are."""
+"""Leakage of a split: how near test positions are to training positions, and how similar their spectra are."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from simulate.dataset.dataset_folder import Dataset
 from simulate.spectra.spectrum import evenly, spectrum_of
 
 LEAKING_SSIM = 0.9
-"""A split leaks if the SSIM of a test spectrum and its nearest training spectrum has at least this median."""
+"""A split leaks if the median SSIM of test spectra and their nearest training spectra is at least this high."""
 
 COMPARED, AT_ONCE = 2000, 100
-"""Largest number of test spectra that are compared, evenly spread over the test part, and number in memory at once."""
+"""Largest number of compared test spectra, evenly spread over the test part, and number of them in memory at once."""
 
 
 @dataclass(frozen=True)
@@ -24,12 +24,13 @@ class Leakage:
     """K test spectra compared with the spectra at their nearest training positions.
 
     Attributes:
-        distance: distance from each test position to the nearest training position, metres.
-        ssim: SSIM of each test spectrum and the spectrum at the nearest training position, at most 1.
+        distance: [K] distance from each test position to the nearest training position, metres.
+        ssim: [K] SSIM of each test spectrum and the spectrum at the nearest training position, at most 1.
 
-    >>> found = Leakage(distance=np.array([0.02, 0.01, 0.03]), ssim=np.array([0.95, 0.97, 0.6]))
-    >>> found.ssim_median, found.leaks
-    (0.95, True)
+    Example:
+        >>> found = Leakage(distance=np.array([0.02, 0.01, 0.03]), ssim=np.array([0.95, 0.97, 0.6]))
+        >>> found.ssim_median, found.leaks
+        (0.95, True)
     """
 
     distance: Float[np.ndarray, " K"]
@@ -37,16 +38,16 @@ class Leakage:
 
     @property
     def ssim_median(self) -> float:
-        """Median SSIM if each test spectrum is predicted by a copy of the nearest training spectrum."""
+        """Median SSIM of predicting each test spectrum by a copy of the nearest training spectrum."""
         return float(np.median(self.ssim))
 
     @property
     def leaks(self) -> bool:
-        """Whether copying scores so high that a score on this split says little about new positions."""
+        """Whether this median is at least 0.9, so that a score on this split says little about new positions."""
         return self.ssim_median >= LEAKING_SSIM
 
     def sentence(self) -> str:
-        """The distances and the similarity in one sentence."""
+        """Distances and similarity in one sentence."""
         distance_median, distance_p90 = 100 * np.quantile(self.distance, [0.5, 0.9])
         ssim_p10, ssim_p90 = np.quantile(self.ssim, [0.1, 0.9])
         return (
@@ -58,14 +59,13 @@ class Leakage:
 
 
 def leakage(dataset: Dataset) -> Leakage | None:
-    """Leakage of a dataset's own split, which train_index.txt and test_index.txt define.
+    """Leakage of a dataset's own split, as train_index.txt and test_index.txt define it.
 
     Args:
         dataset: a dataset.
 
     Returns:
-        The distances and the similarities of at most ``COMPARED`` test spectra; None: the training or the test part is
-        empty.
+        Distance and similarity of at most ``COMPARED`` test spectra. None: the training or the test part is empty.
     """
     if not (len(dataset.train) and len(dataset.test)):
         return None

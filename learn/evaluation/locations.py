@@ -1,4 +1,4 @@
-"""How far located test transmitters are from where they were, beside copying the positions of alike known spectra."""
+"""Errors of located test transmitters, and those of copying the positions of similar known spectra."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from simulate.dataset.dataset_folder import Dataset
 from simulate.spectra.spectrum import evenly
 
 LOCATED = 200
-"""Largest number of test transmitters that are located; they are evenly spread."""
+"""Largest number of test transmitters that are located, evenly spread over the test part."""
 
 NEAREST = (1, 4)
-"""Numbers of known spectra, those most alike, whose positions the fingerprint method averages."""
+"""Numbers of most similar known spectra whose positions the fingerprint baseline averages."""
 
 
 @dataclass(frozen=True)
@@ -30,10 +30,10 @@ class Locations:
     """K located test transmitters.
 
     Attributes:
-        names: of their spectra.
-        truth: where they were, metres, world frame.
-        places: where they may be.
-        by_fingerprint: mean position of the k known spectra that are most alike, for each k of ``NEAREST``.
+        names: names of their spectra.
+        truth: [K, 3] their true positions, metres, world frame.
+        places: the places where each may be, from ``bisplat.locate``.
+        by_fingerprint: [K, 3] mean position of the k most similar known spectra, metres, for each k of ``NEAREST``.
     """
 
     names: list[str]
@@ -50,7 +50,7 @@ class Locations:
         return {name: np.linalg.norm(positions - self.truth, axis=1) for name, positions in found.items()}
 
     def metrics(self) -> dict[str, float | int]:
-        """Medians and 90th percentiles of the errors, centimetres; how often the stated regions hold the truth."""
+        """Medians and 90th percentiles of the errors (cm), and how often stated 90 % regions hold the true position."""
         metrics: dict[str, float | int] = {"located": len(self.truth)}
         for name, errors in self.errors.items():
             key = {"model": "", "fingerprint": "_fingerprint"}.get(name, "_fingerprint_4")
@@ -65,15 +65,16 @@ class Locations:
 
 
 def evaluate_locations(runs: Sequence[Run | Path], report: Report = lambda phase, done, total: None) -> Locations:
-    """Locate the test transmitters of a run's dataset from their pictures, but for those that are black.
+    """Locate the test transmitters of a run's dataset from their pictures. Black pictures are left out.
 
     Args:
-        runs: a trained run, or its folder; further ones of other gateways that received the same transmitters.
-        report: told the progress, as ``locate`` tells it.
+        runs: a trained run, or its folder. Further runs are those of other gateways that received the same
+            transmitters.
+        report: told the progress, as by ``locate``.
 
     Raises:
-        InputError: a run or its dataset cannot be read, all test spectra are black, the datasets of several gateways
-            are not of the same transmitters, or one's training spectra are another's test spectra.
+        InputError: a run or its dataset cannot be read; all test spectra are black; the datasets of several gateways
+            are not of the same transmitters; or a run was trained on test spectra of the first run.
     """
     loaded = [run if isinstance(run, Run) else load_run(run) for run in runs]
     datasets = [run.dataset() for run in loaded]
@@ -84,14 +85,15 @@ def evaluate_locations(runs: Sequence[Run | Path], report: Report = lambda phase
         trained = np.intersect1d(run.split(dataset).known, test)
         if len(trained):
             raise InputError(
-                f"{run.folder}: expected a run that was not trained on the test spectra of {loaded[0].folder}, found "
-                f"{dataset.names[trained[0]]} and {len(trained) - 1} more; train both with the same split and seed"
+                f"{run.folder}: expected a run that was not trained on test spectra of {loaded[0].folder}, found one "
+                f"trained on {len(trained)}, such as {dataset.names[trained[0]]}; train both with the same split and "
+                "seed"
             )
     # A picture of one brightness has no fingerprint.
     told = np.any([np.ptp(dataset.pictures[test], axis=(1, 2)) > 0 for dataset in datasets], axis=0)
     if not told.any():
         raise InputError(
-            f"{datasets[0].folder}: expected test spectra that are not black, found {len(test)} black ones"
+            f"{datasets[0].folder}: expected test spectra that are not black, found only {len(test)} black ones"
         )
     test = evenly(test[told], LOCATED)
     pictures = [each.pictures[test] for each in datasets]
@@ -113,6 +115,6 @@ def _require_same(one: Dataset, other: Dataset) -> None:
     same = one.names == other.names and np.allclose(one.positions, other.positions, atol=1e-6)
     if not same:
         raise InputError(
-            f"{other.folder}: expected spectra of the same transmitters as in {one.folder}, found other names or "
+            f"{other.folder}: expected spectra of the same transmitters as in {one.folder}, found other names or other "
             "positions"
         )

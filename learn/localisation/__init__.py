@@ -1,1 +1,1 @@
-"""Where a transmitter is, from its spectrum."""
+"""Localisation of a transmitter from its spectrum."""

@@ -1,7 +1,7 @@
 """Fingerprints: spectra as vectors of length 1 that do not depend on the spectrum's scale and offset.
 
-The product of two fingerprints is the correlation of two spectra over the hemisphere, and half the square of their
-distance is one minus it. They hold the band of the array in a few hundred numbers (``learn.models.quadrature``).
+The scalar product ρ of two fingerprints is the correlation of two spectra over the hemisphere, and the square of their
+distance is 2 (1 − ρ). A few hundred numbers hold all that the array can resolve (``learn.models.quadrature``).
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import spectrum_of
 
 AT_ONCE = 256
-"""Positions that a model predicts at once."""
+"""Number of positions that a model predicts at once."""
 
 JUDGED = 100
-"""Number of positions at which a run's deviation is looked at."""
+"""Number of positions over which a run's deviation is averaged."""
 
 
 class Fingerprints:
@@ -34,7 +34,7 @@ class Fingerprints:
 
     def __init__(self, beamformer: Beamformer):
         self.pixels = quadrature(beamformer)
-        # A pixel stands for a solid angle, which is small near boresight.
+        # The weight of a pixel is its solid angle, which is small near boresight.
         height = np.cos(np.radians(beamformer.grid.elevations_deg[self.pixels.rows]))
         weights = np.repeat(self.pixels.weights * height, len(self.pixels.columns))
         self._weights = weights / weights.sum()
@@ -52,7 +52,7 @@ class Fingerprints:
 
         Args:
             run: a trained run.
-            positions: of transmitters, metres, world frame.
+            positions: transmitter positions, metres, world frame.
         """
         found = []
         with torch.inference_mode():
@@ -63,17 +63,17 @@ class Fingerprints:
     def _of(self, spectra: Float[np.ndarray, "K H W"]) -> Float[np.ndarray, "K F"]:
         values = spectra.reshape(len(spectra), -1).astype(np.float64)
         values = (values - (values @ self._weights)[:, None]) * np.sqrt(self._weights)
-        length = np.linalg.norm(values, axis=1, keepdims=True)  # that of a spectrum without any contrast is 0
+        length = np.linalg.norm(values, axis=1, keepdims=True)  # 0 for a spectrum without any contrast
         return (values / np.maximum(length, 1e-12)).astype(np.float32)
 
 
 class Field:
-    """The fingerprints that several gateways' runs together predict: those of each, one after another, times √w.
+    """The fingerprints that several gateways' runs predict together: those of each gateway times √w, concatenated.
 
-    A gateway's weight w is proportional to 1/σ², with the deviation σ that its run states
-    (``learn.training.deviation``), and the weights add up to 1: differences in all gateways' fingerprints then count by
-    how far each may be off. Deviations fitted to few validation spectra are uncertain, so they are moved towards each
-    other; if a run states none, all weigh the same.
+    The weight w of a gateway is proportional to 1/σ², with the deviation σ that its run states
+    (``learn.training.deviation``), and the weights add up to 1. A gateway whose predictions may be far off therefore
+    counts less. Deviations fitted to few validation spectra are uncertain, so they are moved towards each other. If a
+    run states none, all weights are equal.
 
     Args:
         runs: a trained run for each gateway, in one world frame.
@@ -85,17 +85,17 @@ class Field:
         self._weights = _weights(self._runs)
         elements = sum(run.beamformer.array.elements for run in self._runs)
         self.numbers = 2 * elements - 2 * len(self._runs)
-        """Real numbers that the spectra tell: those of the responses but for a phase and a scale of each gateway."""
+        """Number of real numbers that the spectra determine: the responses without a phase and a scale per gateway."""
 
     def of_pictures(self, pictures: Sequence[UInt8[np.ndarray, "K 90 360"]]) -> Float[np.ndarray, "K F"]:
-        """Fingerprints of pictures, those of each gateway, of the same K transmitters."""
+        """Fingerprints of the pictures that each gateway took of the same K transmitters."""
         both = zip(self._fingerprints, pictures, strict=True)
         return self._together([one.of_pictures(seen) for one, seen in both])
 
     def predicted(
         self, positions: Float[np.ndarray, "K 3"], report: Callable[[int, int], None] = lambda done, total: None
     ) -> Float[np.ndarray, "K F"]:
-        """Fingerprints of transmitters at positions (metres, world frame); ``report`` is told how many are done."""
+        """Fingerprints of transmitters at positions (metres, world frame). ``report`` is told how many are done."""
         found = []
         for start in range(0, len(positions), 4 * AT_ONCE):
             report(start, len(positions))
@@ -109,7 +109,7 @@ class Field:
 
 
 def _weights(runs: list[Run]) -> Float[np.ndarray, " G"]:
-    """Weight of each run's fingerprints, by the mean variance that it states over its region."""
+    """Weight of each run's fingerprints, from the mean variance that it states over its region."""
     if len(runs) == 1:
         return np.ones(1)
     variances, uncertain = [], []
@@ -129,13 +129,13 @@ def inverse_variance_weights(
 ) -> Float[np.ndarray, " G"]:
     """Weights proportional to 1/σ², which add up to 1, with each log σ² moved towards the mean of all.
 
-    What validation spectra tell of a variance is uncertain, so that the logarithms are spread more widely than the true
-    ones. They keep the share max(0, 1 − (mean of u) / (their variance)) of their distance to the mean, with the
-    variance u of each (empirical Bayes [efron1973]).
+    A variance that is estimated from validation spectra is uncertain, so that the logarithms are spread more widely
+    than the true ones. They keep the share max(0, 1 − (mean of u) / (their variance)) of their distance to the mean,
+    where u is the variance of each logarithm (empirical Bayes [efron1973]).
 
     Args:
-        variances: σ², as K spectra's errors told them.
-        uncertain: u, 2/K for errors of a normal distribution that are the same over a spectrum.
+        variances: σ², each estimated from the errors of K spectra.
+        uncertain: u, which is 2/K for normally distributed errors that are the same over a spectrum.
 
     >>> inverse_variance_weights(np.array([1.0, 4.0]), np.array([0.0, 0.0])).tolist()
     [0.8, 0.2]

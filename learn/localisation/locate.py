@@ -1,4 +1,4 @@
-"""Find transmitters from their spectra: compare with a field over a grid, then move to the best positions nearby."""
+"""Locate transmitters from their spectra: compare with a field over a grid, then refine the best positions."""
 
 from __future__ import annotations
 
@@ -19,34 +19,38 @@ from scenes.files.errors import InputError
 from simulate.spectra.spectrum import evenly
 
 SPACING = 0.125
-"""Wavelengths between the grid's points: the fingerprints turn around within a quarter."""
+"""Wavelengths between the grid's points. Fingerprints change completely within a quarter of a wavelength."""
 
 MOST_POINTS = 60_000
-"""Of the grid; in a larger region its points are farther apart."""
+"""Largest number of points of the grid; in a larger region they are farther apart."""
 
 MODES = 4
 """Largest number of positions that are considered for a transmitter."""
 
 APART = 0.5
-"""Wavelengths between two starts of a transmitter; refined positions closer than half of it are one."""
+"""Least distance of two starting points of a transmitter, wavelengths. Refined positions closer than half of it count
+as one."""
 
 TOLD = 1 / 4
-"""Share of the spectra's numbers whose errors are independent: those of neighbouring elements are alike."""
+"""Share of the spectra's numbers whose errors are independent; errors of neighbouring elements are similar."""
 
 LEAST_MISFIT = 1e-4
-"""That of rounded pictures."""
+"""Misfit that rounding the pictures causes."""
 
 LEAST_PROBABILITY = 0.01
+"""Places with a smaller probability are left out."""
 
 
 class Place(NamedTuple):
-    """Where a transmitter may be.
+    """A place where a transmitter may be.
 
     Attributes:
-        position: metres, world frame.
-        covariance: of the position, m²; of the field's error it takes what the spectrum leaves unexplained there.
-        probability: relative to the transmitter's other places.
-        misfit: squared distance of the fingerprints, about the share of the spectrum that the field does not explain.
+        position: [3] metres, world frame.
+        covariance: [3, 3] covariance of the position, m². It grows with the part of the spectrum that the run does not
+            explain.
+        probability: probability of this place among all places of the transmitter, 0…1.
+        misfit: squared distance of measured and predicted fingerprint: about the share of the spectrum that the run
+            does not explain.
     """
 
     position: Float[np.ndarray, " 3"]
@@ -61,31 +65,34 @@ def locate(
     report: Report = lambda phase, done, total: None,
     known: Float[np.ndarray, "n 3"] | None = None,
 ) -> list[list[Place]]:
-    """Where transmitters are.
+    """Locate transmitters from their spectra.
 
-    With n numbers that the spectra tell, the probability of a place is proportional to misfit^(−n/2), as that of
-    errors of unknown size, times the density of the training positions. The candidates are a grid and the training
-    positions. (The volume that a place's covariance spans would be a further factor; measured data are located worse
-    with it, since the field is flat where it is wrong.)
+    Each run predicts spectra over a grid in the region of its training positions, and at these positions. The positions
+    with the most similar spectra are then refined (Levenberg–Marquardt). The comparison uses fingerprints: spectra
+    whose scale and offset are removed, so that only their shape counts.
+
+    The probability of a place is proportional to ``misfit^(−n/2)`` times the density of training positions, where n is
+    the number of independent numbers in the spectra. This is the likelihood of normal errors of unknown size.
 
     Args:
-        runs: a trained run for each gateway, in one world frame.
-        pictures: the pictures of the same K transmitters that each gateway took.
-        report: called with the phase, and how many of how many positions are done.
-        known: training positions of the first run, metres, world frame; read from its dataset if None.
+        runs: a trained run for each gateway, all in one world frame.
+        pictures: for each gateway its pictures [K, 90, 360] of the same K transmitters, grey levels 0…255.
+        report: called with the phase, the number of positions done, and the number of all positions.
+        known: [n, 3] training positions of the first run, metres, world frame. None: they are read from its dataset.
 
     Returns:
-        The places of each transmitter, the most probable one first; none of a transmitter whose pictures are black.
+        The places of each transmitter, the most probable one first. A transmitter whose pictures are black has none.
 
     Raises:
-        InputError: the training positions of the runs have no region in common, or the first run's dataset cannot be
-            read, which has them.
+        InputError: the training positions of the runs have no region in common, or the first run's dataset, which has
+            these positions, cannot be read.
 
-    >>> import bisplat
-    >>> run, data = bisplat.load_run("runs/lab"), bisplat.read_dataset("data/lab")
-    >>> places = locate([run], [data.pictures[data.test[:2]]])
-    >>> len(places), places[0][0].position.shape
-    (2, (3,))
+    Example:
+        >>> import bisplat
+        >>> run, data = bisplat.load_run("runs/lab"), bisplat.read_dataset("data/lab")
+        >>> places = locate([run], [data.pictures[data.test[:2]]])
+        >>> len(places), places[0][0].position.shape
+        (2, (3,))
     """
     region, wavelength = common_region(runs), float(runs[0].model.wavelength)
     field = Field(runs)
@@ -117,7 +124,7 @@ def locate(
 
 
 def grid_warning(runs: Sequence[Run]) -> str | None:
-    """A sentence about a region so large that the grid may miss a transmitter; None: it is not.
+    """A warning about a region so large that the grid may miss a transmitter. None: there is no such risk.
 
     Args:
         runs: as for ``locate``.
@@ -128,8 +135,8 @@ def grid_warning(runs: Sequence[Run]) -> str | None:
     if widest <= FARTHEST:
         return None
     return (
-        f"the region is so large that the {len(points)} points which are compared are {widest:.2g} wavelengths apart; "
-        f"beyond {FARTHEST:g}, transmitters between them may be missed unless they are near training positions"
+        f"the {len(points)} grid points in this large region are {widest:.2g} wavelengths apart; beyond {FARTHEST:g}, "
+        "transmitters between them may be missed unless they are near training positions"
     )
 
 
@@ -137,14 +144,14 @@ def common_region(runs: Sequence[Run]) -> Float[np.ndarray, "2 3"]:
     """Corners (min, max) of the box that the training positions of all runs share, metres, world frame.
 
     Raises:
-        InputError: there is none.
+        InputError: the runs share no position.
     """
     boxes = np.stack([run.model.region.double().cpu().numpy() for run in runs])
     region = np.stack([boxes[:, 0].max(axis=0), boxes[:, 1].min(axis=0)])
     if (region[0] > region[1]).any():
         raise InputError(
-            f"{runs[-1].folder}: expected runs that were trained in one region, found no position that all of them "
-            "share"
+            f"{runs[-1].folder}: expected runs that were trained in one region, found no place that the regions of all "
+            "runs share"
         )
     return region
 
@@ -152,7 +159,7 @@ def common_region(runs: Sequence[Run]) -> Float[np.ndarray, "2 3"]:
 def _starts(
     points: Float[np.ndarray, "n 3"], likely: Float[np.ndarray, " n"], apart: float
 ) -> Float[np.ndarray, "MODES 3"]:
-    """The most likely point, then the next ones that are far enough from all before; the last may repeat."""
+    """The most likely point, then the next ones that are far enough from all before. The last one may repeat."""
     left, starts = likely.copy(), list[np.ndarray]()
     for _ in range(MODES):
         best = int(left.argmax())
@@ -162,17 +169,19 @@ def _starts(
 
 
 def _places(refined: Refined, prior: Prior, numbers: float, wavelength: float) -> list[Place]:
-    """The different places among refined positions of a transmitter, the most probable one first."""
+    """The distinct places among the refined positions of a transmitter, the most probable one first."""
     positions, misfit, normal = refined
     order = [int(each) for each in misfit.argsort()]
     kept: list[int] = []
     for each in order:
         if all(np.linalg.norm(positions[each] - positions[other]) > APART * wavelength / 2 for other in kept):
             kept.append(each)
-    # The field says nothing about what happens beyond a wavelength, so no deviation is larger.
+    # The derivatives say nothing about places more than a wavelength away, so no deviation is larger than that.
     variance = (LEAST_MISFIT + misfit[kept]) / max(numbers - 3, 1)
     precision = normal[kept] / variance[:, None, None] + np.eye(3) / wavelength**2
     covariance = np.linalg.inv(precision)
+    # The volume that a place's covariance spans would be a further factor. Measured data are located worse with it,
+    # since the field is flat where it is wrong.
     likelihood = -numbers / 2 * np.log(LEAST_MISFIT + misfit[kept])
     likelihood += prior(positions[kept])
     probability = np.exp(likelihood - likelihood.max())

@@ -15,7 +15,7 @@ from scenes.files.errors import InputError, shown
 from scenes.files.input_file import MEGABYTE, read_text
 
 LARGEST = 100 * MEGABYTE
-"""Bytes of the CSV."""
+"""Largest size of the CSV, bytes."""
 
 HEADER = ("name", "place", "probability", "x", "y", "z", "xx", "xy", "xz", "yy", "yz", "zz", "misfit")
 """Name of the picture, number of the place (1 is the most probable), its probability, position (metres), covariance
@@ -27,8 +27,8 @@ def write_places(path: Path, names: Sequence[str], places: Sequence[Sequence[Pla
 
     Args:
         path: the file.
-        names: of the pictures.
-        places: of each transmitter, from ``locate``.
+        names: names of the pictures.
+        places: places of each transmitter, from ``locate``.
     """
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
@@ -51,7 +51,7 @@ def read_places(path: Path) -> dict[str, np.ndarray]:
         Position [3] (metres, world frame) by name of the picture.
 
     Raises:
-        InputError: no such file, another header, or a row whose position is not three finite numbers.
+        InputError: there is no such file, its header is another one, or a position is not three finite numbers.
     """
     rows = csv.DictReader(StringIO(read_text(path, "a CSV of places", LARGEST)))
     if tuple(rows.fieldnames or ()) != HEADER:

@@ -1,4 +1,4 @@
-"""Where transmitters are before any spectrum is seen: where those of the training were."""
+"""Prior density of transmitters, before any spectrum is seen: near the training positions."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from scipy.spatial import cKDTree
 from scipy.special import logsumexp
 
 WIDTH = 0.125
-"""Wavelengths: least standard deviation of a transmitter's distance from one of the training; where these are farther
-apart than that, the distance of neighbours."""
+"""Least standard deviation of a transmitter's distance from a training position, wavelengths. If training positions are
+farther apart, it is the distance of neighbours."""
 
 NEIGHBOURS = 16
-"""Number of the nearest training positions that are summed over."""
+"""Number of nearest training positions in the sum."""
 
 ELSEWHERE = 1e-6
-"""Density far from all of them, relative to that at one."""
+"""Density far from all training positions, relative to that at one of them."""
 
 
 class Prior:
@@ -32,7 +32,7 @@ class Prior:
         self._width = max(WIDTH * wavelength, float(np.median(apart)))
 
     def __call__(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, " K"]:
-        """Logarithm of the density at positions (metres, world frame), but for a constant.
+        """Logarithm of the density at positions (metres, world frame), up to a constant.
 
         >>> density = Prior(np.zeros((1, 3)), 0.32)
         >>> density(np.array([[0.0, 0, 0], [0.04, 0, 0], [9, 0, 0]])).round(1).tolist()

@@ -1,4 +1,4 @@
-"""Move positions to where a field predicts the seen fingerprints best, by Levenberg and Marquardt's method."""
+"""Refinement of positions: Levenberg–Marquardt steps to where a field predicts the measured fingerprints best."""
 
 from __future__ import annotations
 
@@ -10,14 +10,15 @@ from jaxtyping import Float
 
 STEPS = 12
 STEP = 0.01
-"""Wavelengths, of the finite differences: they serve every model, also ray tracing."""
+"""Step of the finite differences, wavelengths. Finite differences work for every model, ray tracing included."""
 
 LONGEST, FARTHEST = 0.125, 0.25
-"""Wavelengths that a position moves by in a step, and in all: the fingerprints turn around within a quarter."""
+"""Largest distance that a position moves in one step, and in all, wavelengths. Fingerprints change completely within a
+quarter of a wavelength."""
 
 
 class Refined(NamedTuple):
-    """K positions, and how well the field there predicts what was seen.
+    """K positions, and how well the field predicts the measured fingerprints there.
 
     Attributes:
         positions: metres, world frame.
@@ -37,13 +38,13 @@ def refine(
     region: Float[np.ndarray, "2 3"],
     wavelength: float,
 ) -> Refined:
-    """Positions in the region, near their starts, at which the squared distance of the fingerprints is least.
+    """Positions near their starts and in the region at which the squared distance of the fingerprints is smallest.
 
     Args:
         predicted: the field.
-        seen: fingerprint of each transmitter.
-        start: where the search for each begins, metres, world frame.
-        region: corners (min, max) of the box that they stay in, metres.
+        seen: measured fingerprint of each transmitter.
+        start: starting points of the search, metres, world frame.
+        region: corners (min, max) of the box in which the positions stay, metres.
         wavelength: metres.
     """
     positions, found = start.astype(float), predicted(start)
@@ -77,7 +78,7 @@ def _derivative(
     positions: Float[np.ndarray, "K 3"],
     step: float,
 ) -> Float[np.ndarray, "K F 3"]:
-    """Central differences of the predicted fingerprints by the position, 1/m."""
+    """Derivatives of the predicted fingerprints with respect to the position, by central differences, 1/m."""
     beside = positions[:, None, None] + step * np.stack([np.eye(3), -np.eye(3)])
     found = predicted(beside.reshape(-1, 3)).reshape(len(positions), 2, 3, -1).astype(float)
     return ((found[:, 0] - found[:, 1]) / (2 * step)).transpose(0, 2, 1)

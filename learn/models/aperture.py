@@ -1,4 +1,4 @@
-"""Our BiSplat-aperture: planar Gaussian primitives whose field is received by the array."""
+"""Our BiSplat-aperture: planar Gaussian primitives, and an array that receives their field."""
 
 from __future__ import annotations
 
@@ -15,26 +15,27 @@ from learn.models.splat import Splats, blending_weights, conic_of, gaussian, pix
 from simulate.spectra.beamformer import Beamformer
 
 STEP_DEG = 6
-"""Distance of the directions that the field is blended at, degrees: finer than a 4 × 4 array resolves."""
+"""Distance between the directions at which the field is blended, degrees: finer than a 4 × 4 array can resolve."""
 
 
 class BiSplatAperture(PredictsResponses):
     """Predicts the responses of the array to the field of planar Gaussians, and the spectrum from these.
 
-    As in the paper, primitive i has a direction, a depth, two scales, a rotation and an opacity o_i, and is blended
-    with a complex coefficient c_i into the field, from near to far:
+    As in the paper [zhang2026], primitive i has a direction, a depth, two scales, a rotation and an opacity o_i, and is
+    blended with a complex coefficient c_i into the field, from near to far:
 
-        F(ω) = Σ_i T_i(ω) α_i(ω) c_i,   α_i = o_i G_i,   T_i = Π_{nearer j} (1 − α_j)
+    ``F(ω) = Σ_i T_i(ω) α_i(ω) c_i``, with ``α_i = o_i G_i`` and ``T_i = Π_{nearer j} (1 − α_j)``.
 
     Unlike in the paper, only the coefficients depend on the transmitter's position r. The field is then linear in them,
-    and so are the responses of elements m, the field's projections on the array manifold a_m (cosθ ΔΩ: solid angle):
+    and so are the responses of the elements m, which are the field's projections on the array manifold a_m:
 
-        y_m = Σ_ω a_m(ω) F(ω) cosθ ΔΩ = Σ_i A_mi c_i,   A_mi = Σ_ω a_m(ω) T_i(ω) α_i(ω) cosθ ΔΩ
+    ``y_m = Σ_ω a_m(ω) F(ω) cosθ ΔΩ = Σ_i A_mi c_i``, with ``A_mi = Σ_ω a_m(ω) T_i(ω) α_i(ω) cosθ ΔΩ`` and the solid
+    angle ``cosθ ΔΩ``.
 
     A is computed once for a whole batch of transmitters. The coefficients are those of a bilinear form in features of
     the primitive, p_i (a network of GS-PE), and features of the transmitter, t (a network of the encoded position):
 
-        c_i(r) = p_i · [t(r), 1]
+    ``c_i(r) = p_i · [t(r), 1]``
 
     Training with hundreds of transmitters per step therefore takes little longer than with one.
 
@@ -77,7 +78,7 @@ class BiSplatAperture(PredictsResponses):
         self.encoding = TransmitterEncoding(encoding)
         self.transmitter = ResidualFFN(self.encoding.size, width, width, 4)
         self.primitive = ResidualFFN(3 * (2 * PRIMITIVE_ORDER + 1), 2 * (width + 1), 128, 4)
-        with torch.no_grad():  # responses of a mean square magnitude of about 1 to begin with, if t is about 1
+        with torch.no_grad():  # at first, responses have a mean square magnitude of about 1 if t is about 1
             typical = self._response_of_features().square().mean().mul(2 * (width + 1)).sqrt()
             self.primitive.outward.weight.div_(typical)
             self.primitive.outward.bias.div_(typical)

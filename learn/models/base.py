@@ -1,4 +1,4 @@
-"""Base class of the models, which map transmitter positions to spectra, and the layer that does beamforming."""
+"""Base class of the models, which map transmitter positions to spectra, and the beamforming layer."""
 
 from __future__ import annotations
 
@@ -16,38 +16,47 @@ from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.beamformer import Beamformer
 
 Report = Callable[[str, int, int], None]
-"""Takes a phase of a fit, a number of steps done, and the largest number of steps the phase can take."""
+"""Function that takes a phase of a fit, the number of its steps done, and the largest number of them."""
 
 
 class SpectrumModel(nn.Module):
-    """Base class of the models: ``forward`` takes positions [B, 3] in metres and returns spectra [B, 90, 360], 0…1.
+    """Base class of the models, which map transmitter positions to spectra.
 
-    A subclass is built with (region, beamformer, wavelength, **options) and needs no other method. What more it can do
-    says ``learn.models.capabilities``.
+    A subclass is built with ``(region, beamformer, wavelength)`` and keyword options, and needs only ``forward``, which
+    takes positions [B, 3] in metres and returns spectra [B, 90, 360], 0…1. "module:Class" then names it for ``train``,
+    ``compare`` and ``load_run``.
+
+    What else a model can do depends on its methods. For example, ``isinstance(model, bisplat.PredictsResponses)`` says
+    whether it predicts element responses.
 
     Args:
-        region: corners (min, max) of the box of training positions, metres, world frame.
-        wavelength: metres.
+        region: [2, 3] corners (min, max) of the box of training positions, metres, world frame.
+        wavelength: wavelength, metres.
 
-    >>> import bisplat
-    >>> class Level(bisplat.SpectrumModel):
-    ...     def __init__(self, region, beamformer, wavelength):
-    ...         super().__init__(region, wavelength)
-    ...         self.level = torch.nn.Parameter(torch.tensor(0.25))
-    ...
-    ...     def forward(self, positions):
-    ...         return self.level.expand(len(positions), 90, 360)
-    >>> Level(np.array([[0, 0, 0], [4, 3, 2]]), bisplat.Beamformer(), 0.33)(torch.zeros(2, 3)).shape
-    torch.Size([2, 90, 360])
+    Attributes:
+        region: the argument as a float32 buffer, which is saved with the weights.
+        wavelength: the argument as a float32 buffer.
+
+    Example:
+        >>> import bisplat
+        >>> class Level(bisplat.SpectrumModel):
+        ...     def __init__(self, region, beamformer, wavelength):
+        ...         super().__init__(region, wavelength)
+        ...         self.level = torch.nn.Parameter(torch.tensor(0.25))
+        ...
+        ...     def forward(self, positions):
+        ...         return self.level.expand(len(positions), 90, 360)
+        >>> Level(np.array([[0, 0, 0], [4, 3, 2]]), bisplat.Beamformer(), 0.33)(torch.zeros(2, 3)).shape
+        torch.Size([2, 90, 360])
     """
 
     region: Tensor
     wavelength: Tensor
     encoding: TransmitterEncoding
-    """Encodes the transmitter's position; only networks have one."""
+    """Encoding of the transmitter's position; only networks have one."""
 
     report: Report = staticmethod(lambda phase, done, total: None)
-    """Called by ``fit`` with what is being done, and how many of how many steps of it are done."""
+    """Function that ``fit`` calls with a phase, the number of its steps done, and the largest number of them."""
 
     def __init__(self, region: Float[np.ndarray, "2 3"], wavelength: float):
         super().__init__()
@@ -57,48 +66,71 @@ class SpectrumModel(nn.Module):
     def predict(
         self, positions: Float[Tensor, "B 3"]
     ) -> tuple[Float[Tensor, "B 90 360"], Float[Tensor, "B elements 2"] | None]:
-        """Predicted spectra, and the element responses they are computed from; None: the model has no responses.
+        """Predict spectra, and the element responses from which they are computed.
 
         Args:
-            positions: transmitter positions, metres, world frame.
+            positions: [B, 3] transmitter positions, metres, world frame.
+
+        Returns:
+            Spectra [B, 90, 360], 0…1; and responses [B, elements, 2] (real, imaginary), or None for a model without
+            responses.
         """
         return self(positions), None
 
     def undecayed(self) -> list[nn.Parameter]:
-        """Parameters that say where primitives are and what shape they have, whose weights must not decay; none."""
+        """Parameters without weight decay: the places and shapes of primitives. By default there are none."""
         return []
 
     def encoded(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B size"]:
-        """Positions (metres, world frame) as the model's ``encoding`` has them."""
+        """Encode positions with the model's ``encoding``.
+
+        Args:
+            positions: [B, 3] transmitter positions, metres, world frame.
+
+        Returns:
+            [B, size] inputs of a network.
+        """
         return self.encoding(positions, self.region, self.wavelength)
 
     def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
-        """Predicted spectra at a few pixels; a model that can compute these alone overrides it.
+        """Predict spectra at a few pixels. A model that can compute these alone overrides the method.
 
         Args:
-            positions: transmitter positions, metres, world frame.
-            pixels: the pixels.
+            positions: [B, 3] transmitter positions, metres, world frame.
+            pixels: H rows and W columns of the spectrum.
+
+        Returns:
+            [B, H, W] predicted values, 0…1.
         """
         return self(positions)[:, pixels.rows][:, :, pixels.columns]
 
     def coarse_loss(
         self, positions: Float[Tensor, "B 3"], spectra: Float[Tensor, "B H W"], pixels: Quadrature
     ) -> Float[Tensor, ""]:
-        """Loss of a training step that looks at a few pixels only.
+        """Loss of a training step that uses only a few pixels.
 
         Args:
-            positions: transmitter positions of a batch, metres, world frame.
-            spectra: true spectra of the batch at these pixels, 0…1.
+            positions: [B, 3] transmitter positions of a batch, metres, world frame.
+            spectra: [B, H, W] true spectra of the batch at these pixels, 0…1.
             pixels: the pixels.
+
+        Returns:
+            The composite loss 0.7 L1 + 0.3 (1 − SSIM) at these pixels, a scalar.
         """
         return coarse_loss(self.coarse(positions, pixels), spectra, pixels)
 
 
 class BeamformingLayer(nn.Module):
-    """Computes the spectrum that the array measures from element responses y: S = |A y|, min–max normalised.
+    """Computes the spectrum that the array measures from element responses.
+
+    The spectrum is ``|A y|``, min–max normalised, with the steering vectors A and the responses y.
 
     Args:
         beamformer: the dataset's array and grid.
+
+    Attributes:
+        steering: the real matrix [2·elements, 2·90·360] that multiplies flattened (real, imaginary) pairs as A
+            multiplies complex numbers.
     """
 
     steering: Tensor
@@ -109,9 +141,10 @@ class BeamformingLayer(nn.Module):
         self.register_buffer("steering", on_pairs(steering.T), persistent=False)
 
     def forward(self, responses: Float[Tensor, "B elements 2"]) -> Float[Tensor, "B 90 360"]:
-        """Spectra, 0…1, of element responses (real, imaginary), whose scale and common phase have no effect.
+        """Spectra, 0…1, of element responses (real, imaginary).
 
-        Those of responses that are all zero are black.
+        The scale and the common phase of the responses have no effect. Responses that are all zero give a black
+        spectrum.
         """
         return self._received(responses, self.steering).unflatten(-1, (ROWS, COLUMNS))
 
@@ -124,19 +157,20 @@ class BeamformingLayer(nn.Module):
         self, responses: Float[Tensor, "B elements 2"], steering: Float[Tensor, "2*elements 2*P"]
     ) -> Float[Tensor, "B P"]:
         numbers = responses.flatten(1)
-        largest = numbers.detach().abs().amax(1, keepdim=True)  # else the least power below darkens weak links
+        # Without this scaling, the least power below would darken the spectra of weak links.
+        largest = numbers.detach().abs().amax(1, keepdim=True)
         field = (numbers / torch.where(largest > 0, largest, 1) @ steering).unflatten(-1, (-1, 2))
         return normalised(power(field).clamp_min(1e-12).sqrt())
 
 
 def normalised(spectra: Float[Tensor, "B P"]) -> Float[Tensor, "B P"]:
-    """Spectra scaled from the smallest to the largest of their pixels to 0…1."""
+    """Spectra scaled to 0…1, from the smallest to the largest of their pixels."""
     low = spectra.amin(-1, keepdim=True)
     return (spectra - low) / (spectra.amax(-1, keepdim=True) - low).clamp_min(1e-6)
 
 
 def power(field: Float[Tensor, "*shape 2"]) -> Float[Tensor, "*shape"]:
-    """Power |F|² of complex numbers F given as pairs (real, imaginary)."""
+    """Power ``|F|²`` of complex numbers F given as pairs (real, imaginary)."""
     real, imaginary = field.unbind(-1)
     return real**2 + imaginary**2
 
@@ -145,7 +179,7 @@ def on_pairs(matrix: np.ndarray) -> Float[Tensor, "2*n 2*m"]:
     """The real matrix that multiplies flattened (real, imaginary) pairs as a complex matrix multiplies complex numbers.
 
     Args:
-        matrix: complex [n, m], which row vectors x are multiplied by: x M.
+        matrix: complex matrix M [n, m]; row vectors x are multiplied as x M.
     """
     pairs = np.stack([matrix, 1j * matrix], axis=1)[..., None]
     return torch.from_numpy(np.concatenate([pairs.real, pairs.imag], axis=-1)).float().flatten(2).flatten(0, 1)

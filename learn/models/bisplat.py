@@ -1,7 +1,7 @@
 """The paper's models BiSplat-WRF and BiSplat-WRF+ [zhang2026].
 
 Symbols are the paper's: N_p primitives, N_c clusters, φ azimuth, θ elevation, ρ in-plane rotation, c_i complex
-coefficient. docs/model.md lists what the paper leaves open and what was chosen.
+coefficient. What the paper leaves open, and what was chosen, is in the documentation, The models.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from scenes.files.errors import ParameterError, shown
 from simulate.spectra.beamformer import Beamformer
 
 Bypass = Literal["dynamic", "delta", "bst", "order"]
-"""Branches that can be switched off: those of the paper's ablation table, and "order", the ordering by depth."""
+"""Branches that can be switched off: three from the paper's ablation table, and "order", the ordering by depth."""
 
 W_SCALE_COARSE, W_SCALE_FINE = 0.5, 1.0
 """w_scale of the hierarchy-based mixing: smaller for coarse primitives, to keep the background stable."""
@@ -45,9 +45,9 @@ class BiSplatWRF(SpectrumModel):
         transformer_layers: number of encoder layers of the BST.
         transformer_heads: number of attention heads of the BST.
         transformer_ffn_width: width of the feed-forward networks inside the BST's encoder layers.
-        encoding: encoding of the transmitter's position, as for ``TransmitterEncoding``; the paper's is "octaves".
-        bypass: branches whose output is replaced: by zero for "dynamic" and "delta", by the BST's linear projection for
-            "bst"; "order" blends the primitives in stored order instead of by depth.
+        encoding: encoding of the transmitter's position, "octaves" (as in the paper) or "waves".
+        bypass: branches to switch off. "dynamic" and "delta" become zero, "bst" is replaced by its linear projection,
+            and "order" blends the primitives in stored order instead of by depth.
 
     Raises:
         ParameterError: ``bypass`` names an unknown branch.
@@ -120,12 +120,12 @@ class BiSplatWRF(SpectrumModel):
             phase = phase + phase_mod
         coefficient = torch.stack([amplitude * phase.cos(), amplitude * phase.sin()], dim=-1)
 
-        # Offsets are added to the unconstrained parameters, so that scales stay positive and opacities in (0, 1).
+        # Offsets are added to the unconstrained parameters, so that scales stay positive and opacities stay in (0, 1).
         offset = positions.new_zeros(positions.shape[0], len(azimuth), 4)
         if "delta" not in self.bypass:
             offset = self.delta(*encodings, features)
         rotation = primitives.rotation + offset[..., 0]
-        # The scale is bounded, since a primitive that shrinks to zero no longer gets a gradient.
+        # The scale is bounded, since a primitive that shrinks to zero gets no gradient any more.
         scale = (primitives.scale_raw + offset[..., 1:3].tanh()).exp().clamp(SCALE_LEAST, SCALE_MOST)
         opacity = (primitives.opacity_raw + offset[..., 3]).sigmoid()
 
@@ -138,7 +138,7 @@ class BiSplatWRF(SpectrumModel):
         return splat(*self.splats(positions), self.azimuths, self.elevations)
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted spectrum: SPS = |F|² at every pixel, which is fitted directly to the normalised spectra."""
+        """Predicted spectrum: ``SPS = |F|²`` at every pixel, which is fitted directly to the normalised spectra."""
         return power(self.field(positions))
 
     def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:

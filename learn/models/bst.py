@@ -16,11 +16,11 @@ def bilinear_weights(
 ) -> Float[Tensor, "N_p N_c"]:
     """Weight w_ij of primitive i at grid point j (paper, BST for global context modelling).
 
-    w_ij = max(0, 1 − d_φ/Δφ) · max(0, 1 − |θ_i − θ_j|/Δθ), with the periodic d_φ = min(|φ_i − φ_j|, 360° − |…|),
-    on a √N_c × √N_c grid with Δφ = 360°/√N_c and Δθ = 90°/√N_c.
+    ``w_ij = max(0, 1 − d_φ/Δφ) · max(0, 1 − |θ_i − θ_j|/Δθ)``, with the periodic ``d_φ = min(|φ_i − φ_j|, 360° −
+    |…|)``, on a √N_c × √N_c grid with Δφ = 360°/√N_c and Δθ = 90°/√N_c.
 
     The paper does not give the grid's offset in elevation. Here the grid points are the centres of the cells,
-    θ_j = (j + ½)Δθ; with θ_j = jΔθ a primitive at boresight would have no weight at all.
+    θ_j = (j + ½)Δθ. With θ_j = jΔθ, a primitive at boresight would have no weight at all.
 
     Args:
         azimuth: φ_i, degrees, periodic.
@@ -44,10 +44,10 @@ def bilinear_weights(
 
 
 class BilinearSpatialTransformer(nn.Module):
-    """Gathers local features f_i on the grid, transforms them, and interpolates global-aware features f'_i.
+    """Gathers local features f_i on a grid, transforms them, and interpolates global-aware features f'_i.
 
-    g_j = Σ_i w_ij f_i / Σ_i w_ij;  G' = Transformer(G);  f'_i = Σ_j w_ij g'_j / Σ_j w_ij, with w_ij of
-    ``bilinear_weights``.
+    With the weights w_ij of ``bilinear_weights``: ``g_j = Σ_i w_ij f_i / Σ_i w_ij``, ``G' = Transformer(G)`` and
+    ``f'_i = Σ_j w_ij g'_j / Σ_j w_ij``.
 
     Args:
         inputs: length of GS-PE and TX-PE together.
@@ -56,7 +56,7 @@ class BilinearSpatialTransformer(nn.Module):
         layers: number of encoder layers.
         heads: number of attention heads.
         ffn_width: width of the encoder layers' own feed-forward networks.
-        bypass: return the local features f_i (the paper's ablation).
+        bypass: return the local features f_i, as in the paper's ablation.
     """
 
     def __init__(self, inputs: int, width: int, clusters: int, layers: int, heads: int, ffn_width: int, bypass: bool):

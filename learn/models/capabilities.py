@@ -1,6 +1,6 @@
-"""What some models can do beyond predicting spectra; callers ask ``isinstance(model, HasPrimitives)`` and so on.
+"""Abilities of some models beyond predicting spectra. Callers ask ``isinstance(model, HasPrimitives)`` and so on.
 
-A model has a capability if its class has the methods. Only ``PredictsResponses`` is a base class, since it also gives
+A model has an ability if its class has the methods. Only ``PredictsResponses`` is a base class, since it also provides
 methods.
 """
 
@@ -22,18 +22,18 @@ from simulate.dataset.dataset_folder import Dataset
 from simulate.spectra.beamformer import Beamformer
 
 WEAK = 0.1
-"""ε of ``responses_loss``: the power below which a spectrum counts less, relative to the mean power."""
+"""ε of ``responses_loss``: power below which a spectrum counts less, relative to the mean power."""
 
 
 @runtime_checkable
 class FitsInClosedForm(Protocol):
-    """Is fitted to known spectra [n, 90, 360] and positions [n, 3] at once, not by gradient steps.
+    """Is fitted to known spectra [n, 90, 360] and positions [n, 3] at once, instead of by gradient steps.
 
-    The run's weights are those after ``refit``, with which a model keeps all known spectra.
+    A run keeps the weights after ``refit``, which has seen all known spectra.
     """
 
     def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
-        """Fit to known spectra, and choose what is to be chosen.
+        """Fit to known spectra, and make the model's choices, such as its weights.
 
         Args:
             dataset: spectra with their positions.
@@ -56,11 +56,11 @@ class FitsInClosedForm(Protocol):
 class HasPrimitives(Protocol):
     """Consists of Gaussian primitives, ``splats``, which blend into the complex ``field`` [B, H, W, 2] of B positions.
 
-    The viewer draws the primitives, and the phase of the field.
+    The viewer draws the primitives and the phase of the field.
     """
 
     def splats(self, positions: Float[Tensor, "B 3"]) -> Splats:
-        """The primitives as they are blended for each transmitter position, metres, world frame."""
+        """The primitives as they are blended for each transmitter position (metres, world frame)."""
 
     def field(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B H W 2"]:
         """The complex field F(φ, θ) on the model's own grid (real, imaginary)."""
@@ -68,20 +68,20 @@ class HasPrimitives(Protocol):
 
 @runtime_checkable
 class StatesVariance(Protocol):
-    """States the variance [B] of its predictions at B positions relative to the field's variance, 0…1.
+    """States the variance [B] of its predictions at B positions, relative to the field's variance, 0…1.
 
     Runs scale it to a standard deviation of spectra (``learn.training.deviation``).
     """
 
     def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"] | None:
-        """The variance at transmitter positions, metres, world frame; None: this fitted model knows none."""
+        """The variance at transmitter positions (metres, world frame). None: this fitted model knows none."""
 
 
 @runtime_checkable
 class TracesRays(Protocol):
-    """Traces rays in a scene for the responses [B, elements, 2] at B positions, so needs the ray tracer to predict.
+    """Traces rays in a scene to predict the responses [B, elements, 2] at B positions, so that it needs the ray tracer.
 
-    It is no function of tensors alone, and is not exported.
+    Such a model is not a function of tensors alone, and cannot be exported.
     """
 
     @property
@@ -91,9 +91,9 @@ class TracesRays(Protocol):
 
 @runtime_checkable
 class HasOwnLoss(Protocol):
-    """Has a ``training_loss`` of its own, in place of the composite loss of B predicted and true spectra [B, 90, 360].
+    """Has its own ``training_loss`` in place of the composite loss of predicted and true spectra [B, 90, 360].
 
-    All its training steps then look at whole spectra.
+    All of its training steps use whole spectra.
     """
 
     def training_loss(self, positions: Float[Tensor, "B 3"], spectra: Float[Tensor, "B 90 360"]) -> Float[Tensor, ""]:
@@ -106,19 +106,27 @@ class HasOwnLoss(Protocol):
 
 
 class PredictsResponses(SpectrumModel, ABC):
-    """Predicts element ``responses`` [B, elements, 2], from which ``beamforming`` computes the spectra [B, 90, 360].
+    """Base class of the models that predict element responses, from which the array's spectra are computed.
 
-    Where responses are known, or are found behind pictures, it learns from these.
+    A subclass implements ``responses``; ``beamforming`` computes the spectra [B, 90, 360] from these. Where element
+    responses are known, or are found behind pictures, the model is trained on them instead of on spectra.
 
     Args:
-        region: as for ``SpectrumModel``.
+        region: [2, 3] corners (min, max) of the box of training positions, metres, world frame.
         beamformer: the dataset's array and grid.
-        wavelength: metres.
+        wavelength: wavelength, metres.
 
-    >>> import bisplat
-    >>> run = bisplat.train("data/lab", "runs/responses", model="mlp-responses", steps=2)
-    >>> isinstance(run.model, bisplat.PredictsResponses), run.model.beamforming.steering.shape
-    (True, torch.Size([32, 64800]))
+    Attributes:
+        beamforming: the layer that computes spectra from responses.
+
+    Example:
+        >>> import bisplat
+        >>> run = bisplat.train("data/lab", "runs/responses", model="mlp-responses", steps=2)
+        >>> isinstance(run.model, bisplat.PredictsResponses)
+        True
+        >>> import torch
+        >>> run.model.responses(torch.tensor([[2.5, 3.0, 1.2]], device=run.model.region.device)).shape
+        torch.Size([1, 16, 2])
     """
 
     beamforming: BeamformingLayer
@@ -129,23 +137,29 @@ class PredictsResponses(SpectrumModel, ABC):
 
     @abstractmethod
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
-        """Predicted element responses (real, imaginary), up to one common factor per spectrum; each model has its own.
+        """Predict element responses, up to one common factor per spectrum.
 
         Args:
-            positions: transmitter positions, metres, world frame.
+            positions: [B, 3] transmitter positions, metres, world frame.
+
+        Returns:
+            [B, elements, 2] responses (real, imaginary).
         """
 
     def forward(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B 90 360"]:
-        """Predicted spectrum: the array's spectrum of ``responses``, min–max normalised."""
+        """Predict spectra [B, 90, 360], 0…1: those of ``responses``, min–max normalised."""
         return self.beamforming(self.responses(positions))
 
     def predict(
         self, positions: Float[Tensor, "B 3"]
     ) -> tuple[Float[Tensor, "B 90 360"], Float[Tensor, "B elements 2"] | None]:
-        """Predicted spectra, and the responses they are computed from.
+        """Predict spectra, and the responses from which they are computed.
 
         Args:
-            positions: transmitter positions, metres, world frame.
+            positions: [B, 3] transmitter positions, metres, world frame.
+
+        Returns:
+            Spectra [B, 90, 360], 0…1, and responses [B, elements, 2] (real, imaginary).
         """
         responses = self.responses(positions)
         return self.beamforming(responses), responses
@@ -155,29 +169,35 @@ class PredictsResponses(SpectrumModel, ABC):
     ) -> Float[Tensor, ""]:
         """Loss of a training step where the true responses are known.
 
-        This is the mean of |ŷ − y|² / (|y|² + ε) over the batch: each spectrum counts the same, near or far, but for
-        those that receive almost nothing.
+        It is the mean of ``|ŷ − y|² / (|y|² + ε)`` over the batch. Every spectrum thus counts the same, whether the
+        transmitter is near or far, except those that receive almost no power.
 
         Args:
-            positions: transmitter positions of a batch, metres, world frame.
-            responses: true element responses (real, imaginary), scaled to a mean square magnitude of 1 over all spectra
-                and elements.
+            positions: [B, 3] transmitter positions of a batch, metres, world frame.
+            responses: [B, elements, 2] true element responses (real, imaginary), scaled to a mean square magnitude of 1
+                over all spectra and elements.
+
+        Returns:
+            The loss, a scalar.
         """
         error = (self.responses(positions) - responses).square().sum(dim=-1).mean(dim=-1)
         return (error / (responses.square().sum(dim=-1).mean(dim=-1) + WEAK)).mean()
 
     def coarse(self, positions: Float[Tensor, "B 3"], pixels: Quadrature) -> Float[Tensor, "B H W"]:
-        """Predicted spectra at a few pixels, normalised over these.
+        """Predict spectra at a few pixels, min–max normalised over these.
 
         Args:
-            positions: transmitter positions, metres, world frame.
-            pixels: the pixels.
+            positions: [B, 3] transmitter positions, metres, world frame.
+            pixels: H rows and W columns of the spectrum.
+
+        Returns:
+            [B, H, W] predicted values, 0…1.
         """
         return self.beamforming.coarse(self.responses(positions), pixels)
 
     def coarse_loss(
         self, positions: Float[Tensor, "B 3"], spectra: Float[Tensor, "B H W"], pixels: Quadrature
     ) -> Float[Tensor, ""]:
-        """As for ``SpectrumModel``, of true spectra normalised over these pixels too."""
+        """As for ``SpectrumModel``, with true spectra that are normalised over these pixels too."""
         spectra = normalised(spectra.flatten(1)).view_as(spectra)
         return coarse_loss(self.coarse(positions, pixels), spectra, pixels)

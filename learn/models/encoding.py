@@ -22,7 +22,7 @@ TX_ORDER = 6
 
 DIRECTIONS = 512
 """Number of directions of the plane waves. A field without sources in a ball of radius R has about (kR + 1)² degrees of
-freedom; this is enough for a ball across 7 wavelengths (2.3 m at 915 MHz)."""
+freedom. 512 directions are enough for a ball of 7 wavelengths across (2.3 m at 915 MHz)."""
 
 
 def positional_encoding(t: Float[Tensor, "*batch 3"], order: int) -> Float[Tensor, "*batch encoded"]:
@@ -44,22 +44,25 @@ def positional_encoding(t: Float[Tensor, "*batch 3"], order: int) -> Float[Tenso
 
 
 class TransmitterEncoding(nn.Module):
-    """Numbers that stand for the transmitter's position r in a network's input.
+    """Encodes the transmitter's position r as the input of a network.
 
-    ``octaves``: the paper's TX-PE, γ of the position scaled to −1…1. ``waves``: cos and sin of k v_j·(r − r₀), for
-    directions v_j spread evenly over the sphere and the region's centre r₀. In the air around the transmitter every
-    field is a sum of plane waves with wavenumber k = 2π/λ, so the responses at one frequency are smooth functions, and
-    nearly linear ones, of these numbers. The octaves of γ know nothing of the wavelength.
+    There are two kinds:
+
+    - ``octaves`` is the paper's TX-PE: γ of the position scaled to −1…1.
+    - ``waves`` is cos and sin of ``k v_j·(r − r₀)``, for directions v_j spread evenly over the sphere and the region's
+      centre r₀. In the air around the transmitter every field is a sum of plane waves with wavenumber k = 2π/λ. The
+      responses at one frequency are therefore smooth, nearly linear functions of these numbers. The octaves of γ do not
+      depend on the wavelength.
 
     Args:
         kind: "octaves" or "waves".
         order: number of octaves L of TX-PE.
 
     Attributes:
-        size: how many numbers.
+        size: number of values.
 
     Raises:
-        ParameterError: ``kind`` is neither.
+        ParameterError: ``kind`` is neither of them.
     """
 
     directions: Tensor

@@ -1,4 +1,4 @@
-"""Distances of points, directions spread evenly over the sphere, and grids."""
+"""Distances between points, directions spread evenly over the sphere, and grids."""
 
 from __future__ import annotations
 
@@ -9,7 +9,9 @@ from torch import Tensor
 
 
 def distances(a: Float[Tensor, "*b n d"], b: Float[Tensor, "*b m d"]) -> Float[Tensor, "*b n m"]:
-    """Distances of points; differences are taken, since the faster method of torch.cdist is exact to millimetres only.
+    """Distances between points.
+
+    They are computed from differences, since the faster method of torch.cdist is exact only to millimetres.
 
     >>> distances(torch.zeros(1, 3), torch.tensor([[3.0, 4.0, 0.0]])).tolist()
     [[5.0]]
@@ -26,12 +28,12 @@ def evenly_spread_directions(count: int) -> Float[Tensor, "count 3"]:
 
 
 def grid_in(region: Float[np.ndarray, "2 3"], spacing: float, most: int) -> Float[np.ndarray, "n 3"]:
-    """Points of a grid that holds the corners of a box.
+    """Points of a grid that includes the corners of a box.
 
     Args:
         region: corners (min, max) of the box, metres.
-        spacing: largest distance of neighbours along an axis, metres, unless there are too many.
-        most: about how many points there are then; at most half as many more.
+        spacing: largest distance of neighbours along an axis, metres. It is exceeded if there would be too many points.
+        most: about the number of points in that case; there are at most half as many more.
 
     >>> box = np.array([[0.0, 0, 0], [1, 1, 1]])
     >>> len(grid_in(box, 0.5, most=1000)), len(grid_in(box, 0.01, most=8))

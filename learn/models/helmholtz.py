@@ -30,29 +30,34 @@ WAYS = {
     "smooth-spectra": "smooth kriging of spectra",
     "inverse-distance": "inverse-distance weighting",
 }
-"""The ways of interpolation, for the user."""
+"""Names of the ways of interpolation, for the user."""
 
 LEFT_OUT = 64
-"""Number of known spectra, evenly spread, that each way of interpolation predicts from the others."""
+"""Largest number of known spectra, evenly spread, that each way of interpolation predicts from the others."""
 
 FOLDS, FOLDED = 8, 300
-"""Where few spectra are known, a covariance fitted to all of them predicts them too well. A way that even so is worse
-than inverse-distance weighting is dropped. The covariance of the others is fitted once more without each of some parts,
-and then predicts that part: as many parts as make FOLDED spectra in all, at least 2 and at most FOLDS."""
+"""If few spectra are known, a covariance fitted to all of them predicts them too well. A way that is even then worse
+than inverse-distance weighting is dropped. For each other way, the known spectra are divided into parts, and the
+covariance is fitted once without each part, which it then predicts. There are FOLDED // n parts for n known spectra, at
+most FOLDS; if these are fewer than 2, the covariance is not fitted again."""
 
 CLEAR_LEAD = 0.04
-"""Mean SSIM; if kriging of responses leads inverse-distance weighting by more, kriging of spectra is not tried."""
+"""If the mean SSIM of kriging of responses exceeds that of inverse-distance weighting by more, no further way is
+tried."""
 
 
 class HelmholtzField(SpectrumModel):
     """A weighted mean of spectra interpolated in up to four ways.
 
-    S(r) = w₁ S_responses(r) + w₂ S_spectra(r) + w₃ S_smooth(r) + w₄ S_distance(r), where S_responses and S_spectra are
-    interpolated by ``KrigedField``, S_smooth by ``SmoothField``, and S_distance is the mean of the nearest known
-    spectra, weighted by 1 / distance. Where responses are not known, they are found from the pictures if that pays
-    (``fit_to_pictures``). Where known positions are dense, kriging of responses is best by far. Where they
-    are many wavelengths apart, none says much about the next, and the mean of several ways errs least. ``fit`` finds
-    the weights by which known spectra are best predicted from the others (stacking [wolpert1992]).
+    ``S(r) = w₁ S_responses(r) + w₂ S_spectra(r) + w₃ S_smooth(r) + w₄ S_distance(r)``
+
+    ``KrigedField`` interpolates S_responses and S_spectra, and ``SmoothField`` interpolates S_smooth. S_distance is the
+    mean of the nearest known spectra, weighted by 1 / distance. If responses are not known, they are found from the
+    pictures where this improves the prediction (``fit_to_pictures``).
+
+    Where known positions are dense, kriging of responses is best by far. Where they are many wavelengths apart, each
+    says little about its neighbours, and the mean of several ways has the smallest error. ``fit`` finds the weights
+    with which known spectra are best predicted from the others (stacking [wolpert1992]).
 
     Args:
         region: as for ``SpectrumModel``; this model does not use it.
@@ -61,7 +66,7 @@ class HelmholtzField(SpectrumModel):
 
     Attributes:
         weights: w of each of ``WAYS``; they add up to 1.
-        fields: the kriged fields that have a weight, by way; at least one, which keeps the known spectra.
+        fields: the kriged fields that have a weight, by way. There is at least one, which keeps the known spectra.
     """
 
     weights: Tensor
@@ -72,14 +77,14 @@ class HelmholtzField(SpectrumModel):
         self.register_buffer("weights", torch.zeros(len(WAYS)))
         self.fields = nn.ModuleDict()
         self._found: tuple[Dataset, Complex[np.ndarray, "K elements"]] | None = None
-        self._used: dict[str, float] = {}  # weights as numbers: an exported program cannot branch on a tensor
+        self._used: dict[str, float] = {}  # the weights as numbers, since an exported program cannot branch on a tensor
 
     def predict(
         self, positions: Float[Tensor, "B 3"]
     ) -> tuple[Float[Tensor, "B 90 360"], Float[Tensor, "B elements 2"] | None]:
-        """Predicted spectra, and the interpolated responses, which are theirs if no other way has a weight.
+        """Predict spectra, and the interpolated responses if the model interpolates any.
 
-        None in their place: responses are not interpolated.
+        The spectra are those of the responses only if no other way has a weight.
 
         Args:
             positions: transmitter positions, metres, world frame.
@@ -103,7 +108,7 @@ class HelmholtzField(SpectrumModel):
         return torch.stack([weight * self._by(way, positions, pixels) for way, weight in self._used.items()]).sum(dim=0)
 
     def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"] | None:
-        """Kriging variance, of responses if these are interpolated; None for inverse-distance weighting alone."""
+        """Kriging variance, that of responses if these are interpolated. None for inverse-distance weighting alone."""
         kriged = [way for way in self._used if way in self.fields]
         if not kriged:
             return None
@@ -111,14 +116,14 @@ class HelmholtzField(SpectrumModel):
         return field.uncertainty(positions)
 
     def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
-        """Keep the known spectra, and find the weights that predict them best from one another.
+        """Keep the known spectra, and find the weights with which they are best predicted from one another.
 
         Args:
             dataset: a dataset; its responses are interpolated only if it has any.
             known: indices of the spectra to interpolate.
 
         Returns:
-            The weights, and the scores they were chosen by, as a sentence for the user.
+            The weights, and the scores by which they were chosen, as a sentence for the user.
         """
         known = np.unique(known)
         if len(known) == 1:
@@ -164,7 +169,7 @@ class HelmholtzField(SpectrumModel):
         )
 
     def refit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
-        """Keep other known spectra with the weights found before; the covariances are fitted again.
+        """Keep other known spectra with the same weights. The covariances are fitted again.
 
         Args:
             dataset: as for ``fit``.
@@ -181,7 +186,7 @@ class HelmholtzField(SpectrumModel):
         report: Report,
         of_spectra: KrigedField | None = None,
     ) -> KrigedField:
-        """A field of a way, fitted to known spectra; ``of_spectra``: that of the spectra, if there is one already."""
+        """A field of one way, fitted to known spectra. ``of_spectra`` is that of spectra if there is one already."""
         field = self._empty(way)
         field.report = report  # type: ignore[method-assign]
         if way == "phases":
@@ -194,7 +199,7 @@ class HelmholtzField(SpectrumModel):
         return field
 
     def _retrieved(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> Complex[np.ndarray, "n elements"]:
-        """As ``retrieved_responses``; each picture's are found once."""
+        """As ``retrieved_responses``, but those of each picture are found only once."""
         if self._found is None or self._found[0] is not dataset:
             self._found = dataset, np.full((len(dataset.positions), dataset.array.elements), np.nan, complex)
         found = self._found[1]
@@ -209,8 +214,8 @@ class HelmholtzField(SpectrumModel):
     ) -> Float[np.ndarray, "L 90 360"]:
         """Some known spectra, each predicted from others whose phases were found without it.
 
-        With several folds, every part of the known spectra is predicted from the other parts; with one, those left out
-        from all others.
+        With several folds, every part of the known spectra is predicted from the other parts. With one fold, the
+        left-out spectra are predicted from all others.
         """
         predicted = np.zeros((len(left_out), ROWS, COLUMNS), np.float32)
         for fold in range(folds):
@@ -228,7 +233,7 @@ class HelmholtzField(SpectrumModel):
     def _left_out_of_folds(
         self, way: str, dataset: Dataset, known: Int[np.ndarray, " n"], left_out: Int[np.ndarray, " L"], folds: int
     ) -> Float[np.ndarray, "L 90 360"]:
-        """As ``left_out_by_kriging``, with covariances fitted without the part that they predict."""
+        """As ``left_out_by_kriging``, with covariances that are fitted without the part that they predict."""
         predicted = np.zeros((len(left_out), ROWS, COLUMNS), np.float32)
         for fold in range(folds):
             self.report(f"score by {way}", fold, folds)
@@ -239,14 +244,14 @@ class HelmholtzField(SpectrumModel):
         return predicted
 
     def _empty(self, way: str) -> KrigedField:
-        """A field of a way, without known spectra."""
+        """A field of one way, without known spectra."""
         built = self.region.cpu().numpy().copy(), self._beamformer, float(self.wavelength)
         if way == "smooth-spectra":
             return SmoothField(*built)
         return KrigedField(*built, "responses" if way in ("responses", "phases") else "spectra")
 
     def _set(self, weights: dict[str, float], fields: Mapping[str, KrigedField]) -> None:
-        """Use these weights; of the fields keep those that are needed."""
+        """Use these weights, and keep only the fields that are needed."""
         self.weights = torch.tensor([weights.get(way, 0.0) for way in WAYS])
         self._used = {way: weights[way] for way in WAYS if way in weights}
         needed = [way for way in fields if way in weights] or list(fields)[:1]
@@ -255,7 +260,7 @@ class HelmholtzField(SpectrumModel):
     def _by(
         self, way: str, positions: Float[Tensor, "B 3"], pixels: Quadrature | None = None
     ) -> Float[Tensor, "B H W"]:
-        """Spectra that one way predicts, whole or at a few pixels."""
+        """Spectra predicted by one way, whole or at a few pixels."""
         if way in self.fields:
             model: Any = self.fields[way]
             return model(positions) if pixels is None else model.coarse(positions, pixels)
@@ -264,10 +269,10 @@ class HelmholtzField(SpectrumModel):
         return spectra if pixels is None else spectra[:, pixels.rows][:, :, pixels.columns]
 
     def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
-        """As ``torch.nn.Module.load_state_dict``; the fields are made that the file has.
+        """As ``torch.nn.Module.load_state_dict``, but first makes the fields that the file has.
 
         Raises:
-            RuntimeError: also if a way that has a weight has no field, or weights are no shares.
+            RuntimeError: also if a way that has a weight has no field, or if the weights are not shares of 1.
         """
         fields: dict[str, KrigedField] = {}
         for way in WAYS:
@@ -283,7 +288,7 @@ class HelmholtzField(SpectrumModel):
         if missing or not fields:
             raise RuntimeError(f"no field of {min(missing, default='any way')}")
         if not (min(self._used.values(), default=0) > 0 and abs(sum(self._used.values()) - 1) < 1e-3):
-            raise RuntimeError(f"weights that are no shares of 1, {self.weights.tolist()}")
+            raise RuntimeError(f"weights that are not shares of 1, {self.weights.tolist()}")
         return loaded
 
 

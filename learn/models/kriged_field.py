@@ -31,38 +31,41 @@ Columns = Int[Tensor, " c"] | slice
 EVERY = slice(None)
 
 LEGS = 64
-"""A leg is the path between two consecutive known positions; a prediction averages over this number of most probable
-legs."""
+"""Number of most probable legs over which a prediction averages. A leg is the path between two consecutive known
+positions."""
 
 
 class KrigedField(SpectrumModel):
     """Interpolates every element's response as a random field over the transmitter's position (simple kriging).
 
     By reciprocity, y_m(r) is the field at r of a source at element m. In the air around the transmitter this field
-    solves ∇²y + k²y = 0, so it is a sum of plane waves. The model assumes that the waves from direction u_j have random
-    phases and the share s_j of the power, that a plane wave is valid over a length ℓ (shadow edges and curved
-    wavefronts limit it), and that the scene changes over T spectra while it is measured (people, doors, the tag's
-    orientation). Two responses then have the covariance κ, and the prediction from the nearest known positions is
+    solves ∇²y + k²y = 0, so it is a sum of plane waves. The model makes three assumptions:
+
+    - The waves from direction u_j have random phases and the share s_j of the power.
+    - A plane wave is valid over a length ℓ, which shadow edges and curved wavefronts limit.
+    - The scene changes over T spectra while it is measured (people, doors, the tag's orientation).
+
+    Two responses then have the covariance κ. The prediction from the nearest known positions is y(r)::
 
         κ(Δ, τ) = Σ_j s_j e^{jk u_j·Δ} · e^(−|Δ|/ℓ − τ/T),   y(r) = κ(r)ᴴ (K + ν I)⁻¹ y_known
 
     Δ is the difference of two positions, and τ the number of spectra recorded between them, in the dataset's order. The
-    τ of a new position is unknown: the position is assumed to lie on the path between two consecutive known
-    positions, and nearer legs of this path are more probable (``expected_fading``).
+    τ of a new position is unknown. The position is assumed to lie on the path between two consecutive known positions,
+    and nearer legs of this path are more probable (``expected_fading``).
 
     The shares s_j, the length ℓ, the drift T and the nugget ν (noise variance relative to the field's variance)
     maximise the likelihood [vecchia1988]. A penalty pulls the shares a little towards equal ones, for which the sum
-    is sin(k|Δ|) / k|Δ| [cook1955]. A simulated scene does not change; the fit then finds a T so large that
-    e^(−τ/T) is 1.
+    is ``sin(k|Δ|) / k|Δ|`` [cook1955]. A simulated scene does not change; the fit then finds a T so large that
+    ``e^(−τ/T)`` is 1.
 
-    If a dataset has no responses, its spectra are interpolated about their mean with the covariance |κ|², which is that
-    of the power |y|² of a Gaussian field [reed1962].
+    If a dataset has no responses, its spectra are interpolated about their mean with the covariance ``|κ|²``, which is
+    that of the power ``|y|²`` of a Gaussian field [reed1962].
 
     Args:
         region: as for ``SpectrumModel``; this model does not use it.
         beamformer: the dataset's array and grid.
         wavelength: metres.
-        of: "responses" or "spectra", which are interpolated.
+        of: what is interpolated, "responses" or "spectra".
 
     Attributes:
         places: n known transmitter positions, metres, world frame.
@@ -79,7 +82,7 @@ class KrigedField(SpectrumModel):
     """
 
     neighbours = 32
-    """Number of known positions, the nearest ones, that a prediction is made from."""
+    """Number of nearest known positions from which a prediction is made."""
 
     places: Tensor
     times: Tensor
@@ -124,7 +127,7 @@ class KrigedField(SpectrumModel):
             What was found, as a sentence for the user.
         """
         self.keep(dataset, np.unique(known))
-        if len(self.places) > 1:  # a single spectrum determines no covariance
+        if len(self.places) > 1:  # a single spectrum does not determine a covariance
             what = "responses" if self.of_responses else "spectra"
             fit_covariance(self, self.neighbours, partial(self.report, f"covariance of {what}"))
         return f"length {self.length:.2f} m, drift {self.drift:.0f} spectra, nugget {self.nugget:.1e}"
@@ -139,7 +142,7 @@ class KrigedField(SpectrumModel):
         return self.interpolated(positions, columns=slice(0, 2))[1]  # the variance does not depend on the values
 
     def keep(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
-        """Interpolate between these spectra from now on; the covariance remains.
+        """Interpolate between these spectra from now on, with the same covariance.
 
         Args:
             dataset: as for ``fit``.
@@ -151,7 +154,7 @@ class KrigedField(SpectrumModel):
             assert dataset.responses is not None
             responses = torch.from_numpy(dataset.responses[known])
             root_mean_square = responses.abs().square().mean().sqrt()
-            if root_mean_square > 0:  # black pictures leave responses of zero
+            if root_mean_square > 0:  # black pictures have responses of zero
                 responses = responses / root_mean_square
             self.values = torch.view_as_real(responses).flatten(1)
             self.mean = torch.zeros(self.values.shape[1])
@@ -160,7 +163,7 @@ class KrigedField(SpectrumModel):
             self.mean = torch.from_numpy(dataset.pictures[known].mean(axis=0, dtype=np.float64).ravel()).float()
 
     def _rows(self, members: Int[Tensor, "*b n"], columns: Columns = EVERY) -> Float[Tensor, "*b N C"]:
-        """The rows that kriging sums with real weights: the members' values minus the mean; for responses also −jy.
+        """The rows that kriging sums with real weights: the members' values minus the mean, and for responses also −jy.
 
         The product of y with a conjugated complex weight w is then a sum with the real weights Re w for y and Im w for
         −jy.
@@ -184,7 +187,7 @@ class KrigedField(SpectrumModel):
         shares: Float[Tensor, " J"],
         length: Float[Tensor, ""],
     ) -> Float[Tensor, "*b N M"]:
-        """κ (for spectra |κ|²) between the rows of the positions a and b; ``fading`` is the drift's factor in it."""
+        """κ (for spectra ``|κ|²``) between the rows of positions a and b. ``fading`` is the drift's factor in it."""
         wavenumbers = 2 * torch.pi / self.wavelength * self.directions.to(a.dtype).T
         phase_a, phase_b = a @ wavenumbers, b @ wavenumbers
         cosine, sine = phase_b.cos().mT, phase_b.sin().mT
@@ -197,15 +200,17 @@ class KrigedField(SpectrumModel):
         return torch.cat([torch.cat([real, -imaginary], dim=-1), torch.cat([imaginary, real], dim=-1)], dim=-2)
 
     def fading(self, separation: Tensor, scale: Tensor) -> Tensor:
-        """The factor e^(−separation/scale) of κ (for spectra its square, in |κ|²); a separation in space or time."""
+        """The factor ``e^(−separation/scale)`` of κ (its square in ``|κ|²`` for spectra), for a separation in space or
+        time.
+        """
         return torch.exp(-separation / scale * (1 if self.of_responses else 2))
 
     def expected_fading(self, positions: Float[Tensor, "B 3"], near: Int[Tensor, "B n"]) -> Float[Tensor, "B n"]:
-        """Expected factor e^(−τ/T) of κ (for spectra its square, in |κ|²) between new and known positions.
+        """Expected factor ``e^(−τ/T)`` of κ (its square in ``|κ|²`` for spectra) between new and known positions.
 
         The time of a new position is unknown. The position is assumed to lie on one of the legs between consecutive
-        known positions. A leg's probability is its duration times the density, at the position, of a normal
-        distribution in three dimensions around the leg's straight line.
+        known positions. The probability of a leg is its duration times the density, at the position, of a
+        three-dimensional normal distribution around the leg's straight line.
 
         Args:
             positions: new positions, metres, world frame.
@@ -255,13 +260,13 @@ class KrigedField(SpectrumModel):
         return values, (1 - (weights * cross_covariance).sum(dim=-1)).clamp(0, 1)
 
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
-        """Element responses y (real, imaginary), up to one factor for all; only if responses are interpolated."""
+        """Element responses y (real, imaginary), up to one common factor; only if responses are interpolated."""
         return self.interpolated(positions)[0].unflatten(-1, (-1, 2))
 
     def predict(
         self, positions: Float[Tensor, "B 3"]
     ) -> tuple[Float[Tensor, "B 90 360"], Float[Tensor, "B elements 2"] | None]:
-        """Predicted spectra, and the responses they are computed from if these are interpolated.
+        """Predict spectra, and the responses from which they are computed if these are interpolated.
 
         Args:
             positions: transmitter positions, metres, world frame.
@@ -305,7 +310,7 @@ class KrigedField(SpectrumModel):
         return (values / LARGEST_GREY).clamp(0, 1).unflatten(-1, (ROWS, COLUMNS))
 
     def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
-        """As ``torch.nn.Module.load_state_dict``; the buffers of known spectra take the number of spectra in the file.
+        """As ``torch.nn.Module.load_state_dict``, but for the number of known spectra that the file has.
 
         Raises:
             RuntimeError: also if the buffers do not fit together, or hold values that no fit finds.
@@ -315,7 +320,7 @@ class KrigedField(SpectrumModel):
             raise RuntimeError("no known spectra")
         for name in ("places", "times", "values"):
             shape = (known, *getattr(self, name).shape[1:])
-            if name in state_dict and state_dict[name].shape != shape:  # before memory is taken for it
+            if name in state_dict and state_dict[name].shape != shape:  # checked before memory is allocated
                 raise RuntimeError(f"{name} of shape {tuple(state_dict[name].shape)} instead of {shape}")
             grey_levels = name == "values" and not self.of_responses
             setattr(self, name, torch.zeros(shape, dtype=torch.uint8 if grey_levels else torch.float32))

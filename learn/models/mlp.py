@@ -15,12 +15,13 @@ from learn.models.quadrature import Quadrature, interpolation, picture_pixels
 from simulate.spectra.beamformer import Beamformer
 
 WIDTH, LAYERS = 256, 4
+"""Width and number of residual layers of both networks."""
 
 
 class SpectrumMLP(SpectrumModel):
-    """Predicts a few pixels that hold the array's band, 0…1, from the encoded position of the transmitter.
+    """A network that predicts the spectrum at a few pixels from the encoded position of the transmitter.
 
-    The spectrum is interpolated from these.
+    The pixels are as many as the array can resolve; the whole spectrum is interpolated from them.
 
     Args:
         region: as for ``SpectrumModel``.
@@ -62,7 +63,7 @@ class SpectrumMLP(SpectrumModel):
 
 
 class ResponseMLP(PredictsResponses):
-    """Predicts the complex element responses from the encoded position of the transmitter, and the spectrum from these.
+    """A network that predicts the complex element responses from the encoded position of the transmitter.
 
     Args:
         region: as for ``SpectrumModel``.

@@ -1,4 +1,4 @@
-"""The options of a model: the keyword arguments of its class. This module needs no torch."""
+"""The options of a model: the keyword arguments of its class. This module does not import torch."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from typing import Any
 from scenes.files.errors import ParameterError, require_whole, shown
 
 OPTION_MOST = 100_000
-"""Largest number that an option of a model can be; more primitives, or a wider network, would exhaust the memory."""
+"""Largest number that a model's option can be; more primitives or a wider network would exhaust the memory."""
 
 
 def options_of(model: type) -> dict[str, Any]:
-    """Options of a model's class with their defaults; those that it passes on to its base class are among them.
+    """Options of a model's class with their defaults, including those that it passes on to its base class.
 
     Args:
         model: the class.
@@ -41,8 +41,7 @@ def check_options_of(model: type, name: str, options: Mapping[str, Any]) -> None
         options: arguments of the class, by name.
 
     Raises:
-        ParameterError: the model has no such option, or the option is a number and the value is none from 1 to
-            ``OPTION_MOST``.
+        ParameterError: the model has no such option, or a number is not between 1 and ``OPTION_MOST``.
     """
     known = options_of(model)
     for option, value in options.items():

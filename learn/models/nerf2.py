@@ -1,7 +1,7 @@
 """NeRF² [zhao2023]: rays are marched from the gateway through a radiance field, one for each pixel.
 
 Only the few pixels that hold the array's band have rays; the spectrum is interpolated from these. The model is written
-from the paper's equations; docs/peers.md says what differs from the published code.
+from the paper's equations; differences from the published code are in the documentation, Other authors' models.
 """
 
 from __future__ import annotations
@@ -36,23 +36,27 @@ RAYS_AT_ONCE = 2048
 
 
 class NeRF2(SpectrumModel):
-    """R(ω) = Σ_n PATH_LOSS / r_n · Π_{j<n} e^{−δ_j Δr + jψ_j Δr} · s_n e^{jφ_n}, S = |R|, voxels n along the ray ω.
+    """NeRF² [zhao2023]: voxels along rays send signals back to the gateway, and attenuate and delay those behind them.
 
-    The attenuation network predicts (δ, ψ) and a feature of each voxel. The radiance network predicts, from the
-    feature, the direction and the transmitter's position, the signal (s, φ) that the voxel sends back along the ray.
+    With the voxels n along the ray in direction ω, the spectrum is the magnitude of
+
+    ``R(ω) = Σ_n PATH_LOSS / r_n · Π_{j<n} e^{−δ_j Δr + jψ_j Δr} · s_n e^{jφ_n}``
+
+    The attenuation network predicts (δ, ψ) and a feature of each voxel. The radiance network predicts the signal (s, φ)
+    that the voxel sends back along the ray, from the feature, the direction and the transmitter's position.
 
     Args:
         region: as for ``SpectrumModel``.
         beamformer: the dataset's array and grid.
         wavelength: metres.
         samples: number of voxels per ray.
-        rays: number of rays per training step: as many directions as they make with each transmitter of the batch.
+        rays: number of rays per training step, which is shared evenly by the transmitters of the batch.
         width: width of both networks.
         layers: number of layers of the attenuation network.
         encoding: encoding of the transmitter's position, as for ``TransmitterEncoding``.
 
     Raises:
-        ParameterError: fewer than 2 samples or 4 layers.
+        ParameterError: there are fewer than 2 samples or 4 layers.
     """
 
     directions: Tensor
@@ -98,7 +102,7 @@ class NeRF2(SpectrumModel):
     def voxels(
         self, directions: Float[Tensor, "R 3"]
     ) -> tuple[Float[Tensor, "R samples 2"], Float[Tensor, "R samples width"]]:
-        """Outputs of the attenuation network for the voxels along rays; they do not depend on the transmitter.
+        """Outputs of the attenuation network for the voxels along rays. They do not depend on the transmitter.
 
         Args:
             directions: unit vectors of the rays, gateway frame.
@@ -123,7 +127,7 @@ class NeRF2(SpectrumModel):
         feature: Float[Tensor, "R samples width"],
         transmitters: Float[Tensor, "B size"],
     ) -> Float[Tensor, "B R"]:
-        """Received magnitude |R| of each ray, for each transmitter.
+        """Received magnitude ``|R|`` of each ray, for each transmitter.
 
         Args:
             directions: unit vectors of the rays, gateway frame.

@@ -1,4 +1,4 @@
-"""The residual feed-forward network of which the static network, dynamic network and delta decoder are instances."""
+"""The residual feed-forward network. The static network, dynamic network and delta decoder are instances of it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from torch import Tensor, nn
 
 
 class Interpolated(NamedTuple):
-    """Features of primitives, f'_i = Σ_j w_ij g'_j, stored as weights and values until they are needed.
+    """Features of primitives, ``f'_i = Σ_j w_ij g'_j``, stored as weights and values until they are needed.
 
     Attributes:
         weights: interpolation weights w_ij; each row adds up to 1.
@@ -28,11 +28,11 @@ Part = Float[Tensor, "*#batch _inputs"] | Interpolated
 
 
 class LinearOfParts(nn.Linear):
-    """Linear layer W [x_1; x_2; …] + b = b + Σ_k W_k x_k, whose inputs x_k broadcast against each other.
+    """Linear layer ``W [x_1; x_2; …] + b = b + Σ_k W_k x_k`` whose inputs x_k broadcast against each other.
 
-    The result equals ``nn.Linear`` of their concatenation. It is faster: an input that all transmitters (or all
-    primitives) share is multiplied once instead of once for each, and an ``Interpolated`` input is multiplied at the
-    grid points, which are fewer than the primitives.
+    The result is that of ``nn.Linear`` on their concatenation, but faster. An input that all transmitters (or all
+    primitives) share is multiplied only once. An ``Interpolated`` input is multiplied at the grid points, which are
+    fewer than the primitives.
     """
 
     def forward(self, *parts: Part) -> Float[Tensor, "*batch outputs"]:

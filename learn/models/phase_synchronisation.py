@@ -1,11 +1,11 @@
-"""Phases from pictures: known pictures' responses as one field.
+"""Phases from pictures: factors and flips that make the responses behind known pictures one field.
 
 A picture determines the responses y_n of the array at a position r_n up to a complex factor and the flip
-y_m → y*_{MN−1−m} (simulate/spectra/phase_retrieval.py). Responses at all known positions are samples of one field,
-whose covariance κ(r, r') solves the Helmholtz equation (learn/models/kriged_field.py). The factors z_n and flips are
-those for which this is most likely: n factors and flips against n · MN complex numbers, so that they are well
-determined wherever positions are within a wavelength or so of each other. What no picture can tell is a flip of all at
-once, and a factor common to all.
+y_m → y*_{MN−1−m} (``simulate.spectra.phase_retrieval``). Responses at all known positions are samples of one field,
+whose covariance κ(r, r') solves the Helmholtz equation (``learn.models.kriged_field``). The factors z_n and the flips
+are those for which this is most likely. There are n factors and flips but n · MN complex numbers, so that they are
+well determined wherever positions are within about a wavelength of each other. No picture can determine a flip of all
+at once, or a factor common to all.
 
 Each position's responses are predicted from the nearest others by kriging, a_n = Σ w* z y with error variance v. The
 best factor and flip of one position, given all others, maximise
@@ -13,7 +13,7 @@ best factor and flip of one position, given all others, maximise
     −|a_n − z y_n|² / v + 2 MN log |z|
 
 (the last term is the Jacobian of the scaling), which has a closed form. They are found for one position after another:
-first outwards from one place, each from those already done, then over and over until the field changes no more.
+first outwards from one place, each from those already done, then again and again until the field no longer changes.
 """
 
 from __future__ import annotations
@@ -26,23 +26,23 @@ from jaxtyping import Bool, Complex, Float, Int
 from scipy.spatial import cKDTree
 
 Covariance = Callable[[Int[np.ndarray, " a"], Int[np.ndarray, " b"]], Complex[np.ndarray, "a b"]]
-"""Covariance κ, without noise, between known positions, given by their indices."""
+"""Function from the indices of known positions to the covariance κ between them, without noise."""
 
 NEIGHBOURS = 48
-"""Number of nearest other positions that each is predicted from."""
+"""Number of nearest other positions from which each position is predicted."""
 
 FIRST_NEIGHBOURS = 24
 """The same while the first factors are found."""
 
 FEW, STARTS = 4, 4
-"""Number of neighbours that decide which position is next, and of positions from which the first factors are found; the
-most likely result counts."""
+"""Number of neighbours that decide which position is next, and number of positions from which the first factors are
+found. The most likely result is kept."""
 
 SWEEPS = 40
-"""Largest number of times that all positions are gone through."""
+"""Largest number of passes over all positions."""
 
 LEAST_CHANGE = 1e-3
-"""A sweep that changes the field by less, relative to its norm, is the last."""
+"""A pass is the last one if it changes the field by less than this, relative to its norm."""
 
 
 def synchronised(
@@ -51,12 +51,12 @@ def synchronised(
     covariance: Covariance,
     nugget: float,
 ) -> Complex[np.ndarray, "n elements"]:
-    """Responses with the factors and flips by which they are most likely one field.
+    """Responses with the factors and flips that most likely make them one field.
 
     Args:
-        responses: of each known picture, up to a factor and the flip.
-        positions: of the transmitter, metres.
-        covariance: of the field, of variance 1.
+        responses: those of each known picture, up to a factor and the flip.
+        positions: transmitter positions, metres.
+        covariance: covariance of the field, of variance 1.
         nugget: variance of the noise, relative to that of the field.
 
     Returns:
@@ -83,7 +83,7 @@ def _swept(
     others: list[Int[np.ndarray, " k"]],
     weights: list[tuple[Complex[np.ndarray, " k"], float]],
 ) -> tuple[float, Complex[np.ndarray, "n elements"]]:
-    """The best factors and flips from given ones on, and how likely they are (the sum of the terms above)."""
+    """The best factors and flips, improved from given ones, and how likely they are (the sum of the terms above)."""
     order = np.random.default_rng(0).permutation(len(field))
     for _ in range(SWEEPS):
         before = field.copy()
@@ -113,7 +113,9 @@ def _outwards(
     covariance: Covariance,
     nugget: float,
 ) -> Complex[np.ndarray, "n elements"]:
-    """First factors and flips: outwards from a position, next the one with the nearest neighbours that are done."""
+    """First factors and flips: outwards from one position. The next one is always that with the nearest finished
+    neighbours.
+    """
     done: Bool[np.ndarray, " n"] = np.zeros(len(near), bool)
     field = either[0].copy()
     queue = [(0.0, start)]
@@ -126,10 +128,10 @@ def _outwards(
         if len(known):
             weight, variance = _weights(np.array([member]), known, covariance, nugget)
             field[member] = _best(either[:, member], weight.conj() @ field[known], variance)
-            field[member] /= np.sqrt(np.square(np.abs(field[member])).mean())  # phases first
+            field[member] /= np.sqrt(np.square(np.abs(field[member])).mean())  # only phases are found at first
         done[member] = True
         for other in near[member]:
-            if not done[other]:  # again each time one more of its neighbours is done
+            if not done[other]:  # queued again each time one more of its neighbours is done
                 nearest = apart[other][done[near[other]]][:FEW]
                 heappush(queue, (-float((1 / np.maximum(nearest, 1e-3) ** 2).sum()), int(other)))
     return field
@@ -151,7 +153,7 @@ def _best(
     products = either.conj() @ predicted
     chosen = int(np.abs(products).argmax())
     along = abs(products[chosen]) / len(predicted)
-    # The maximum of −MN (|z|² − 2 |z| along) / v + 2 MN log |z|
+    # This maximises −MN (|z|² − 2 |z| along) / v + 2 MN log |z|.
     magnitude = (along + np.sqrt(along**2 + 4 * variance)) / 2
     phase = products[chosen] / abs(products[chosen]) if along > 0 else 1.0
     return magnitude * phase * either[chosen]

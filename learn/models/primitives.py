@@ -16,7 +16,7 @@ NEAR, FAR = 0.1, 100.0
 """Depths at which z_norm is 0 and 1: z_norm = (d − 0.1) / (100 − 0.1) in the paper."""
 
 SCALE_MIN, SCALE_MAX = 2.0, 10.0
-"""s_min and s_max, degrees; the paper gives no values (docs/model.md)."""
+"""s_min and s_max, degrees; the paper gives no values."""
 
 SCALE_LEAST, SCALE_MOST = 0.5, 60.0
 """Bounds of a primitive's standard deviation, degrees: half a pixel, and a sixth of a turn."""
@@ -28,8 +28,8 @@ INITIAL_OPACITY = 0.3
 class Primitives(nn.Module):
     """N_p planar Gaussians parallel to the (φ, θ) plane, each with a depth. All attributes are learned.
 
-    The parameters are unconstrained; the properties compute the physical values from them. Each is of a scale at which
-    Adam's steps of the learning rate move all of them: azimuths in degrees would hardly move.
+    The parameters are unconstrained; the properties compute the physical values from them. The parameters have scales
+    at which a step of Adam moves all of them; azimuths in degrees would hardly move.
 
     Args:
         count: number of primitives N_p.
@@ -74,10 +74,10 @@ class Primitives(nn.Module):
 
     @property
     def depth(self) -> Float[Tensor, " N_p"]:
-        """d > 0, without unit: a monotonic proxy of the scatterer's distance, by which the blending is ordered."""
+        """d > 0, without unit: a monotonic proxy of the scatterer's distance, which orders the blending."""
         return self.depth_raw.exp()
 
     @property
     def coordinates(self) -> Float[Tensor, "N_p 3"]:
-        """(φ, θ, d) scaled to about −1…1, the input of GS-PE. A turn of φ is one period of GS-PE's lowest octave."""
+        """(φ, θ, d) scaled to about −1…1, the input of GS-PE. A full turn of φ is one period of its lowest octave."""
         return torch.stack([self.azimuth / 180 - 1, self.elevation / 45 - 1, self.depth / 25 - 1], dim=-1)

@@ -1,16 +1,16 @@
-"""A few pixels of a spectrum, with weights, that stand for all of them.
+"""A few pixels of a spectrum whose weighted mean equals the mean over all pixels.
 
-The square of an M × N array's spectrum is a sum of plane waves e^{-jk u·Δ} over the lags Δ (simulate/spectra/lags.py).
+The square of an M × N array's spectrum is a sum of plane waves e^{-jk u·Δ} over the lags Δ (``simulate.spectra.lags``).
 The product of two squared spectra is a sum of plane waves over Δ₁ + Δ₂, which reach 2(M−1) and 2(N−1) spacings. Its
 mean over the 32,400 pixels of a picture is therefore a weighted sum over far fewer:
 
-- along azimuth, the mean of e^{-jκ cosθ cos φ} over W equally spaced φ is wrong by at most about 2 J_W(κ), which falls
-  steeply once W exceeds κ = 2π d |Δ| of the longest Δ (d: the spacing in wavelengths);
-- along elevation, the weights of the rows solve Σ_θ w_θ J₀(κ_Δ cosθ) = mean_θ J₀(κ_Δ cosθ) for all Δ.
+- Along azimuth, the mean of e^{-jκ cosθ cos φ} over W equally spaced φ is wrong by at most about 2 J_W(κ). This error
+  falls steeply once W exceeds κ = 2π d |Δ| of the longest Δ, where d is the spacing in wavelengths.
+- Along elevation, the weights of the rows solve Σ_θ w_θ J₀(κ_Δ cosθ) = mean_θ J₀(κ_Δ cosθ) for all Δ.
 
-For a 4 × 4 array with half a wavelength between its elements these are 18 rows of 45 pixels. A mean of squared
-differences of squared spectra is exact with them. Other means over pixels, as of absolute differences, are not, but the
-pixels are denser than the array's resolution.
+For a 4 × 4 array with half a wavelength between its elements these are 18 rows of 45 pixels. They give the exact mean
+of squared differences of squared spectra. Other means over pixels, such as that of absolute differences, are not exact,
+but the pixels are denser than the array's resolution.
 """
 
 from __future__ import annotations
@@ -30,17 +30,17 @@ WRONG_ALONG_AZIMUTH, WRONG_ALONG_ELEVATION = 1e-6, 1e-9
 """Largest errors of the mean of one plane wave."""
 
 LEAST_WEIGHT = 0.9
-"""Smallest weight of a row relative to equal ones: with less the rows' errors would hardly count."""
+"""Smallest weight of a row relative to equal weights; with less, errors in that row would hardly count."""
 
 
 @dataclass(frozen=True)
 class Quadrature:
-    """Pixels (row, column) for all pairs of some rows and columns.
+    """Pixels of a spectrum: all pairs of some rows and some columns.
 
     Attributes:
-        rows: rows of the picture.
-        columns: columns of the picture, equally spaced.
-        weights: weight of each row's mean; they add up to 1.
+        rows: [H] rows of the picture.
+        columns: [W] columns of the picture, equally spaced.
+        weights: [H] weight of each row's mean; the weights add up to 1.
     """
 
     rows: Int[np.ndarray, " H"]
@@ -67,12 +67,12 @@ def quadrature(beamformer: Beamformer) -> Quadrature:
     bands = 2 * np.pi * array.spacing * np.unique(np.hypot(rows, columns).round(9))
     divisors = [width for width in range(1, COLUMNS + 1) if COLUMNS % width == 0 and width > bands.max()]
     width = next((each for each in divisors if 2 * abs(jv(each, bands.max())) < WRONG_ALONG_AZIMUTH), COLUMNS)
-    if abs(beamformer.grid.azimuth_step_deg) * COLUMNS != 360:  # the columns are no full turn
+    if abs(beamformer.grid.azimuth_step_deg) * COLUMNS != 360:  # the columns do not make a full turn
         width = COLUMNS
     waves = j0(bands * np.cos(np.radians(beamformer.grid.elevations_deg))[:, None])
     for height in range(1, ROWS):
         chosen = np.round((np.arange(height) + 0.5) * ROWS / height - 0.5).astype(int)
-        # The weights nearest to equal ones.
+        # The solution that is closest to equal weights.
         change, *_ = np.linalg.lstsq(waves[chosen].T, waves.mean(axis=0) - waves[chosen].mean(axis=0), rcond=1e-12)
         weights = 1 / height + change
         error = np.abs(weights @ waves[chosen] - waves.mean(axis=0)).max()
@@ -84,9 +84,10 @@ def quadrature(beamformer: Beamformer) -> Quadrature:
 
 
 def picture_pixels(beamformer: Beamformer) -> Quadrature:
-    """Pixels from which a spectrum is interpolated: those of ``quadrature``, or as many as a 4 × 4 array has.
+    """Pixels from which a spectrum is interpolated: those of ``quadrature``, but at least as many as for a 4 × 4 array.
 
-    Spectra of fewer elements need fewer pixels for their means, but not to be drawn: a magnitude has sharp valleys.
+    The spectra of smaller arrays need fewer pixels for their means, but not for drawing them: magnitudes have sharp
+    valleys.
 
     Args:
         beamformer: the array and the grid of its spectra.
@@ -98,9 +99,9 @@ def picture_pixels(beamformer: Beamformer) -> Quadrature:
 
 
 def interpolation(pixels: Quadrature) -> tuple[Float[np.ndarray, "90 H"], Float[np.ndarray, "360 W"]]:
-    """Matrices R, C by which pixels become a picture, R x Cᵀ: cubic splines along elevation and, periodic, azimuth.
+    """Matrices R and C that turn pixels x into a picture R x Cᵀ by cubic splines, periodic along azimuth.
 
-    Spectra of a 4 × 4 array, interpolated from 18 × 45 pixels, have an SSIM of 0.996 with the true ones.
+    Spectra of a 4 × 4 array that are interpolated from 18 × 45 pixels have an SSIM of 0.996 with the true ones.
 
     Args:
         pixels: the pixels that are known.

@@ -1,4 +1,4 @@
-"""Kriging of the element responses behind pictures, whose phases are found such that they are one field."""
+"""Kriging of the element responses behind pictures. Their phases are found such that all responses form one field."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from simulate.spectra.phase_retrieval import retrieve_responses
 from simulate.spectra.spectrum import spectrum_of
 
 LEAST_RETRIEVED, MOST_RETRIEVED = 20, 1500
-"""Smallest and largest number of known pictures whose responses are found: fewer do not determine the phases, and each
-takes about 20 milliseconds."""
+"""Smallest and largest number of known pictures behind which responses are looked for. Fewer do not determine the
+phases, and each takes about 20 milliseconds."""
 
 LEAST_NUGGETS = (0.03, 1e-3)
-"""Least nugget of the covariance by which phases are found, the first time and the second: with a smaller one, early
-errors spread."""
+"""Least nugget of the covariance with which phases are found, for the first and the second time. With a smaller one,
+early errors spread."""
 
 
 def retrieved_responses(dataset: Dataset, known: Int[np.ndarray, " n"]) -> Complex[np.ndarray, "n elements"]:
-    """Responses behind known pictures, each up to a factor and the flip; those of the dataset where it has them.
+    """Responses behind known pictures, each up to a factor and the flip. Those in the dataset are used if it has them.
 
     Args:
         dataset: the dataset.
@@ -35,12 +35,12 @@ def retrieved_responses(dataset: Dataset, known: Int[np.ndarray, " n"]) -> Compl
 
 
 def not_black(dataset: Dataset, known: Int[np.ndarray, " n"]) -> Int[np.ndarray, " m"]:
-    """The indices of the pictures that are not black: a black one says nothing of the field."""
+    """The indices of the pictures that are not black. A black picture contains nothing about the field."""
     return known[dataset.pictures[known].any(axis=(1, 2))]
 
 
 def can_retrieve(dataset: Dataset, known: Int[np.ndarray, " n"]) -> bool:
-    """Whether known pictures are enough, and not too many, for the responses behind them to be found.
+    """Whether the number of known pictures allows finding the responses behind them: neither too few nor too many.
 
     Args:
         dataset: the dataset.
@@ -60,20 +60,20 @@ def fit_to_pictures(
 ) -> Complex[np.ndarray, "K elements"]:
     """Fit a field of responses to known pictures.
 
-    The covariance of pictures, |κ|², says from which directions waves come. With this κ the factors and flips are found
-    by which the retrieved responses are one field. κ is then fitted to these responses, and both steps are done again.
-    The field is that of the true responses up to a common factor, and to a flip of all, which no picture can tell; its
-    spectra do not depend on these.
+    The covariance of pictures, ``|κ|²``, shows from which directions waves come. With this κ, factors and flips are
+    found that make the retrieved responses one field. Then κ is fitted to these responses, and both steps are repeated.
+    The result is the field of the true responses up to a common factor and a flip of all, which no picture can
+    determine and on which its spectra do not depend.
 
     Args:
         field: interpolates responses; it is fitted.
         of_spectra: interpolates spectra, and is fitted to the same pictures.
-        responses: of ``retrieved_responses``.
+        responses: result of ``retrieved_responses``.
         dataset: the dataset.
         known: indices of the pictures, ascending, none of them black.
 
     Returns:
-        The responses of all K spectra of the dataset that the field is fitted to; those of the others are zero.
+        The responses of all K spectra of the dataset to which the field is fitted; those of the others are zero.
     """
     law = of_spectra
     all_responses = np.zeros((len(dataset.positions), responses.shape[1]), complex)

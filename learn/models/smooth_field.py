@@ -1,4 +1,4 @@
-"""Kriging of spectra where known positions are too far apart for waves to be followed between them."""
+"""Kriging of spectra where known positions are too far apart to follow the waves between them."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from simulate.spectra.beamformer import Beamformer
 
 
 class SmoothField(KrigedField):
-    """Kriging of spectra by the squared exponential e^(−|Δ|²/2ℓ²), without waves.
+    """Kriging of spectra by the squared exponential ``e^(−|Δ|²/2ℓ²)``, without waves.
 
-    Where known positions are many wavelengths apart, the waves between them cannot be followed, but the spectra's slow
-    change over metres can.
+    Where known positions are many wavelengths apart, nothing can follow the waves between them. The spectra's slow
+    change over metres can still be interpolated.
 
     Args:
         region: as for ``KrigedField``.
@@ -31,7 +31,7 @@ class SmoothField(KrigedField):
 
     @property
     def first_length(self) -> float:
-        """A tenth of the known positions' largest extent, metres, of which at least a millimetre is counted."""
+        """A tenth of the known positions' largest extent, but at least 0.1 mm; in metres."""
         return max(float((self.places.amax(dim=0) - self.places.amin(dim=0)).max()), 1e-3) / 10
 
     def covariance(

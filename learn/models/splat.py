@@ -1,8 +1,8 @@
 """Depth-ordered splatting of complex coefficients on the (φ, θ) plane, with periodic azimuth.
 
-Primitives are blended as in 3D Gaussian splatting [kerbl2023].
-``splat_reference`` follows the equations; ``splat`` computes the same by the fastest renderer for the tensors' device.
-Complex numbers are pairs (real, imaginary) along the last axis, which all compilers and exporters support.
+Primitives are blended as in 3D Gaussian splatting [kerbl2023]. ``splat_reference`` follows the equations; ``splat``
+computes the same with the fastest renderer for the tensors' device. Complex numbers are pairs (real, imaginary) along
+the last axis, which all compilers and exporters support.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from learn.models.splat_cpu import splat_cpu
 
 
 class Splats(NamedTuple):
-    """Primitives as they are blended for B transmitters: the first arguments of ``splat``, which describes them.
+    """Primitives as they are blended for B transmitters: the first arguments of ``splat``.
 
     Attributes:
         azimuth: φ_i, degrees.
@@ -49,7 +49,7 @@ def splat(
     azimuths: Float[Tensor, " W"],
     elevations: Float[Tensor, " H"],
 ) -> Float[Tensor, "B H W 2"]:
-    """The complex field F(φ, θ) = Σ_i c_i α_i Π_{j<i} (1 − α_j), α_i = o_i G_i(φ, θ), nearer primitives first.
+    """The complex field ``F = Σ_i c_i α_i Π_{j<i} (1 − α_j)`` with ``α_i = o_i G_i(φ, θ)``, nearer primitives first.
 
     Args:
         azimuth: φ_i, degrees, in [0, 360).
@@ -67,7 +67,7 @@ def splat(
     conic = conic_of(scale[:, order], rotation[:, order])
     opacity, coefficient = opacity[:, order], coefficient[:, order]
     if torch.compiler.is_exporting():
-        renderer = splat_reference  # it only uses operators that every runtime has
+        renderer = splat_reference  # its operators exist in every runtime
     elif azimuth.device.type == "cpu":
         renderer = splat_cpu
     elif azimuth.device.type == "cuda":
@@ -102,7 +102,7 @@ def splat_reference(
     azimuths: Float[Tensor, " W"],
     elevations: Float[Tensor, " H"],
 ) -> Float[Tensor, "B H W 2"]:
-    """The field of primitives that are in depth order already; every primitive is evaluated at every pixel.
+    """The field of primitives that are already in depth order. Every primitive is evaluated at every pixel.
 
     Args:
         azimuth: as for ``splat``.

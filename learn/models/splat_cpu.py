@@ -1,8 +1,8 @@
 """The reference renderer as a compiled loop on the CPU: for each row of pixels, over the primitives from front to back.
 
-Three things make it fast. A primitive is only visited where its Gaussian exceeds ``CUTOFF``. Along a row the exponent
+Three things make it fast. A primitive is visited only where its Gaussian exceeds ``CUTOFF``. Along a row the exponent
 is quadratic in the column, so that two multiplications per pixel (forward differences) replace an exponential. No array
-of size primitives × pixels is stored; the backward pass goes over the rows again instead.
+of size primitives × pixels is stored; instead, the backward pass goes over the rows again.
 
 Let g be the gradient of the loss at a pixel, S = Re(ḡ F) the pixel's contribution, T_i the transmittance in front of
 primitive i, and w_i = T_i α_i. Then
@@ -83,7 +83,7 @@ def _forward(azimuth, elevation, a, b, c, opacity, real, imaginary, rows, column
 @numba.njit(cache=True, parallel=True)
 def _backward(azimuth, elevation, a, b, c, opacity, real, imaginary, rows, columns, step, field, gradient, groups):
     batch, count = a.shape
-    # Each task has sums of its own, which are added up at the end, so that the result does not depend on the order in
+    # Each task has its own sums, which are added up at the end. The result therefore does not depend on the order in
     # which parallel tasks run.
     sums = np.zeros((batch * groups, 8, count))
     for task in numba.prange(batch * groups):

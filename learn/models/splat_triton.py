@@ -2,9 +2,9 @@
 
 A program goes over the primitives from front to back, like ``learn.models.splat_cpu``, and skips those whose Gaussian
 is below ``CUTOFF`` in the whole tile. No array of size primitives × pixels is stored: the backward kernel goes over the
-primitives again and writes one gradient per tile and primitive; these are added up in a fixed order.
+primitives again and writes one gradient per tile and primitive. These gradients are added up in a fixed order.
 
-Without a GPU, Triton's interpreter runs the same code, as tests/learn/models/test_splat_triton.py does.
+Without a GPU, Triton's interpreter can run the same code, as in the tests.
 """
 
 from __future__ import annotations

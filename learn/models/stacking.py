@@ -1,6 +1,6 @@
-"""Stacking [wolpert1992]: the weights of a mean of predictions, by how well each predicts left-out known spectra.
+"""Stacking [wolpert1992]: weights of several predictions, chosen by how well these predict left-out known spectra.
 
-Kriging and inverse-distance weighting leave a known spectrum out at no cost, since neither has to be fitted again.
+Kriging and inverse-distance weighting can leave out a known spectrum at no cost, since neither has to be fitted again.
 """
 
 from __future__ import annotations
@@ -19,24 +19,24 @@ from learn.models.kriged_field import KrigedField
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 
 QUARTERS = 4
-"""Number of rounds of the choice of weights, which are multiples of one over this number."""
+"""Number of rounds in the choice of weights. Weights are multiples of one over this number."""
 
 LEAST_GAIN = 0.003
-"""Mean SSIM; a smaller gain can be chance."""
+"""A smaller gain in mean SSIM can be due to chance."""
 
 
 def best_weights(
     predicted: Mapping[str, Float[np.ndarray, "L 90 360"]], truth: Float[np.ndarray, "L 90 360"]
 ) -> tuple[dict[str, float], float]:
-    """Weights of predictions and the mean SSIM of their weighted mean, by greedy selection [caruana2004].
+    """Weights of predictions, and the mean SSIM of their weighted mean, by greedy selection [caruana2004].
 
-    In each round, the prediction that raises the mean SSIM of the mean most is added to it, once more if need be. Gains
-    of less than ``LEAST_GAIN`` count for nothing: of a mean over a single prediction, and of a prediction over an
+    Each round adds the prediction that raises the mean SSIM of the mean most; the same one can be added again. Gains
+    below ``LEAST_GAIN`` do not count: neither that of a mean over a single prediction, nor that of a prediction over an
     earlier one.
 
     Args:
-        predicted: spectra by the name of what predicted them; where they are as good, the first is preferred.
-        truth: the spectra as they are.
+        predicted: spectra by the name of what predicted them. Of equally good ones the first is preferred.
+        truth: the true spectra.
 
     >>> truth = np.tile(np.linspace(0, 1, 360), (1, 90, 1))
     >>> best_weights({"right": truth, "flat": np.zeros_like(truth)}, truth)

@@ -1,4 +1,4 @@
-"""Settings of training by gradient steps, of which each model has its own defaults. This module needs no torch."""
+"""Settings of training by gradient steps; each model has its own defaults. This module does not import torch."""
 
 from __future__ import annotations
 
@@ -21,17 +21,15 @@ class Steps:
         batch_size: number of spectra per step.
         learning_rate: learning rate of AdamW after the warm-up.
         weight_decay: weight decay of AdamW.
-        full_resolution: share of the steps, the last ones, that look at every pixel of a spectrum; those before look at
-            a few that hold the array's band (learn/models/quadrature.py). A model that learns from known responses
-            looks at no pixels.
-        find_phases: where only pictures are known, find the responses behind them for models that learn from responses
-            (learn/training/found_responses.py).
-        init: folder of a finished run of the same model whose weights training starts from; None: random weights.
+        full_resolution: share of the steps, at the end of the training, that use every pixel of a spectrum. The steps
+            before use only as many pixels as the array can resolve. A model that learns from known responses uses no
+            pixels.
+        find_phases: if the dataset has only pictures, find the responses behind them for models that learn from
+            responses.
+        init: folder of a finished run of the same model, with whose weights training starts; None: random weights.
 
     Raises:
-        ParameterError: a number of steps or spectra that is no whole number above 0, or absurdly large; a rate above 1
-            or not above 0; a decay outside 0 to 1000; a share outside 0 to 1; or a switch that is neither true nor
-            false.
+        ParameterError: a number is out of its range, or ``find_phases`` is neither true nor false.
     """
 
     steps: int = 1500
@@ -54,7 +52,7 @@ class Steps:
 
     @property
     def coarse_steps(self) -> int:
-        """Number of steps that look at a few pixels only."""
+        """Number of steps that use only a few pixels."""
         return round((1 - self.full_resolution) * self.steps)
 
 
@@ -64,7 +62,7 @@ class Processes:
 
     Attributes:
         devices: number of GPUs per machine; without a GPU, number of processes.
-        nodes: number of machines; start the same command or program on each, as Lightning's launchers do.
+        nodes: number of machines; start the same command on each, for example with torchrun or SLURM.
     """
 
     devices: int = 1
@@ -72,5 +70,5 @@ class Processes:
 
     @property
     def count(self) -> int:
-        """Number of devices on all machines."""
+        """Number of devices on all machines together."""
         return self.devices * self.nodes

@@ -1,6 +1,7 @@
 """The idea of SwiftWRF [liu2025]: planar Gaussians, summed without depth order, that a network deforms by position.
 
-It is written in plain torch from the idea, not from the authors' code; docs/peers.md says what differs.
+It is written in plain torch from the idea, not from the authors' code; differences are in the documentation, Other
+authors' models.
 """
 
 from __future__ import annotations
@@ -28,10 +29,10 @@ MOVED_DEG = 30.0
 
 
 class SwiftWRF(SpectrumModel):
-    """S(φ, θ) = Σ_i c_i G_i(φ, θ), with Gaussians G_i and real coefficients ("colours") c_i.
+    """The idea of SwiftWRF [liu2025]: a sum of deformed Gaussians, ``S(φ, θ) = Σ_i c_i G_i(φ, θ)``.
 
-    A network deforms centre, scales, rotation and colour of each Gaussian, given its centre and the transmitter's
-    position.
+    The coefficients ("colours") c_i are real. A network deforms centre, scales, rotation and colour of each Gaussian,
+    given its centre and the transmitter's position.
 
     Args:
         region: as for ``SpectrumModel``.
@@ -57,7 +58,7 @@ class SwiftWRF(SpectrumModel):
         self.encoding = TransmitterEncoding(encoding)
         self.register_buffer("azimuths", torch.tensor(beamformer.grid.azimuths_deg).float(), persistent=False)
         self.register_buffer("elevations", torch.tensor(beamformer.grid.elevations_deg).float(), persistent=False)
-        # In radians, since Adam's steps would hardly move degrees.
+        # In radians: Adam's steps would hardly move values in degrees.
         self.centre_radians = nn.Parameter(torch.rand(primitives, 2) * torch.tensor([2 * torch.pi, torch.pi / 2]))
         self.scale_raw = nn.Parameter((4 + 8 * torch.rand(primitives, 2)).log())
         self.rotation = nn.Parameter(torch.pi * torch.rand(primitives))

@@ -17,15 +17,15 @@ from learn.models.geometry import distances
 from simulate.spectra.spectrum import evenly
 
 FITTED_ON = 200
-"""Number of terms of the likelihood, evenly spread over the known positions in random order."""
+"""Largest number of terms of the likelihood, evenly spread over the known positions in random order."""
 
 FAR = 1e6
-"""Metres. In the likelihood, a known position with too few predecessors gets additional neighbours
-at multiples of this distance, whose covariance with everything is zero."""
+"""Metres. In the likelihood, a known position with too few predecessors gets additional neighbours at multiples of this
+distance. Their covariance with everything is zero."""
 
 EVENNESS = 0.03
-"""Weight of the penalty −mean(log s_j), which is added to the negative mean log-likelihood: directions that the spectra
-do not determine keep equal shares."""
+"""Weight of the penalty −mean(log s_j), which is added to the negative mean log-likelihood. With it, directions that
+the spectra do not determine keep equal shares."""
 
 ITERATIONS = 60
 """Largest number of iterations of the likelihood's optimiser."""
@@ -39,7 +39,7 @@ invertible."""
 
 
 class Kriged(Protocol):
-    """What the likelihood needs of a field of known spectra; ``HelmholtzField`` says what each is."""
+    """What the likelihood needs of a field of known spectra; ``KrigedField`` describes each."""
 
     places: Tensor
     times: Tensor
@@ -56,15 +56,15 @@ class Kriged(Protocol):
     def covariance(self, a: Tensor, b: Tensor, fading: Tensor, shares: Tensor, length: Tensor) -> Tensor: ...
 
 
-@threadpool_limits.wrap(1)  # threads that wait for each other take longer over such small matrices
+@threadpool_limits.wrap(1)  # with such small matrices, several threads would mostly wait for each other
 def fit_covariance(
     field: Kriged, neighbours_most: int, report: Callable[[int, int], None] = lambda done, most: None
 ) -> None:
-    """Give a field the s, ℓ, T and ν that maximise Vecchia's likelihood of its known spectra.
+    """Set the s, ℓ, T and ν of a field to those that maximise Vecchia's likelihood of its known spectra.
 
     Args:
         field: keeps at least two known spectra; its ``shares``, ``length``, ``drift`` and ``nugget`` are set.
-        neighbours_most: number of nearest predecessors that each known spectrum is predicted from, at most.
+        neighbours_most: largest number of nearest predecessors from which each known spectrum is predicted.
         report: called with the number of the optimiser's iterations done, and the largest number of them.
     """
     report(0, ITERATIONS)

@@ -1,1 +1,1 @@
-"""Where to measure next."""
+"""Planning of the next positions to measure."""

@@ -1,4 +1,4 @@
-"""Where a measurement is possible: free places of a scene's region, or places among positions measured before."""
+"""Candidates for measurements: free places of a scene's region, or places among positions measured before."""
 
 from __future__ import annotations
 
@@ -12,14 +12,15 @@ from scenes.scene.shapes import bounding_box
 from simulate.positions.placement import free_positions
 
 CANDIDATES = 2000
-"""Number of candidates, among which positions are chosen and whose open variance counts."""
+"""Number of candidates. Positions are chosen among them, and the kriging variance is averaged over them."""
 
 FLAT = 1e-6
-"""Positions whose extent along an axis is smaller than that along the longest one times this lie in a plane or on a
-line; coordinates in files have six decimals."""
+"""Positions lie in a plane or on a line if their extent along an axis is smaller than this, relative to that along the
+longest axis. Coordinates in files have six decimals."""
 
 TRIES = 100
-"""Number of draws in the box around measured positions, each of ``CANDIDATES`` places, until enough are in the hull."""
+"""Largest number of draws of ``CANDIDATES`` places each in the box around measured positions, until enough are in the
+hull."""
 
 
 def free_candidates(scene: Scene, seed: int) -> Float[np.ndarray, "N 3"]:
@@ -39,21 +40,21 @@ def free_candidates(scene: Scene, seed: int) -> Float[np.ndarray, "N 3"]:
 
 
 def candidates_among(measured: Float[np.ndarray, "n 3"], seed: int, source: str) -> Float[np.ndarray, "N 3"]:
-    """Places in the convex hull of measured positions, drawn uniformly.
+    """Draw places uniformly from the convex hull of measured positions.
 
-    Without a scene nothing else says where somebody can stand. Where all positions are in a plane or on a line, so are
+    Without a scene, nothing else shows where a person can stand. If all positions lie in a plane or on a line, so do
     the places.
 
     Args:
         measured: positions measured before, metres, world frame.
         seed: seed of the draw.
-        source: what they are of, for messages.
+        source: where the positions come from, for messages.
 
     Returns:
         At most ``CANDIDATES`` places, metres, world frame.
 
     Raises:
-        InputError: fewer than two different positions.
+        InputError: there are fewer than two different positions.
     """
     centre = measured.mean(axis=0)
     _, extents, axes = np.linalg.svd(measured - centre, full_matrices=False)

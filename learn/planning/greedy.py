@@ -1,4 +1,4 @@
-"""Positions one after another, each the one that lowers the kriging variance most."""
+"""Greedy choice of positions: each one is that which lowers the kriging variance most."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from jaxtyping import Float, Inexact, Int
 
 @dataclass(frozen=True)
 class OpenField:
-    """What is not known yet of a random field at N candidates.
+    """What is still unknown of a random field at N candidates.
 
     Attributes:
         covariance: covariance of the field at the candidates, given what is known; real, or complex and Hermitian.
         nugget: variance of a measurement's noise, in the units of ``covariance``; above 0.
-        weight: how much the field's variance counts beside that of other fields.
+        weight: weight of this field's variance among several fields.
     """
 
     covariance: Inexact[np.ndarray, "N N"]
@@ -27,11 +27,12 @@ class OpenField:
 def choose(
     fields: Sequence[OpenField], count: int, report: Callable[[int, int], None] = lambda done, total: None
 ) -> tuple[Int[np.ndarray, " count"], Float[np.ndarray, " count+1"]]:
-    """Choose candidates, each the one whose measurement lowers the summed kriging variance at all candidates most.
+    """Choose candidates one after another, each the one whose measurement lowers the summed kriging variance most.
 
-    A measurement of candidate j lowers it by Σ_i |C_ij|² / (C_jj + ν), where C is the covariance given everything
-    measured before; the sum over the fields, with their weights, decides. C then loses c cᴴ / (C_jj + ν), c being its
-    column j. These columns are kept instead of changing C: a step costs one product of C with a vector.
+    A measurement of candidate j lowers the variance, summed over all candidates, by ``Σ_i |C_ij|² / (C_jj + ν)``, where
+    C is the covariance given everything measured before. The weighted sum over the fields decides. C then loses ``c cᴴ
+    / (C_jj + ν)``, where c is its column j. The columns c are kept instead of changing C, so that a step costs one
+    product of C with a vector.
 
     Args:
         fields: the fields, at the same candidates.
@@ -39,8 +40,8 @@ def choose(
         report: called with the number of candidates chosen, and ``count``.
 
     Returns:
-        Indices of the candidates in the order of their choice; and the variance that is open at the candidates before
-        and after each, the weighted sum over the fields of its mean.
+        Indices of the candidates in the order of their choice; and the weighted sum over the fields of the mean
+        variance at the candidates, before the first choice and after each.
 
     >>> near_each_other = np.array([[1.0, 0.9, 0.0], [0.9, 1.0, 0.0], [0.0, 0.0, 1.0]])
     >>> choose([OpenField(near_each_other, nugget=1e-9)], 2)[0].tolist()
@@ -49,7 +50,7 @@ def choose(
     size = len(fields[0].covariance)
     squares = [np.square(np.abs(field.covariance)).sum(axis=0) for field in fields]
     variances = [field.covariance.diagonal().real.copy() for field in fields]
-    # Row t is conj(c) / √(C_jj + ν) of the choice t, so that what all choices take from C is the rows' Vᴴ V.
+    # Row t is conj(c) / √(C_jj + ν) of choice t. These rows are a matrix V; all choices together take Vᴴ V from C.
     rows = [np.zeros((count, size), field.covariance.dtype) for field in fields]
     chosen = np.zeros(count, int)
     left = np.zeros(count + 1)
@@ -67,7 +68,7 @@ def choose(
             before = taken[:step]
             column = field.covariance[:, best] - before.conj().T @ before[:, best]
             column /= np.sqrt(variance[best] + field.nugget)
-            # |C_ij − c_i c_j*|² summed over i, from the sum before it.
+            # |C_ij − c_i c_j*|² summed over i, computed from the sum before this choice.
             products = column.conj() @ field.covariance - (before @ column).conj() @ before
             square -= (2 * products * column).real - np.square(np.abs(column)) * np.vdot(column, column).real
             variance -= np.square(np.abs(column))

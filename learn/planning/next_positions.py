@@ -1,4 +1,4 @@
-"""Plan measurements: the positions in a scene, or beside those of a run, that say most about the field."""
+"""Planning of measurements: the positions, in a scene or next to those of a run, that say most about the field."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from simulate.dataset.picture_files import what_is_at
 from simulate.rays.core.propagation import Propagation
 
 PLANNED_MOST = CANDIDATES // 2
-"""Largest number of positions to plan; among more of the candidates there would be little to choose."""
+"""Largest number of positions to plan: half of the candidates. With more there would be little to choose."""
 
 
 @dataclass(frozen=True)
@@ -30,10 +30,16 @@ class Plan:
     """Positions to measure.
 
     Attributes:
-        positions: metres, world frame: the most useful first, or in the order of the tour.
-        open_variance: share of the field's variance that is open before, and after each of the positions in the order
-            of their usefulness: the mean kriging variance at the candidates, 1 where nothing is known.
-        tour: the walk; None: none was asked for.
+        positions: [n, 3] metres, world frame. The most useful is first; with a tour they are in its order.
+        open_variance: [n + 1] mean kriging variance at the candidates, as a share of the field's variance, 0…1: before
+            the first position and after each of them, in the order of usefulness. It is 1 where nothing is known.
+        tour: the walk through the positions. None: none was asked for.
+
+    Example:
+        >>> import bisplat
+        >>> planned = bisplat.plan("runs/lab", 3)
+        >>> planned.positions.shape, planned.open_variance.shape, planned.tour is None
+        ((3, 3), (4,), True)
     """
 
     positions: Float[np.ndarray, "n 3"]
@@ -50,29 +56,37 @@ def plan(
     propagation: Propagation = Propagation(),
     report: Report = SpectrumModel.report,
 ) -> Plan:
-    """Where to measure next: the positions that lower the open variance of the field most.
+    """Plan where to measure next: the positions that lower the kriging variance of the field most.
 
-    Each position is the one of ``CANDIDATES`` whose measurement lowers the kriging variance, summed over all of them,
-    most. The covariance of a run is the fitted one, and what the run knows is known. A scene is traced at some
-    positions to fit the covariance of each gateway's field; nothing is known there.
+    There are 2000 candidates. One position is chosen after another: always the candidate whose measurement lowers the
+    kriging variance, summed over all candidates, most.
+
+    - For a run, the covariance of the field is the fitted one, and the spectra that the run learned from are known. The
+      candidates are the free places of the scene's transmitter region, or, for measured spectra, the convex hull of the
+      known positions.
+    - For a scene, nothing is known. The responses are traced at 300 positions, and the covariance is fitted to them.
+      Each gateway of the scene has a separate field, and the variances add up.
 
     Args:
-        run_or_scene: a finished run or its folder; or a scene, a built-in one's name, or a scene YAML. A run on
-            simulated spectra has candidates in the free places of its scene's transmitter region, and one on measured
-            spectra in the convex hull of the known positions.
-        n: number of positions, at most ``PLANNED_MOST``.
-        tour: order the positions as a short walk instead of by their usefulness.
-        seed: of the candidates, and of the traced positions.
-        propagation: the mechanisms that rays follow in a scene.
-        report: called with what is being done, and how many of how many steps of it are done.
+        run_or_scene: a finished run or its folder; or a scene, the name of a built-in one, or a scene YAML.
+        n: number of positions, 1…1000.
+        tour: return the positions as a short walk instead of in the order of usefulness.
+        seed: seed of the candidates, and of the traced positions.
+        propagation: the mechanisms that the rays follow in a scene.
+        report: called with the phase, the number of steps done, and the number of all steps of the phase.
+
+    Returns:
+        The positions, the kriging variance that remains after each of them, and the walk.
 
     Raises:
-        ParameterError: a number or a seed that is none, or is out of range.
-        InputError: no such run or scene, the run's dataset or scene is not there, or there is no room for candidates.
+        ParameterError: ``n`` or ``seed`` is not a whole number in its range.
+        InputError: there is no such run or scene, the run's dataset or scene is missing, or there is no room for the
+            candidates.
 
-    >>> planned = plan("runs/lab", 5, tour=True)
-    >>> planned.positions.shape, bool(planned.open_variance[-1] < planned.open_variance[0])
-    ((5, 3), True)
+    Example:
+        >>> planned = plan("runs/lab", 5, tour=True)
+        >>> planned.positions.shape, bool(planned.open_variance[-1] < planned.open_variance[0])
+        ((5, 3), True)
     """
     require_whole(1, PLANNED_MOST, n=n)
     require_seed(seed=seed)
@@ -92,7 +106,7 @@ def plan(
             candidates = candidates_among(known, seed, str(subject.folder))
         fields = fields_of_run(subject, dataset, report)
     if n > len(candidates):
-        raise InputError(f"expected room for {n} positions, found {len(candidates)} places")
+        raise InputError(f"expected at least {n} places to choose from, found {len(candidates)}")
     open_fields = []
     for number, field in enumerate(fields):
         report("covariances", number, len(fields))
@@ -120,7 +134,7 @@ def _read(run_or_scene: Path | str) -> Run | Scene:
 
 
 def _scene_of(dataset: Dataset) -> Scene | None:
-    """The scene that a dataset was simulated in; None: it was measured."""
+    """The scene in which a dataset was simulated. None: it was measured."""
     if "scene_file" not in dataset.metadata:
         return None
     return load_scene(dataset.folder / dataset.metadata["scene_file"])

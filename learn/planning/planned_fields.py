@@ -1,4 +1,4 @@
-"""The random fields that positions are planned for, with covariances fitted to a run's spectra or to traced ones."""
+"""The random fields for which positions are planned, with covariances fitted to a run's spectra or to traced ones."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from simulate.rays.core.propagation import Propagation
 from simulate.spectra.spectrum import evenly
 
 TRACED = 300
-"""Number of positions that a scene is traced at, to fit the covariance of its field."""
+"""Number of positions at which a scene is traced, to fit the covariance of its field."""
 
 LEAST_NUGGET = 0.01
-"""Least variance of a measurement's noise that is planned with, relative to the field's. Fits to traced responses find
-less; planning with that little would send measurements beside earlier ones, for the last per cent there."""
+"""Least variance of a measurement's noise in a plan, relative to the field's variance. Fits to traced responses find
+less. A plan with so little noise would repeat measurements next to earlier ones, to gain the last per cent there."""
 
 KNOWN_MOST = 2000
-"""Number of known positions that are counted with, evenly spread over a larger number."""
+"""Largest number of known positions that are used, evenly spread over all of them."""
 
 ROWS = 500
 """Number of rows of a covariance that are computed at a time, which bounds the memory."""
@@ -38,12 +38,12 @@ ROWS = 500
 
 @dataclass(frozen=True)
 class Field:
-    """A random field over the transmitter's position, of variance 1.
+    """A random field of variance 1 over the transmitter's position.
 
     Attributes:
-        covariance: takes positions a and b, metres; returns the covariance between them, real or complex.
+        covariance: function from positions a and b, metres, to the covariance between them, real or complex.
         nugget: variance of a measurement's noise, above 0.
-        weight: how much its open variance counts beside that of other fields.
+        weight: weight of this field's kriging variance among several fields.
     """
 
     covariance: Callable[[Float[np.ndarray, "n 3"], Float[np.ndarray, "m 3"]], Inexact[np.ndarray, "n m"]]
@@ -51,11 +51,11 @@ class Field:
     weight: float = 1.0
 
     def open_at(self, candidates: Float[np.ndarray, "N 3"], known: Float[np.ndarray, "n 3"]) -> OpenField:
-        """What is not known of the field at candidates, once known positions are measured.
+        """What is still unknown of the field at candidates when known positions are measured.
 
         Args:
             candidates: metres, world frame.
-            known: metres, world frame; may be none. At most ``KNOWN_MOST`` are counted with.
+            known: metres, world frame; there may be none. At most ``KNOWN_MOST`` of them are used.
         """
         covariance = self.covariance(candidates, candidates)
         if len(known):
@@ -67,14 +67,14 @@ class Field:
 
 
 def fields_of_scene(scene: Scene, propagation: Propagation, seed: int, report: Report) -> list[Field]:
-    """The responses in a scene, with the covariance that is fitted to responses traced at ``TRACED`` positions.
+    """The field of a scene's responses, with a covariance fitted to responses traced at ``TRACED`` positions.
 
-    The waves' directions and their shares of the power thus are the scene's.
+    The fit finds the directions of the scene's waves and their shares of the power.
 
     Args:
         scene: a scene of one gateway.
         propagation: the mechanisms that rays follow.
-        seed: of these positions and of the rays.
+        seed: seed of these positions and of the rays.
         report: told the progress of the fit.
 
     Raises:
@@ -98,7 +98,7 @@ def fields_of_run(run: Run, dataset: Dataset, report: Report) -> list[Field]:
     Args:
         run: a trained run.
         dataset: its dataset.
-        report: told the progress of the fit for another model.
+        report: told the progress of the fit that another model needs.
     """
     if isinstance(run.model, HelmholtzField):
         return fields_of_model(run.model)
@@ -109,7 +109,7 @@ def fields_of_run(run: Run, dataset: Dataset, report: Report) -> list[Field]:
 
 
 def fields_of_model(model: HelmholtzField) -> list[Field]:
-    """The fields that a fitted model interpolates, by their weights.
+    """The fields that a fitted model interpolates, with their weights.
 
     The change of a place over time is left out, since nobody knows when the next measurements will be made.
 
@@ -119,14 +119,14 @@ def fields_of_model(model: HelmholtzField) -> list[Field]:
     weights = dict(zip(WAYS, model.weights.tolist(), strict=True))
     kriged = {way: field for way, field in model.fields.items() if weights[way]}
     fields = []
-    for way, field in (kriged or dict(model.fields.items())).items():  # without weights, inverse-distance has all
+    for way, field in (kriged or dict(model.fields.items())).items():  # inverse-distance may have all the weight
         assert isinstance(field, KrigedField)
         fields.append(_planned_with(field, weights[way] or 1.0))
     return fields
 
 
 def _planned_with(field: KrigedField, weight: float = 1.0) -> Field:
-    """A kriged field without its known spectra; that of responses has a complex covariance."""
+    """A kriged field without its known spectra. A field of responses has a complex covariance."""
     shares, length = field.shares.double(), field.length.double()
 
     def covariance(a: Float[np.ndarray, "n 3"], b: Float[np.ndarray, "m 3"]) -> Inexact[np.ndarray, "n m"]:
@@ -136,7 +136,7 @@ def _planned_with(field: KrigedField, weight: float = 1.0) -> Field:
             static = torch.ones(len(rows), len(b), dtype=torch.float64, device=shares.device)
             with torch.inference_mode():
                 part = field.covariance(rows, all_b, static, shares, length).cpu().numpy()
-            if field.of_responses:  # its left half is the real above the imaginary part
+            if field.of_responses:  # the left half of its matrix is the real part above the imaginary part
                 part = part[: len(rows), : len(b)] + 1j * part[len(rows) :, : len(b)]
             parts.append(part)
         return np.concatenate(parts)

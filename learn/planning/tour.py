@@ -12,16 +12,16 @@ from scenes.checks.array_clearance import crosses
 from scenes.scene.description import Scene
 
 LEAST_GAIN = 1e-9
-"""Metres; smaller gains are rounding."""
+"""Smaller gains, in metres, are rounding errors."""
 
 
 @dataclass(frozen=True)
 class Tour:
-    """An open walk through all positions.
+    """An open walk that visits every position once.
 
     Attributes:
-        order: indices of the positions.
-        length: sum of the straight lines between consecutive ones, metres.
+        order: [n] indices of the positions.
+        length: sum of the straight lines between consecutive positions, metres.
         crossings: number of these lines that cross a surface of the scene.
     """
 
@@ -35,19 +35,20 @@ def short_tour(
     scene: Scene | None = None,
     report: Callable[[int, int], None] = lambda done, total: None,
 ) -> Tour:
-    """A short open walk through positions, each visited once.
+    """A short open walk that visits every position once.
 
-    A line that crosses a surface of the scene counts as longer by the diagonal of the box around the positions, which
-    stands for a detour. The walk is the better one of two that no reversal of a part of them (2-opt) makes shorter: one
-    that begins as the walk to the nearest position each time, and one that begins in the order given.
+    A line that crosses a surface of the scene counts as longer by the diagonal of the box around the positions, to
+    allow for a detour. Two walks are improved by reversing parts of them (2-opt) until no reversal makes them shorter,
+    and the better one is returned. One begins as the walk to the nearest remaining position each time, the other in the
+    order given.
 
     Args:
         positions: metres, world frame.
-        scene: the scene that they are in; None: no line crosses anything.
-        report: called with the number of the scene's objects looked at, and the number of all.
+        scene: the scene that they are in. None: no line crosses anything.
+        report: called with the number of the scene's objects done, and the number of all.
 
     Returns:
-        The walk; with its detours it is never longer than that in the order given.
+        The walk. With its detours, it is never longer than that in the order given.
 
     >>> short_tour(np.array([[0.0, 0, 0], [2, 0, 0], [1, 0, 0]])).length
     2.0
@@ -63,7 +64,7 @@ def short_tour(
 def crossing_lines(
     positions: Float[np.ndarray, "n 3"], scene: Scene, report: Callable[[int, int], None]
 ) -> Bool[np.ndarray, "n n"]:
-    """Whether the straight line between each two positions crosses a surface of the scene.
+    """Whether the straight line between each pair of positions crosses a surface of the scene.
 
     Args:
         positions: metres, world frame.
@@ -93,7 +94,7 @@ def _along(order: Int[np.ndarray, " n"], costs: np.ndarray) -> float:
 
 
 def _to_the_nearest(costs: Float[np.ndarray, "n n"]) -> Int[np.ndarray, " n"]:
-    """The walk from an end of the farthest line to the nearest position that is left, each time."""
+    """The walk that goes to the nearest remaining position each time, from one end of the longest line."""
     open_costs = costs.copy()
     order = [int(costs.max(axis=1).argmax())]
     for _ in range(len(costs) - 1):

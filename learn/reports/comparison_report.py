@@ -21,7 +21,7 @@ COST_COLUMNS = {
 
 
 def write_comparison(comparison: Comparison, folder: Path) -> None:
-    """Write table.html, the averages over the seeds, and ssim_cdf.png (and .pdf), the SSIM of the first seed.
+    """Write table.html with the averages over the seeds, and ssim_cdf.png (and .pdf) with the SSIM of the first seed.
 
     Args:
         comparison: the result of ``compare``.
@@ -44,8 +44,9 @@ def write_comparison(comparison: Comparison, folder: Path) -> None:
 
 
 def write_ablation(comparison: Comparison, folder: Path) -> None:
-    """Write ablation.png (and .pdf): median SSIM of every row, mean and standard deviation over the seeds; and
-    learning_curves.png (and .pdf).
+    """Write ablation.png and learning_curves.png (and both as .pdf).
+
+    The former shows the median SSIM of every row: mean and standard deviation over the seeds.
 
     Args:
         comparison: the result of ``ablate``.
@@ -59,14 +60,16 @@ def write_ablation(comparison: Comparison, folder: Path) -> None:
     axis.set_yticks(range(len(rows)), [in_figure(row["label"]) for row in rows])
     axis.set_ylim(-0.5, len(rows) - 0.5)
     axis.locator_params(axis="x", nbins=6)
-    figure.supxlabel("median SSIM, mean and standard deviation over seeds", fontsize="medium")
+    figure.supxlabel("median SSIM (mean and standard deviation over seeds)", fontsize="medium")
     axis.grid(axis="x", alpha=0.3)
     save(figure, folder / "ablation.png")
     draw_learning_curves(comparison, folder / "learning_curves.png")
 
 
 def write_sweep(comparison: Comparison, folder: Path) -> None:
-    """Write sweep.png (and .pdf): median SSIM against training spectra, mean and standard deviation over the seeds.
+    """Write sweep.png (and .pdf): median SSIM against the number of training spectra.
+
+    The points are means over the seeds, and the bars are standard deviations.
 
     Args:
         comparison: the result of ``sweep``.

@@ -36,6 +36,7 @@ def write_crossvalidation(fresh: CrossValidation, folder: Path) -> None:
         "crossvalidation.html.j2",
         run=fresh.run_name,
         scene=fresh.scene_name,
+        truth_by=fresh.truth_by,
         **page_values(fresh, folder),
     )
 

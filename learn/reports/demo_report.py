@@ -19,8 +19,8 @@ def write_demo(
     """Write report.html and its figure of both models, ssim_cdf.png.
 
     Args:
-        folder: the demo's folder. It has scene.png, and ``write_evaluation`` and ``write_crossvalidation`` have written
-            the first model's reports to ``run/evaluation`` and ``run``.
+        folder: the demo's folder. It contains scene.png and the first model's reports, which ``write_evaluation`` and
+            ``write_crossvalidation`` have written to ``run/evaluation`` and ``run``.
         evaluations: evaluations on the same test spectra, by the models' names; the page shows examples of the first
             model.
         fresh: cross-validation of the first model.

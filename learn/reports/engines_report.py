@@ -1,4 +1,4 @@
-"""The drawings of ``bisplat engines``, and its figures as JSON."""
+"""The figures of ``bisplat engines``, and its numbers as JSON."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from learn.reports.figures import MAGNITUDE, save
 from scenes.files.atomic import write_atomically
 
 FILES = ("engines.json", "engines_map.png", "engines_map.pdf", "engines_plane.png", "engines_plane.pdf")
-"""Names of all files."""
+"""Names of the files that ``bisplat engines`` writes."""
 
 LARGEST_LEVEL = 6.0
-"""Ends of the colour scale of level errors, dB."""
+"""The colour scale of level errors ends at ± this, dB."""
 
 LOWEST, HIGHEST = -20.0, 5.0
 """Ends of the colour scale of levels and errors on the plane, dB."""
@@ -28,7 +28,7 @@ def write_engines(compared: EngineComparison, folder: Path) -> None:
 
     Args:
         compared: the result of ``compare_engines``.
-        folder: made if it does not exist.
+        folder: folder to write to, which is made if it does not exist.
     """
     folder.mkdir(parents=True, exist_ok=True)
     write_atomically(folder / "engines.json", (json.dumps(compared.metrics(), indent=2) + "\n").encode())
@@ -60,13 +60,13 @@ def write_engines(compared: EngineComparison, folder: Path) -> None:
 
 
 def draw_plane(plane: EnginePlane, folder: Path) -> None:
-    """Draw full wave's level and the rays' errors as engines_plane, PNG and PDF.
+    """Draw the full wave's level and the rays' errors as engines_plane, PNG and PDF.
 
-    White lines are where direct or once reflected paths of the array's middle element end.
+    White lines show where direct or once reflected paths to the array's middle element end.
 
     Args:
         plane: the result of ``compare_on_plane``.
-        folder: exists.
+        folder: folder to write to; it must exist.
     """
     errors = {f"error of rays, depth {depth}": values for depth, values in plane.errors_db.items()}
     panels = {"full wave": plane.level_db, **errors}

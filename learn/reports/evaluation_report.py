@@ -1,4 +1,4 @@
-"""The report of ``bisplat evaluate``: a page, its figures, the metrics as JSON, and a CSV table of the test spectra."""
+"""The report of ``bisplat evaluate``: a page, its figures, the metrics as JSON, and scores of the spectra as CSV."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Figures for reports: spectra side by side, distributions of SSIM, errors over the transmitter region."""
+"""Figures for reports: spectra side by side, distributions of SSIM, and errors over the transmitter region."""
 
 from __future__ import annotations
 
@@ -127,10 +127,10 @@ def draw_ssim_distribution(ssim: dict[str, Float[np.ndarray, " K"]], path: Path)
 
 
 def draw_reliability(errors: Float[np.ndarray, "K P"], path: Path) -> None:
-    """Draw which share of the errors lies within intervals that should hold a given share.
+    """Draw the share of errors within stated intervals against the share that each interval should contain.
 
     Args:
-        errors: absolute errors of P values of K spectra, in the standard deviations that were stated for them.
+        errors: absolute errors of P values of K spectra, divided by the standard deviations stated for them.
         path: path of the PNG; the PDF has the same name with the suffix .pdf.
     """
     stated = np.linspace(0.01, 0.99, 99)
@@ -139,7 +139,7 @@ def draw_reliability(errors: Float[np.ndarray, "K P"], path: Path) -> None:
     axis = figure.subplots()
     axis.plot([0, 1], [0, 1], color="0.6", lw=1, ls="--", label="as stated")
     axis.plot(stated, within, lw=2, label=f"found, {len(errors)} test spectra")
-    axis.set(xlabel="share that the interval should hold", ylabel="share of the true values in it", aspect="equal")
+    axis.set(xlabel="stated share of true values in the interval", ylabel="found share", aspect="equal")
     axis.grid(alpha=0.3)
     axis.legend(loc="upper left")
     save(figure, path)
@@ -198,7 +198,7 @@ def draw_error_over_distance(
     aoa_error: Float[np.ndarray, " K"],
     path: Path,
 ) -> None:
-    """Draw SSIM and AoA error against the distance to the nearest training position, with the median of every fifth.
+    """Draw SSIM and AoA error against the distance to the nearest training position, with medians of five groups.
 
     Args:
         distance: distance from each test position to the nearest training position, metres.
@@ -210,10 +210,10 @@ def draw_error_over_distance(
     axes = figure.subplots(1, 2)
     fifths = np.array_split(np.argsort(distance), 5)
     for axis, values, label in zip(axes, (ssim, aoa_error), ("SSIM", "AoA error (°)"), strict=True):
-        axis.scatter(100 * distance, values, s=10, color="0.6", label="a position")
+        axis.scatter(100 * distance, values, s=10, color="0.6", label="one position")
         groups = [group for group in fifths if len(group)]
         medians = [(100 * np.median(distance[group]), np.median(values[group])) for group in groups]
-        axis.plot(*zip(*medians, strict=True), "o-", label="median of a fifth")
+        axis.plot(*zip(*medians, strict=True), "o-", label="median of a fifth of them")
         axis.set(xlabel="distance to the nearest training position (cm)", ylabel=label)
         axis.grid(alpha=0.3)
     axes[0].set_ylim(top=1)

@@ -1,4 +1,4 @@
-"""HTML pages in one style, each a single file with its figures inside, for light and dark screens and for print."""
+"""HTML pages in one style for screens (light and dark) and print. Each is a single file that contains its figures."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from scenes.files.plain_text import in_figure
 
 
 def validation_curve(run: Path) -> tuple[list[int], list[float]]:
-    """Steps and validation SSIMs that a training logged, over all its interruptions; none: it was not by steps.
+    """Steps and validation SSIMs that a training logged, over all its interruptions; empty if it was not by steps.
 
     Args:
         run: a run folder.

@@ -1,4 +1,4 @@
-"""The report of ``bisplat evaluate --locate``: metrics as JSON, a CSV of the places, the distribution of the errors."""
+"""The report of ``bisplat evaluate --locate``: metrics as JSON, places as CSV, and a figure of the errors."""
 
 from __future__ import annotations
 

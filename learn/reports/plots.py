@@ -1,7 +1,7 @@
-"""Spectra and distributions of scores, drawn on an axis of Matplotlib: what reports and users draw with.
+"""Plots of spectra and of distributions of scores on a Matplotlib axis, for reports and for users.
 
-With no axis given, each function draws a new figure, complete with colour bar or legend. On a given axis these are left
-to the caller, who knows what else is in the figure.
+Without a given axis, each function draws a new figure, complete with colour bar or legend. On a given axis these are
+left to the caller, who knows what else is in the figure.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from scenes.files.plain_text import in_figure
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
 from simulate.spectra.spectrum import check_spectra
 
-# The colour maps of figures, reports and the viewer. All are perceptually uniform, and the one for phases is cyclic.
+# The colour maps of figures, reports and the viewer. The one for phases is cyclic.
 MAGNITUDE = "viridis"
 DIFFERENCE = "RdBu_r"
 PHASE = "twilight"
@@ -33,7 +33,7 @@ LEAST_DB = -30.0
 """Lower end of the scale in decibels, dB relative to the spectrum's maximum."""
 
 CEILING_STYLE: dict[str, Any] = {"color": "0.35", "lw": 1.5, "ls": "--"}
-"""Line of the array's ceiling, the same in every figure: it is a bound, not a method."""
+"""Line of the array's ceiling, the same in every figure, since it is a bound and not a method."""
 
 GREYS = (14, 15)
 """The greys among Matplotlib's colours of tab20."""
@@ -45,28 +45,29 @@ def plot_spectrum(
     grid: AngularGrid = AngularGrid(),
     difference: bool = False,
 ) -> Axes:
-    """Draw a spectrum over azimuth and elevation, the horizon at the bottom.
+    """Plot a spectrum over azimuth and elevation, with the horizon at the bottom.
 
-    Azimuth is periodic: on a grid of the full turn, azimuth 0° is drawn at both ends.
+    Azimuth is periodic: on a grid of a full turn, azimuth 0° is drawn at both ends.
 
     Args:
-        spectrum: magnitude, 0…1; or with ``difference`` the difference of two, -1…1.
+        spectrum: magnitude [90, 360], 0…1; with ``difference`` the difference of two spectra, −1…1.
         ax: the axis to draw on; ``ax.figure.colorbar(ax.images[0])`` adds a colour bar. None: a new figure with one.
-        grid: directions of the rows and columns, ``dataset.grid``; NeRF²'s by default.
-        difference: colours for a difference.
+        grid: the directions of rows and columns, ``dataset.grid``. The default is that of the NeRF² format.
+        difference: use the colour map of differences, with white for 0.
 
     Returns:
         The axis.
 
     Raises:
-        ParameterError: another shape, or grey levels instead of numbers from 0 to 1.
+        ParameterError: the array has another shape, or holds grey levels instead of numbers from 0 to 1.
 
-    >>> import bisplat
-    >>> spectrum = bisplat.load_run("runs/lab").predict([[2.5, 3.0, 1.2]]).spectra[0]
-    >>> ax = bisplat.plot_spectrum(spectrum)
-    >>> ax.get_xlabel(), ax.get_ylabel()
-    ('azimuth (°)', 'elevation (°)')
-    >>> ax.figure.savefig("spectrum.png")
+    Example:
+        >>> import bisplat
+        >>> spectrum = bisplat.load_run("runs/lab").predict([[2.5, 3.0, 1.2]]).spectra[0]
+        >>> ax = bisplat.plot_spectrum(spectrum)
+        >>> ax.get_xlabel(), ax.get_ylabel()
+        ('azimuth (°)', 'elevation (°)')
+        >>> ax.figure.savefig("spectrum.png")
     """
     values = _one(spectrum)
     given, ax = ax, _new_axis(figsize=(6.4, 2.6)) if ax is None else ax
@@ -90,31 +91,33 @@ def plot_polar(
     grid: AngularGrid = AngularGrid(),
     difference: bool = False,
 ) -> Axes:
-    """Draw a spectrum as the gateway sees it: azimuth is the angle, and boresight is in the centre.
+    """Plot a spectrum as the gateway sees it: azimuth is the angle, and boresight is in the centre.
 
     Args:
-        spectrum: magnitude, 0…1; or with ``difference`` the difference of two, -1…1.
-        ax: a polar axis to draw on, ``plt.subplot(projection="polar")``; ``ax.figure.colorbar(ax.collections[0])``
-            adds a colour bar. None: a new figure with one.
-        grid: directions of the rows and columns, ``dataset.grid``; NeRF²'s by default.
-        difference: colours for a difference.
+        spectrum: magnitude [90, 360], 0…1; with ``difference`` the difference of two spectra, −1…1.
+        ax: a polar axis to draw on, such as ``plt.subplot(projection="polar")``;
+            ``ax.figure.colorbar(ax.collections[0])`` adds a colour bar. None: a new figure with one.
+        grid: the directions of rows and columns, ``dataset.grid``. The default is that of the NeRF² format.
+        difference: use the colour map of differences, with white for 0.
 
     Returns:
-        The axis; its angle is the azimuth in radians, its radius 90 minus the elevation in degrees.
+        The axis. Its angle is the azimuth in radians; its radius is 90 minus the elevation in degrees.
 
     Raises:
-        ParameterError: an axis that is not polar, another shape, or grey levels instead of numbers from 0 to 1.
+        ParameterError: the axis is not polar, or the array has another shape or holds grey levels instead of numbers
+            from 0 to 1.
 
-    >>> import bisplat
-    >>> dataset = bisplat.read_dataset("data/lab")
-    >>> ax = bisplat.plot_polar(dataset.spectra[0], grid=dataset.grid)
-    >>> ax.get_xlabel()
-    'azimuth around, elevation from the rim (0°) to the centre (90°)'
+    Example:
+        >>> import bisplat
+        >>> dataset = bisplat.read_dataset("data/lab")
+        >>> ax = bisplat.plot_polar(dataset.spectra[0], grid=dataset.grid)
+        >>> ax.get_xlabel()
+        'azimuth around, elevation from the rim (0°) to the centre (90°)'
     """
     values = _one(spectrum)
     given, ax = ax, _new_axis(figsize=(6, 4.2), subplot_kw={"projection": "polar"}) if ax is None else ax
     if not isinstance(ax, PolarAxes):
-        raise ParameterError("ax", f'expected a polar axis, of projection="polar", found {type(ax).__name__}')
+        raise ParameterError("ax", f'expected an axis with projection="polar", found {type(ax).__name__}')
     azimuth, elevation = _pixel_edges(grid)
     radius = (90 - elevation).clip(0)
     image = ax.pcolormesh(np.radians(azimuth), radius, values, rasterized=True, **_colours(difference))
@@ -132,27 +135,29 @@ def plot_cdf(
     ax: Axes | None = None,
     quantity: str = "SSIM",
 ) -> Axes:
-    """Draw the cumulative distribution of scores, of one method or of several.
+    """Plot the cumulative distribution of the scores of one method or of several.
 
     Args:
-        scores: a score of each spectrum; or these by name of the method. Names become labels, with the median.
+        scores: a score of each spectrum [K]; or a dictionary from names of methods to such scores. The names become
+            labels, with the median.
         ax: the axis to draw on; ``ax.legend()`` adds the names. None: a new figure, with a legend.
-        quantity: what the scores are, with the unit, such as "AoA error (°)".
+        quantity: label of the scores' axis, with the unit, such as "AoA error (°)".
 
     Returns:
         The axis.
 
     Raises:
-        ParameterError: scores that are not finite, or none at all.
+        ParameterError: there are no scores, or one is not finite.
 
-    >>> import bisplat
-    >>> scores = bisplat.evaluate("runs/lab").scores
-    >>> ax = bisplat.plot_cdf({name: each.aoa_error for name, each in scores.items()}, quantity="AoA error (°)")
-    >>> ax.get_xlabel(), ax.get_ylabel(), len(ax.lines)
-    ('AoA error (°)', 'share of spectra', 5)
+    Example:
+        >>> import bisplat
+        >>> scores = bisplat.evaluate("runs/lab").scores
+        >>> ax = bisplat.plot_cdf({name: each.aoa_error for name, each in scores.items()}, quantity="AoA error (°)")
+        >>> ax.get_xlabel(), ax.get_ylabel(), len(ax.lines)
+        ('AoA error (°)', 'share of spectra', 5)
     """
     given, ax = ax, _new_axis(figsize=(6.4, 4.2)) if ax is None else ax
-    # The bound's grey is no method's.
+    # Grey is for the bound only.
     colours = cycle(colormaps["tab20"]([number for number in range(20) if number not in GREYS]))
     named = scores if isinstance(scores, Mapping) else {"": scores}
     for name, values in named.items():
@@ -169,7 +174,7 @@ def plot_cdf(
 
 
 def _new_axis(**style: Any) -> Axes:
-    """The axis of a new figure of pyplot, which notebooks show."""
+    """The axis of a new pyplot figure, which notebooks show."""
     from matplotlib import pyplot  # reports draw without it
 
     return pyplot.subplots(layout="constrained", **style)[1]
@@ -183,7 +188,7 @@ def _one(spectrum: Float[np.ndarray, "90 360"]) -> Float[np.ndarray, "90 360"]:
 
 
 def _pixel_edges(grid: AngularGrid) -> tuple[Float[np.ndarray, " 361"], Float[np.ndarray, " 91"]]:
-    """Azimuths and elevations half a step before, between and half a step after a grid's directions, degrees."""
+    """Azimuths and elevations of the pixels' edges, degrees: half a step before and after each direction of a grid."""
     azimuth = (np.arange(COLUMNS + 1) - 0.5) * grid.azimuth_step_deg
     return azimuth, grid.elevation_first_deg + (np.arange(ROWS + 1) - 0.5) * grid.elevation_step_deg
 
@@ -197,9 +202,10 @@ def _quantity(difference: bool) -> str:
 
 
 def label_log_axis(axis: Axis) -> None:
-    """Choose and label the ticks of a logarithmic axis; call it when everything is drawn.
+    """Choose and label the ticks of a logarithmic axis. Call it when everything is drawn.
 
-    Matplotlib labels one or two powers of ten on an axis of two decades, and 2×10², 3×10², … on a shorter one.
+    By itself, Matplotlib labels only one or two powers of ten on an axis of two decades, and 2×10², 3×10², … on a
+    shorter one.
 
     Args:
         axis: the axis, with a logarithmic scale.

@@ -1,1 +1,1 @@
-"""The table of models, and the way from a dataset and a model to a run folder with weights, resumable."""
+"""The table of models, and resumable training of a model on a dataset into a run folder."""

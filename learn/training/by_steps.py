@@ -1,4 +1,4 @@
-"""Training by gradient steps with Lightning, which runs the loop, keeps the best weights and resumes."""
+"""Training by gradient steps. Lightning runs the loop, keeps the best weights and resumes."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from learn.training.validation_scores import validate
 from scenes.files.errors import InputError, printable
 
 STEPS_PER_VALIDATION, VALIDATIONS = 100, 15
-"""Smallest number of steps between validations, and number of validations of a training with more steps than both
-together. There are at most as many steps per epoch as between validations. Each epoch draws its batches from the whole
-training part."""
+"""Smallest number of steps between validations, and number of validations of a long training, which has more steps than
+the product of both. An epoch has at most as many steps as lie between validations. Each epoch draws its batches from
+the whole training part."""
 
 GRADIENT_NORM = 1.0
 """Gradients are clipped to this norm."""
@@ -80,14 +80,14 @@ def train_by_steps(
         model: the model; at the end it has the weights of the best validation.
         spectra: batches for training and validation.
         by_steps: number of steps, learning rate and further settings.
-        pixels: what most steps look at.
+        pixels: the pixels that most steps use.
         folder: the run folder.
         processes: where it runs.
-        seconds_before: seconds that finding responses took before the first step; they count as training time.
+        seconds_before: seconds spent on finding responses before the first step; they count as training time.
 
     Raises:
         KeyboardInterrupt: the process received SIGINT or SIGTERM; the same call resumes the training.
-        InputError: the folder has checkpoints, and none of them can be read or is one of this training.
+        InputError: the folder has checkpoints, but none that can be read and belongs to this training.
         OSError: a file cannot be written; the error names it, or the folder.
     """
     for name in ("lightning.pytorch", "lightning.fabric"):
@@ -144,10 +144,10 @@ def train_by_steps(
     except UNREADABLE as error:
         if resumed and not checkpoints.restored:
             raise InputError(
-                f"{last.parent}: expected checkpoints of this training, found other ones "
+                f"{last.parent}: expected checkpoints of this training, found those of another one "
                 f"({printable(str(error).splitlines()[0])}); move them away to train from the start"
             ) from error
-        if isinstance(error, OSError) and error.filename is None:  # of a log, on a full disk
+        if isinstance(error, OSError) and error.filename is None:  # a log on a full disk raises such an error
             error.filename = str(folder)
         raise
     if trainer.is_global_zero:

@@ -1,7 +1,8 @@
-"""Checkpoints of a training by steps: plain data, which runs no code when it is read, written whole.
+"""Checkpoints of a training by steps.
 
-There are two, ``last.ckpt`` and the one before it, ``previous.ckpt``. Each holds everything that a training resumes
-from, the best weights so far among it.
+They hold only plain data, so that reading them runs no code, and are never left half written. There are two,
+``last.ckpt`` and the one before it, ``previous.ckpt``. Each holds everything that is needed to resume the training,
+including the best weights so far.
 """
 
 from __future__ import annotations
@@ -34,13 +35,13 @@ BEST = "best"
 """Key of the best weights and their score. Checkpoints of other programs, and of older versions, do not have it."""
 
 LARGEST = 10**11
-"""Bytes; a larger file is no checkpoint of ours."""
+"""Largest size of a checkpoint, bytes."""
 
 UNREADABLE = (
     UnpicklingError, RuntimeError, OSError, EOFError, ValueError, LookupError, TypeError, AttributeError,
     AssertionError, ArithmeticError, MemoryError, struct.error, BadZipFile,
 )  # fmt: skip
-"""What torch raises on files that are damaged, or hold more than plain data."""
+"""Errors that torch raises on files that are damaged or hold more than plain data."""
 
 
 def has_checkpoint(folder: Path) -> bool:
@@ -58,7 +59,7 @@ def read_checkpoint(path: Path) -> dict[str, Any]:
         Lightning's state of the training, and the best weights under ``BEST``; tensors are on the CPU.
 
     Raises:
-        InputError: the file is damaged, holds more than plain data, or is no checkpoint of this version.
+        InputError: the file is damaged, holds more than plain data, or is not a checkpoint of this version.
     """
     require_regular(path, "a checkpoint", LARGEST)
     try:
@@ -66,17 +67,18 @@ def read_checkpoint(path: Path) -> dict[str, Any]:
             if archive.testzip() is not None or any(each.compress_type != ZIP_STORED for each in archive.infolist()):
                 raise BadZipFile
         content = torch.load(path, map_location="cpu", weights_only=True)
-    except UNREADABLE:  # its own message would advise to run the code in the file
+    except UNREADABLE:  # torch's own message would advise the user to run the code in the file
         raise InputError(
             f"{path}: expected a checkpoint of plain data, found one that is damaged, or that could run code when read"
         ) from None
     if not isinstance(content, dict) or BEST not in content:
-        raise InputError(f"{path}: expected a checkpoint of this version of bisplat, found one of another")
+        raise InputError(f"{path}: expected a checkpoint of this version of bisplat, found one of another version")
     return content
 
 
 class WholeFiles(CheckpointIO):
-    """Lightning's way to the disk: writes ``LAST`` whole and keeps the one before as ``PREVIOUS``, reads either."""
+    """Lightning's access to the disk. It writes ``LAST`` atomically, keeps the one before as ``PREVIOUS``, and reads
+    either."""
 
     def __init__(self) -> None:
         self._last_is_damaged = False
@@ -86,8 +88,8 @@ class WholeFiles(CheckpointIO):
 
         Args:
             checkpoint: plain data and tensors.
-            path: of ``LAST``.
-            storage_options: none.
+            path: path of ``LAST``.
+            storage_options: not used.
 
         Raises:
             OSError: the file cannot be written; the checkpoint before it is then ``PREVIOUS``.
@@ -96,7 +98,7 @@ class WholeFiles(CheckpointIO):
         last.parent.mkdir(parents=True, exist_ok=True)
         content = BytesIO()
         torch.save(checkpoint, content)
-        if last.exists() and not self._last_is_damaged:  # a damaged one must not take the place of the one before
+        if last.exists() and not self._last_is_damaged:  # a damaged one must not replace the good one before it
             os.replace(last, last.with_name(PREVIOUS))
         write_atomically(last, content.getbuffer())
         self._last_is_damaged = False
@@ -108,12 +110,12 @@ class WholeFiles(CheckpointIO):
         """Read the newest checkpoint that can be read, and say so on stderr if it is not the last one.
 
         Args:
-            path: of ``LAST``.
+            path: path of ``LAST``.
             map_location: not used, since tensors are on the CPU.
             weights_only: not used, since code is never run.
 
         Raises:
-            InputError: none can be read.
+            InputError: no checkpoint can be read.
         """
         last = Path(path)
         faults: list[str] = []
@@ -128,26 +130,26 @@ class WholeFiles(CheckpointIO):
             if faults:
                 self._last_is_damaged = True
                 if getattr(rank_zero_only, "rank", 0) == 0:
-                    say(f"{faults[0]}; training goes on from the one before, {file.name}")
+                    say(f"{faults[0]}; training resumes from the checkpoint before it, {file.name}")
             return content
         raise InputError(
-            f"{'; '.join(faults)}; there is none to go on from: move {last.parent} away to train from the start"
+            f"{'; '.join(faults)}; there is no other checkpoint: move {last.parent} away to train from the start"
         )
 
     def remove_checkpoint(self, path: Any) -> None:
-        """Remove nothing: a path in a checkpoint could be that of any file."""
+        """Remove nothing, since a path in a checkpoint could be that of any file."""
 
 
 class Checkpoints(Callback):
     """Keeps the weights of the best validation, and writes a checkpoint at the end of each epoch that was validated.
 
     Args:
-        path: of ``LAST``.
+        path: path of ``LAST``.
 
     Attributes:
         score: the best validation SSIM.
         weights: tensors by the names of Lightning's module; empty before the first validation.
-        restored: whether the training has begun, after the state of a checkpoint, if there is one, was restored.
+        restored: whether the training has begun, so that the state of a checkpoint, if there is one, is restored.
     """
 
     def __init__(self, path: Path):

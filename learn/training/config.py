@@ -1,4 +1,4 @@
-"""The settings of a run, and the files config.json and split.json that record them. This module needs no torch."""
+"""Settings of a run, and the files config.json and split.json that record them. This module does not import torch."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 
 LARGEST_OPTION = 10**6
-"""Of a whole number among a model's options, such as its primitives; models take memory in proportion to them."""
+"""Largest whole number among a model's options, such as its primitives; the memory grows in proportion to them."""
 
 
 Option = bool | Annotated[int, Meta(ge=-LARGEST_OPTION, le=LARGEST_OPTION)] | float | str | list[Any] | None
@@ -44,13 +44,13 @@ class Config:
 
     Attributes:
         dataset: absolute path of the dataset folder.
-        model: name of the model in ``learn.training.registry``, or ``module:Class``.
+        model: name of the model, or ``module:Class``.
         split: how the test part is chosen.
         seed: seed of the initial weights and the order of the spectra.
         split_seed: seed of the split.
-        train_size: number of training spectra, drawn at random from the training part; None: all of them.
-        options: options of the model that differ from its registry entry's.
-        by_steps: settings of training by steps; None: the model is fitted in closed form.
+        train_size: number of training spectra, drawn at random from the training part. None: all of them.
+        options: options of the model that differ from its defaults.
+        by_steps: settings of training by steps. None: the model is fitted in closed form.
     """
 
     dataset: str
@@ -63,7 +63,7 @@ class Config:
     by_steps: Steps | None = None
 
     def __post_init__(self) -> None:
-        # Options are converted as JSON does it (tuples to lists), so that settings read back equal those written.
+        # Options are converted as JSON converts them (tuples to lists), so that settings equal those read back.
         object.__setattr__(self, "options", json.loads(json.dumps(self.options)))
 
     def settings(self) -> dict[str, Any]:
@@ -104,7 +104,7 @@ def read_config(folder: Path) -> tuple[Config, Beamformer]:
         The settings, and the dataset's array and grid.
 
     Raises:
-        InputError: the folder has no config.json, or not one that ``write_config`` writes.
+        InputError: the folder has no config.json, or one that ``write_config`` cannot have written.
     """
     path = folder / "config.json"
     if not os.path.lexists(path):

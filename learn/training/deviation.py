@@ -1,8 +1,8 @@
-"""How far a prediction may be off: the standard deviation of a spectrum's values.
+"""The standard deviation of a predicted spectrum's values: how far a prediction may be off.
 
-A model is fitted to the training part; its errors on the validation part then tell how far its predictions are off,
-whatever the model (split conformal prediction [papadopoulos2002]). Where the model computes a variance of its
-own (kriging does), predictions of a large variance are given larger deviations.
+A model is fitted to the training part. Its errors on the validation part then tell how far its predictions are off,
+whatever the model (split conformal prediction [papadopoulos2002]). If the model computes a variance of its own, as
+kriging does, predictions with a large variance get a larger deviation.
 """
 
 from __future__ import annotations
@@ -14,31 +14,32 @@ from jaxtyping import Float
 from msgspec import Meta, Struct
 
 LEAST_VALIDATED = 10
-"""Number of validation spectra; fewer say too little about the errors."""
+"""Least number of validation spectra; fewer say too little about the errors."""
 
 SHARE, NORMAL = 0.9, 1.6449
-"""Share of the errors that lie within ``NORMAL`` standard deviations, as those of a normal distribution do."""
+"""Share of the errors that lie within ``NORMAL`` standard deviations, as in a normal distribution."""
 
 LEAST = 0.5 / 255
 """Half a grey level: pictures are rounded to whole ones."""
 
 EVERY = 5
-"""Rows and columns between the pixels that are looked at; nearer ones are alike."""
+"""Only pixels of every so many rows and columns are compared; nearer ones have similar errors."""
 
 SHARES = (0.0, 0.25, 0.5, 0.75, 0.95)
-"""Of the mean squared error, what grows with the model's own variance: these are tried."""
+"""Candidates for the share of the mean squared error that grows with the model's own variance."""
 
 MOST = 1000.0
+"""Largest coefficient of a deviation."""
 Coefficient = Annotated[float, Meta(ge=0, le=MOST)]
 
 
 class Deviation(Struct, frozen=True):
-    """σ(r)² = c² + g² u(r), with the model's relative variance u at the position r; without one u is 0.
+    """The deviation ``σ(r)² = c² + g² u(r)``, with the model's relative variance u at the position r, if any.
 
     Attributes:
-        constant: c, in units in which the spectrum is 0…1.
+        constant: c, in the units of a spectrum 0…1.
         growth: g, in the same units.
-        spectra: number of validation spectra that c and g were fitted to; 0: unknown, of a run of an older version.
+        spectra: number of validation spectra to which c and g were fitted; 0 in runs of older versions: unknown.
     """
 
     constant: Coefficient
@@ -49,7 +50,7 @@ class Deviation(Struct, frozen=True):
         """Standard deviation σ at K positions.
 
         Args:
-            variance: u at the positions; None: the model computes none.
+            variance: u at the positions. None: the model computes none, and u is 0.
             count: K.
 
         >>> Deviation(0.03, 0.4).at(np.array([0.0, 0.01]), 2).tolist()
@@ -63,7 +64,7 @@ def pixel_errors(
 ) -> Float[np.ndarray, "K P"]:
     """True minus predicted values of every ``EVERY``th row and column.
 
-    (The value in the dominant direction alone would say little: spectra are normalised, so that it is nearly always 1.)
+    (The value in the dominant direction alone would say little, since it is nearly always 1 in normalised spectra.)
 
     Args:
         prediction: predicted spectra, 0…1.
@@ -76,14 +77,14 @@ def pixel_errors(
 
 
 def fit_deviation(error: Float[np.ndarray, "K P"], variance: Float[np.ndarray, " K"] | None) -> Deviation | None:
-    """The c and g by which the errors are most likely, scaled so that ``SHARE`` of them lie within ``NORMAL`` σ.
+    """The c and g with which the errors are most likely, scaled so that ``SHARE`` of them lie within ``NORMAL`` σ.
 
     Args:
-        error: of ``pixel_errors`` on spectra that the model was not fitted to.
-        variance: u at their positions; None: the model computes none.
+        error: result of ``pixel_errors`` for spectra to which the model was not fitted.
+        variance: u at their positions. None: the model computes none.
 
     Returns:
-        None if there are fewer spectra than ``LEAST_VALIDATED``.
+        The deviation. None: there are fewer spectra than ``LEAST_VALIDATED``.
 
     >>> draws = np.random.default_rng(0).normal(size=(20, 500))
     >>> fit_deviation(0.2 * draws, None).at(None, 1).round(2).tolist()

@@ -1,4 +1,4 @@
-"""Several runs as one: the mean of their predictions, and how far it may be off by how far they differ."""
+"""Ensembles of runs: the mean of their predictions, and how far it may be off, judged by how much the runs differ."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from simulate.spectra.spectrum import evenly, spectrum_of
 
 
 class Mean(NamedTuple):
-    """Of the predictions of several runs.
+    """Mean and variance of the predictions of several runs.
 
     Attributes:
         spectra: mean of the predicted spectra, 0…1.
@@ -38,7 +38,7 @@ class Ensemble:
         runs: at least two.
 
     Raises:
-        InputError: runs of different datasets or splits.
+        InputError: the runs are not all of the same dataset and split.
     """
 
     runs: Sequence[Run]
@@ -49,8 +49,8 @@ class Ensemble:
             other = run.split(self._data) if run.config.dataset == first.config.dataset else None
             if other is None or not np.array_equal(other.validation, self._validation):
                 raise InputError(
-                    f"{run.folder}: expected a run of the same dataset and split as {first.folder}, found another; "
-                    "bisplat compare --seeds trains such runs"
+                    f"{run.folder}: expected a run of the same dataset and split as {first.folder}, found another one; "
+                    "bisplat compare --seeds trains runs of the same split"
                 )
 
     def predict(self, positions: Float[np.ndarray, "K 3"]) -> Mean:
@@ -60,21 +60,21 @@ class Ensemble:
             positions: transmitter positions, metres, in the world frame of the dataset of the runs.
 
         Raises:
-            ParameterError: positions that ``check_points`` refuses.
-            InputError: a model predicts something else than numbers.
+            ParameterError: the positions do not have the shape [K, 3], or are not finite numbers.
+            InputError: a model predicts values that are not finite.
         """
         spectra = [run.predict(positions).spectra for run in self.runs]
         variance = np.var([each[:, ::EVERY, ::EVERY] for each in spectra], axis=0, dtype=float)
         return Mean(np.mean(spectra, axis=0), variance.mean(axis=(1, 2)))
 
     def deviation(self, variance: Float[np.ndarray, " K"]) -> Float[np.ndarray, " K"] | None:
-        """How far the means may be off: standard deviations of their values, 0…1, as ``Run.deviation`` states them.
+        """How far the means may be off: standard deviations of their values, 0…1, as by ``Run.deviation``.
 
         Args:
-            variance: of the predictions, from ``predict``.
+            variance: variance of the predictions, from ``predict``.
 
         Returns:
-            None if the runs have too few validation spectra.
+            The standard deviations. None: the runs have too few validation spectra.
         """
         return None if self._fitted is None else self._fitted.at(variance, len(variance))
 
@@ -88,7 +88,7 @@ class Ensemble:
 
     @cached_property
     def _fitted(self) -> Deviation | None:
-        """Fitted to the validation spectra, which no run was trained on."""
+        """The deviation, fitted to validation spectra, on which no run was trained."""
         data, validated = self._data, evenly(self._validation, Spectra.VALIDATED)
         if not len(validated):
             return None

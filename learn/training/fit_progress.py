@@ -12,7 +12,7 @@ class FitProgress:
     """Shows what a fit is doing; a ``learn.models.base.Report`` while it is entered.
 
     Args:
-        title: what is being fitted: the heading of the bars, and the start of every line.
+        title: what is being fitted; the heading of the bars, and the beginning of every line.
     """
 
     def __init__(self, title: str) -> None:
@@ -41,7 +41,7 @@ class FitProgress:
         self._progress.stop()
 
     def __call__(self, phase: str, done: int, total: int) -> None:
-        """Show that ``done`` of at most ``total`` steps of a phase are done; another phase ends the one before it."""
+        """Show that ``done`` of at most ``total`` steps of a phase are done. A new phase ends the one before it."""
         if phase != self._phase:
             self._finish()
             self._phase = phase
@@ -52,7 +52,7 @@ class FitProgress:
             self._progress.update(self._bar, completed=done, total=total)
 
     def _finish(self) -> None:
-        """Fill the bar of the phase, which may have ended before its largest number of steps."""
+        """Fill the bar of the phase, which may have needed fewer steps than the largest number."""
         if self._bar is not None:
             self._progress.update(self._bar, completed=self._progress.tasks[-1].total)
 

@@ -1,9 +1,8 @@
-"""Responses for a network to learn: the dataset's own, or those found behind its pictures.
+"""Responses for a network to learn from: the dataset's own, or those found behind its pictures.
 
-A model that predicts element responses learns more from these than from pictures, which lack the phases. Where only
-pictures are known, the responses behind the training pictures are found such that they are one field
-(``learn.models.retrieved_field``), if the field is smooth enough for that: interpolated, they must predict the
-validation spectra.
+A model that predicts element responses learns more from these than from pictures, which lack the phases. If only
+pictures are known, the responses behind the training pictures are found such that they form one field
+(``learn.models.retrieved_field``). They are used only if kriging of them predicts the validation spectra well.
 """
 
 from __future__ import annotations
@@ -34,9 +33,9 @@ class Learned(NamedTuple):
     """What a network learns from.
 
     Attributes:
-        responses: of every spectrum of the dataset; those outside the training part may be zero, as are those behind
-            black pictures. None: pictures.
-        seconds: how long it took to find them.
+        responses: responses of every spectrum of the dataset. Those outside the training part may be zero, and those
+            behind black pictures are. None: the network learns from pictures.
+        seconds: time that it took to find them, seconds.
     """
 
     responses: Complex[np.ndarray, "K elements"] | None
@@ -44,17 +43,17 @@ class Learned(NamedTuple):
 
 
 def learned_responses(model: SpectrumModel, dataset: Dataset, parts: Split, by_steps: Steps) -> Learned:
-    """The responses that a model learns from, if it learns from any.
+    """The responses from which a model learns, if there are any.
 
     Responses are found behind pictures if the model predicts responses, if ``by_steps.find_phases`` is set, and if
     there are neither too few training pictures nor too many. They are used if kriging of them predicts the validation
-    spectra better than inverse-distance weighting does: on the measured sample they are with the split ``files``, but
-    not with ``blocked``.
+    spectra better than inverse-distance weighting does. On the measured sample this holds for the split ``files``, but
+    not for ``blocked``.
 
     Args:
         model: the model to be trained.
         dataset: the dataset.
-        parts: its split; nothing is learned of the test part.
+        parts: its split; nothing is learned from the test part.
         by_steps: settings of the training.
     """
     if not isinstance(model, PredictsResponses):
@@ -73,8 +72,8 @@ def learned_responses(model: SpectrumModel, dataset: Dataset, parts: Split, by_s
     by_distance = float(np.median(ssim_of_each(inverse_distance(*known, places), truth)))
     pays = by_phases > by_distance
     say(
-        f"learns from {'responses found behind the pictures' if pays else 'pictures'}: kriging of found responses "
-        f"predicts validation spectra at SSIM {by_phases:.3f}, inverse-distance weighting at {by_distance:.3f}"
+        f"the model learns from {'responses found behind the pictures' if pays else 'pictures'}: on validation "
+        f"spectra, kriging of the responses has SSIM {by_phases:.3f}, inverse-distance weighting {by_distance:.3f}"
     )
     return Learned(responses if pays else None, time.perf_counter() - began)
 

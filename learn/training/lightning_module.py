@@ -1,4 +1,4 @@
-"""Lightning's view of a training: training and validation step, optimiser with its schedule, and batches."""
+"""A training as Lightning needs it: training and validation step, optimiser with its schedule, and batches."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ WARM_UP = 0.05
 class Training(L.LightningModule):
     """Trains a model by AdamW, whose learning rate rises linearly and then falls to zero along half a cosine.
 
-    Weights decay, but for the places and shapes of primitives: decay would draw them all to one place.
+    All weights decay except the places and shapes of primitives, which decay would move to one place.
 
     Args:
         model: the model.
         by_steps: number of steps, learning rate and further settings.
-        pixels: what all steps but the last look at, if the model allows it.
+        pixels: the pixels that all steps but the last ones use, if the model allows it.
     """
 
     def __init__(self, model: SpectrumModel, by_steps: Steps, pixels: Quadrature):
@@ -47,7 +47,7 @@ class Training(L.LightningModule):
 
     def training_step(self, batch: list[Tensor], _: int) -> Tensor:
         positions, pictures, responses = batch
-        torch.manual_seed(self._seed + self.global_step)  # what a model draws depends on the step alone: it can resume
+        torch.manual_seed(self._seed + self.global_step)  # random draws depend only on the step, also after resuming
         loss = self.loss(positions, pictures, responses, coarse=self.global_step < self.coarse_steps)
         self.log("loss", loss, on_step=False, on_epoch=True, prog_bar=True, sync_dist=True)
         return loss
@@ -59,13 +59,13 @@ class Training(L.LightningModule):
         responses: Float[Tensor, "B elements 2"],
         coarse: bool,
     ) -> Tensor:
-        """Loss of a batch: of responses if these are given and the model has them, otherwise of pictures.
+        """Loss of a batch: of responses if these are given and the model predicts them, otherwise of pictures.
 
         Args:
             positions: transmitter positions, metres, world frame.
             pictures: true spectra, 0…255.
-            responses: element responses to learn; none (of 0 elements): the pictures are learned.
-            coarse: look at a few pixels of the pictures only.
+            responses: element responses to learn from. With 0 elements there are none, and pictures are used.
+            coarse: use only a few pixels of the pictures.
         """
         if isinstance(self.model, PredictsResponses) and responses.shape[1]:
             return self.model.responses_loss(positions, responses)
@@ -104,7 +104,7 @@ class Training(L.LightningModule):
 
 
 class Batches(BatchSampler):
-    """Batches of indices. Lightning sets the epoch here, and the sampler needs it to shuffle."""
+    """Batches of indices. Lightning sets the epoch here, which the sampler needs to shuffle."""
 
     sampler: DistributedSampler
 
@@ -115,10 +115,10 @@ class Batches(BatchSampler):
 class Spectra(L.LightningDataModule):
     """Batches of (position, 8-bit picture, element responses).
 
-    The responses (real, imaginary) are scaled to a mean square magnitude of 1 over the training part; there are none,
-    of 0 elements, if none are given.
+    The responses (real, imaginary) are scaled to a mean square magnitude of 1 over the training part. If none are
+    given, they have 0 elements.
 
-    The order of the spectra in an epoch only depends on the seed and the epoch. A resumed run therefore gets the same
+    The order of the spectra in an epoch depends only on the seed and the epoch. A resumed run therefore gets the same
     batches as an uninterrupted one, and the processes of a distributed run together get those of a single process.
 
     Args:
@@ -126,7 +126,7 @@ class Spectra(L.LightningDataModule):
         parts: indices into the dataset; the training and the validation part are used.
         batch_size: number of spectra per step, of all processes together.
         seed: seed of the order.
-        responses: those to learn of all K spectra; None: the model learns from pictures.
+        responses: responses of all K spectra to learn from. None: the model learns from pictures.
     """
 
     VALIDATED, VALIDATED_AT_ONCE = 128, 16
@@ -149,7 +149,7 @@ class Spectra(L.LightningDataModule):
 
     @property
     def batches(self) -> int:
-        """Number of steps per epoch; spectra that do not fill the last batch are left out of that epoch."""
+        """Number of steps per epoch. An incomplete last batch is left out of that epoch."""
         return max(1, len(self.parts.train) // self._batch_size)
 
     def train_dataloader(self) -> DataLoader:
@@ -168,6 +168,6 @@ class Spectra(L.LightningDataModule):
         return DataLoader(data, batch_size=None, sampler=batches)
 
     def _data(self, part: Int[np.ndarray, " n"]) -> Subset:
-        """A part of the dataset's arrays, which are not copied: they may be mapped from a file larger than memory."""
+        """A part of the dataset's arrays. They are not copied, since the file behind them may be larger than memory."""
         positions = torch.from_numpy(self.dataset.positions.astype(np.float32))
         return Subset(TensorDataset(positions, torch.from_numpy(self.dataset.pictures), self._responses), part.tolist())

@@ -1,4 +1,4 @@
-"""Export of a trained model to one file for other programs, which maps transmitter positions to spectra."""
+"""Export of a trained model to one file that other programs can run: from transmitter positions to spectra."""
 
 from __future__ import annotations
 
@@ -29,24 +29,30 @@ The input is float32 [batch, 3], metres, in the dataset's world frame; the outpu
 
 
 def export(run: Run, path: Path | str) -> None:
-    """Write a run's model as ONNX (``.onnx``) or as a ``torch.export`` program (``.pt2``).
+    """Export a run's model to one file, as ONNX (``.onnx``) or as a ``torch.export`` program (``.pt2``).
 
-    The batch size of the exported model is free. Its renderer is ``learn.models.splat.splat_reference``, whose memory
-    grows with primitives × pixels: with ``bisplat``, predict a few spectra at a time; ``bisplat-aperture`` renders
-    fewer pixels.
+    The exported model maps "positions", float32 [batch, 3] in metres in the dataset's world frame, to "spectra",
+    float32 [batch, 90, 360], 0…1. The batch size is free.
 
-    A copy of the model on the CPU is exported; the run's own model is not changed.
+    Models with primitives are exported with a plain renderer, whose memory grows with primitives × pixels. With
+    ``bisplat``, predict a few spectra at a time; ``bisplat-aperture`` renders fewer pixels. The model of ``run`` itself
+    is not changed.
 
     Args:
         run: a finished run.
         path: the file to write; its suffix determines the format.
 
     Raises:
-        InputError: the suffix is neither .onnx nor .pt2, the model traces rays, or the packages for ONNX are not
-            installed.
+        InputError: the suffix is neither .onnx nor .pt2; the model traces rays, as ``twin`` does; or the packages for
+            ONNX are not installed.
 
-    >>> import bisplat
-    >>> bisplat.export(bisplat.load_run("runs/lab"), "lab.pt2")
+    Example:
+        >>> import bisplat
+        >>> bisplat.export(bisplat.load_run("runs/lab"), "lab.pt2")
+        >>> import torch
+        >>> program = torch.export.load("lab.pt2")
+        >>> program.module()(torch.tensor([[2.5, 3.0, 1.2]])).shape
+        torch.Size([1, 90, 360])
     """
     path = Path(path)
     writers: dict[str, Callable[[ExportedProgram, Path], None]] = {".onnx": _write_onnx, ".pt2": save}
@@ -62,7 +68,7 @@ def export(run: Run, path: Path | str) -> None:
         if hasattr(part, "solve"):  # ONNX has no operator that solves linear equations
             part.solve = solve_by_elimination
     for name in ("torch.onnx", "torch._export.serde.serialize", "onnxscript", "onnx_ir"):
-        logging.getLogger(name).setLevel(logging.ERROR)  # what they say of the model's operators helps no user
+        logging.getLogger(name).setLevel(logging.ERROR)  # their messages about the model's operators help no user
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         program = torch.export.export(model, (torch.zeros(2, 3),), dynamic_shapes=(batch,))
@@ -117,7 +123,7 @@ def _write_onnx(program: ExportedProgram, path: Path) -> None:
         output_names=[OUTPUT],
         dynamo=True,
         verbose=False,
-        # Operators that PyTorch's own table of ONNX operators lacks.
+        # Operators that are missing in PyTorch's own table of ONNX operators.
         custom_translation_table={
             torch.ops.aten.sort.stable: stable_sort,
             torch.ops.aten.cumprod.default: cumulative_product,

@@ -1,4 +1,4 @@
-"""Classes of the user's own, named ``module:Class``. This module needs no torch."""
+"""The user's own classes, named ``module:Class``. This module does not import torch."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from scenes.files.errors import ParameterError, cut, reason
 
 
 def own_class(name: str, parameter: str) -> Any:
-    """Import a class; its module is looked for along Python's path and then in the current folder.
+    """Import a class. Its module is searched for on Python's path and then in the current folder.
 
     Args:
         name: ``module:Class``.
-        parameter: the parameter that names it, for the error.
+        parameter: name of the parameter, for the error message.
 
     Raises:
-        ParameterError: the module cannot be imported, or has no such class; the message says why.
+        ParameterError: the module cannot be imported, or has no such class. The message says why.
     """
     module, _, attribute = name.partition(":")
     here = os.getcwd()

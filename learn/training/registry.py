@@ -1,8 +1,8 @@
 """The table of models: the class of each model, how it is fitted, and its own defaults.
 
-The command line, ``compare`` and ``load_run`` take the names of models from this table, which needs no torch. A new
-model is one file with a subclass of ``SpectrumModel``, which ``module:Class`` names; one entry here gives it a name and
-defaults (docs/model.md has an example).
+The command line, ``compare`` and ``load_run`` take the names of models from this table, which does not import torch. A
+new model is a file with a subclass of ``SpectrumModel``. Users can name it as ``module:Class``; an entry in this table
+gives it a short name and defaults.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ class ModelEntry:
     """One model of the table.
 
     Attributes:
-        builds: the class, as ``module:Class``; it is called with (region, beamformer, wavelength, **options).
+        builds: the class, as ``module:Class``. It is called with ``(region, beamformer, wavelength, **options)``.
         summary: what the model does, for a reader.
-        by_steps: its settings of training by gradient steps; None: its method ``fit`` fits it in closed form.
+        by_steps: its settings of training by gradient steps. None: its method ``fit`` fits it in closed form.
         options: arguments of the class that differ from the class's own defaults.
-        options_without_gpu: further arguments for ``compare`` if there is no GPU, for a model that is too slow on a
-            CPU otherwise; its rows are marked "(reduced)".
-        needs: options without which it cannot be built; ``compare`` does not take it for one of all models.
+        options_without_gpu: further arguments for ``compare`` without a GPU, for a model that would be too slow on a
+            CPU. Its rows are marked "(reduced)".
+        needs: options without which it cannot be built. ``compare`` leaves it out if no models are named.
     """
 
     builds: str
@@ -44,7 +44,7 @@ class ModelEntry:
 
 
 BY_RESPONSES = Steps(steps=3000, batch_size=128, weight_decay=1.0, full_resolution=0.0)
-"""Of models that predict element responses, which are cheap. Weight decay holds their overfitting."""
+"""Settings of models that predict element responses, whose steps are fast. Weight decay limits their overfitting."""
 
 MODELS: dict[str, ModelEntry] = {
     "helmholtz": ModelEntry(
@@ -66,7 +66,7 @@ MODELS: dict[str, ModelEntry] = {
     "bisplat-plus": ModelEntry(
         builds="learn.models.bisplat:BiSplatWRF",
         summary="BiSplat-WRF+ of the paper: 2,000 planar Gaussians and deeper networks",
-        by_steps=Steps(learning_rate=3e-4),  # at the smaller model's rate its deep networks collapse
+        by_steps=Steps(learning_rate=3e-4),  # its deep networks collapse at the rate of the smaller model
         options={
             "primitives": 2000,
             "ffn_width": 256,
@@ -105,14 +105,14 @@ MODELS: dict[str, ModelEntry] = {
 }
 
 DEFAULT_MODEL = "helmholtz"
-"""The model of ``train`` if none is named."""
+"""The model that ``train`` uses if none is named."""
 
 
 def model_entry(name: str) -> ModelEntry:
     """The entry of a model.
 
     Args:
-        name: name of a model of the table, or a class of the user's own as ``module:Class``, whose entry is made here.
+        name: name of a model of the table, or the user's own class as ``module:Class``, for which an entry is made.
 
     Raises:
         ParameterError: no model has this name, or there is no such class.
@@ -125,7 +125,7 @@ def model_entry(name: str) -> ModelEntry:
     if not isinstance(name, str) or not name.partition(":")[2]:
         raise ParameterError(
             "model",
-            f"expected the name of a model, or module:Class of your own, found {shown(name)}; "
+            f"expected the name of a model, or your own class as module:Class, found {shown(name)}; "
             f"{did_you_mean(name, MODELS)}",
         )
     from learn.models.base import SpectrumModel
@@ -137,7 +137,7 @@ def model_entry(name: str) -> ModelEntry:
             "model", f"expected a subclass of bisplat.SpectrumModel at {cut(name)}, found {shown(own)}"
         )
     by_steps = None if issubclass(own, FitsInClosedForm) else Steps()
-    return ModelEntry(builds=name, summary=f"the model {name} of the user's own", by_steps=by_steps)
+    return ModelEntry(builds=name, summary=f"the user's own model {name}", by_steps=by_steps)
 
 
 def model_class(name: str) -> type[SpectrumModel]:
@@ -161,7 +161,7 @@ def check_options(name: str, options: Mapping[str, Any]) -> None:
         options: arguments of its class, by name.
 
     Raises:
-        ParameterError: no model has this name, the model has no such option, or the option is a number and the value
-            is none from 1 to ``learn.models.model_options.OPTION_MOST``.
+        ParameterError: no model has this name, the model has no such option, or a number is not between 1 and
+            ``learn.models.model_options.OPTION_MOST``.
     """
     check_options_of(model_class(name), name, options)

@@ -1,4 +1,4 @@
-"""A run folder, which holds everything that is needed to use a trained model.
+"""A run folder: everything that is needed to use a trained model.
 
 config.json          settings, the model's ``options``, the settings ``by_steps`` of training, array, grid, versions
 split.json           names of the training, validation and test spectra
@@ -39,7 +39,7 @@ PREDICT_AT_ONCE = {"cpu": 16, "cuda": 1024}
 
 
 LARGEST_WEIGHTS = 40_000 * MEGABYTE
-"""Bytes of weights.safetensors; kriging of spectra keeps 32 kB of each known picture."""
+"""Largest size of weights.safetensors, bytes; kriging of spectra keeps 32 kB of each known picture."""
 
 
 def build_model(
@@ -54,7 +54,7 @@ def build_model(
         wavelength: metres.
 
     Raises:
-        ParameterError: the model is unknown, does not have one of the options, or an option is out of range.
+        ParameterError: the model is unknown, lacks one of the options, or an option is out of its range.
         InputError: the model cannot be built with these values of its options.
     """
     check_options(config.model, config.options)
@@ -72,12 +72,12 @@ def build_model(
 
 @dataclass(frozen=True)
 class Prediction:
-    """A model's prediction for K transmitter positions.
+    """A model's prediction at K transmitter positions.
 
     Attributes:
-        spectra: predicted spectra, min–max normalised, 0…1.
-        responses: predicted element responses, up to one unknown common factor per position; None: the model predicts
-            no responses.
+        spectra: [K, 90, 360] predicted spectra, min–max normalised, 0…1, float32.
+        responses: [K, elements] predicted element responses, complex64, up to one unknown common factor for each
+            position. None: the model predicts no responses.
     """
 
     spectra: Float[np.ndarray, "K 90 360"]
@@ -110,7 +110,7 @@ def predict(model: SpectrumModel, positions: Float[np.ndarray, "K 3"]) -> Predic
 
 
 def uncertainty(model: SpectrumModel, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, " K"] | None:
-    """Variances of predictions relative to the field's variance, 0…1; None: the model computes none.
+    """Variances of predictions relative to the field's variance, 0…1. None: the model computes none.
 
     Args:
         model: any model.
@@ -130,7 +130,7 @@ def uncertainty(model: SpectrumModel, positions: Float[np.ndarray, "K 3"]) -> Fl
 
 @dataclass(frozen=True)
 class Run:
-    """A trained model with its settings.
+    """A trained model with its settings, as ``train`` and ``load_run`` return it.
 
     Attributes:
         folder: the run folder.
@@ -138,10 +138,14 @@ class Run:
         beamformer: the dataset's array and grid.
         model: the trained model, in evaluation mode, on the GPU if there is one.
 
-    >>> import bisplat
-    >>> run = bisplat.load_run("runs/lab")
-    >>> run.config.model, run.predict([[2.5, 3.0, 1.2]]).spectra.shape
-    ('helmholtz', (1, 90, 360))
+    Example:
+        >>> import bisplat
+        >>> run = bisplat.load_run("runs/lab")
+        >>> run.name, run.config.model
+        ('lab', 'helmholtz')
+        >>> prediction = run.predict([[2.5, 3.0, 1.2], [2.6, 3.0, 1.2]])  # metres
+        >>> prediction.spectra.shape
+        (2, 90, 360)
     """
 
     folder: Path
@@ -158,34 +162,53 @@ class Run:
         """Predict spectra, and element responses if the model predicts them.
 
         Args:
-            positions: transmitter positions, metres, in the world frame of the dataset of this run.
+            positions: [K, 3] transmitter positions, metres, in the world frame of the run's dataset.
+
+        Returns:
+            Spectra [K, 90, 360], and responses [K, elements] or None.
 
         Raises:
-            ParameterError: positions that ``check_points`` refuses.
-            InputError: the model predicts something else than numbers, as one with absurd weights does.
+            ParameterError: the positions do not have the shape [K, 3], or are not finite numbers.
+            InputError: the model predicts values that are not finite, as one with absurd weights does.
+
+        Example:
+            >>> import bisplat
+            >>> prediction = bisplat.load_run("runs/lab").predict([[2.5, 3.0, 1.2]])
+            >>> prediction.spectra.shape, bool(prediction.spectra.max() <= 1)
+            ((1, 90, 360), True)
         """
         prediction = predict(self.model, check_points(positions))
         finite = np.isfinite(prediction.spectra).all(axis=(1, 2))
         if not finite.all():
             raise InputError(
-                f"{self.folder}: expected a model that predicts finite spectra, found others at "
+                f"{self.folder}: expected a model that predicts finite spectra, found values that are not finite at "
                 f"{int((~finite).sum())} of {len(finite)} positions"
             )
         return prediction
 
     def deviation(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, " K"] | None:
-        """How far predicted spectra may be off: standard deviation of their values, 0…1.
+        """State how far predicted spectra may be off.
 
-        The run's validation spectra tell it (``learn.training.deviation``).
+        The errors on the validation spectra tell it, whatever the model (split conformal prediction
+        [papadopoulos2002]): 90 % of them lie within 1.645 of these standard deviations. If the model computes a
+        variance of its own, as kriging does, the deviation grows with it: ``σ(r)² = c² + g² u(r)`` with this variance u
+        at the position r.
 
         Args:
-            positions: transmitter positions, metres, in the world frame of the dataset of this run.
+            positions: [K, 3] transmitter positions, metres, in the world frame of the run's dataset.
 
         Returns:
-            None if the run had too few validation spectra, or was trained by a version that did not keep it.
+            [K] standard deviation of the values of each spectrum, 0…1. None: the run had fewer than 10 validation
+            spectra, or an older version trained it, which did not keep the deviation.
 
         Raises:
+            ParameterError: the positions do not have the shape [K, 3], or are not finite numbers.
             InputError: training.json is damaged.
+
+        Example:
+            >>> import bisplat
+            >>> bisplat.load_run("runs/lab").deviation([[2.5, 3.0, 1.2]]) is None  # it has 3 validation spectra
+            True
         """
         found = read_training(self.folder).deviation
         if found is None:
@@ -193,21 +216,36 @@ class Run:
         return found.at(uncertainty(self.model, check_points(positions)), len(positions))
 
     def dataset(self) -> Dataset:
-        """The dataset of this run, read from its folder.
+        """Read the dataset of this run from its folder.
 
         Raises:
-            InputError: the folder does not exist any more, or is not valid.
+            InputError: the folder no longer exists, or is not a valid dataset.
+
+        Example:
+            >>> import bisplat
+            >>> bisplat.load_run("runs/lab").dataset().positions.shape
+            (40, 3)
         """
         return read_dataset(self.config.dataset)
 
     def split(self, dataset: Dataset) -> Split:
-        """The spectra that this run was trained, validated and tested on.
+        """Read which spectra this run was trained, validated and tested on.
 
         Args:
             dataset: the dataset of this run.
 
+        Returns:
+            Indices into the dataset.
+
         Raises:
             InputError: the dataset lacks some of these spectra, or split.json is damaged.
+
+        Example:
+            >>> import bisplat
+            >>> run = bisplat.load_run("runs/lab")
+            >>> parts = run.split(run.dataset())
+            >>> len(parts.train), len(parts.validation), len(parts.test)
+            (29, 3, 8)
         """
         return read_split(self.folder / "split.json", dataset.names, dataset.folder)
 
@@ -231,7 +269,7 @@ def load_weights(model: SpectrumModel, folder: Path) -> None:
         folder: folder of the finished run.
 
     Raises:
-        InputError: the folder is no finished run, or one of another model or size.
+        InputError: the folder is not a finished run, or is one of another model or size.
     """
     source = load_run(folder).model.state_dict()
     try:
@@ -246,26 +284,34 @@ def load_run(folder: Path | str) -> Run:
     """Load a finished run, onto the GPU if there is one.
 
     Args:
-        folder: the run folder.
+        folder: the run folder, as ``train`` made it.
+
+    Returns:
+        The run, which predicts spectra at new positions.
 
     Raises:
-        InputError: the folder is not a run folder, its training is not finished, its model is unknown or cannot be
-            imported, or the weights are damaged, another model's or not finite.
+        InputError: the folder is not a run folder, or its training is not finished; the model is unknown or cannot be
+            imported; or the weights are damaged, not finite, or those of another model.
 
-    >>> import bisplat
-    >>> bisplat.load_run("runs/lab").beamformer.array
-    PlanarArray(rows=4, columns=4, spacing=0.5)
+    Example:
+        >>> import bisplat
+        >>> run = bisplat.load_run("runs/lab")
+        >>> run.beamformer.array
+        PlanarArray(rows=4, columns=4, spacing=0.5)
+        >>> run.predict([[2.5, 3.0, 1.2]]).spectra.shape
+        (1, 90, 360)
     """
     folder = Path(folder)
     config, beamformer = read_config(folder)
     path = folder / "weights.safetensors"
     if not path.exists():
         raise InputError(
-            f"{folder}: expected a finished run, found no weights.safetensors; the same bisplat train again finishes it"
+            f"{folder}: expected a finished run, found no weights.safetensors; repeat the same bisplat train to finish "
+            "it"
         )
     try:
         model_entry(config.model)
-    except ParameterError as error:  # a model of the user's own is imported again
+    except ParameterError as error:  # the user's own model is imported again
         raise InputError(f"{folder / 'config.json'}: {error}") from error
     model = build_model(config, np.zeros((2, 3)), beamformer, 1.0)  # the weights have the region and the wavelength
     require_regular(path, f"the weights of {config.model}", LARGEST_WEIGHTS)

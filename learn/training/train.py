@@ -1,4 +1,4 @@
-"""Training of a model on a dataset into a run folder; the same call again resumes an interrupted training."""
+"""Training of a model on a dataset into a run folder. The same call again resumes an interrupted training."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.positions.given_positions import MOST_POSITIONS
 
 PROCESSES_LEAST, NODES_MOST = 8, 1000
-"""Number of processes that a machine without a GPU may have, or as many as it has cores; and of machines."""
+"""Largest number of processes on a machine without a GPU that has fewer cores, and largest number of machines."""
 
 
 @takes(Processes, optional(Steps))
@@ -52,34 +52,40 @@ def train(
     options: Mapping[str, Any] | None = None,
     **settings: Any,
 ) -> Run:
-    """Train a model on a dataset. The same call again resumes an interrupted run, or loads a finished one.
+    """Train a model on a dataset.
 
-    A setting of ``Steps`` that is None is the model's own; a model fitted in closed form takes none.
+    The arguments from ``steps`` on are settings of training by gradient steps; None stands for the model's own default.
+    A model that is fitted in closed form, such as "helmholtz" or "twin", takes none of them.
+
+    The same call again resumes an interrupted run, or loads a finished one. The same settings on the same dataset give
+    the same weights.
 
     Args:
         dataset: the dataset, or its folder.
         output: the run folder.
-        model: name of a model in ``learn.training.registry``, or a subclass of ``bisplat.SpectrumModel`` of your own as
-            ``module:Class``, in the current folder or on Python's path (docs/model.md).
-        split: how the test part is chosen. ``files``: the folder's own index files; ``random``: a random fifth of the
-            spectra; ``blocked``: every fourth block of ten consecutive spectra.
+        model: name of a model: "helmholtz", "twin", "bisplat", "bisplat-plus", "bisplat-aperture", "mlp",
+            "mlp-responses", "nerf2" or "swiftwrf" (documentation, The models); or your own subclass of
+            ``bisplat.SpectrumModel`` as "module:Class", in the current folder or on Python's path.
+        split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth of the spectra)
+            or "blocked" (every fourth block of ten consecutive spectra).
         seed: seed of the split, the initial weights and the order of the spectra.
-        options: options of the model that differ from its defaults, e.g. {"primitives": 250} or {"bypass": ["bst"]}.
+        options: options of the model that differ from its defaults, such as ``{"primitives": 250}``.
         **settings: those of ``Processes`` and ``Steps``.
 
     Returns:
         The trained run.
 
     Raises:
-        ParameterError: the model is unknown or cannot be imported, does not have one of the options, or is fitted in
-            closed form and settings of training by steps are given; or a number is out of range.
-        InputError: the dataset is not valid or has too few spectra for the split, or the output folder holds other
-            files or a run with other settings.
+        ParameterError: the model is unknown or cannot be imported, or lacks one of the options; settings of training by
+            steps are given for a model that is fitted in closed form; or a number is out of its range.
+        InputError: the dataset is not valid or has too few spectra for the split; or the output folder holds other
+            files or a run with other settings, or another process writes to it.
 
-    >>> import bisplat
-    >>> run = bisplat.train("data/lab", "runs/example", model="mlp-responses", steps=2)
-    >>> run.predict([[2.5, 3.0, 1.2]]).responses.shape
-    (1, 16)
+    Example:
+        >>> import bisplat
+        >>> run = bisplat.train("data/lab", "runs/example", model="mlp-responses", steps=2)
+        >>> run.predict([[2.5, 3.0, 1.2]]).responses.shape
+        (1, 16)
     """
     entry = model_entry(model)
     processes, given = taken(settings, Processes, optional(Steps))
@@ -109,21 +115,21 @@ def train_run(
     dataset: Dataset | None = None,
     learned: Learned | None = None,
 ) -> None:
-    """Train with the settings of a run. An interrupted run is resumed; a finished one is left as it is.
+    """Train with the settings of a run. A finished run is left as it is.
 
     An interrupted run resumes from its last checkpoint, and ends with the weights of an uninterrupted run.
 
     Args:
         config: settings of the run.
         folder: the run folder.
-        processes: where it runs; Lightning starts a process for each device of this machine.
-        dataset: the dataset of ``config`` if it has been read already; None: it is read.
-        learned: what ``learned_responses`` found for this training; None: it is called.
+        processes: where it runs. Lightning starts a process for each device of this machine.
+        dataset: the dataset of ``config`` if it has been read already. None: it is read.
+        learned: what ``learned_responses`` found for this training. None: it is called.
 
     Raises:
-        ParameterError: the model does not have one of the options, or a number is out of range.
-        InputError: the dataset is not valid or has too few spectra for the split, or the folder holds other files or
-            a run with other settings, or another process writes to it.
+        ParameterError: the model lacks one of the options, or a number is out of its range.
+        InputError: the dataset is not valid or has too few spectra for the split; or the folder holds other files or a
+            run with other settings, or another process writes to it.
     """
     _check(config, processes)
     dataset = dataset or read_dataset(config.dataset)
@@ -132,7 +138,7 @@ def train_run(
     require_own(*own)
     if (folder / "weights.safetensors").exists():
         return
-    if getattr(rank_zero_only, "rank", 0) != 0:  # only the first of several processes claims the folder and writes
+    if getattr(rank_zero_only, "rank", 0) != 0:  # only the first process claims the folder and writes to it
         _train(config, folder, processes, dataset, parts, learned)
         return
     with own_folder(*own):
@@ -144,7 +150,7 @@ def train_run(
 def _train(
     config: Config, folder: Path, processes: Processes, dataset: Dataset, parts: Split, learned: Learned | None
 ) -> None:
-    """Train a run that is not finished, in a folder that holds its settings."""
+    """Train an unfinished run in a folder that holds its settings."""
     L.seed_everything(config.seed, verbose=False)
     model = build_model(config, box_of(dataset.positions[parts.known]), dataset.beamformer, dataset.wavelength)
     if config.by_steps is None:
@@ -159,15 +165,15 @@ def _train(
 
 
 def _check(config: Config, processes: Processes) -> None:
-    """Check numbers and the model's options, before any folder is made.
+    """Check numbers and the model's options before any folder is made.
 
     Raises:
-        ParameterError: a number is out of range, or the model does not have one of the options.
+        ParameterError: a number is out of its range, or the model lacks one of the options.
     """
     check_options(config.model, config.options)
     for name in model_entry(config.model).needs:
         if not config.options.get(name):
-            raise ParameterError(name, f"expected one for the model {config.model}, found none")
+            raise ParameterError(name, f"expected a value, which the model {config.model} needs, found none")
     require_seed(seed=config.seed, split_seed=config.split_seed)
     if config.train_size is not None:
         require_whole(1, MOST_POSITIONS, train_size=config.train_size)
@@ -176,14 +182,14 @@ def _check(config: Config, processes: Processes) -> None:
     if config.by_steps is not None and config.by_steps.batch_size % processes.count:
         raise ParameterError(
             "batch_size",
-            f"expected a multiple of the {processes.count} devices, found {config.by_steps.batch_size}",
+            f"expected a multiple of the number of devices, {processes.count}, found {config.by_steps.batch_size}",
         )
 
 
 def _fit_in_closed_form(model: SpectrumModel, dataset: Dataset, parts: Split, folder: Path) -> None:
-    """Fit a model to the training part and score it on the validation part; then fit it to both, with the same choices.
+    """Fit a model to the training part and score it on the validation part; then fit it to both with the same choices.
 
-    The baselines interpolate both parts too.
+    Known spectra of both parts are used in the end, as by the baselines.
     """
     if not isinstance(model, FitsInClosedForm):
         raise ParameterError("model", f"expected a model with fit and refit, found {type(model).__name__}")
@@ -199,7 +205,7 @@ def _fit_in_closed_form(model: SpectrumModel, dataset: Dataset, parts: Split, fo
 
 
 def box_of(positions: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "2 3"]:
-    """Corners (min, max) of the bounding box of positions, metres; an extent below 1 mm becomes 1 mm.
+    """Corners (min, max) of the bounding box of positions, metres. An extent below 1 mm becomes 1 mm.
 
     Args:
         positions: positions, metres.

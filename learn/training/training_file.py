@@ -1,4 +1,4 @@
-"""training.json of a run folder: how long a training took, how good it is, and how far its predictions are off."""
+"""The file training.json of a run folder: training time, validation score, and the deviation of predictions."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def write_training(
         steps: number of optimiser steps.
         seconds: training time, seconds.
         validation_ssim: median SSIM on the validation part of the weights that are kept.
-        deviation: how far predictions are off; None: there are too few validation spectra.
+        deviation: how far predictions are off. None: there are too few validation spectra.
     """
     content: dict[str, Any] = {
         "steps": steps,
@@ -49,7 +49,7 @@ def write_training(
 
 
 class TrainingFile(Struct, frozen=True):
-    """What is read of training.json."""
+    """The entries of training.json that are read."""
 
     steps: Annotated[int, Meta(ge=0, le=STEPS_MOST)]
     seconds: Annotated[float, Meta(ge=0)]
@@ -63,7 +63,7 @@ def read_training(folder: Path) -> TrainingFile:
         folder: the run folder.
 
     Raises:
-        InputError: no regular file, or none with the steps and the seconds of a training.
+        InputError: the path is not a regular file with the steps and the seconds of a training.
     """
     path = folder / FILE
     return conform(read_json(path, "the steps and seconds of a training", nan=True), TrainingFile, str(path))

@@ -1,4 +1,4 @@
-"""How good a model is on the validation part of its split, and how far its predictions are off there."""
+"""Score of a model on the validation part of its split, and how far its predictions are off there."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from simulate.spectra.spectrum import evenly, spectrum_of
 
 
 class Validation(NamedTuple):
-    """Of a model on validation spectra.
+    """Result of a model on validation spectra.
 
     Attributes:
-        ssim: median; 0 if there are none.
-        deviation: how far predictions are off; None if there are too few spectra to tell.
+        ssim: median SSIM; 0 if there are no validation spectra.
+        deviation: how far predictions are off. None: there are too few spectra to tell.
     """
 
     ssim: float
@@ -32,7 +32,7 @@ def validate(model: SpectrumModel, dataset: Dataset, parts: Split) -> Validation
     """Predict at most ``Spectra.VALIDATED`` validation spectra, to which the model was not fitted.
 
     Args:
-        model: fitted to ``parts.train``.
+        model: the model, fitted to ``parts.train``.
         dataset: the dataset.
         parts: its split.
     """

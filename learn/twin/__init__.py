@@ -1,1 +1,1 @@
-"""A scene corrected by measurements, and the model that traces it."""
+"""Correction of a scene by measurements, and the model that traces the corrected scene."""

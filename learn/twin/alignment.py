@@ -1,4 +1,4 @@
-"""Measured responses in the phase and scale of traced ones, and what is left between them."""
+"""Alignment of measured responses with the phase and scale of traced ones, and the difference that remains."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from jaxtyping import Complex
 def aligned_to(
     measured: Complex[np.ndarray, "K M"], traced: Complex[np.ndarray, "K M"], phases_known: bool, flips: bool = True
 ) -> tuple[Complex[np.ndarray, "K M"], complex]:
-    """Measured responses in the phase and scale of traced ones, and the common gain that they had.
+    """Measured responses in the phase and scale of traced ones, and their common gain.
 
-    Where phases are known, all share one complex gain, that of least squares. Otherwise those of each position get the
-    phase that is nearest to the traced ones', their root mean square, and are flipped where that is nearer, if
-    ``flips``.
+    If phases are known, all responses share one complex gain, that of least squares. Otherwise the responses of each
+    position get the phase that is closest to that of the traced ones, and their root mean square. With ``flips``, they
+    are also flipped where this brings them closer.
     """
     if phases_known:
         gain = complex((traced.conj() * measured).sum() / (np.abs(traced) ** 2).sum())
@@ -30,15 +30,15 @@ def aligned_to(
 def without_own_phase(
     values: Complex[np.ndarray, "K M *n"], traced: Complex[np.ndarray, "K M"], phases_known: bool
 ) -> Complex[np.ndarray, "K M *n"]:
-    """Values without what a phase and a scale of each position's own would change."""
+    """Values without the part that a separate phase and scale of each position would change."""
     if phases_known:
         return values
     size = np.linalg.norm(traced, axis=1, keepdims=True)
-    unit = np.divide(traced, size, out=np.zeros_like(traced), where=size > 0)  # some positions no path may reach
+    unit = np.divide(traced, size, out=np.zeros_like(traced), where=size > 0)  # there may be positions without a path
     along = np.einsum("km,km...->k...", unit.conj(), values)
     return values - np.einsum("km,k...->km...", unit, along)
 
 
 def unexplained(rest: Complex[np.ndarray, "K M"], aligned: Complex[np.ndarray, "K M"]) -> float:
-    """Share of the power of measured responses that is in what the traced ones leave of them."""
+    """Share of the power of measured responses that the traced ones do not explain."""
     return float((np.abs(rest) ** 2).sum() / (np.abs(aligned) ** 2).sum())

@@ -1,4 +1,4 @@
-"""Correct a scene by the spectra of a dataset, and say what was corrected by how much."""
+"""Correction of a scene by the spectra of a dataset, and the report on what was corrected by how much."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ from simulate.spectra.spectrum import evenly
 RECORD = "calibration.json"
 
 SAME_FREQUENCY, SAME_SPACING = 0.05, 0.05
-"""Relative difference of wavelengths, and difference of element spacings in wavelengths, above which a dataset was not
-measured in the scene."""
+"""Largest relative difference of wavelengths, and largest difference of element spacings in wavelengths, with which a
+dataset can have been measured in a scene."""
 
 
 def calibrate(
@@ -44,28 +44,42 @@ def calibrate(
     propagation: Propagation = Propagation(),
     report: Callable[[str], None] = lambda sentence: None,
 ) -> Calibration:
-    """Correct a scene by spectra that were measured there: the gateway's pose, materials, and places of objects.
+    """Correct a scene by spectra that were measured in it.
+
+    The function corrects the gateway's position and orientation, the properties of materials, and the places of objects
+    inside the room. It finds their most likely values given the spectra, by Gauss–Newton steps; ``tolerances`` are the
+    standard deviations of normal priors on their errors. The frequency is corrected too if it has a tolerance. Walls,
+    floor, ceiling and columns stay where they are.
 
     Args:
-        scene: the scene as described, a built-in one's name, or a scene YAML.
-        dataset: the measured spectra, with responses or pictures alone, or their folder.
-        n: largest number of spectra to use, evenly among those that the split does not hold out.
+        scene: the scene as described, the name of a built-in one, or a scene YAML.
+        dataset: the measured spectra, or their folder. Recorded responses are used if there are any, otherwise those
+            found behind the pictures.
+        n: largest number of spectra to use, evenly spread over those that the split does not hold out.
         split: which spectra are held out, as for ``train``.
-        seed: seed of that split.
+        seed: seed of the split.
         tolerances: how wrong the scene may be.
         propagation: the mechanisms that rays follow.
         report: called with sentences on the progress.
 
-    Raises:
-        InputError: a scene or a dataset that is refused, or that do not belong together; see ``calibrate_by``.
-        ParameterError: a number or a seed out of its range, or diffuse reflection is to be followed.
+    Returns:
+        The corrected scene, the corrections, and their standard deviations.
 
-    >>> import bisplat
-    >>> coarse = bisplat.Propagation(max_depth=1, diffraction=False, rays=20_000)
-    >>> pose = bisplat.Tolerances(objects=0, materials=0)  # nothing else is wrong
-    >>> found = bisplat.calibrate("lab", "data/lab", 10, tolerances=pose, propagation=coarse)
-    >>> found.values.shape, bool((found.deviations < 0.02).all())  # here metres and radians
-    ((6,), True)
+    Raises:
+        InputError: the scene or the dataset cannot be read; the scene has several gateways, or another array or
+            frequency than the dataset; all tolerances are 0; all spectra are black; or no path reaches any of their
+            positions.
+        ParameterError: ``n`` or ``seed`` is not a whole number in its range, or diffuse reflection is to be followed.
+
+    Example:
+        >>> import bisplat
+        >>> coarse = bisplat.Propagation(max_depth=1, diffraction=False, rays=20_000)
+        >>> pose = bisplat.Tolerances(objects=0, materials=0)  # only the gateway may be wrong
+        >>> found = bisplat.calibrate("lab", "data/lab", 10, tolerances=pose, propagation=coarse)
+        >>> found.which[0].label, found.values.shape
+        ('gateway x', (6,))
+        >>> bool((found.deviations < 0.02).all())  # metres and radians
+        True
     """
     require_whole(1, MOST_POSITIONS, n=n)
     require_seed(seed=seed)
@@ -94,12 +108,12 @@ def calibrate_by(
         report: called with sentences on the progress.
 
     Raises:
-        InputError: the scene has several gateways, another array or frequency than the dataset, nothing in it is
-            unknown, all spectra are black, or no path reaches any of their positions.
+        InputError: the scene has several gateways, or another array or frequency than the dataset; all tolerances are
+            0; all spectra are black; or no path reaches any of their positions.
         ParameterError: diffuse reflection is to be followed.
     """
     if propagation.diffuse:
-        raise ParameterError("diffuse", "expected none where a scene is corrected, since its phases are random")
+        raise ParameterError("diffuse", "expected no diffuse reflection (its phases are random), found some")
     if scene.further_gateways:
         raise InputError(f"{scene.name}: expected a scene with one gateway, found {1 + len(scene.further_gateways)}")
     array = PlanarArray.of(scene.gateway)
@@ -120,7 +134,7 @@ def calibrate_by(
         )
     which = unknowns(scene, tolerances)
     if not which:
-        raise InputError(f"{scene.name}: expected something that may be wrong, found tolerances that are all 0")
+        raise InputError(f"{scene.name}: expected a tolerance above 0, found nothing that may be wrong")
     measured, phases_known = measured_responses(dataset, known)
     return most_likely(scene, which, propagation, dataset.positions[known], measured, phases_known, report)
 
@@ -128,7 +142,7 @@ def calibrate_by(
 def measured_responses(dataset: Dataset, known: Int[np.ndarray, " n"]) -> tuple[Complex[np.ndarray, "n M"], bool]:
     """Responses of some of a dataset's spectra, and whether they share phase and scale.
 
-    They are the dataset's own, or are found behind its pictures.
+    They are the recorded ones if there are any, and otherwise are found behind the pictures.
     """
     if dataset.responses is not None:
         return dataset.responses[known].astype(complex), True
@@ -136,7 +150,7 @@ def measured_responses(dataset: Dataset, known: Int[np.ndarray, " n"]) -> tuple[
 
 
 def in_units(unknown: Unknown, value: float, deviation: float) -> tuple[str, str]:
-    """A change and its standard deviation for a reader: millimetres, degrees, or percent."""
+    """A change and its standard deviation in millimetres, degrees or per cent, for a reader."""
     if unknown.kind in ("position", "object"):
         return f"{1e3 * value:+.1f} mm", f"{1e3 * deviation:.1f} mm"
     if unknown.kind == "rotation":
@@ -146,7 +160,7 @@ def in_units(unknown: Unknown, value: float, deviation: float) -> tuple[str, str
 
 
 def rows_of(calibration: Calibration) -> list[dict[str, str]]:
-    """A table of what was changed, by how much, and how sure that is beside how sure it was."""
+    """A table of what was changed and by how much, with standard deviations before and after."""
     rows = []
     for unknown, value, deviation in zip(calibration.which, calibration.values, calibration.deviations, strict=True):
         changed, sure = in_units(unknown, float(value), float(deviation))
@@ -156,7 +170,7 @@ def rows_of(calibration: Calibration) -> list[dict[str, str]]:
 
 
 def write_calibration(calibration: Calibration, folder: Path) -> None:
-    """Write the corrected scene, and calibration.json, to a folder.
+    """Write the corrected scene and calibration.json to a folder.
 
     Args:
         calibration: what was found.

@@ -1,4 +1,4 @@
-"""A first guess of the gateway's pose: the one of many that its prior allows whose responses are most like measured."""
+"""A first guess of the gateway's pose: of many draws from its prior, the most likely one given measured responses."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from simulate.rays.tracer import Tracer
 from simulate.spectra.spectrum import evenly
 
 GUESSES = 1000
-"""Poses that are tried, the described one among them."""
+"""Number of poses that are tried, including the described one."""
 
 COMPARED = 20
-"""Largest number of positions that they are compared at."""
+"""Largest number of positions at which they are compared."""
 
 LEAST_MISFIT = 1e-6
-"""Of 1 − s: more alike is a rounding error."""
+"""Least value of 1 − s; smaller values are rounding errors."""
 
 AT_ONCE = 4_000_000
-"""Phases computed at once: bounds the memory."""
+"""Number of phases computed at once, which bounds the memory."""
 
 
 def first_guess(
@@ -37,17 +37,18 @@ def first_guess(
 ) -> Float[np.ndarray, " n"]:
     """Values of a scene's unknowns from which Gauss–Newton steps lead to the right minimum more often than from 0.
 
-    A gateway that is described a third of a wavelength away from where it is makes the responses so different that
-    steps from there can end anywhere. Here many poses are drawn from the prior. Each path's length changes with them to
-    first order (``simulate.rays.core.terms``), so that y = Σ a e^{−jk(L + δL)} takes no tracing. The most likely pose
-    is returned: with the mean s of |⟨y, measured⟩|² / (|y|² |measured|²) over the positions, on which a phase and a
-    scale of each position's own have no effect, −2 log of its posterior is 2 N log(1 − s) + Σ (value / tolerance)², but
-    for a constant. N is the number of responses that count.
+    If the gateway is described a third of a wavelength from its true place, the responses are so different that steps
+    from there can end anywhere. Therefore many poses are drawn from the prior. The length of each path changes with the
+    pose to first order (``simulate.rays.core.terms``), so that y = Σ a e^{−jk(L + δL)} needs no tracing.
+
+    The most likely pose is returned. Let s be the mean over the positions of |⟨y, measured⟩|² / (|y|² |measured|²), on
+    which a separate phase and scale of each position have no effect. Then −2 log of the posterior is, up to a constant,
+    2 N log(1 − s) + Σ (value / tolerance)². N is the number of responses that count as independent.
 
     Args:
-        tracer: of the scene as described.
-        which: its n unknowns; those that are not of the pose stay 0.
-        positions: of the transmitters, metres, world frame.
+        tracer: a tracer of the scene as described.
+        which: its n unknowns; those that do not belong to the pose stay 0.
+        positions: transmitter positions, metres, world frame.
         measured: element responses.
         flips: whether these may be flipped, as behind pictures (y_m → conj y_{M−1−m}).
         counted: N.
@@ -80,7 +81,7 @@ def _responses(
     positions: Float[np.ndarray, "K 3"],
     guesses: Float[np.ndarray, "G n"],
 ) -> Complex[np.ndarray, "G K M"]:
-    """Responses to transmitters, for each guess of the unknowns of the pose."""
+    """Responses at positions, for each guess of the pose."""
     elements, wavenumber = len(tracer.elements), 2 * np.pi / tracer.ray_scene.description.wavelength
     total = np.zeros((len(positions) * elements, len(guesses)), complex)
     for batch in tracer.terms(positions):

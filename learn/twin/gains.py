@@ -1,7 +1,8 @@
-"""Complex gains of chains of interactions: how much stronger and later each is than traced.
+"""Complex gains of chains of interactions: how much stronger and later each chain is than traced.
 
-Where a description is a little wrong, most of what ray tracing gets wrong is the amplitude and the phase of each chain,
-alike all over the region (a reflection at a wall of another permittivity, an edge that is a little rounded).
+If a description is a little wrong, ray tracing mainly gets the amplitude and the phase of each chain wrong, and by the
+same factor all over the region. Examples are a reflection at a wall of another permittivity, and an edge that is a
+little rounded.
 """
 
 from __future__ import annotations
@@ -14,21 +15,21 @@ from learn.models.base import Report, SpectrumModel
 from learn.twin.alignment import aligned_to
 
 MOST = 1000
-"""Chains with a gain, the strongest ones."""
+"""Largest number of chains with a gain; these are the strongest ones."""
 
 RATIOS = (1e-6, 1e6)
-"""Bounds of the search for τ²/ν, of responses with a mean power of 1."""
+"""Bounds of the search for τ²/ν, for responses with a mean power of 1."""
 
 NEGLIGIBLE = 1e-12
-"""Relative to the largest: smaller eigenvalues are rounding errors."""
+"""Eigenvalues that are smaller than this, relative to the largest one, are rounding errors."""
 
 
 ALIGNED = 3
-"""Number of rounds in which each measured response is given the phase of the response predicted with the gains so far,
-and the gains are then fitted again."""
+"""Number of rounds. Each round gives the measured responses the phases of those predicted with the gains so far, and
+then fits the gains again."""
 
 FOLDS = 4
-"""Number of parts of the known spectra for each of which gains are found from the others."""
+"""Number of parts into which the known spectra are divided. For each part, gains are found from the other parts."""
 
 
 def aligned_gains(
@@ -38,19 +39,19 @@ def aligned_gains(
     phases_known: bool,
     report: Report = SpectrumModel.report,
 ) -> tuple[Complex[np.ndarray, " chains"], Complex[np.ndarray, "K M"]]:
-    """Gains of chains from measured responses in a gain or in phases of their own.
+    """Gains of chains, from measured responses that have a common gain or separate phases.
 
     Args:
         by_chain: parts a_c of the traced responses.
         traced: their sum.
-        measured: element responses of the same positions.
+        measured: element responses at the same positions.
         phases_known: whether the phases of the responses were recorded.
         report: told the progress.
 
     Returns:
-        g_c, and the responses Σ_c (1 + g_c) a_c, for each position with gains that were found without a part of the
-        positions that it belongs to: g_c can be a thousand numbers, which fit the responses that they are found from
-        better than others. Of a single position, ``traced``.
+        The gains g_c, and the held-out responses Σ_c (1 + g_c) a_c. For these, the gains at each position are found
+        from the parts of the positions to which it does not belong, since up to a thousand gains fit the responses that
+        they are found from better than others. For a single position they are ``traced``.
     """
     gains, aligned = np.zeros(by_chain.shape[-1], complex), measured
     for turn in range(ALIGNED):
@@ -60,7 +61,7 @@ def aligned_gains(
     held_out = traced.copy()
     folds = min(FOLDS, len(traced))
     for fold in range(folds if len(traced) > 1 else 0):
-        report("gains without a part", fold, folds)
+        report("gains without each part", fold, folds)
         part = np.arange(len(traced)) % folds == fold
         without = chain_gains(by_chain[~part], (aligned - traced)[~part])
         held_out[part] = traced[part] + by_chain[part] @ without
@@ -70,10 +71,11 @@ def aligned_gains(
 def chain_gains(
     by_chain: Complex[np.ndarray, "K M chains"], left: Complex[np.ndarray, "K M"]
 ) -> Complex[np.ndarray, " chains"]:
-    """The gains g_c of Σ_c g_c a_c + ε, for traced parts a_c of responses and what their sum leaves of measured ones.
+    """The gains g_c in Σ_c g_c a_c + ε, which models the difference between measured and traced responses.
 
-    g_c are taken for independent draws of a normal distribution of variance τ², and ε for white noise of variance ν.
-    g is the posterior mean (ridge regression), with the τ² and ν of highest marginal likelihood [mackay1992].
+    The a_c are the traced responses of each chain. The g_c are assumed to be independent draws from a normal
+    distribution of variance τ², and ε to be white noise of variance ν. g is the posterior mean (ridge regression), with
+    the τ² and ν of highest marginal likelihood [mackay1992].
 
     Args:
         by_chain: a_c.
@@ -107,7 +109,7 @@ def chain_gains(
         return (total - float((explained * ratio * values / (1 + ratio * values)).sum())) / left.size
 
     def unlikely(logarithm: float) -> float:
-        """−log of the marginal likelihood, but for a constant."""
+        """−log of the marginal likelihood, up to a constant."""
         ratio = np.exp(logarithm)
         return left.size * np.log(max(noise(ratio), NEGLIGIBLE)) + float(np.log1p(ratio * values).sum())
 

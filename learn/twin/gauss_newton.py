@@ -1,4 +1,4 @@
-"""Find what a scene's description has wrong from measured responses, by Gauss–Newton steps with priors."""
+"""Gauss–Newton steps with priors that find the errors of a scene's description from measured responses."""
 
 from __future__ import annotations
 
@@ -22,33 +22,34 @@ from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Found, Tracer
 
 ROUNDS = 24
-"""Largest number of times that a search traces the scene."""
+"""Largest number of times that one search traces the scene."""
 
 SMALL, NEAR = 0.05, 0.5
-"""Standard deviations: a search ends when no unknown moves by more in a step; ``NEAR`` where another one follows."""
+"""Standard deviations. A search ends when a step moves no unknown by more; ``NEAR`` if another search follows."""
 
 TINY = 1e-9
-"""Of a step, in the unknowns' units: a step that is as small has been halved in vain."""
+"""A step that has been halved to less than this, in the unknowns' units, is given up."""
 
 COUNTED = 160
-"""Largest number of responses that count as independent, ten positions of sixteen elements: an error of the rays, such
-as a surface that scatters more than they know, is the same at all positions."""
+"""Largest number of responses that count as independent: those of ten positions with sixteen elements. An error of the
+rays, such as that of a surface that scatters more than they assume, is the same at all positions."""
 
 APART = 1 / 8
-"""Wavelengths: a guess of the gateway's position that is nearer to where a search has ended would lead there, too."""
+"""Wavelengths. A guess of the gateway's position that is closer to the end of a search would lead to the same end."""
 
 
 @dataclass(frozen=True)
 class Calibration:
-    """A corrected scene, and how sure its corrections are.
+    """A corrected scene, and how certain its n corrections are.
 
     Attributes:
         scene: the corrected scene.
-        which: its unknowns.
-        values: by how much each was changed.
-        deviations: posterior standard deviation of each, in the same units.
-        gain: common complex gain of measured over traced responses.
-        misfit: share of the measured power that the corrected twin leaves unexplained, and that the first one did.
+        which: what may have been wrong: n numbers, each with a ``label`` for a reader and its ``tolerance``.
+        values: [n] the corrections: metres, radians, or the logarithm of a ratio.
+        deviations: [n] their standard deviations after the spectra were seen, in the same units.
+        gain: common complex gain of the measured responses over the traced ones.
+        misfit: share of the measured power, 0…1, that the corrected scene does not explain, and the same of the scene
+            as described.
     """
 
     scene: Scene
@@ -70,15 +71,16 @@ def most_likely(
 ) -> Calibration:
     """Correct a scene so that its responses fit measured ones.
 
-    What the corrected twin leaves is taken for a Gaussian field that solves the wave equation, alike within half a
-    wavelength, plus noise: so that a hundred positions within a wavelength do not count as a hundred measurements. And
-    no more than ``COUNTED`` responses count, since errors of the rays themselves do not average out.
+    The difference that remains is taken to be a Gaussian field that solves the wave equation, correlated within half a
+    wavelength, plus noise. A hundred positions within a wavelength therefore do not count as a hundred measurements.
+    Also, no more than ``COUNTED`` responses count as independent, since errors of the rays themselves do not average
+    out.
 
     Args:
         scene: the scene as described.
         which: what may be wrong with it.
         propagation: the mechanisms that rays follow.
-        positions: of the transmitters, metres, world frame.
+        positions: transmitter positions, metres, world frame.
         measured: element responses.
         phases_known: whether responses of different positions share phase and scale. Otherwise, as behind pictures,
             each has its own, and may be flipped (y_m → conj y_{M−1−m}).
@@ -88,13 +90,13 @@ def most_likely(
         InputError: all responses are zero, or no path reaches any of the positions.
     """
     if not measured.any():
-        raise InputError(f"{scene.name}: expected spectra with some power to correct the scene by, found none")
-    # Responses behind pictures may be flipped. Others may not, also while they are compared in phases of their own.
+        raise InputError(f"{scene.name}: expected spectra that are not black, found only black ones")
+    # Only responses behind pictures may be flipped, even while others are compared in phases of their own.
     search = _Search(scene, list(which), positions, measured, flips=not phases_known, report=report)
     tracer = Tracer(scene, propagation, search.region, report=report)
     described = tracer.responses(positions).astype(complex)
     if not described.any():
-        raise InputError(f"{scene.name}: expected paths from the gateway to the spectra, found none")
+        raise InputError(f"{scene.name}: expected paths from the gateway to the positions of the spectra, found none")
     counted = min(measured.size, COUNTED)
     found = search.from_start(tracer, np.zeros(len(which)), phases_known, counted)
     guess = first_guess(tracer, which, positions, measured, search.flips, counted)
@@ -111,7 +113,7 @@ def most_likely(
 
 
 class _Minimum(NamedTuple):
-    """Where a search ended: −2 log of the posterior there, a tracer of the scene, and fields of ``Calibration``."""
+    """The end of a search: fields of ``Calibration``, −2 log of the posterior, and a tracer of the scene."""
 
     values: Float[np.ndarray, " n"]
     deviations: Float[np.ndarray, " n"]
@@ -125,7 +127,7 @@ class _Minimum(NamedTuple):
 class _Search:
     """Gauss–Newton steps to the most likely values of a scene's unknowns.
 
-    Attributes: see ``most_likely``; ``flips``: whether responses may be flipped, where phases are not known.
+    The fields are arguments of ``most_likely``; ``flips`` says whether responses with unknown phases may be flipped.
     """
 
     scene: Scene
@@ -141,13 +143,13 @@ class _Search:
         return np.stack([self.positions.min(axis=0), self.positions.max(axis=0)])
 
     def from_start(self, tracer: Tracer, start: Float[np.ndarray, " n"], phases_known: bool, counted: int) -> _Minimum:
-        """The minimum that a search from some values ends in; where phases are known, it ignores them at first.
+        """The minimum to which a search from some values leads. If phases are known, it ignores them at first.
 
-        A gateway half a wavelength nearer to a wall, with the opposite common gain, can be a minimum, too. Responses
-        that are compared in a phase of their own each have no common gain, and lead near the right minimum.
+        A gateway half a wavelength nearer to a wall, with the opposite common gain, can be a minimum too. Responses
+        that are each compared in a phase of their own have no common gain, and lead close to the right minimum.
 
         Args:
-            tracer: of the scene with the values to start from.
+            tracer: a tracer of the scene with the values to start from.
             start: these values.
             phases_known: whether the phases of the responses were recorded.
             counted: number of responses that count as independent.
@@ -165,10 +167,10 @@ class _Search:
         small: float,
         counted: int,
     ) -> _Minimum:
-        """The minimum that steps from some values lead to.
+        """The minimum to which steps from some values lead.
 
         Args:
-            tracer: of the scene with these values.
+            tracer: a tracer of the scene with these values.
             start: the values.
             phases_known: whether the phases of the responses were recorded.
             small: step, in standard deviations of the prior, at which the search ends.
@@ -176,7 +178,7 @@ class _Search:
         """
         scene, which, prior = self.scene, self.which, np.array([each.tolerance for each in self.which])
         alike = cho_factor(correlation(self.positions, scene.wavelength), lower=True)
-        freely = "" if phases_known else ", with a phase of its own for each spectrum"
+        freely = "" if phases_known else " (each spectrum with a separate phase)"
         best = _Minimum(start, prior, 1 + 0j, 1.0, np.inf, tracer)
         model, step, reach = None, np.zeros(len(which)), np.inf
         for number in range(ROUNDS):
@@ -211,7 +213,7 @@ class _Search:
     def _halved_to_valid(
         self, values: Float[np.ndarray, " n"], step: Float[np.ndarray, " n"]
     ) -> Float[np.ndarray, " n"]:
-        """A step from some values, halved until the scene is valid, with the gateway in the open; zero if none is."""
+        """A step, halved until the scene is valid and the gateway is in no object; zero if no such step is found."""
         while step.any() and not self._is_valid(values + step):
             step = np.where(np.abs(step) > TINY, step / 2, 0)
         return step
@@ -219,15 +221,15 @@ class _Search:
     def _is_valid(self, values: Float[np.ndarray, " n"]) -> bool:
         try:
             return is_valid(vary(self.scene, self.which, values))
-        except InputError:  # a material out of its range
+        except InputError:  # a property of a material is out of its range
             return False
 
 
 def moved(tracer: Tracer, scene: Scene, region: Float[np.ndarray, "2 3"]) -> Tracer:
-    """A tracer of a scene that differs a little from another one's, with that one's chains as far as they serve."""
+    """A tracer of a scene that differs a little from another tracer's; it reuses the chains that are still valid."""
     edges, old = tracer.edges, tracer.ray_scene
     new = Tracer(scene, old.propagation, region, found=tracer.found)
-    if not np.array_equal(new.ray_scene.planes.of_face, old.planes.of_face):  # flush objects have come apart
+    if not np.array_equal(new.ray_scene.planes.of_face, old.planes.of_face):  # objects that touched have come apart
         return Tracer(scene, old.propagation, region)
     if new.edges is None or edges is None or np.array_equal(new.edges.faces, edges.faces):
         return new

@@ -1,4 +1,4 @@
-"""The responses of a scene, and their derivatives by what its description may have wrong."""
+"""Responses of a scene, and their derivatives with respect to what may be wrong with its description."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from simulate.rays.derivatives import derivatives
 from simulate.rays.tracer import Tracer
 
 STEP = 0.02
-"""Of the logarithm of a material's property, in finite differences."""
+"""Step of the finite differences, in the logarithm of a material's property."""
 
 
 def linearised(
     tracer: Tracer, which: Sequence[Unknown], positions: Float[np.ndarray, "K 3"]
 ) -> tuple[Complex[np.ndarray, "K M"], Complex[np.ndarray, "K M n"]]:
-    """Responses to transmitters, and their derivatives by the places and the frequency; zero by materials.
+    """Responses, and their derivatives with respect to poses, places and frequency. The columns of materials are zero.
 
     Args:
-        tracer: traces the scene.
+        tracer: the tracer of the scene.
         which: its n unknowns.
-        positions: of the transmitters, metres, world frame.
+        positions: transmitter positions, metres, world frame.
     """
     names = [item.name for item in tracer.ray_scene.description.objects]
     moving = sorted({names.index(each.name) for each in which if each.kind == "object"})
@@ -45,13 +45,13 @@ def by_materials(
     positions: Float[np.ndarray, "K 3"],
     responses: Complex[np.ndarray, "K M"],
 ) -> Complex[np.ndarray, "K M n"]:
-    """Derivatives by the materials, zero by all else: finite differences over the same paths.
+    """Derivatives with respect to materials, by finite differences over the same paths. All other columns are zero.
 
     Args:
-        tracer: traces the scene.
+        tracer: the tracer of the scene.
         which: its n unknowns.
-        positions: of the transmitters, metres, world frame.
-        responses: to them.
+        positions: transmitter positions, metres, world frame.
+        responses: the responses at these positions.
     """
     scene, jacobian = tracer.ray_scene.description, np.zeros((*responses.shape, len(which)), complex)
     columns = [column for column, unknown in enumerate(which) if unknown.kind in OF_MATERIALS]

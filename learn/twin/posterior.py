@@ -1,6 +1,7 @@
-"""How likely changes of a scene are after measured responses: −2 log of the posterior, and steps that lower it.
+"""The posterior of changes of a scene given measured responses: −2 log of it, and steps that lower this.
 
-What the twin leaves of the responses is taken for a Gaussian field plus noise, the scene's unknowns have normal priors.
+The difference between measured and traced responses is assumed to be a Gaussian field plus noise. The scene's unknowns
+have normal priors.
 """
 
 from __future__ import annotations
@@ -13,17 +14,18 @@ from scipy.linalg import cho_solve
 from scipy.optimize import brentq
 
 UNCORRELATED = 0.1
-"""Share of what the twin gets wrong that differs from place to place, with the noise."""
+"""Share of the twin's error that is uncorrelated between positions, including the noise."""
 
 POOR, GOOD = 0.25, 0.75
-"""Shares of the gain that was expected of a step: below, the next one is half as long; above, it may be longer."""
+"""Shares of the gain that was expected of a step. Below the first, the next step is half as long; above the second, it
+may be longer."""
 
 LENGTH = 1.0
-"""Metres over which the waves that the twin lacks stay alike."""
+"""Correlation length of the waves that the twin lacks, metres."""
 
 
 def correlation(positions: Float[np.ndarray, "K 3"], wavelength: float) -> Float[np.ndarray, "K K"]:
-    """Correlation of what the twin leaves at two positions: sin(kΔ)/kΔ, fading over ``LENGTH``, plus noise."""
+    """Correlation of the twin's errors at two positions: sin(kΔ)/kΔ, fading over ``LENGTH``, plus noise."""
     apart = np.linalg.norm(positions[:, None] - positions, axis=-1)
     waves = np.sinc(2 * apart / wavelength) * np.exp(-apart / LENGTH)
     return (1 - UNCORRELATED) * waves + UNCORRELATED * np.eye(len(positions))
@@ -35,13 +37,13 @@ def unlikelihood(
     aligned: Complex[np.ndarray, "K M"],
     counted: int,
 ) -> float:
-    """−2 log of the likelihood of measured responses, but for a constant; the noise has its most likely variance.
+    """−2 log of the likelihood of measured responses, up to a constant. The noise has its most likely variance.
 
     Args:
-        alike: Cholesky factor of the correlation of what the twin leaves.
-        rest: what it leaves.
-        aligned: measured responses in the traced ones' scale. What is left counts relative to their power, since the
-            scale of the traced responses is a free gain and must not matter.
+        alike: Cholesky factor of the correlation of the twin's errors.
+        rest: the twin's errors: measured minus traced responses.
+        aligned: measured responses in the scale of the traced ones. The errors count relative to their power, since
+            the scale of the traced responses is a free gain and must not matter.
         counted: number of responses that count as independent.
     """
     left = (rest.conj() * cho_solve(alike, rest)).real.sum() / (np.abs(aligned) ** 2).sum()
@@ -50,7 +52,7 @@ def unlikelihood(
 
 @dataclass(frozen=True)
 class Quadratic:
-    """−2 log of the posterior about some values, to second order in a step δ: a constant − 2 b·δ + δ·A δ.
+    """−2 log of the posterior near some values, to second order in a step δ: ``constant − 2 b·δ + δ·A δ``.
 
     Attributes:
         precision: A, with the unknowns in standard deviations of their priors.
@@ -73,28 +75,28 @@ class Quadratic:
         prior: Float[np.ndarray, " n"],
         counted: int,
     ) -> Quadratic:
-        """The quadratic that follows if the responses are linear in the unknowns (Gauss and Newton).
+        """The quadratic for responses that are linear in the unknowns (Gauss–Newton).
 
-        Where each position has a phase and a scale of its own, it is an approximation, since the measured responses
-        take the scale of the traced ones, which depends on the unknowns.
+        If each position has a separate phase and scale, it is an approximation, since the measured responses take the
+        scale of the traced ones, which depends on the unknowns.
 
         Args:
-            alike: Cholesky factor of the correlation of what the twin leaves.
-            rest: what it leaves.
-            jacobian: derivatives of the responses by the unknowns.
-            traced: the responses; their common gain is one more unknown, of which nothing is known.
+            alike: Cholesky factor of the correlation of the twin's errors.
+            rest: the twin's errors: measured minus traced responses.
+            jacobian: derivatives of the responses with respect to the unknowns.
+            traced: traced responses; their common gain is one more unknown, without a prior.
             values: by how much the unknowns have been changed.
-            prior: their standard deviations beforehand.
+            prior: standard deviations of the unknowns' priors.
             counted: number of responses that count as independent.
         """
         columns = np.concatenate([jacobian * prior, traced[..., None], 1j * traced[..., None]], axis=-1)
         together = np.concatenate([rest[..., None], columns], axis=-1).reshape(len(rest), -1)
         solved = cho_solve(alike, together).reshape(*rest.shape, -1)
-        variance = (rest.conj() * solved[..., 0]).real.sum() / counted / 2  # of the real part, and of the imaginary one
+        variance = (rest.conj() * solved[..., 0]).real.sum() / counted / 2  # of the real and of the imaginary part
         normal = np.einsum("kmi,kmj->ij", columns.conj(), solved[..., 1:]).real / variance
         towards = np.einsum("kmi,km->i", columns.conj(), solved[..., 0]).real / variance
         number = len(prior)
-        # The gain's most likely value for each step leaves Schur's complement.
+        # With the most likely gain for each step, the Schur complement remains.
         by_gain = np.linalg.solve(normal[number:, number:], normal[number:]).T
         free, gain = normal[:number, :number], by_gain[:number]
         precision = free - gain @ normal[number:, :number] + np.eye(number)
@@ -106,12 +108,12 @@ class Quadratic:
         return self.prior * np.sqrt(np.diag(np.linalg.inv(self.precision)))
 
     def step(self, reach: float) -> Float[np.ndarray, " n"]:
-        """The step to the least value that a step no longer than ``reach`` leads to (Levenberg and Marquardt).
+        """The step of at most a given length that leads to the smallest value (Levenberg–Marquardt).
 
-        It is δ = (A + μ)⁻¹ b, with the least damping μ ≥ 0 for which its length is at most ``reach``.
+        It is δ = (A + μ)⁻¹ b, with the smallest damping μ ≥ 0 for which its length is at most ``reach``.
 
         Args:
-            reach: in standard deviations of the priors.
+            reach: largest length of the step, in standard deviations of the priors.
 
         Returns:
             δ in the unknowns' units.
@@ -126,10 +128,10 @@ class Quadratic:
         return self.prior * (axes @ (along / (sizes + damping)))
 
     def next_reach(self, step: Float[np.ndarray, " n"], reach: float, gained: float) -> float:
-        """How long the next step may be: longer where the responses are as linear as this takes them to be.
+        """How long the next step may be: longer if the responses were as linear as assumed.
 
         Args:
-            step: from the values that this is about.
+            step: the step taken from the values of this quadratic.
             reach: how long it was allowed to be.
             gained: by how much it has lowered −2 log of the posterior.
         """

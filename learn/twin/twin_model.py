@@ -1,10 +1,10 @@
-"""The twin: ray tracing of a scene that the known spectra have corrected, and Helmholtz kriging of what it leaves.
+"""The twin: ray tracing of a scene that was corrected by the known spectra, and Helmholtz kriging of the remainder.
 
-The scene's unknowns are corrected first, then a complex gain of each chain of interactions.
+The scene's unknowns are corrected first, then a complex gain of each chain of interactions is found.
 
-Where very many spectra are known, kriging knows the field better than any description of the place. The prediction is
-therefore a weighted mean of both, with the weight by which known spectra are best predicted from the others (stacking
-[wolpert1992]).
+If very many spectra are known, kriging of them predicts the field better than any description of the place. The
+prediction is therefore a weighted mean of both, with the weight that best predicts known spectra from the others
+(stacking [wolpert1992]).
 """
 
 from __future__ import annotations
@@ -37,49 +37,52 @@ if TYPE_CHECKING:
     from simulate.rays.tracer import Tracer
 
 CALIBRATED_BY = 160
-"""Largest number of known spectra that the scene is corrected by; all of them are kriged."""
+"""Largest number of known spectra that correct the scene. All known spectra are kriged."""
 
 GAINED_BY = 1000
-"""Largest number of known spectra that the gains of chains are found by."""
+"""Largest number of known spectra from which the gains of chains are found."""
 
 SAME_RESPONSES = 1e-2
-"""Relative error of the responses at a known position by which a scene is no longer the one of the training."""
+"""Largest relative error of the responses at a known position with which a scene counts as that of the training."""
 
 TRUSTS = (1.0, 0.75, 0.5, 0.25, 0.0)
-"""Weights of the corrected scene that are tried."""
+"""Candidates for the weight of the corrected scene."""
 
 LEAST_KNOWN, LEFT_OUT = 100, 64
-"""Number of known spectra below which the weight is 1, and number of them that are predicted from the others."""
+"""Number of known spectra below which the weight is 1, and largest number of them that are predicted from others."""
 
 
 class Twin(PredictsResponses):
-    """Responses y(r) = w (f(r; θ, g) + e(r)) + (1 − w) a(r): traced in a corrected scene, and kriged.
+    """Traces responses in a corrected scene, and adds kriging of what the tracing does not explain.
 
-    ``fit`` finds θ, what the scene's description has wrong (``learn.twin.gauss_newton``), and then the complex gains g
-    of the chains of interactions (``learn.twin.gains``): f = Σ_c (1 + g_c) f_c. e is interpolated by ``KrigedField``
-    from what f leaves of the known responses, and a from the known ones themselves; where these are found behind
-    pictures, f tells their phases. Few spectra are enough for θ and g; e and a take over where many are known.
+    The responses are ``y(r) = w (f(r; θ, g) + e(r)) + (1 − w) a(r)``, with the traced responses f.
+
+    ``fit`` first finds θ, the corrections of the scene's description (``learn.twin.gauss_newton``), and then the
+    complex gains g of the chains of interactions (``learn.twin.gains``), with ``f = Σ_c (1 + g_c) f_c``.
+    ``KrigedField`` interpolates e from the difference between the known responses and f, and a from the known responses
+    themselves. If these are found behind pictures, f determines their phases. A few spectra are enough for θ and g; e
+    and a dominate where many are known.
 
     Args:
         region: as for ``SpectrumModel``; this model does not use it.
         beamformer: the dataset's array and grid.
         wavelength: metres.
         scene: built-in name or YAML file of the scene as described.
-        position: tolerance of the gateway's position, metres; this and the next are those of ``Tolerances``.
-        rotation: of its orientation, degrees.
-        objects: of the places of objects, metres.
-        materials: of the properties of materials, relative.
+        position: tolerance of the gateway's position, metres. All four tolerances are those of ``Tolerances``.
+        rotation: tolerance of the gateway's orientation, degrees.
+        objects: tolerance of the places of objects, metres.
+        materials: tolerance of the properties of materials, relative.
 
     Attributes:
-        values: θ, of ``scenes.scene.unknowns.unknowns``.
+        values: θ, in the order of ``scenes.scene.unknowns.unknowns``.
         gains: g (real, imaginary); none before ``fit``.
-        checked: f (real, imaginary) at the first known position, by which a loaded run tells a changed scene.
+        checked: f (real, imaginary) at the first known position. With it, a loaded run recognises a changed scene.
         trust: w.
-        power: mean of |e|² over the known spectra and elements.
-        whole_power: the same of the known responses.
-        rest: interpolates e.
-        whole: interpolates a.
-        calibration: what ``fit`` corrected, with standard deviations; None before, and in a loaded run.
+        power: mean of ``|e|²`` over the known spectra and elements.
+        whole_power: the same mean of the known responses.
+        rest: the field that interpolates e.
+        whole: the field that interpolates a.
+        calibration: what ``fit`` corrected, with standard deviations. None before ``fit`` and in a loaded run.
 
     Raises:
         ParameterError: there is no scene.
@@ -106,7 +109,7 @@ class Twin(PredictsResponses):
     ):
         super().__init__(region, beamformer, wavelength)
         if not scene:
-            raise ParameterError("scene", "expected the scene that the twin traces, found none")
+            raise ParameterError("scene", "expected the scene that the model twin traces, found none")
         self._described = load_scene(scene)
         self._unexplained = 1.0
         self.calibration: Calibration | None = None
@@ -127,7 +130,7 @@ class Twin(PredictsResponses):
         return vary(self._described, self._which, self.values.cpu().numpy())
 
     def responses(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, "B elements 2"]:
-        """Element responses y (real, imaginary): traced, and mixed with what is interpolated after ``fit``."""
+        """Element responses y (real, imaginary): traced; after ``fit``, also mixed with what is interpolated."""
         trust = float(self.trust)
         if not trust:
             return self.whole_power.sqrt() * self.whole.responses(positions)
@@ -148,7 +151,7 @@ class Twin(PredictsResponses):
         return trust * (traced + self.power.sqrt() * rest) + (1 - trust) * self.whole_power.sqrt() * whole
 
     def uncertainty(self, positions: Float[Tensor, "B 3"]) -> Float[Tensor, " B"]:
-        """Variance of w e + (1 − w) a, which are taken for independent, relative to the power of the responses."""
+        """Variance of w e + (1 − w) a relative to the power of the responses; e and a are assumed to be independent."""
         trust, total = float(self.trust), torch.zeros(len(positions), device=positions.device)
         for weight, field, power in ((trust, self.rest, self.power), (1 - trust, self.whole, self.whole_power)):
             if weight:
@@ -156,18 +159,18 @@ class Twin(PredictsResponses):
         return total.clamp(0, 1)
 
     def fit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> str:
-        """Correct the scene by known spectra, and keep what it leaves of them.
+        """Correct the scene by known spectra, and krige what it does not explain of them.
 
         Args:
-            dataset: a dataset, from whose responses or pictures the scene is corrected.
+            dataset: a dataset, whose responses or pictures correct the scene.
             known: indices of the spectra.
-
-        Raises:
-            InputError: the scene has several gateways, another array or frequency than the dataset, nothing in it is
-                unknown, all spectra are black, or no path reaches any of their positions.
 
         Returns:
             How much of the power was and is unexplained, as a sentence for the user.
+
+        Raises:
+            InputError: the scene has several gateways, or another array or frequency than the dataset; all tolerances
+                are 0; all spectra are black; or no path reaches any of their positions.
         """
         from learn.twin.calibrate import calibrate_by
 
@@ -182,14 +185,14 @@ class Twin(PredictsResponses):
         self.refit(dataset, known)
         chains = int(self.gains.any(dim=1).sum())
         return (
-            f"corrected {len(self._which)} numbers of the scene: {found.misfit[1]:.1%} of the power of {len(used)} "
-            f"spectra was unexplained, {found.misfit[0]:.1%} is; with gains of {chains} chains, "
-            f"{self._unexplained:.1%} of the power of spectra that these were not found from is; "
-            f"the scene has a weight of {float(self.trust):g}"
+            f"corrected {len(self._which)} numbers of the scene: the unexplained power of {len(used)} spectra fell "
+            f"from {found.misfit[1]:.1%} to {found.misfit[0]:.1%}; with gains of {chains} chains, "
+            f"{self._unexplained:.1%} of the power of held-out spectra is unexplained; the scene has a weight of "
+            f"{float(self.trust):g}"
         )
 
     def refit(self, dataset: Dataset, known: Int[np.ndarray, " n"]) -> None:
-        """Krige what the corrected scene leaves of other known spectra.
+        """Krige what the corrected scene does not explain of other known spectra.
 
         Args:
             dataset: as for ``fit``.
@@ -203,10 +206,10 @@ class Twin(PredictsResponses):
 
         known = np.unique(known)
         measured, phases_known = measured_responses(dataset, known)
-        if not phases_known:  # a black picture says nothing of the field, only that its power is not known
+        if not phases_known:  # a black picture contains nothing about the field
             seen = measured.any(axis=1)
             if not seen.any():
-                raise InputError(f"{dataset.folder}: expected spectra with some power to learn from, found none")
+                raise InputError(f"{dataset.folder}: expected spectra that are not black, found only black ones")
             known, measured = known[seen], measured[seen]
         held_out = self._fit_gains(dataset.positions[known], measured, phases_known)
         traced = self._traced(dataset.positions[known])
@@ -228,10 +231,10 @@ class Twin(PredictsResponses):
     def _fit_gains(
         self, positions: Float[np.ndarray, "n 3"], measured: Complex[np.ndarray, "n elements"], phases_known: bool
     ) -> Complex[np.ndarray, "n elements"]:
-        """Find g from responses; arguments are those of ``learn.twin.gains.aligned_gains``.
+        """Find g from responses. The arguments are those of ``learn.twin.gains.aligned_gains``.
 
         Returns:
-            f at the positions, each with gains that were found without a part of them that it belongs to.
+            f at the positions, with gains that were found without the position, as for ``aligned_gains``.
         """
         from learn.twin.gains import aligned_gains
 
@@ -245,9 +248,10 @@ class Twin(PredictsResponses):
         return held_out
 
     def _best_trust(self, traced: Float[Tensor, "n elements 2"], pictures: UInt8[np.ndarray, "n 90 360"]) -> float:
-        """The w by which known spectra are best predicted from the others; of equally good ones the largest.
+        """The w that best predicts known spectra from the others; the largest one if several are equally good.
 
-        θ was found with the spectrum that is left out: it is few numbers beside so many spectra.
+        The left-out spectrum was also used to find θ. This hardly matters, since θ is a few numbers and the spectra are
+        many.
 
         Args:
             traced: f at the known positions, with gains found without them.
@@ -270,10 +274,10 @@ class Twin(PredictsResponses):
 
     @cached_property
     def _tracer(self) -> Tracer:
-        """Traces the corrected scene.
+        """The tracer of the corrected scene.
 
         Raises:
-            InputError: it is not the one that this run was trained with.
+            InputError: the scene is not the one with which this run was trained.
         """
         from simulate.rays.core.propagation import Propagation
         from simulate.rays.tracer import Tracer
@@ -288,8 +292,8 @@ class Twin(PredictsResponses):
                 same = float(off.norm()) <= SAME_RESPONSES * float(expected.norm())
             if not same:
                 raise InputError(
-                    f"{self._described.name}: expected the scene that the twin was trained with, found one of other "
-                    "paths; train it again"
+                    f"{self._described.name}: expected the scene that the twin was trained with, found one with other "
+                    "paths; train the twin again"
                 )
         return tracer
 
@@ -302,7 +306,7 @@ class Twin(PredictsResponses):
         return self._tracer.responses(np.asarray(positions, float), self._factors)
 
     def load_state_dict(self, state_dict: Mapping[str, Any], strict: bool = True, assign: bool = False) -> Any:
-        """As ``torch.nn.Module.load_state_dict``; the kriged fields take the number of spectra in the file."""
+        """As ``torch.nn.Module.load_state_dict``, but for the number of spectra and chains that the file has."""
         self.__dict__.pop("_tracer", None)
         gains = state_dict.get("gains", self.gains)
         self.gains = torch.zeros(len(gains) if gains.ndim == 2 else 0, 2)

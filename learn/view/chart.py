@@ -1,7 +1,7 @@
 """Fast drawing of spectra for the viewer: rectangular or polar panels with axes and colour bars.
 
-Axes and colour bars are drawn once, and a new spectrum only fills its panel. This takes milliseconds; Matplotlib, which
-draws the figures of the reports, takes some hundred milliseconds.
+Axes and colour bars are drawn once, and a new spectrum only fills its panel. This takes milliseconds. Matplotlib, which
+draws the figures of the reports, would take some hundred milliseconds.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
 Kind = Literal["rectangular", "polar"]
 
 LEFT, TOP, RIGHT, BOTTOM = 54, 42, 86, 30
-"""Margins of a panel in pixels, for the elevations, the title, the colour bar and the azimuths."""
+"""Margins of a panel, pixels: for the elevations, the title, the colour bar and the azimuths."""
 
 DIAMETER = 270
 """Diameter of a polar panel in pixels."""
@@ -62,10 +62,10 @@ class Panel:
 
     Attributes:
         title: text above the spectrum.
-        values: values in the unit of ``colours``; None: there is no spectrum, and the title says why.
+        values: values in the unit of ``colours``. None: there is no spectrum, and the title says why.
         colours: colours of the values.
-        brightness: factor 0…1 on the colour of each pixel; None: 1.
-        marks: directions that are marked with a ring: azimuth and elevation in degrees, and RGB of the ring.
+        brightness: factor 0…1 on the colour of each pixel. None: 1.
+        marks: directions marked with a ring: azimuth and elevation in degrees, and RGB of the ring.
     """
 
     title: str
@@ -76,7 +76,7 @@ class Panel:
 
 
 def draw(panels: Sequence[Panel], kind: Kind, grid: AngularGrid) -> UInt8[np.ndarray, "H W 3"]:
-    """Draw panels below each other.
+    """Draw panels, one below the other.
 
     Args:
         panels: at least one panel.

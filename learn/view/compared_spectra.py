@@ -1,4 +1,4 @@
-"""Comparison of a predicted spectrum with the true one: the panels that show them, and the numbers below."""
+"""Comparison of a predicted spectrum with the true one: the panels, and the numbers below them."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ def panels(
 
     Args:
         by: name of the method that predicts.
-        predicted: the predicted spectrum; None: there is no method that predicts, and no panel for it.
+        predicted: the predicted spectrum. None: nothing predicts, and there is no panel for it.
         name: name of the true spectrum, e.g. "recorded, spectrum 00001".
-        truth: the true spectrum; None: there is none, and its panel says so.
+        truth: the true spectrum. None: there is none, and its panel says so.
         grid: directions of the spectra's rows and columns.
         in_phase: show the phase of the complex field instead of the magnitude.
         in_db: show magnitudes in dB, below the maximum of each spectrum.
@@ -62,7 +62,7 @@ def panels(
             values = in_decibels(spectrum.values) if in_db else spectrum.values
             return Panel(title, values, colours, marks=marks)
         if field is None:
-            return Panel(f"{title}: no phase is known", None, colours)
+            return Panel(f"{title}: its phase is not known", None, colours)
         return Panel(
             f"{title}, phase",
             np.degrees(np.angle(field)),
@@ -86,13 +86,13 @@ def panels(
 
 
 def in_phase_with(field: Field | None, other: Field | None) -> Field | None:
-    """A field times the phase factor e^{jα} that minimises ‖field e^{jα} − other‖, which has α = ∠⟨field, other⟩.
+    """A field times the phase factor e^{jα} that minimises ‖field e^{jα} − other‖, with α = ∠⟨field, other⟩.
 
     The common phase of a predicted field is arbitrary, since a spectrum does not determine it.
 
     Args:
-        field: the field to turn; None is returned as None.
-        other: the field to compare it with; None: ``field`` is returned unchanged.
+        field: the field to turn. None is returned as None.
+        other: the field to compare it with. None: ``field`` is returned unchanged.
 
     >>> other = np.full((90, 360), 1j)
     >>> bool(np.allclose(in_phase_with(-2j * other, other), 2 * other))
@@ -109,9 +109,9 @@ def numbers(
     """The numbers below the panels, as Markdown.
 
     Args:
-        predicted: the predicted spectrum; None: there is none.
+        predicted: the predicted spectrum. None: there is none.
         name: name of the true spectrum.
-        truth: the true spectrum; None: there is none.
+        truth: the true spectrum. None: there is none.
         grid: directions of the spectra's rows and columns.
         milliseconds: duration of the prediction, milliseconds.
     """

@@ -41,7 +41,7 @@ def dots(radius: float, grid: AngularGrid) -> tuple[Float[np.ndarray, "dots 3"],
 class Ellipses(NamedTuple):
     """N_p ellipses on the hemisphere, whose semi-axes are one standard deviation of a primitive.
 
-    Each is a disc of radius 1 in the x–y plane that is first stretched, then turned, then moved.
+    Each is a disc of radius 1 in the x–y plane that is stretched first, then turned, then moved.
 
     Attributes:
         centres: positions on the hemisphere, metres, gateway frame.

@@ -1,4 +1,4 @@
-"""The 3D view of a tab: scene, gateway, hemisphere, transmitter, positions, directions, paths, and their checkboxes."""
+"""The 3D view of a tab, with the checkboxes that show and hide its layers."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from simulate.rays.tracer import TracedPath
 
 PATHS_SHOWN = 40
-"""Largest number of traced paths that are drawn; these are the strongest ones."""
+"""Largest number of traced paths that are drawn, the strongest ones."""
 
 PATH_COLOURS = Colours("plasma", -30.0, 0.0, " dB")
 """Colours of traced paths by their gain relative to the strongest path, dB."""
@@ -110,15 +110,15 @@ class Layers:
 
         Args:
             position: position of the transmitter, metres, world frame.
-            predicted: the predicted spectrum, 0…1; None: there is none.
-            true: the recorded or traced spectrum, 0…1; None: there is none.
-            paths: traced paths, the strongest first; None: this position is not traced yet.
+            predicted: the predicted spectrum, 0…1. None: there is none.
+            true: the recorded or traced spectrum, 0…1. None: there is none.
+            paths: traced paths, the strongest first. None: this position is not traced yet.
         """
         self._spectra = predicted, true
         self._colour_sphere()
         for node, spectrum in ((self._predicted, predicted), (self._true, true)):
             node.points = self._ray(spectrum)
-        with self._client.atomic():  # the browser must never see different numbers of points and colours
+        with self._client.atomic():  # the browser must always see as many colours as points
             self._paths.points, self._paths.colors = self._lines(paths or [])
         self._show_primitives(position)
 

@@ -1,4 +1,4 @@
-"""One browser tab: its transmitter, the predicted and the true spectrum at its position, and its controls."""
+"""One browser tab: its transmitter, its controls, and the predicted and the true spectrum at its position."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class Session:
     Args:
         client: the tab.
         subject: the run, dataset or scene that is shown.
-        tracing: the ray tracer; None: there is no scene.
+        tracing: the ray tracer. None: there is no scene.
     """
 
     def __init__(self, client: ClientHandle, subject: Subject, tracing: Tracing | None):
@@ -156,7 +156,7 @@ class Session:
                 self._changed.clear()
                 try:
                     self._show(self._position)
-                except Exception as error:  # if this thread ended, the tab would never change again
+                except Exception as error:  # without this thread, the tab would never change again
                     logging.getLogger("bisplat").exception(
                         "the viewer cannot show the transmitter at %s", self._position
                     )

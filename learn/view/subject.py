@@ -44,7 +44,7 @@ class Spectrum(NamedTuple):
 
     Attributes:
         values: the spectrum, 0…1.
-        field: the field, up to a common factor; None: it is not known.
+        field: the field, up to a common factor. None: it is not known.
     """
 
     values: SpectrumArray
@@ -68,9 +68,9 @@ class Subject:
 
     Attributes:
         name: name of the run, dataset or scene.
-        gateway: the gateway; if only a run is known, it is at the origin and looks along +z.
-        region: corners (min, max) of the box of transmitters, metres, world frame: the scene's transmitter region,
-            enlarged to contain the dataset's positions.
+        gateway: the gateway. If only a run is known, it is at the origin and looks along +z.
+        region: corners (min, max) of the box of transmitters, metres, world frame. It is the scene's transmitter
+            region, enlarged to contain the dataset's positions.
         scene: the scene.
         dataset: the dataset.
         parts: parts of the dataset: those of the run, or without a run the folder's own.
@@ -94,7 +94,7 @@ class Subject:
 
     @cached_property
     def known_region(self) -> Float[np.ndarray, "2 3"] | None:
-        """Corners (min, max) of the box of known positions, metres, world frame; None: nothing predicts."""
+        """Corners (min, max) of the box of known positions, metres, world frame. None: nothing predicts."""
         if self.dataset is not None and self.parts is not None and len(self.parts.known):
             known = self.dataset.positions[self.parts.known]
             return bounding_box(known)
@@ -109,14 +109,14 @@ class Subject:
 
     @cached_property
     def beamformer(self) -> Beamformer:
-        """The array and the grid of the run, else of the dataset, else of the scene on the default grid."""
+        """Array and grid: those of the run, or else of the dataset, or else the scene's array with the default grid."""
         if self.run is not None:
             return self.run.beamformer
         return Beamformer(PlanarArray.of(self.gateway)) if self.dataset is None else self.dataset.beamformer
 
     @property
     def propagation(self) -> tuple[Propagation, int]:
-        """Propagation settings of the ray tracer and seed of its rays: those the dataset was made with."""
+        """Propagation settings of the ray tracer and seed of its rays, those with which the dataset was made."""
         metadata = self.dataset.metadata if self.dataset else {}
         return Rays.of(metadata).propagation, seed_of_rays(metadata)
 
@@ -162,7 +162,7 @@ class Subject:
 
     @cached_property
     def scores(self) -> Float[np.ndarray, " K"]:
-        """SSIM of the first of the ``predictors`` for the spectra ``tested``; empty if there are none."""
+        """SSIM of the first of the ``predictors`` on the spectra ``tested``; empty if there are none."""
         if self.dataset is None or not self.predictors or not len(self.tested):
             return np.zeros(0)
         predict = next(iter(self.predictors.values()))
@@ -170,7 +170,7 @@ class Subject:
         return ssim(prediction, spectrum_of(self.dataset.pictures[self.tested]))
 
     def field(self, position: Position) -> Complex[np.ndarray, "90 360"] | None:
-        """The complex field of the run's prediction, up to a common factor; None: the model has no field.
+        """The complex field of the run's prediction, up to a common factor. None: the model has no field.
 
         Args:
             position: position of the transmitter, metres, world frame.
@@ -204,7 +204,7 @@ class Subject:
         return known, cKDTree(self.dataset.positions[known])
 
     def _nearest_known(self, position: Position) -> tuple[np.ndarray, np.ndarray]:
-        """Positions and spectra of the nearest known spectra, which are all that the baselines use."""
+        """Positions and spectra of the nearest known spectra, the only ones that the baselines use."""
         assert self.dataset is not None
         known, tree = self._known
         index = known[np.atleast_1d(tree.query(position, k=min(NEIGHBOURS, len(known)))[1])]
@@ -218,8 +218,8 @@ def subject(what: str) -> Subject:
         what: a run folder, a dataset folder, the name of a built-in scene, or a scene's YAML file.
 
     Raises:
-        InputError: ``what`` is none of these, or cannot be read. If the dataset of a run, or the scene of a dataset,
-            cannot be read, there is no error, but a sentence in ``missing``.
+        InputError: ``what`` is none of these, or cannot be read. If only the dataset of a run or the scene of a dataset
+            cannot be read, there is no error but a sentence in ``missing``.
     """
     folder = Path(what)
     if not folder.is_dir():
@@ -240,8 +240,8 @@ def subject(what: str) -> Subject:
         array = run.beamformer.array
         gateway = Gateway((0, 0, 0), (0, 0, 0, 1), array.rows, array.columns, array.spacing)
         missing = [
-            f"The dataset of this run is not there ({error}), so there are no recorded spectra and no scene. The "
-            "gateway is drawn at the origin, with its boresight upwards."
+            f"The dataset of this run cannot be read ({error}), so there are no recorded spectra and no scene. The "
+            "gateway is drawn at the origin with its boresight upwards."
         ]
         return Subject(folder.name, gateway, region, None, None, None, run, missing)
     return _with_scene(folder.name, dataset, parts, run)
@@ -254,16 +254,14 @@ def _with_scene(name: str, dataset: Dataset, parts: Split, run: Run | None) -> S
     region = bounding_box(dataset.positions)
     scene = None
     if "scene_file" not in dataset.metadata:
-        missing = [
-            "The dataset does not say which scene it was made in (a measured one has none), so there is no ray tracing."
-        ]
+        missing = ["The dataset names no scene (measured datasets have none), so there is no ray tracing."]
     else:
         try:
             complete_scene = load_scene(dataset.folder / dataset.metadata["scene_file"])
             scene, missing = seen_by(dataset, complete_scene), _other_gateways(complete_scene)
             region = bounding_box(np.vstack([region, scene.transmitter.region]))
         except (InputError, OSError) as error:
-            missing = [f"The scene of this dataset is not there ({error}), so there is no ray tracing."]
+            missing = [f"The scene of this dataset cannot be read ({error}), so there is no ray tracing."]
     return Subject(name, scene.gateway if scene else gateway, region, scene, dataset, parts, run, missing)
 
 
@@ -271,4 +269,4 @@ def _other_gateways(scene: Scene) -> list[str]:
     """A sentence that says that other gateways of the scene are not shown; empty if there are none."""
     if not scene.further_gateways:
         return []
-    return [f"The scene has {len(scene.by_gateway())} gateways; the viewer shows the spectra of the one that is drawn."]
+    return [f"The scene has {len(scene.by_gateway())} gateways. The viewer shows spectra of the one that is drawn."]

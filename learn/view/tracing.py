@@ -1,4 +1,4 @@
-"""Ray tracing for the viewer, by one tracer in its own thread, which all tabs share."""
+"""Ray tracing for the viewer: one tracer in its own thread, which all tabs share."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class Traced:
     Attributes:
         position: position of the transmitter, metres, world frame.
         spectrum: the spectrum of the traced responses.
-        paths: the paths, with the strongest first.
+        paths: the paths, the strongest first.
     """
 
     position: Position
@@ -37,8 +37,8 @@ class Traced:
 class Tracing:
     """Traces transmitter positions that tabs request.
 
-    Before the first position, the tracer searches for the chains of interactions in the scene, which takes some ten
-    seconds; after that, a position takes milliseconds.
+    Before the first position, the tracer searches for the chains of interactions in the scene, which takes about ten
+    seconds. After that, a position takes milliseconds.
 
     Args:
         scene: the scene that is traced.
@@ -48,7 +48,7 @@ class Tracing:
         seed: seed of the rays.
 
     Attributes:
-        state: a sentence for the page on what the tracer is doing, or why it cannot trace; empty: it is ready.
+        state: a sentence for the page: what the tracer is doing, or why it cannot trace. Empty: it is ready.
     """
 
     def __init__(
@@ -85,7 +85,7 @@ class Tracing:
     def _trace_requests(self) -> None:
         try:
             tracer = self._prepared()
-        except Exception as error:  # the page says why there is no ray tracing, and still shows everything else
+        except Exception as error:  # the page says why there is no ray tracing, and shows everything else
             logging.getLogger("bisplat").exception("the viewer has no ray tracing")
             self.state = f"no ray tracing: {error}"
             return
@@ -100,7 +100,7 @@ class Tracing:
                 spectrum = Spectrum.of(self._beamformer, tracer.responses(position[None])[0])
                 done(Traced(position, spectrum, tracer.paths(position)))
                 self.state = ""
-            except Exception as error:  # other positions, and other tabs, may have better luck
+            except Exception as error:  # tracing may still work at other positions, and for other tabs
                 logging.getLogger("bisplat").exception("the viewer cannot trace rays to %s", position)
                 self.state = f"no ray tracing: {error}"
 

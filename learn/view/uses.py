@@ -1,4 +1,4 @@
-"""Layers of the viewer about uses of a field: how sure a run is, where transmitters were located, where to measure."""
+"""Layers of the viewer for uses of a run: its standard deviation, located transmitters, and planned positions."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ CLOUD = 1200
 LOCATED, PLANNED = (230, 120, 0), (200, 0, 200)
 
 LOCATIONS = "evaluation/locations.csv"
-"""In a run folder; ``bisplat evaluate --locate`` writes it."""
+"""File in a run folder, written by ``bisplat evaluate --locate``."""
 
 
 class Cloud(NamedTuple):
@@ -32,7 +32,7 @@ class Cloud(NamedTuple):
 
     Attributes:
         positions: metres, world frame.
-        deviations: of a spectrum's values, 0…1.
+        deviations: standard deviations of a spectrum's values, 0…1.
     """
 
     positions: Float[np.ndarray, "n 3"]
@@ -40,7 +40,7 @@ class Cloud(NamedTuple):
 
 
 def cloud(subject: Subject) -> Cloud | None:
-    """How sure the subject's run is over the region of its known positions; None: it does not say."""
+    """Standard deviations of the run over the region of its known positions. None: the run states none."""
     run, region = subject.run, subject.known_region
     if run is None or region is None or run.deviation(region[:1]) is None:
         return None
@@ -52,7 +52,7 @@ def cloud(subject: Subject) -> Cloud | None:
 
 
 def located(subject: Subject) -> Float[np.ndarray, "K 2 3"] | None:
-    """Lines from true to located positions of test transmitters; None: the run's have not been located."""
+    """Lines from true to located positions of test transmitters. None: none have been located."""
     if subject.run is None or subject.dataset is None:
         return None
     path = subject.run.folder / LOCATIONS
@@ -71,7 +71,7 @@ def add_uses(client: ClientHandle, subject: Subject, size: float, switch: Callab
     Args:
         client: the tab.
         subject: what is shown.
-        size: of the view, metres.
+        size: size of the view, metres.
         switch: function that adds a checkbox for nodes, ``Layers._switch``.
     """
     if subject.planned is not None:
@@ -110,7 +110,7 @@ def _add_cloud(client: ClientHandle, subject: Subject, size: float) -> None:
         if box.value and not drawn:
             found = cloud(subject)
             if found is None:
-                raise InputError("expected a run that states how far it may be off, found one of an earlier version")
+                raise InputError("expected a run that states its standard deviation, found one that does not")
             scale = Colours(MAGNITUDE, float(found.deviations.min()), float(found.deviations.max()) + 1e-9, "")
             colours = colour_of(found.deviations, scale)
             drawn.append(_dots(client, "/deviation", found.positions, colours, 0.003 * size))

@@ -1,8 +1,8 @@
-"""Who may enter a page that viser serves: a browser, or a program, on this machine that has the printed address.
+"""Access control for a page that viser serves. Only browsers and programs with the printed address may open it.
 
-Any web site that the user visits can send requests to 127.0.0.1, and can give that address a name of its own (DNS
-rebinding). The Host and Origin headers tell such requests; the token in the address also keeps out the programs of
-other users.
+Any website that the user visits can send requests to 127.0.0.1, and can give this address a name of its own (DNS
+rebinding). The headers Host and Origin reveal such requests. The token in the address also keeps out programs of other
+users on this machine.
 """
 
 from __future__ import annotations
@@ -23,50 +23,50 @@ from websockets.http11 import Request, Response
 from scenes.files.errors import InputError
 
 NAMES = ("127.0.0.1", "localhost", "[::1]")
-"""Names of this machine in an address that is let in."""
+"""Names of this machine that are allowed in an address."""
 
 Process = Callable[[ServerConnection, Request], Awaitable[Response | None] | Response | None]
 
 
 def refusal(path: str, headers: Headers, port: int, token: str) -> str | None:
-    """Why a request is not let in; None: it is.
+    """Return why a request is refused; None if it is allowed.
 
     Args:
-        path: of the request, with its query.
-        headers: of the request.
-        port: that the page is served at.
-        token: that the path must begin with.
+        path: path of the request, with its query.
+        headers: headers of the request.
+        port: port of the page.
+        token: token that the path must begin with.
 
     >>> refusal("/secret", Headers(Host="127.0.0.1:8080"), 8080, "secret") is None
     True
     >>> refusal("/secret", Headers(Host="127.0.0.1:8080", Origin="http://elsewhere.org"), 8080, "secret")
-    'This page was asked for by another site.'
+    'This page cannot be used from another site.'
     """
     hosts = [host.lower() for host in headers.get_all("Host")]
     ending = ("", ":80") if port == 80 else (f":{port}",)  # browsers leave out the port of http
     if len(hosts) != 1 or hosts[0] not in [name + end for name in NAMES for end in ending]:
-        return f"This page is only at {NAMES[0]}:{port} or {NAMES[1]}:{port}, and under no other name."
+        return f"This page is only available at {NAMES[0]}:{port} or {NAMES[1]}:{port}."
     if any(origin.lower() != f"http://{hosts[0]}" for origin in headers.get_all("Origin")):
-        return "This page was asked for by another site."
+        return "This page cannot be used from another site."
     given = path.partition("?")[0].removeprefix("/").partition("/")[0]
     if not secrets.compare_digest(given.encode(errors="surrogateescape"), token.encode()):
-        return "Open the whole address that bisplat printed: the token at its end is missing or wrong."
+        return "Open the complete address that bisplat printed: the token at its end is missing or wrong."
     return None
 
 
 @contextlib.contextmanager
 def guard(token: str) -> Iterator[None]:
-    """Let the server that viser starts within this block refuse requests, before viser sees them.
+    """Make the server that viser starts within this block refuse requests before viser sees them.
 
-    viser has no option for this, so the function of ``websockets`` that it calls is replaced meanwhile. Pages and
-    websockets are refused with status 403, and the connection is closed. The address of the page is ``/TOKEN``, and
-    viser's page opens its websocket at its own address, so that both have the token.
+    viser has no option for this. So the function of ``websockets`` that it calls is replaced within the block. Refused
+    requests for pages and websockets get status 403, and their connection is closed. The address of the page is
+    ``/TOKEN``. viser's page opens its websocket at the same address, so both have the token.
 
     Args:
-        token: that the path of every request must begin with.
+        token: token that the path of every request must begin with.
 
     Raises:
-        InputError: viser has started its server in another way, so that it is not guarded; the command then ends.
+        InputError: viser has started its server in another way, and requests are not refused.
     """
     serve = websockets.asyncio.server.serve
     started: list[str] = []
@@ -87,4 +87,4 @@ def guard(token: str) -> Iterator[None]:
     finally:
         setattr(websockets.asyncio.server, "serve", serve)  # noqa: B010
     if not started:
-        raise InputError(f"viser {version('viser')} serves pages in a way that cannot be guarded; use version 1.1.1")
+        raise InputError(f"viser {version('viser')} serves pages in a way that cannot be protected; use version 1.1.1")

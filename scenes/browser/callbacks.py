@@ -1,4 +1,4 @@
-"""Callbacks of a page whose errors the user sees: viser itself only prints a traceback, and the panel stands still."""
+"""Callbacks of a page that show their errors to the user. viser only prints a traceback, and the panel freezes."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from scenes.files.errors import InputError, printable
 
 
 def shield(client: ClientHandle, callback: Callable[..., Any]) -> Callable[..., Any]:
-    """A callback that shows its errors as a notification, and goes on working.
+    """Wrap a callback so that it shows its errors as notifications and keeps working.
 
     Args:
         client: the browser tab.
         callback: a function or a coroutine function.
 
     Returns:
-        One of the same kind, which returns None after an error.
+        The wrapped callback, of the same kind. It returns None after an error.
     """
     if inspect.iscoroutinefunction(callback):
 
@@ -45,8 +45,8 @@ def shield(client: ClientHandle, callback: Callable[..., Any]) -> Callable[..., 
 def _shown_errors(client: ClientHandle) -> Iterator[None]:
     try:
         yield
-    except Exception as error:  # whatever it is, the tab must say it
+    except Exception as error:  # the tab must show any error
         if not isinstance(error, InputError | OSError):
             logging.getLogger("bisplat").exception("an error in a browser tab")
         name = "" if isinstance(error, InputError | OSError) else f"{type(error).__name__}: "
-        client.add_notification("That did not work", printable(f"{name}{error}"), color="red")
+        client.add_notification("Error", printable(f"{name}{error}"), color="red")

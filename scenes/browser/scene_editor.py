@@ -1,6 +1,6 @@
-"""``bisplat scene --view``: place and turn the gateway, move the region's corners, give objects materials, save.
+"""``bisplat scene --view``: move and turn the gateway, move the region's corners, assign materials, save the scene.
 
-Each tab edits a scene of its own, ``Editor.scene``. A scene is written only when its user presses the button.
+Each tab edits its own scene, ``Editor.scene``. The scene is written only when the user presses the button.
 """
 
 from __future__ import annotations
@@ -25,22 +25,22 @@ from scenes.storage.scene_yaml import write_scene
 
 Triple = tuple[float, float, float]
 CHOSEN = (255, 140, 0)
-"""Colour (RGB, 0…255) of the object whose material is shown."""
+"""Colour of the selected object, RGB, 0 to 255."""
 
 SHOWN_FILES = 3
-"""Largest number of files in the way that a notification names."""
+"""Most files that a notification names."""
 
 
 class Editor:
-    """A tab in which a scene is edited.
+    """A browser tab that edits a scene.
 
     Args:
         client: the browser tab.
-        scene: the scene to begin with.
-        folder: the folder that it is saved to, and no other.
+        scene: the scene at the start.
+        folder: the only folder that the scene can be saved to.
 
     Attributes:
-        scene: the scene as edited so far.
+        scene: the current state of the scene.
     """
 
     def __init__(self, client: ClientHandle, scene: Scene, folder: Path):
@@ -54,8 +54,9 @@ class Editor:
         for name, gateway in scene.further_gateways.items():
             add_gateway(api, gateway, scene.wavelength, 0.06 * self._size, f"/further/{name}")
         gui.add_markdown(
-            "Drag the arrows and rings of the gateway, and the arrows at the region's two corners. Click a thing in "
-            "the room to give it a material; walls, floor and ceiling let clicks through, choose them by name."
+            "Drag the arrows and rings of the gateway, and the arrows at two corners of the region. Click an object in "
+            "the room to select it, then choose its material. Select walls, floor and ceiling by name: they do not "
+            "react to clicks."
         )
         self._edit_gateway()
         self._edit_region()
@@ -65,18 +66,19 @@ class Editor:
                 label, [node for nodes in self._objects.values() for node in nodes if node.name.startswith(group)]
             )
         self._folder, self._saving = folder, Lock()
-        self._replaceable: dict[Path, str] = {}  # what this tab wrote itself, by its digest
-        self._in_the_way: Mapping[Path, str] = {}  # what the user was asked about
+        self._replaceable: dict[Path, str] = {}  # files that this tab has written, with their digests
+        self._in_the_way: Mapping[Path, str] = {}  # files that the user was asked about
         gui.add_text("saved to folder", printable(str(folder.absolute())), disabled=True)
-        gui.add_button("Save scene.yaml").on_click(self._shield(lambda event: self.save()))
-        self._replace_button = gui.add_button("Replace", color="red", visible=False)
+        save_button = gui.add_button("Save scene.yaml")
+        self._replace_button = gui.add_button("Replace", color="red", visible=False)  # before a click can come
+        save_button.on_click(self._shield(lambda event: self.save()))
         self._replace_button.on_click(self._shield(lambda event: self.save(self._in_the_way)))
 
     def save(self, replaceable: Mapping[Path, str] | None = None) -> None:
-        """Write the scene to the folder; where files are in the way that this tab did not write, ask instead.
+        """Write the scene to the folder. If this would replace files that this tab did not write, ask the user first.
 
         Args:
-            replaceable: files that may be replaced, as long as they have these digests (SHA-256).
+            replaceable: SHA-256 digests of files that may be replaced, by path. A file with another digest is kept.
 
         Raises:
             InputError: ``write_scene`` refuses the scene or the folder.
@@ -101,8 +103,8 @@ class Editor:
         more = f" and {count - SHOWN_FILES} more" if count > SHOWN_FILES else ""
         self._client.add_notification(
             "Not saved yet",
-            f"The folder already has {', '.join(names[:SHOWN_FILES])}{more}, which this tab did not write. "
-            f'Press "{self._replace_button.label}" to replace.',
+            f"The folder already contains {', '.join(names[:SHOWN_FILES])}{more}, not written by this tab. "
+            f'Press "{self._replace_button.label}" to overwrite.',
             color="orange",
         )
 
@@ -121,7 +123,7 @@ class Editor:
         with gui.add_folder("Gateway"):
             position = gui.add_vector3("position (m)", gateway.position, step=0.01)
             boresight = gui.add_vector3(
-                "boresight", _boresight(self.scene), step=0.01, hint="its y axis is put upwards"
+                "boresight", _boresight(self.scene), step=0.01, hint="the y axis of the array points up"
             )
 
         @handle.on_update
@@ -134,11 +136,11 @@ class Editor:
             frame.position, frame.wxyz = (x, y, z), event.target.wxyz
             position.value, boresight.value = (x, y, z), _boresight(self.scene)  # type: ignore[misc]
 
-        # What is typed moves the handle, but no other field: the user may be in the middle of one.
+        # Typing moves the handle, but changes no other field: the user may be editing it.
         @position.on_update
         @self._shield
         async def _(event) -> None:
-            if event.client is not None:  # typed, not set by us
+            if event.client is not None:  # typed by the user, not set by this program
                 self._replace_gateway(position=position.value)
                 handle.position = frame.position = position.value
 
@@ -150,7 +152,7 @@ class Editor:
                 handle.wxyz = frame.wxyz = wxyz(self.scene.gateway.orientation)
 
     def _held(self, event: TransformControlsEvent) -> bool:
-        """Whether the user's hand is on the handle: a handle that is moved by what was typed reports a pose as well."""
+        """Whether the user is dragging the handle. A handle that moves because of typing also sends events."""
         if event.phase == "start":
             self._holding = True
         held = self._holding
@@ -237,13 +239,13 @@ class Editor:
             try:
                 self.assign(which.value, material.value)
             except InputError as error:
-                self._client.add_notification("Not that one", str(error), color="red")
+                self._client.add_notification("Material not available", str(error), color="red")
                 choose(which.value)
                 return
             self._colour(which.value)
 
     def assign(self, name: str, material: str) -> None:
-        """Make an object of a material: one of the scene's, or of ITU-R P.2040.
+        """Assign a material of the scene or of ITU-R P.2040 to an object.
 
         Raises:
             InputError: P.2040 does not give that material at the scene's frequency.

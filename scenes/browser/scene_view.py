@@ -1,4 +1,4 @@
-"""A scene in a browser, by viser: objects in their materials' colours, gateways, the transmitter region."""
+"""Show a scene in a browser with viser: objects in the colours of their materials, gateways, transmitter region."""
 
 from __future__ import annotations
 
@@ -14,26 +14,26 @@ from scenes.scene.description import Gateway, Quaternion, Scene
 
 GATEWAY, REGION = (220, 20, 60), (40, 160, 80)
 WALL_OPACITY = 0.18
-"""Opacity of floor, walls and ceiling, through which the inside is seen from outside."""
+"""Opacity of floor, walls and ceiling, so that the inside is visible from outside."""
 
 FIELD_OF_VIEW = 45.0
 """Vertical field of view of the camera, degrees."""
 
 
 def wxyz(orientation: Quaternion) -> tuple[float, float, float, float]:
-    """A quaternion in viser's order, from scipy's."""
+    """Convert a quaternion from SciPy's order to viser's."""
     x, y, z, w = orientation
     return w, x, y, z
 
 
 def xyzw(orientation: np.ndarray) -> Quaternion:
-    """A quaternion in scipy's order, from viser's."""
+    """Convert a quaternion from viser's order to SciPy's."""
     w, x, y, z = (float(c) for c in orientation)
     return x, y, z, w
 
 
 def add_objects(api: SceneApi, scene: Scene) -> dict[str, list[SceneNodeHandle]]:
-    """Draw the objects under /walls and /furniture; returns each object's nodes."""
+    """Draw the objects under /walls and /furniture. Return the nodes of each object by name."""
     api.add_frame("/walls", show_axes=False)
     api.add_frame("/furniture", show_axes=False)
     nodes: dict[str, list[SceneNodeHandle]] = {}
@@ -61,11 +61,17 @@ def add_objects(api: SceneApi, scene: Scene) -> dict[str, list[SceneNodeHandle]]
 
 
 def add_gateway(api: SceneApi, gateway: Gateway, wavelength: float, size: float, name: str = "/gateway") -> FrameHandle:
-    """Draw a gateway as the plate its array fills, with its boresight; children of the frame are in its frame.
+    """Draw a gateway as a plate of the array's size, with an arrow along its boresight.
 
     Args:
-        wavelength: metres.
-        size: length of the boresight's arrow, metres.
+        api: the tab's scene.
+        gateway: the gateway.
+        wavelength: wavelength, metres.
+        size: length of the arrow, metres.
+        name: name of the node.
+
+    Returns:
+        The gateway frame. Its children are in gateway coordinates.
     """
     frame = api.add_frame(
         name, wxyz=wxyz(gateway.orientation), position=gateway.position, axes_length=size / 3, axes_radius=size / 120
@@ -79,16 +85,18 @@ def add_gateway(api: SceneApi, gateway: Gateway, wavelength: float, size: float,
 
 
 def add_region(api: SceneApi, region: Float[np.ndarray, "2 3"], name: str = "/region") -> LineSegmentsHandle:
-    """Draw a box by its edges.
+    """Draw the edges of a box.
 
     Args:
+        api: the tab's scene.
         region: lowest and highest corner, metres.
+        name: name of the node.
     """
     return api.add_line_segments(name, edges(region), REGION, thickness=2, thickness_units="screen")
 
 
 def edges(region: Float[np.ndarray, "2 3"]) -> Float[np.ndarray, "12 2 3"]:
-    """The edges of a box.
+    """Return the edges of a box by their two ends.
 
     >>> edges(np.array([[0, 0, 0], [1, 1, 1]])).shape
     (12, 2, 3)
@@ -100,7 +108,7 @@ def edges(region: Float[np.ndarray, "2 3"]) -> Float[np.ndarray, "12 2 3"]:
 
 
 def from_outside(bounds: Float[np.ndarray, "2 3"]) -> tuple[np.ndarray, np.ndarray]:
-    """Where a camera of ``FIELD_OF_VIEW`` sees all of a box: its position and what it looks at, metres."""
+    """Return the position of a camera that sees a whole box, and the point that it looks at, metres."""
     low, high = bounds
     size = float(np.linalg.norm(high - low))
     direction = Rotation.from_euler("ZY", [-125.0, -45.0], degrees=True).apply([1, 0, 0])  # from low x and low y
@@ -110,13 +118,13 @@ def from_outside(bounds: Float[np.ndarray, "2 3"]) -> tuple[np.ndarray, np.ndarr
 def on_screen(
     point: Float[np.ndarray, " 3"], bounds: Float[np.ndarray, "2 3"], width: float, height: float
 ) -> tuple[float, float]:
-    """Pixel at which a page shows a point before its camera is moved (for those who work it with a mouse of their own).
+    """Return the pixel at which a page shows a point before its camera moves, for programs that operate the mouse.
 
     Args:
-        point: world frame, metres.
-        bounds: what ``set_up`` was given.
-        width: of the canvas, pixels.
-        height: of the canvas, pixels.
+        point: the point, metres, world frame.
+        bounds: the argument of ``set_up``.
+        width: width of the canvas, pixels.
+        height: height of the canvas, pixels.
 
     >>> on_screen(np.array([1.0, 1.0, 1.0]), np.array([[0, 0, 0], [2, 2, 2]]), 800, 600)  # the middle
     (400.0, 300.0)
@@ -132,7 +140,7 @@ def on_screen(
 
 
 def set_up(client: ClientHandle, bounds: Float[np.ndarray, "2 3"]) -> None:
-    """Light, panel and camera of a tab, the whole box in view."""
+    """Set up the light, the panel and the camera of a tab, with the whole box in view."""
     client.scene.set_up_direction("+z")
     client.scene.configure_default_lights(cast_shadow=False)
     style: dict[str, Any] = {"control_layout": "fixed", "control_width": "large"}

@@ -1,4 +1,4 @@
-"""A page that viser serves to this machine's browser until Ctrl-C."""
+"""Serve a page with viser to a browser on this machine, until Ctrl-C."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ HOST = "127.0.0.1"
 
 
 def serve(title: str, port: int, open_tab: Callable[[ClientHandle], Callable[[], None] | None]) -> None:
-    """Serve a page until interrupted, and print its address; ``serving`` explains the arguments."""
+    """Print the address of a page and serve it until Ctrl-C. ``serving`` explains the arguments."""
     with serving(title, port, open_tab) as address:
         print(f"{address}  (Ctrl-C ends it)", flush=True)
         with contextlib.suppress(KeyboardInterrupt):
@@ -31,20 +31,23 @@ def serve(title: str, port: int, open_tab: Callable[[ClientHandle], Callable[[],
 
 @contextlib.contextmanager
 def serving(title: str, port: int, open_tab: Callable[[ClientHandle], Callable[[], None] | None]) -> Iterator[str]:
-    """Serve a page within a block, which gets its address. The address has a token (``scenes.browser.access``).
+    """Serve a page within a block.
 
     Args:
-        title: of the page's panel.
-        port: first to try; where it is taken, the next free one is used.
-        open_tab: builds a browser tab, which has a state of its own; returns what to call when it is closed, if any.
-            Its errors are shown in the tab.
+        title: title of the page's panel.
+        port: first port to try. If it is in use, the next free one is used.
+        open_tab: builds a browser tab, which has its own state. It may return a function to call when the tab is
+            closed. Its errors are shown in the tab.
+
+    Yields:
+        The address of the page, with its token (``scenes.browser.access``).
 
     Raises:
-        ParameterError: a port that this user may not open, or from which on all are taken.
+        ParameterError: the user may not open the port, or all ports from it on are in use.
     """
     free = _free_port(port)
-    logging.getLogger("websockets").setLevel(logging.CRITICAL)  # a browser that goes away is no error
-    warnings.filterwarnings("ignore", r"Queued a \w+ on a closed connection")  # viser: for a tab that is just closed
+    logging.getLogger("websockets").setLevel(logging.CRITICAL)  # a browser that disconnects is not an error
+    warnings.filterwarnings("ignore", r"Queued a \w+ on a closed connection")  # viser, for a tab that has just closed
     token = secrets.token_urlsafe()
     with guard(token), contextlib.redirect_stdout(io.StringIO()):  # hides viser's own message with the address
         server = ViserServer(host=HOST, port=free, label=title, verbose=False)
@@ -55,7 +58,7 @@ def serving(title: str, port: int, open_tab: Callable[[ClientHandle], Callable[[
         close = shield(client, open_tab)(client)
         if close is not None:
             closing[client.client_id] = close
-        if client.client_id not in server.get_clients():  # gone before it was built
+        if client.client_id not in server.get_clients():  # the tab was closed while it was being built
             closing.pop(client.client_id, lambda: None)()
 
     @server.on_client_disconnect
@@ -63,7 +66,7 @@ def serving(title: str, port: int, open_tab: Callable[[ClientHandle], Callable[[
         closing.pop(client.client_id, lambda: None)()
 
     if server.get_port() != port:
-        say(f"port {port} is taken")
+        say(f"port {port} is taken; the page is at port {server.get_port()}")
     try:
         yield f"http://{HOST}:{server.get_port()}/{token}"
     finally:
@@ -74,10 +77,12 @@ def serving(title: str, port: int, open_tab: Callable[[ClientHandle], Callable[[
 
 
 def _free_port(first: int) -> int:
-    """The first port from one on that is free; viser does not return where it finds none."""
+    """Return the first free port from a number on. viser itself would never return if there is none."""
     for port in range(first, 65536) if first > 0 else ():
         with socket.socket() as probe:
-            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as viser's server: not if only just left
+            probe.setsockopt(
+                socket.SOL_SOCKET, socket.SO_REUSEADDR, 1
+            )  # as viser's server, so that a port that was just closed is free
             try:
                 probe.bind((HOST, port))
                 return port

@@ -1,1 +1,1 @@
-"""Whether a scene is possible: what is enclosed, what is occupied, and whether the gateway's array is in the open."""
+"""Check whether a scene is possible: occupied space, enclosed space, and obstacles to the gateway's array."""

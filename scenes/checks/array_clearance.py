@@ -1,6 +1,6 @@
-"""Whether a gateway's array is in the open: no element on a surface, and no surface between two of its elements.
+"""Check whether a gateway's array is in the open: no element on a surface, and no surface between elements.
 
-A wall is a sheet without an inside, so ``scenes.checks.occupancy`` does not find an array that reaches through it.
+A wall is a sheet without an inside. So ``scenes.checks.occupancy`` does not notice an array that reaches through it.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ from trimesh.triangles import closest_point
 from scenes.scene.description import Gateway, SceneObject
 
 TOUCHING = 1e-3
-"""Metres; rays from an element nearer to a surface may begin on either side of it."""
+"""Metres. Rays from an element that is nearer to a surface may start on either side of it."""
 
 
 class Obstruction(NamedTuple):
     """An element of an array that is not in the open.
 
     Attributes:
-        element: its position, metres, world frame.
+        element: position of the element, metres, world frame.
         object: name of the object.
-        where: "on" the object's surface, or "behind" it, seen from the gateway's position.
+        where: "on" the object's surface, or "behind" it as seen from the gateway's position.
     """
 
     element: Float[np.ndarray, " 3"]
@@ -34,11 +34,11 @@ class Obstruction(NamedTuple):
 
 
 def element_positions(gateway: Gateway, wavelength: float) -> Float[np.ndarray, "elements 3"]:
-    """Where a gateway's elements are, metres, world frame.
+    """Return the positions of a gateway's elements, metres, world frame.
 
     Args:
-        gateway: its position, orientation, rows, columns and spacing are used.
-        wavelength: metres.
+        gateway: the gateway.
+        wavelength: wavelength, metres.
 
     >>> element_positions(Gateway((1, 0, 2), (0, 0, 0, 1), rows=1, columns=2), wavelength=0.2).tolist()
     [[0.95, 0.0, 2.0], [1.05, 0.0, 2.0]]
@@ -50,15 +50,15 @@ def element_positions(gateway: Gateway, wavelength: float) -> Float[np.ndarray, 
 
 
 def obstruction(gateway: Gateway, wavelength: float, objects: Iterable[SceneObject]) -> Obstruction | None:
-    """The first element that lies on an object's surface, or behind one as seen from the gateway's position.
+    """Find an element on an object's surface, or behind one as seen from the gateway's position.
 
     Args:
         gateway: the receiver.
-        wavelength: metres.
+        wavelength: wavelength, metres.
         objects: objects of the scene.
 
     Returns:
-        That element and the object; None: the whole array is in the open.
+        The first such element with its object; None if the whole array is in the open.
 
     >>> from scenes.scene.shapes import sheet
     >>> wall = SceneObject("wall", sheet((0, -2, 0), (0, 4, 0), (0, 0, 3)), "brick")
@@ -84,18 +84,18 @@ def obstruction(gateway: Gateway, wavelength: float, objects: Iterable[SceneObje
 def crosses(
     starts: Float[np.ndarray, "*n 3"], ends: Float[np.ndarray, "n 3"], triangle: Float[np.ndarray, "3 3"]
 ) -> Bool[np.ndarray, " n"]:
-    """Whether straight lines cross a triangle (Möller and Trumbore [moller1997]).
+    """Whether straight lines cross a triangle, by the method of Möller and Trumbore [moller1997].
 
     Args:
-        starts: where each line begins, or all of them; metres.
-        ends: where each ends, metres.
-        triangle: its corners, metres.
+        starts: start of each line, or one start for all of them, metres.
+        ends: end of each line, metres.
+        triangle: corners of the triangle, metres.
     """
     corner, u, v = triangle[0], triangle[1] - triangle[0], triangle[2] - triangle[0]
     along, from_corner = ends - starts, starts - corner
     p, q = np.cross(along, v), np.cross(from_corner, u)
     determinant = p @ u
-    # A line in the triangle's plane crosses nothing; of an array's elements, its ends are found to touch.
+    # A line in the plane of the triangle crosses nothing. Elements there are found to touch it.
     scale = np.where(determinant == 0, np.inf, determinant)
     a, b, t = (p * from_corner).sum(axis=-1) / scale, (along * q).sum(axis=-1) / scale, (q @ v) / scale
     return (determinant != 0) & (a >= 0) & (b >= 0) & (a + b <= 1) & (t >= 0) & (t <= 1)

@@ -1,6 +1,6 @@
-"""Which of a picture's triangles is nearest at each pixel, so that what is behind is hidden.
+"""Find the nearest triangle at each pixel of a drawing, to hide what is behind it.
 
-Matplotlib sorts whole triangles by their middles, and draws half of a whiteboard behind its wall.
+Matplotlib sorts whole triangles by their centres. It would draw half of a whiteboard behind its wall.
 """
 
 from __future__ import annotations
@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 PAIRS = 4_000_000
-"""Pairs of a triangle and a pixel that are looked at together, which bounds the memory."""
+"""Most pairs of a triangle and a pixel that are processed together. This limits the memory."""
 
 
 @dataclass(frozen=True)
@@ -19,9 +19,9 @@ class DepthBuffer:
     """The nearest triangle at each pixel.
 
     Attributes:
-        extent: left, right, bottom and top edge of the picture, in the units of the triangles.
-        depth: depth of the nearest triangle, infinite where there is none; row 0 is at the bottom.
-        nearest: index of that triangle, −1 where there is none.
+        extent: left, right, bottom and top edge of the drawing, in the units of the triangles.
+        depth: depth of the nearest triangle, infinite if there is none. Row 0 is at the bottom.
+        nearest: index of the nearest triangle, −1 if there is none.
     """
 
     extent: tuple[float, float, float, float]
@@ -29,11 +29,11 @@ class DepthBuffer:
     nearest: Int[np.ndarray, "rows columns"]
 
     def shows(self, points: Float[np.ndarray, "n 3"], tolerance: float) -> Bool[np.ndarray, " n"]:
-        """Whether no triangle is before a point.
+        """Whether each point is visible: no triangle is in front of it.
 
         Args:
-            points: across, up, and depth.
-            tolerance: depth by which a triangle may be before a point that lies on it.
+            points: coordinates across, up, and depth.
+            tolerance: how far in front of a point on its surface a triangle may seem to be.
         """
         left, right, bottom, top = self.extent
         rows, columns = self.depth.shape
@@ -45,10 +45,10 @@ class DepthBuffer:
 def barycentric(
     a: Float[np.ndarray, "n 2"], b: Float[np.ndarray, "n 2"], c: Float[np.ndarray, "n 2"]
 ) -> tuple[Float[np.ndarray, "n 3"], Bool[np.ndarray, " n"]]:
-    """Weights of the corners of flat triangles that add up to the origin, and whether the triangle covers it.
+    """Return the barycentric coordinates of the origin in flat triangles, and whether each triangle covers it.
 
     Args:
-        a: first corner.
+        a: first corner of each triangle.
         b: second corner.
         c: third corner.
 
@@ -58,7 +58,7 @@ def barycentric(
     """
     parts = np.stack([u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0] for u, v in ((b, c), (c, a), (a, b))], axis=1)
     whole = parts.sum(axis=1, keepdims=True)
-    weights = parts / np.where(whole == 0, np.nan, whole)  # a triangle seen from its edge covers nothing
+    weights = parts / np.where(whole == 0, np.nan, whole)  # a triangle seen edge-on covers nothing
     return weights, np.all(weights >= 0, axis=1)
 
 
@@ -68,9 +68,9 @@ def depth_buffer(
     """Find the nearest triangle at each pixel.
 
     Args:
-        triangles: corners on the screen, each across, up, and depth (larger is farther away).
-        extent: left, right, bottom and top edge of the picture.
-        columns: number of pixels across; they are square.
+        triangles: corners on the screen: across, up, and depth, which grows with the distance from the viewer.
+        extent: left, right, bottom and top edge of the drawing.
+        columns: number of pixels across. Pixels are square.
 
     >>> near, far = [[0, 0, 1], [2, 0, 1], [0, 2, 1]], [[0, 0, 5], [4, 0, 5], [0, 4, 5]]
     >>> depth_buffer(np.array([far, near], dtype=float), (0, 4, 0, 4), 4).nearest[::-1]
@@ -83,7 +83,9 @@ def depth_buffer(
     pixel = (right - left) / columns
     rows = max(1, round((top - bottom) / pixel))
     depth, nearest = np.full(rows * columns, np.inf), np.full(rows * columns, -1)
-    corners = (triangles[:, :, :2] - [left, bottom]) / pixel - 0.5  # pixels, whole numbers in their middles
+    corners = (
+        triangles[:, :, :2] - [left, bottom]
+    ) / pixel - 0.5  # in pixels, with whole numbers at the centres of pixels
     first = np.ceil(corners.min(axis=1)).clip(0).astype(int)
     last = np.floor(corners.max(axis=1)).clip(-1, [columns - 1, rows - 1]).astype(int)
     wide, high = (last - first + 1).clip(0).T
@@ -100,7 +102,9 @@ def depth_buffer(
         which, at = which[covered], (up * columns + across)[covered]
         z = (weights[covered] * triangles[which, :, 2]).sum(axis=1)
         nearer = np.flatnonzero(z < depth[at])
-        nearer = nearer[np.argsort(-z[nearer], kind="stable")]  # of several for a pixel, the last is kept
+        nearer = nearer[
+            np.argsort(-z[nearer], kind="stable")
+        ]  # of several triangles at a pixel, the last one written remains
         depth[at[nearer]], nearest[at[nearer]] = z[nearer], which[nearer]
         start = stop
     return DepthBuffer(extent, depth.reshape(rows, columns), nearest.reshape(rows, columns))

@@ -1,4 +1,4 @@
-"""What encloses a place: its floor, walls and ceiling, and where a drawing opens them so that the inside is seen."""
+"""Find the floor, walls and ceiling of a scene, and where a drawing opens them to show the inside."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from scenes.scene.description import Scene, SceneObject
 from scenes.scene.shapes import bounding_box
 
 Plane = tuple[Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]]
-"""A point of a plane, metres, and the normal that points to the side that is drawn."""
+"""A point of a plane, metres, and the normal, which points to the side that is drawn."""
 
 UNDER_CEILING = 0.05
-"""Metres below a ceiling at which a room is opened, so that ceilings that are not quite level go too."""
+"""Distance below the ceiling at which a room is opened, metres. It removes slightly sloped ceilings, too."""
 
 WALL_REACH = 0.4
-"""Metres from the outermost surface within which a wall's inner side and its panes and doors lie."""
+"""Distance from the outermost surface within which a wall's inner side, windows and doors are, metres."""
 
 
 def enclosing(scene: Scene, item: SceneObject, triangles: Float[np.ndarray, "n 3 3"]) -> Bool[np.ndarray, " n"]:
-    """Which triangles of an object enclose the place: floor, walls, ceiling, and panes and doors in them.
+    """Whether each triangle of an object encloses the scene: floor, walls, ceiling, windows and doors.
 
     Args:
         scene: the scene.
@@ -36,15 +36,15 @@ def enclosing(scene: Scene, item: SceneObject, triangles: Float[np.ndarray, "n 3
     against = np.minimum(box[1] - low, high - box[0]) < 0.25  # m; a thick wall or slab at the edge
     if any(against[axis] and np.delete(wide, axis).all() for axis in range(3)):
         return np.ones(len(triangles), dtype=bool)
-    flush = (triangles.max(axis=1) < low + 0.06) | (triangles.min(axis=1) > high - 0.06)  # panes, doors
+    flush = (triangles.max(axis=1) < low + 0.06) | (triangles.min(axis=1) > high - 0.06)  # windows, doors
     return flush[:, 2] | (flush[:, :2].any(axis=1) & wide[2])
 
 
 def cut(triangles: Float[np.ndarray, "n 3 3"], planes: Sequence[Plane]) -> Float[np.ndarray, "m 3 3"]:
-    """The parts of triangles on the drawn side of every plane.
+    """Cut triangles and keep the parts on the drawn side of every plane.
 
     Args:
-        triangles: metres.
+        triangles: the triangles, metres.
         planes: the planes.
 
     >>> wall = np.array([[[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 2.0]]])
@@ -60,13 +60,13 @@ def cut(triangles: Float[np.ndarray, "n 3 3"], planes: Sequence[Plane]) -> Float
 
 
 def ceiling_height(scene: Scene, triangles: Float[np.ndarray, "n 3 3"]) -> float:
-    """Height of the ceiling over gateways and transmitter region, metres; infinite where one of them has none.
+    """Return the height of the ceiling above the gateways and the transmitter region, metres.
 
-    The roof of a building that no antenna is in is no ceiling.
+    It is infinite if one of them has no ceiling. The roof of a building without antennas does not count.
 
     Args:
         scene: the scene.
-        triangles: of all its objects, metres.
+        triangles: triangles of all its objects, metres.
     """
     low, high = scene.transmitter.region
     steps = [(0.1, 0.3, 0.5, 0.7, 0.9)] * 2
@@ -76,13 +76,13 @@ def ceiling_height(scene: Scene, triangles: Float[np.ndarray, "n 3 3"]) -> float
     ]
     gateways = (scene.gateway, *scene.further_gateways.values())
     over_gateways = [_lowest_above(np.array(gateway.position), triangles) for gateway in gateways]
-    # The median, since a lamp or a duct over a part of the region is no ceiling.
+    # The median, since a lamp or a duct above a part of the region is not a ceiling.
     heights = [float(np.median(over_region)), *over_gateways]
     return min(heights) if max(heights) < np.inf else np.inf
 
 
 def _lowest_above(point: Float[np.ndarray, " 3"], triangles: Float[np.ndarray, "n 3 3"]) -> float:
-    """Height of the first surface straight above a point, metres; infinite where there is none."""
+    """Return the height of the first surface straight above a point, metres, or infinity if there is none."""
     a, b, c = np.moveaxis(triangles[:, :, :2] - point[:2], 1, 0)
     weights, covered = barycentric(a, b, c)
     heights = (weights[covered] * triangles[covered][:, :, 2]).sum(axis=1)
@@ -90,33 +90,33 @@ def _lowest_above(point: Float[np.ndarray, " 3"], triangles: Float[np.ndarray, "
 
 
 def opened_ceiling(height: float) -> list[Plane]:
-    """The plane just below a ceiling at a height in metres; none for an infinite height."""
+    """Return the plane just below a ceiling at a height in metres, or none for an infinite height."""
     return [(np.array([0, 0, height - UNDER_CEILING]), np.array([0.0, 0.0, -1.0]))] if height < np.inf else []
 
 
 def opened_walls(
     scene: Scene, triangles: Float[np.ndarray, "n 3 3"], viewer: Float[np.ndarray, " 3"], roofed: bool
 ) -> list[Plane]:
-    """The inner sides of a room's outer walls that a viewer has before the inside.
+    """Return the inner sides of a room's outer walls that are between the viewer and the inside.
 
-    A room is what has a ceiling, or at least three outer walls. An outer wall is upright surfaces in one plane that
-    together are long and high, with the antennas on one side and nothing else on the other.
+    A room has a ceiling or at least three outer walls. An outer wall consists of upright surfaces in one plane that
+    together are long and high. The antennas are on one side of it, and nothing is on the other.
 
     Args:
         scene: the scene.
-        triangles: of all its objects, metres.
+        triangles: triangles of all its objects, metres.
         viewer: direction to the viewer.
         roofed: whether the antennas are below a ceiling.
     """
     walls = _outer_walls(scene, triangles)
     if not roofed and len(walls) < 3:
         return []
-    # A millimetre inside, so that the wall's own surface goes.
+    # A millimetre inside, so that the wall's own surface is removed.
     return [((offset - 1e-3) * out, -out) for out, offset in walls if out @ viewer > 0]
 
 
 def _outer_walls(scene: Scene, triangles: Float[np.ndarray, "n 3 3"]) -> list[tuple[np.ndarray, float]]:
-    """Outward normal and distance from the origin of each outer wall's inner side."""
+    """Return the outward normal of each outer wall, and the distance of its inner side from the origin."""
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True).clip(1e-30)
     upright = np.abs(normals[:, 2]) < 0.02

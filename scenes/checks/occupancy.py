@@ -1,4 +1,4 @@
-"""Which points lie inside a solid object, where neither a gateway nor a transmitter can be."""
+"""Find points inside solid objects, where neither a gateway nor a transmitter can be."""
 
 from __future__ import annotations
 
@@ -10,21 +10,22 @@ from trimesh import Trimesh
 from scenes.scene.description import Scene
 
 CHUNK = 200_000
-"""Point-triangle pairs computed at a time, which bounds the memory of the solid angles."""
+"""Pairs of a point and a triangle that are computed at a time. This limits the memory."""
 
 
 def winding_number(points: Float[np.ndarray, "n 3"], triangles: Float[np.ndarray, "t 3 3"]) -> Float[np.ndarray, " n"]:
-    """How often a surface wraps around each point: ±1 inside a closed surface, 0 outside.
+    """Return how often a surface wraps around each point: ±1 inside a closed surface, 0 outside.
 
-    Sum of the triangles' signed solid angles over 4π, each by Van Oosterom and Strackee [vanoosterom1983]:
+    It is the sum of the signed solid angles Ω of the triangles, divided by 4π. With vectors a, b, c from the point to
+    the corners of a triangle [vanoosterom1983]::
 
         tan(Ω/2) = a·(b × c) / (|a||b||c| + (a·b)|c| + (b·c)|a| + (c·a)|b|)
 
-    with a, b, c from the point to the corners. Counting the crossings of a ray instead would fail where the ray runs
-    along an edge or a face, which is common among boxes.
+    The alternative is to count the crossings of a ray. It fails if the ray runs along an edge or a face, which is
+    common with boxes.
 
     Args:
-        points: metres.
+        points: the points, metres.
         triangles: corners of the surface's triangles, metres.
 
     Returns:
@@ -48,17 +49,17 @@ def winding_number(points: Float[np.ndarray, "n 3"], triangles: Float[np.ndarray
 
 
 def merge_corners(mesh: Trimesh) -> Trimesh:
-    """A copy whose faces share corners; files repeat them per face or per normal, and then no component is closed."""
+    """Return a copy whose faces share corners. If a file repeats them for each face or normal, no part is closed."""
     copy = Trimesh(mesh.vertices, mesh.faces, process=False)
     copy.merge_vertices()
     return copy
 
 
 def closed_parts(mesh: Trimesh) -> list[Trimesh]:
-    """The connected components of a mesh that bound a volume, wound consistently; sheets and open shells have none."""
+    """Return the closed parts of a mesh, wound consistently. Sheets and open shells have none."""
     parts = list(merge_corners(mesh).split(only_watertight=True, repair=False))
     for part in parts:
-        trimesh.repair.fix_winding(part)  # the solid angles of triangles wound in opposite senses would cancel
+        trimesh.repair.fix_winding(part)  # solid angles of triangles with opposite winding would cancel
     return parts
 
 
@@ -70,30 +71,30 @@ def _inside(points: Float[np.ndarray, "n 3"], part: Trimesh) -> Bool[np.ndarray,
 
 
 def holds_antennas(scene: Scene, part: Trimesh) -> bool:
-    """Whether a closed surface is that of the room: the gateway and the whole transmitter region are within it.
+    """Whether a closed part is the room: it contains the gateway and the whole transmitter region.
 
     Args:
         scene: the scene.
         part: one of ``closed_parts``.
     """
-    # The region is shrunk by a thousandth, so that a region that reaches the walls is still inside the room.
+    # The region is shrunk by a thousandth. A region that reaches the walls is still inside the room.
     corners = scene.transmitter.corners()
     corners = corners + 1e-3 * (corners.mean(axis=0) - corners)
     return bool(_inside(np.vstack([corners, scene.gateway.position]), part).all())
 
 
 def blocking_object(scene: Scene, points: Float[np.ndarray, "n 3"]) -> list[str | None]:
-    """The object that each point lies inside.
+    """Find the object that contains each point.
 
-    Only closed components of a mesh have an inside. A closed component that holds the gateway and the whole
-    transmitter region is the room, not an obstacle.
+    Only closed parts of a mesh have an inside. A closed part that contains the gateway and the whole transmitter region
+    is the room, not an obstacle.
 
     Args:
         scene: the scene.
-        points: metres, world frame.
+        points: the points, metres, world frame.
 
     Returns:
-        The object's name for each point, None for points outside every object.
+        The name of the object for each point, None for points outside all objects.
     """
     points = np.asarray(points, dtype=float)
     blocker: list[str | None] = [None] * len(points)
@@ -107,5 +108,5 @@ def blocking_object(scene: Scene, points: Float[np.ndarray, "n 3"]) -> list[str 
 
 
 def inside_object(scene: Scene, points: Float[np.ndarray, "n 3"]) -> Bool[np.ndarray, " n"]:
-    """Whether each point (metres, world frame) lies inside an object, by ``blocking_object``."""
+    """Whether each point (metres, world frame) is inside an object, see ``blocking_object``."""
     return np.array([name is not None for name in blocking_object(scene, points)], dtype=bool)

@@ -37,14 +37,14 @@ def validate(scene: Scene, source: str) -> None:
 
     Args:
         scene: the scene to check.
-        source: the start of every message: the file's name or the scene's.
+        source: the start of every message: the name of the file or the scene.
 
     Raises:
-        InputError: a number that is not finite or out of its range, a name that is empty, long or unprintable, an
-            unknown pattern or polarisation, an orientation that is not a unit quaternion, an empty or
-            inverted transmitter region, no objects, two of one name, one without triangles or without a
-            known material, a gateway inside an object, on a surface, or with elements behind one, or a transmitter
-            region inside an object.
+        InputError: the message says what is wrong. A number is not finite or is out of its range. A name is empty, too
+            long, unprintable or used twice. A pattern, polarisation or material is unknown. An orientation is not a
+            unit quaternion. The transmitter region is empty. There are no objects, or an object has no triangles. An
+            element of a gateway is inside an object, on a surface or behind one. The transmitter region is inside an
+            object.
     """
 
     def refuse(message: str) -> NoReturn:
@@ -54,7 +54,9 @@ def validate(scene: Scene, source: str) -> None:
     gateways = {"gateway": scene.gateway}
     for name, further in scene.further_gateways.items():
         if name == "gateway1" or not re.fullmatch(r"[A-Za-z0-9_-]{1,100}", name):
-            refuse(f"further_gateways: expected a name of letters, digits, - and _, not gateway1, found {named(name)}")
+            refuse(
+                f"further_gateways: expected a name of letters, digits, - and _, except gateway1, found {named(name)}"
+            )
         gateways[f"further_gateways.{name}"] = further
     if not LOWEST_FREQUENCY <= scene.frequency <= HIGHEST_FREQUENCY:
         refuse(
@@ -103,26 +105,26 @@ def validate(scene: Scene, source: str) -> None:
             refuse(f"transmitter.region must have min below max, found {axis} from {low:g} to {high:g} m")
 
     if not scene.objects:
-        refuse("a scene needs at least one object, found none")
+        refuse("objects: expected at least one object, found none")
     require_name(scene.name, "name", refuse)
     triangles = sum(len(item.mesh.faces) for item in scene.objects)
     if triangles > MOST_TRIANGLES:
-        refuse(f"a scene may have at most {MOST_TRIANGLES} triangles, found {triangles}")
+        refuse(f"objects: expected at most {MOST_TRIANGLES} triangles together, found {triangles}")
     names: set[str] = set()
     for index, item in enumerate(scene.objects):
         require_name(item.name, f"objects[{index}].name", refuse)
         require_name(item.material, f"objects[{index}].material", refuse)
         label = f"objects[{index}] ({named(item.name)})"
         if item.name in names:
-            refuse(f"{label}: every object needs a name of its own, and this one is taken")
+            refuse(f"{label}: expected a different name for each object, found this name twice")
         names.add(item.name)
         if item.material not in scene.materials:
             suggestion = did_you_mean(item.material, scene.materials)
             refuse(f"{label}: unknown material {named(item.material)}; {suggestion}")
         if len(item.mesh.faces) == 0:
-            refuse(f"{label}: the mesh has no triangles")
+            refuse(f"{label}: expected a mesh with triangles, found none")
         if not np.isfinite(item.mesh.vertices).all():
-            refuse(f"{label}: the mesh has vertices that are not finite numbers")
+            refuse(f"{label}: expected finite coordinates, found a vertex that is not finite")
         if np.abs(item.mesh.bounds).max() > FARTHEST:
             refuse(
                 f"{label}: the mesh must be within {FARTHEST:g} m of the origin, found it at "
@@ -152,32 +154,32 @@ def is_valid(scene: Scene) -> bool:
 
 
 def require_name(name: str, label: str, refuse: Callable[[str], NoReturn]) -> None:
-    """Refuse an empty name, a long one, and one with characters that cannot be printed, which YAML may not keep."""
+    """Refuse a name that is empty, too long, or has unprintable characters, which YAML may not preserve."""
     if not (name and len(name) <= LONGEST_NAME and name.isprintable()):
-        refuse(f"{label} must have 1 to {LONGEST_NAME} characters that can be printed, found {shown(name)}")
+        refuse(f"{label} must have 1 to {LONGEST_NAME} printable characters, found {shown(name)}")
 
 
 def _check_place(scene: Scene, label: str, refuse: Callable[[str], NoReturn]) -> None:
-    """Refuse a gateway that is not in the open, and a transmitter region inside a solid, for a scene of one gateway."""
+    """Refuse a gateway that is not in the open, and a transmitter region inside a solid. The scene has one gateway."""
     gateway, corners = scene.gateway, scene.transmitter.corners()
     centre = corners.mean(axis=0)
     middle = np.vstack([centre, corners + 1e-3 * (centre - corners)])  # a region may reach the walls
     blocker, *blockers = blocking_object(scene, np.vstack([gateway.position, middle]))
     if blocker is not None:
         refuse(
-            f"{label}.position {list(gateway.position)} lies inside object {named(blocker)} "
-            "(a closed mesh counts as the room only where it also holds the whole transmitter region)"
+            f"{label}.position: expected a position outside all objects, found {list(gateway.position)} inside "
+            f"{named(blocker)} (a closed mesh is the room only if it also contains the whole transmitter region)"
         )
     found = obstruction(gateway, scene.wavelength, scene.objects)
     if found is not None:
         reach = np.linalg.norm(element_positions(gateway, scene.wavelength) - gateway.position, axis=1).max()
         refuse(
-            f"{label}.position {list(gateway.position)}: expected an array in the open, found an element at "
+            f"{label}.position {list(gateway.position)}: expected all elements of the array in the open, found one at "
             f"{(found.element.round(3) + 0.0).tolist()}, {found.where} object {named(found.object)} "
-            f"(at {scene.frequency / 1e6:g} MHz the elements are up to {reach:.2g} m from the position)"
+            f"(at {scene.frequency / 1e6:g} MHz, elements are up to {reach:.2g} m from the position)"
         )
     if blockers[0] is not None and set(blockers) == {blockers[0]}:
         refuse(
-            f"transmitter.region lies inside object {named(blockers[0])} (a closed mesh counts as the room only where "
-            f"it also holds the {label}, which is at {list(gateway.position)})"
+            f"transmitter.region: expected a region outside all objects, found it inside {named(blockers[0])} (a "
+            f"closed mesh is the room only if it also contains the {label}, which is at {list(gateway.position)})"
         )

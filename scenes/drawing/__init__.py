@@ -1,1 +1,1 @@
-"""Pictures of a scene: floor plan and perspective."""
+"""Drawings of a scene: floor plan and perspective view."""

@@ -1,4 +1,4 @@
-"""The plan of a scene: what is seen from above without the ceiling, and a section at the transmitter's height."""
+"""The floor plan of a scene: the view from above without the ceiling, and a section at the transmitter's height."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ if TYPE_CHECKING:
     from matplotlib.path import Path
 
 REGION = (0.1, 0.6, 0.2, 0.2)  # RGBA
-NUMBERED = 50  # objects; more numbers would hide the plan
+NUMBERED = 50  # most objects that are numbered; more numbers would hide the plan
 INK = (0.2, 0.2, 0.2)
-CREASE = np.radians(20)  # a bend between two triangles that is drawn as an edge
+CREASE = np.radians(20)  # angle between two triangles from which their edge is drawn
 
 
 def section_height(scene: Scene) -> float:
-    """Height at which the plan cuts the objects, the middle of the transmitter region, metres."""
+    """Return the height of the plan's section, metres: the middle of the transmitter region."""
     return float(scene.transmitter.region[:, 2].mean())
 
 
@@ -33,11 +33,11 @@ def draw_plan(axes: Axes, scene: Scene) -> list[str]:
     """Draw a scene from above.
 
     Args:
-        axes: what is drawn on, in metres.
+        axes: the axes to draw on, in metres.
         scene: the scene.
 
     Returns:
-        The names of the objects that are numbered 1, 2, …
+        The names of the numbered objects, in the order of their numbers 1, 2, …
     """
     from matplotlib.collections import LineCollection
     from matplotlib.patches import PathPatch, Rectangle
@@ -54,7 +54,7 @@ def draw_plan(axes: Axes, scene: Scene) -> list[str]:
         lines, solids = section(item.mesh, section_height(scene))
         dark = [0.6 * component for component in color]
         axes.add_collection(LineCollection(list(lines), colors=[dark], linewidths=0.7 if many else 1.6, zorder=3))
-        # Walls that were opened below the ceiling are hollow. The section around the antennas is the room's own.
+        # Below a ceiling, closed parts are filled, except the one around the antennas, which is the room itself.
         for solid in solids if ceiling < np.inf else []:
             if not solid.contains_points(antennas).any():
                 axes.add_patch(PathPatch(solid, facecolor=color, edgecolor="none", zorder=2))
@@ -86,7 +86,7 @@ def draw_plan(axes: Axes, scene: Scene) -> list[str]:
 
 
 def _draw_from_above(axes: Axes, scene: Scene, ceiling: float, line: float) -> None:
-    """Triangles in their material's colour and their outlines, the higher over the lower."""
+    """Draw triangles in the colours of their materials, with outlines, from the lowest to the highest."""
     from matplotlib.collections import PolyCollection
 
     shapes: list[np.ndarray] = []
@@ -108,7 +108,7 @@ def _draw_from_above(axes: Axes, scene: Scene, ceiling: float, line: float) -> N
 
 
 def _outlines(mesh: Trimesh) -> Float[np.ndarray, "n 2 3"]:
-    """The edges of the faces that are seen from above: where a surface ends or bends."""
+    """Return the edges that are seen from above: where a surface ends or bends."""
     upright = np.abs(mesh.face_normals[:, 2]) < 0.02
     bent = (mesh.face_adjacency_angles > CREASE) & ~upright[mesh.face_adjacency].all(axis=1)
     alone = group_rows(mesh.edges_sorted, require_count=1)
@@ -117,14 +117,14 @@ def _outlines(mesh: Trimesh) -> Float[np.ndarray, "n 2 3"]:
 
 
 def section(mesh: Trimesh, height: float) -> tuple[Float[np.ndarray, "n 2 2"], list[Path]]:
-    """The horizontal section of a mesh, in plan.
+    """Cut a mesh by a horizontal plane.
 
     Args:
-        mesh: metres.
-        height: of the section, metres.
+        mesh: the mesh, metres.
+        height: height of the plane, metres.
 
     Returns:
-        The lines of the section, each its two ends, metres; and the area of each closed part, holes left free.
+        The lines of the section by their two ends (x, y), metres; and the area of each closed part, without its holes.
 
     >>> from scenes.scene.shapes import box
     >>> lines, (solid,) = section(box((0, 0, 0), (2, 1, 1)), 0.5)
@@ -137,14 +137,14 @@ def section(mesh: Trimesh, height: float) -> tuple[Float[np.ndarray, "n 2 2"], l
     low, high = mesh.bounds[:, 2]
     if not low < height < high:
         return np.zeros((0, 2, 2)), []
-    # Part by part, since lines of parts that touch would be joined in a wrong order.
+    # Part by part: lines of parts that touch would be joined in the wrong order.
     sections = [part.section(**plane) for part in closed_parts(mesh)]
     solids = [_area([line[:, :2] for line in each.discrete]) for each in sections if each is not None]
     return mesh_plane(mesh, **plane)[:, :, :2], solids
 
 
 def _area(loops: list[Float[np.ndarray, "n 2"]]) -> Path:
-    """What closed lines bound; those within others are holes."""
+    """Return the area that closed lines bound. Lines inside others bound holes."""
     from matplotlib.path import Path
 
     paths = []
@@ -152,13 +152,13 @@ def _area(loops: list[Float[np.ndarray, "n 2"]]) -> Path:
         around = sum(other is not loop and bool(Path(other).contains_points(loop).all()) for other in loops)
         x, y = loop.T
         left_turning = np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]) > 0
-        # matplotlib knows a hole by its turning the other way than what it is in.
+        # In matplotlib, a hole turns in the opposite direction to the line around it.
         paths.append(Path(loop if left_turning == (around % 2 == 0) else loop[::-1], closed=True))
     return Path.make_compound_path(*paths)
 
 
 def _label_place(item: SceneObject, taken: list[np.ndarray], apart: float) -> np.ndarray:
-    """The centre of the object in plan, or a point of it that is ``apart`` metres from the labels so far."""
+    """Find a place for a label: the centre of the object, or another point ``apart`` metres from earlier labels."""
     low, high = item.mesh.bounds[:, :2]
     for s, t in ((0.5, 0.5), (0.15, 0.15), (0.85, 0.85), (0.15, 0.85), (0.85, 0.15)):
         place = low + (high - low) * [s, t]

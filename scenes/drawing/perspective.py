@@ -1,4 +1,4 @@
-"""The view of a scene from above and aside: what is behind something is hidden, and a room is open to the viewer."""
+"""The perspective view of a scene. Surfaces hide what is behind them, and a room is open towards the viewer."""
 
 from __future__ import annotations
 
@@ -19,19 +19,19 @@ if TYPE_CHECKING:
     from mpl_toolkits.mplot3d.axes3d import Axes3D
 
 LIGHT = np.array([0.3, -0.5, 0.8]) / np.linalg.norm([0.3, -0.5, 0.8])
-VIEW = {"elev": 38.0, "azim": -125.0}  # degrees, matplotlib's: from low x and low y
-COLUMNS = 1600  # pixels of the picture, twice those of the figure
-SAMPLES = 400  # points of a line at which it is found whether it is hidden
-CROP = 0.5  # of the scene's extent; a smaller neighbourhood of the antennas is drawn alone
+VIEW = {"elev": 38.0, "azim": -125.0}  # matplotlib's angles, degrees: the viewer is at low x and low y
+COLUMNS = 1600  # width of the picture, pixels: twice that of the figure
+SAMPLES = 400  # points along a line that are tested for visibility
+CROP = 0.5  # if the neighbourhood of the antennas is smaller than this share of the scene, only it is drawn
 
 
 def draw_view(axes: Axes3D, scene: Scene) -> None:
-    """Draw a scene from low x and low y; what is hidden of the transmitter region and the gateways is dashed.
+    """Draw a scene as seen from low x and low y. Hidden parts of the transmitter region and gateways are dashed.
 
-    Of a scene that is much larger than the space between the antennas, only their neighbourhood is drawn.
+    If the scene is much larger than the space between the antennas, only their neighbourhood is drawn.
 
     Args:
-        axes: what is drawn on, in metres.
+        axes: the axes to draw on, in metres.
         scene: the scene.
     """
     from matplotlib.image import AxesImage
@@ -71,7 +71,7 @@ def draw_view(axes: Axes3D, scene: Scene) -> None:
 def _surfaces(
     scene: Scene, antennas: Float[np.ndarray, "n 3"]
 ) -> tuple[Float[np.ndarray, "n 3 3"], Float[np.ndarray, "n 3"]]:
-    """The triangles that are drawn, metres, and their shaded colours (RGB)."""
+    """Return the triangles to draw, metres, and their shaded colours (RGB)."""
     everything = np.concatenate([item.mesh.triangles for item in scene.objects])
     ceiling = ceiling_height(scene, everything)
     viewer = Rotation.from_euler("ZY", [VIEW["azim"], -VIEW["elev"]], degrees=True).apply([1, 0, 0])
@@ -87,7 +87,7 @@ def _surfaces(
 
 
 def _neighbourhood(scene: Scene, antennas: Float[np.ndarray, "n 3"]) -> list[Plane]:
-    """The sides of the square around the antennas, three times as wide as the space between them."""
+    """Return the sides of a square around the antennas, three times as wide as the space between them."""
     low, high = bounding_box(antennas[:, :2])
     half = 1.5 * float(np.max(high - low))
     if 2 * half > CROP * np.ptp(scene.bounds, axis=0)[:2].max():
@@ -105,7 +105,7 @@ def _set_up(axes: Axes3D, low: Float[np.ndarray, " 3"], high: Float[np.ndarray, 
     axes.set_box_aspect(high - low, zoom=0.97)
     extents = high - low
     for axis, extent in zip((axes.xaxis, axes.yaxis, axes.zaxis), extents, strict=True):
-        # No more ticks than there is room for: a town is a hundred times as wide as it is high.
+        # No more ticks than fit: a town is a hundred times as wide as it is high.
         axis.set_major_locator(MaxNLocator(int(np.clip(14 * extent / extents.max(), 1, 8)), steps=[1, 2, 5, 10]))
     axes.set_xlabel("x [m]", labelpad=8)
     axes.set_ylabel("y [m]", labelpad=8)
@@ -114,14 +114,14 @@ def _set_up(axes: Axes3D, low: Float[np.ndarray, " 3"], high: Float[np.ndarray, 
 
 
 def _project(axes: Axes3D, points: Float[np.ndarray, "*n 3"]) -> Float[np.ndarray, "*n 3"]:
-    """Points in the units of the axes' picture: across, up, and depth, which is larger farther away."""
+    """Project points into the picture: across, up, and depth, which grows with the distance from the viewer."""
     from mpl_toolkits.mplot3d.proj3d import proj_transform
 
     return np.stack(proj_transform(*points.reshape(-1, 3).T, axes.get_proj()), axis=1).reshape(points.shape)
 
 
 def _outlines(buffer: DepthBuffer, step: float) -> Bool[np.ndarray, "rows columns"]:
-    """Where the depth jumps: on a plane it is linear, so its second difference is zero."""
+    """Find the pixels where the depth jumps. On a plane, the depth is linear and its second difference is zero."""
     seen = np.isfinite(buffer.depth)
     depth = np.where(seen, buffer.depth, buffer.depth[seen].max(initial=0) + 2 * step)
     jumps = np.zeros_like(seen)
@@ -131,7 +131,7 @@ def _outlines(buffer: DepthBuffer, step: float) -> Bool[np.ndarray, "rows column
 
 
 def _tint(picture: Float[np.ndarray, "rows columns 4"], where: Bool[np.ndarray, "rows columns"]) -> None:
-    """Lay the region's colour over a picture."""
+    """Blend the colour of the region over a picture."""
     color, strength, under = np.array(REGION[:3]), REGION[3], picture[where]
     alpha = strength + under[:, 3] * (1 - strength)
     mixed = strength * color + (under[:, 3] * (1 - strength))[:, None] * under[:, :3]
@@ -139,13 +139,13 @@ def _tint(picture: Float[np.ndarray, "rows columns 4"], where: Bool[np.ndarray, 
 
 
 def _draw_line(axes: Axes3D, buffer: DepthBuffer, ends: Float[np.ndarray, "2 3"], tolerance: float) -> None:
-    """Draw an edge of the region, dashed where it is hidden."""
+    """Draw an edge of the region, with hidden parts dashed."""
     points = _project(axes, ends[0] + np.linspace(0, 1, SAMPLES)[:, None] * (ends[1] - ends[0]))
     visible = buffer.shows(points, tolerance)
     changes = np.flatnonzero(np.diff(visible)) + 1
     for run in np.split(np.arange(SAMPLES), changes):
         style = {"lw": 1.6} if visible[run[0]] else {"lw": 1.0, "ls": (0, (3, 2)), "alpha": 0.8}
-        to = run[-1] + 2  # to the first point of the next run, so that no gap is left
+        to = run[-1] + 2  # up to the first point of the next run, to leave no gap
         _flat_line(axes, points[run[0] : to], color="green", zorder=3, **style)
 
 
@@ -156,7 +156,7 @@ def _flat_line(axes: Axes3D, points: Float[np.ndarray, "n 3"], **style) -> None:
 
 
 def _draw_gateway(axes: Axes3D, buffer: DepthBuffer, gateway: Gateway, length: float, tolerance: float) -> None:
-    """Draw a gateway and its boresight, hollow and dotted where something is before the gateway."""
+    """Draw a gateway and its boresight, hollow and dotted if something hides the gateway."""
     place = np.array(gateway.position)
     ends = _project(axes, np.array([place, place + length * gateway.boresight]))
     visible = bool(buffer.shows(ends[:1], tolerance)[0])

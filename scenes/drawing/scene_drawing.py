@@ -1,4 +1,4 @@
-"""A drawing of a scene, and its description as plain data, by which the user can check it."""
+"""Draw and describe a scene, so that the user can check it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from scenes.scene.description import Gateway, Scene
 
 
 def describe_scene(scene: Scene) -> dict[str, Any]:
-    """A scene as data that ``json.dumps`` takes: lengths in metres, frequency in hertz."""
+    """Return a summary of a scene for ``json.dumps``: lengths in metres, frequency in Hz."""
     transmitter = scene.transmitter
     return {
         "name": scene.name,
@@ -74,22 +74,28 @@ def _round(vector: Float[np.ndarray, " 3"]) -> list[float]:
 
 
 def _is_closed(mesh: Trimesh) -> bool:
-    """Whether every triangle belongs to a part that bounds a volume."""
+    """Whether every triangle belongs to a closed part."""
     return sum(len(part.faces) for part in closed_parts(mesh)) == len(mesh.faces)
 
 
 def draw_scene(scene: Scene, path: str | Path) -> None:
-    """Write a PNG of the plan and of a view from above, objects in their materials' colours.
+    """Draw a scene as a PNG: a floor plan on the left, a perspective view on the right.
 
-    A ceiling over the antennas is left out, and so are the room's walls that face the viewer, so that the inside is
-    visible. Outdoors nothing is left out, and what is hidden of the transmitter region is dashed.
+    Objects have the colours of their materials. The plan numbers the objects and shows a section at the middle height
+    of the transmitter region. A ceiling above the antennas is left out, and so are the walls between the viewer and
+    the inside of a room. Outdoors, nothing is left out. Hidden edges of the transmitter region are dashed. If the
+    antennas are in a small part of a large scene, the perspective view shows only their neighbourhood.
 
     Args:
         scene: the scene.
-        path: the PNG file.
+        path: the PNG file. An existing file is replaced.
 
-    >>> import bisplat
-    >>> bisplat.draw_scene(bisplat.load_scene("closet"), "closet.png")
+    Raises:
+        OSError: the file cannot be written.
+
+    Example:
+        >>> import bisplat
+        >>> bisplat.draw_scene(bisplat.load_scene("closet"), "closet.png")
     """
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D

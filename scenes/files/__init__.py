@@ -1,1 +1,1 @@
-"""Read what a user gives, and write what a command makes: safely, with errors of one sentence."""
+"""Read the user's files and write the results of commands: safely, with errors of one sentence."""

@@ -1,4 +1,4 @@
-"""Write files so that a reader, also after a run was killed, sees either the old file or the whole new one."""
+"""Write files so that a reader always sees the old file or the complete new one, even after a crash."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ def write_atomically(path: Path, content: bytes | memoryview) -> None:
     """Write a file under a temporary name beside it, to the disk, then rename it into place.
 
     Args:
-        path: the file; its folder is made where it is missing.
+        path: the file. Its folder is created if it does not exist.
         content: all of its bytes.
 
     Raises:
-        OSError: the file cannot be written; it is then as it was before, the temporary one is removed, and the error
-            has a file name also where the operating system gives none (a full disk).
+        OSError: the file cannot be written. It is then as it was before, and the temporary file is removed. The error
+            has a file name even if the operating system gives none, as for a full disk.
     """
     with written_atomically(path) as temporary:
         temporary.write_bytes(content)
@@ -25,14 +25,14 @@ def write_atomically(path: Path, content: bytes | memoryview) -> None:
 
 @contextmanager
 def written_atomically(path: Path) -> Iterator[Path]:
-    """The same for a file that is written piece by piece, or by another library.
+    """Write a file atomically that is written piece by piece, or by another library.
 
     Args:
-        path: the file; its folder is made where it is missing.
+        path: the file. Its folder is created if it does not exist.
 
     Yields:
-        The temporary name, which the block writes the whole file to. If the block raises any error, the file is as it
-        was before.
+        The temporary path, to which the block writes the whole file. If the block raises an error, the file stays as
+        it was before.
 
     Raises:
         OSError: the temporary file cannot be written to the disk or renamed.
@@ -51,13 +51,13 @@ def written_atomically(path: Path) -> Iterator[Path]:
 
 
 def sync_folder(folder: Path) -> None:
-    """Wait until the names in a folder are on the disk, so that after a power cut it has no older ones.
+    """Wait until the file names in a folder are on the disk, so that a power cut does not undo changes to them.
 
     Args:
         folder: the folder.
 
     Raises:
-        OSError: the folder cannot be opened or written; the error has its name.
+        OSError: the folder cannot be opened or written. The error has the name of the folder.
     """
     try:
         _sync(folder)

@@ -1,4 +1,4 @@
-"""Errors that the command line prints as one sentence, without a traceback."""
+"""Errors in what the user gave. The command line prints each as one sentence, without a traceback."""
 
 from __future__ import annotations
 
@@ -9,25 +9,26 @@ from numbers import Integral, Real
 
 
 class InputError(ValueError):
-    """A file, name or value that the user gave is wrong.
+    """A file, a name or a value that the user gave is wrong.
 
-    The message is one sentence that names the file and the key or row, says what was expected and what was
-    found. The command line prints it as it is and exits with status 1.
+    The message is one sentence. It names the file or the parameter, with the key or the row, and says what was expected
+    and what was found. The command line prints the message and exits with status 1. ``InputError`` is a ``ValueError``.
 
-    >>> import bisplat
-    >>> try:
-    ...     bisplat.load_scene("laboratory")
-    ... except bisplat.InputError as error:
-    ...     print(error)
-    unknown scene "laboratory"; known are bedroom, closet, ... (or give a .yaml file)
+    Example:
+        >>> import bisplat
+        >>> try:
+        ...     bisplat.load_scene("laboratory")
+        ... except bisplat.InputError as error:
+        ...     print(error)
+        unknown scene "laboratory"; valid names are bedroom, closet, ... (or give a .yaml file)
     """
 
 
 class ParameterError(InputError):
-    """A parameter of a function has a value it cannot have; the command line names its option instead.
+    """A parameter of a function has an invalid value. The command line names the option instead of the parameter.
 
     Args:
-        parameter: its name in Python, e.g. ``batch_size``.
+        parameter: name of the parameter in Python, e.g. ``batch_size``.
         message: what was expected and what was found.
 
     >>> str(ParameterError("batch_size", "expected a positive number, found 0"))
@@ -42,7 +43,7 @@ class ParameterError(InputError):
         return f"{self.parameter}: {self.message}"
 
     def as_option(self) -> str:
-        """The same sentence for a reader of the command line.
+        """Return the message with the name of the command line's option.
 
         >>> ParameterError("batch_size", "expected a positive number, found 0").as_option()
         '--batch-size: expected a positive number, found 0'
@@ -55,7 +56,7 @@ def require_positive(**values: float) -> None:
     """Refuse parameters that are not positive, finite numbers.
 
     Args:
-        values: numbers by the names of their parameters.
+        values: the numbers, by name of the parameter.
 
     Raises:
         ParameterError: one of them is zero, negative, infinite or not a number.
@@ -71,19 +72,19 @@ def require_positive(**values: float) -> None:
 
 
 SEED_MOST = 2**32 - 1
-"""Largest seed that NumPy, PyTorch and the ray tracer all take."""
+"""Largest seed that NumPy, PyTorch and the ray tracer all accept."""
 
 
 def require_whole(least: int, most: int, **values: int) -> None:
-    """Refuse parameters that are not whole numbers of a range.
+    """Refuse parameters that are not whole numbers within a range.
 
     Args:
         least: smallest value.
-        most: largest value; absurd ones would exhaust the memory or never end.
-        values: numbers by the names of their parameters.
+        most: largest value. Larger ones would exhaust the memory or take for ever.
+        values: the numbers, by name of the parameter.
 
     Raises:
-        ParameterError: one of them is no whole number, or is outside the range.
+        ParameterError: one of them is not a whole number, or is outside the range.
 
     >>> require_whole(1, 100, seeds=3, steps=0)
     Traceback (most recent call last):
@@ -99,21 +100,21 @@ def require_whole(least: int, most: int, **values: int) -> None:
 
 
 def require_seed(**values: int) -> None:
-    """Refuse seeds that are not whole numbers from 0 to ``SEED_MOST``, by a ParameterError."""
+    """Raise a ParameterError for seeds that are not whole numbers from 0 to ``SEED_MOST``."""
     require_whole(0, SEED_MOST, **values)
 
 
 def require_within(least: float, most: float, what: str, **values: float) -> None:
-    """Refuse parameters that are not numbers of a range.
+    """Refuse parameters that are not numbers within a range.
 
     Args:
         least: smallest value.
         most: largest value.
         what: the quantity and its unit, for the message, e.g. "an SNR in dB".
-        values: numbers by the names of their parameters.
+        values: the numbers, by name of the parameter.
 
     Raises:
-        ParameterError: one of them is no number, or is outside the range.
+        ParameterError: one of them is not a number, or is outside the range.
 
     >>> require_within(-200, 200, "an SNR in dB", snr_db=float("nan"))
     Traceback (most recent call last):
@@ -130,15 +131,15 @@ def _is_number(value: object) -> bool:
 
 
 SHOWN = 80
-"""Largest number of characters of a value that a message shows."""
+"""Most characters of a value that a message shows."""
 
 
 LISTED = 40
-"""Largest number of known words that a message lists."""
+"""Most known words that a message lists."""
 
 
 def shown(value: object) -> str:
-    r"""A value that the user gave, as error messages show it: on one line, without control characters, cut if long.
+    r"""Format a value for an error message: on one line, without control characters, cut if long.
 
     >>> print(shown(None), shown("concrete"), shown([1.0, "a\x1b[31mb"]))
     nothing 'concrete' [1.0, 'a\x1b[31mb']
@@ -149,13 +150,13 @@ def shown(value: object) -> str:
         return "nothing"
     try:
         text = repr(value)
-    except (ValueError, RecursionError):  # an integer of more digits than Python writes; a list within itself
+    except (ValueError, RecursionError):  # a huge integer; a list that contains itself
         text = f"a {type(value).__name__} that is too long to show"
     return cut(text)
 
 
 def reason(error: BaseException) -> str:
-    r"""What an error of another library says, as part of our sentence: its first line, without control characters, cut.
+    r"""Format another library's error for our message: its first line, without control characters, cut if long.
 
     >>> reason(OSError("no data\nat 12")), reason(KeyError())
     ('no data', 'KeyError')
@@ -164,12 +165,12 @@ def reason(error: BaseException) -> str:
 
 
 def cut(text: str) -> str:
-    """Text as part of a sentence: without control characters, cut if long."""
+    """Format text as part of a sentence: without control characters, cut if long."""
     return printable(text if len(text) <= SHOWN else text[: SHOWN - 1] + "…")
 
 
 def named(name: object) -> str:
-    r"""A name from a file or an option, as error messages show it: in double quotes, printable, cut if long.
+    r"""Format a name from a file or an option for an error message: in double quotes, printable, cut if long.
 
     >>> print(named("concrete"), named("a\x1b[2J"))
     "concrete" "a\x1b[2J"
@@ -179,7 +180,7 @@ def named(name: object) -> str:
 
 
 def printable(text: str) -> str:
-    r"""Text whose control characters, which a terminal would obey, are written as Python writes them.
+    r"""Escape control characters, which a terminal would obey, as Python writes them.
 
     >>> print(printable("a\x1b[2Jb\nc"))
     a\x1b[2Jb\nc
@@ -188,7 +189,7 @@ def printable(text: str) -> str:
 
 
 def did_you_mean(word: object, known: Iterable[str]) -> str:
-    """The end of an error message about an unknown word: the nearest known word, or all of them.
+    """Return the end of an error message about an unknown word: the most similar known word, or all known words.
 
     >>> did_you_mean("concrte", ["concrete", "wood"])
     'did you mean "concrete"?'
@@ -198,4 +199,4 @@ def did_you_mean(word: object, known: Iterable[str]) -> str:
     if nearest:
         return f"did you mean {named(nearest[0])}?"
     more = ", …" if len(known) > LISTED else ""
-    return f"known are {', '.join(named(name)[1:-1] for name in known[:LISTED])}{more}"
+    return f"valid names are {', '.join(named(name)[1:-1] for name in known[:LISTED])}{more}"

@@ -1,4 +1,4 @@
-"""One process at a time writes to an output folder; a second one is told at once which process that is."""
+"""Lock an output folder: one process at a time writes to it. A second one is told at once which process that is."""
 
 from __future__ import annotations
 
@@ -16,37 +16,37 @@ from scenes.files.errors import InputError, printable, shown
 from scenes.files.plain_text import say
 
 LOCK = ".bisplat-lock"
-"""The file in a folder that is locked while a process writes there. A killed process leaves the file, but unlocked."""
+"""The file that a process locks while it writes to a folder. A killed process leaves the file behind, unlocked."""
 
 NO_LOCKS = (errno.ENOSYS, errno.EOPNOTSUPP, errno.ENOTSUP, errno.ENOLCK)
-"""What network disks answer that cannot lock files."""
+"""Errors of network disks that cannot lock files."""
 
 LONGEST = 1000
-"""Bytes that are read of what another process says of itself."""
+"""Most bytes of another process's lock file that are read."""
 
 
 @contextmanager
 def locked(folder: Path) -> Iterator[None]:
-    """Keep an output folder for oneself within a block; where the disk cannot lock files, warn that nothing does.
+    """Lock an output folder within a block. If the disk cannot lock files, print a warning instead.
 
     Args:
-        folder: made where it is missing; it may be renamed in the meantime.
+        folder: the folder, which is created if it does not exist. The block may rename it.
 
     Raises:
-        InputError: it is no folder, or another process, or another part of this one, holds it.
+        InputError: the path is not a folder, or another process, or another part of this one, has locked it.
         OSError: the folder cannot be written to.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except (FileExistsError, NotADirectoryError):
-        raise InputError(f"{folder}: expected a folder or nothing, found a file on the way to it") from None
+        raise InputError(f"{folder}: expected a folder or a path to a new one, found a file on the path") from None
     inside = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
     try:
         number = _lock(folder, inside)
         try:
             yield
         finally:
-            # Removed while it is held: a file of this name that comes later is another process's.
+            # Removed while it is locked: a later file of this name belongs to another process.
             if _is_there(number, inside):
                 os.unlink(LOCK, dir_fd=inside)
             os.close(number)
@@ -55,10 +55,10 @@ def locked(folder: Path) -> Iterator[None]:
 
 
 def _lock(folder: Path, inside: int) -> int:
-    """The number of the lock file, opened and locked.
+    """Open and lock the lock file, and return its file descriptor.
 
-    By flock itself and not by the package filelock, which empties the file when a second process looks, so that it
-    could not say who holds it. The system ends the lock with the process, however that ends.
+    This uses flock, not the package filelock: filelock empties the file when a second process tries to lock it, and the
+    second process could not say which process has the lock. The system ends the lock when the process ends.
     """
     while True:
         try:
@@ -76,19 +76,19 @@ def _lock(folder: Path, inside: int) -> int:
             holder = printable(os.pread(number, LONGEST, 0).decode(errors="replace")) or "another process"
             os.close(number)
             raise InputError(
-                f"{folder}: expected a folder that no other process writes to, found one that {holder} writes to"
+                f"{folder}: expected a folder that no other process writes to, found that {holder} is writing to it"
             ) from None
         except OSError as error:
             if error.errno in NO_LOCKS:
                 say(
-                    f"warning: {folder}: this disk cannot lock files ({error.strerror}); let no second process write "
-                    "to this folder at the same time"
+                    f"warning: {folder}: this disk cannot lock files ({error.strerror}); make sure that no other "
+                    "process writes to this folder at the same time"
                 )
                 return number
             os.close(number)
             error.filename = str(folder / LOCK)
             raise
-        os.close(number)  # its process removed it between our opening and locking it
+        os.close(number)  # another process removed the file after we opened it
 
 
 def _is_there(number: int, inside: int) -> bool:

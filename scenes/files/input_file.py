@@ -1,4 +1,4 @@
-"""Read a file that the user gave: a regular file of a bounded size, and no device, pipe or socket."""
+"""Read a file from the user. It must be a regular file of limited size, not a device, pipe or socket."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ MEGABYTE = 10**6
 
 
 def require_regular(path: Path, expected: str, limit: int) -> None:
-    """Refuse what is not a regular file of at most a number of bytes. The file is not opened: a pipe would block.
+    """Refuse a path that is not a regular file of limited size. The file is not opened, since a pipe would block.
 
     Args:
         path: the file.
@@ -20,7 +20,7 @@ def require_regular(path: Path, expected: str, limit: int) -> None:
         limit: largest size, bytes.
 
     Raises:
-        InputError: there is no such file, it is of another kind, or it is larger.
+        InputError: the file does not exist, is not a regular file, or is too large.
     """
     try:
         status = os.stat(path)
@@ -28,7 +28,7 @@ def require_regular(path: Path, expected: str, limit: int) -> None:
         raise InputError(f"{path}: expected {expected}, found no such file") from None
     except (OSError, ValueError) as error:  # ValueError: a name with a null character
         reason = error.strerror if isinstance(error, OSError) else error
-        raise InputError(f"{path}: expected {expected}, found that it cannot be read ({reason})") from None
+        raise InputError(f"{path}: expected {expected}, found a file that cannot be read ({reason})") from None
     if not stat.S_ISREG(status.st_mode):
         raise InputError(f"{path}: expected {expected}, found {_kind(status.st_mode)}")
     if status.st_size > limit:
@@ -38,31 +38,33 @@ def require_regular(path: Path, expected: str, limit: int) -> None:
 
 
 def read_bytes(path: Path, expected: str, limit: int) -> bytes:
-    """All bytes of a file that ``require_regular`` accepts; InputError where it does not, or it cannot be read."""
+    """Read a file as bytes. Raise an InputError if ``require_regular`` refuses it or it cannot be read."""
     require_regular(path, expected, limit)
     try:
         return path.read_bytes()
     except OSError as error:
-        raise InputError(f"{path}: expected {expected}, found that it cannot be read ({error.strerror})") from None
+        raise InputError(f"{path}: expected {expected}, found a file that cannot be read ({error.strerror})") from None
 
 
 def read_text(path: Path, expected: str, limit: int) -> str:
-    """All text of a file, without a byte order mark; InputError where ``read_bytes`` raises it, or it is not UTF-8."""
+    """Read a file as text, without a byte order mark. Raise an InputError as ``read_bytes``, or if it is not UTF-8."""
     try:
         return read_bytes(path, expected, limit).decode("utf-8-sig")
     except UnicodeDecodeError as error:
-        raise InputError(f"{path}: expected {expected}, found no UTF-8 text ({error.reason})") from None
+        raise InputError(f"{path}: expected {expected}, found text that is not UTF-8 ({error.reason})") from None
 
 
 def beside(path: Path, name: str) -> Path:
-    """The path of a file that another one names: in its folder or below, so that a folder can be moved as it is.
+    """Return the path of a file that another file names.
+
+    It must be in the same folder or below, so that the folder can be moved as a whole.
 
     Args:
         path: the file that names the other one.
-        name: the name it gives, relative to its folder.
+        name: the name in that file, relative to its folder.
 
     Raises:
-        InputError: an absolute path, or one that leaves the folder.
+        InputError: the name is an absolute path, or leaves the folder.
 
     >>> str(beside(Path("room/scene.yaml"), "meshes/wall.ply"))
     'room/meshes/wall.ply'

@@ -1,7 +1,7 @@
-"""Read JSON that the user gave: the one place that parses it.
+"""Read JSON from the user. All of the program's JSON is parsed here.
 
-Python's reader takes more than JSON has (NaN, Infinity), rounds 1e999 to infinity, keeps the last of two equal keys,
-and reads integers that are no number in double precision. Here all of these are refused in a sentence.
+Python's parser is lenient. It accepts NaN and Infinity, which JSON does not have, rounds 1e999 to infinity, keeps the
+last of two equal keys, and reads integers that are too large for double precision. All of these are refused here.
 """
 
 from __future__ import annotations
@@ -15,39 +15,40 @@ from scenes.files.errors import InputError, printable, shown
 from scenes.files.input_file import MEGABYTE, read_text
 
 LIMIT = 16 * MEGABYTE
-"""Largest size of a JSON file, bytes; the largest of ours names the spectra of a split, 10 bytes each."""
+"""Largest size of a JSON file, bytes. Our largest file lists the spectra of a split, with 10 bytes for each."""
 
 DEEPEST = 50
-"""Levels of lists and mappings in each other; our own files have five at most. Python fails at about a thousand."""
+"""Most levels of nested lists and mappings. Our own files have at most five; Python fails at about a thousand."""
 
 TOO_DEEP = f"values nested more than {DEEPEST} levels deep"
 
 
 def read_json(path: Path, expected: str, nan: bool = False) -> Any:
-    """The value that a JSON file holds.
+    """Read the value in a JSON file.
 
     Args:
         path: the file.
         expected: what should be there, for the message, e.g. "the settings of a run".
-        nan: also take NaN, which Python writes: in our own results it is the score of a model that diverged.
+        nan: also accept NaN, which Python writes. In our results it is the score of a model that diverged.
 
     Raises:
-        InputError: the file cannot be read, is larger than ``LIMIT``, or is no JSON.
+        InputError: the file cannot be read, is larger than ``LIMIT``, or is not valid JSON.
     """
     return parse_json(read_text(path, expected, LIMIT), str(path), expected, nan)
 
 
 def parse_json(text: str, source: str, expected: str, nan: bool = False) -> Any:
-    """The value of a JSON text.
+    """Parse a JSON text.
 
     Args:
         text: the text.
         source: the start of every message.
         expected: what should be there, for the message.
-        nan: also take NaN.
+        nan: also accept NaN.
 
     Raises:
-        InputError: no JSON, a key twice in one object, a number too large, or values nested too deep.
+        InputError: the text is not valid JSON, an object has a key twice, a number is too large, or values are nested
+            too deep.
 
     >>> parse_json('{"rows": 4}', "metadata.json", "an array")
     {'rows': 4}

@@ -1,4 +1,4 @@
-"""Write an .npz archive, and read one that the user gave: what each array must be is checked before it is read."""
+"""Write .npz archives, and read those of the user. The header of each array is checked before it is read."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from scenes.files.errors import InputError, reason
 from scenes.files.input_file import MEGABYTE, require_regular
 
 COMPRESSIONS = (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)
-"""Those of ``numpy.savez`` and ``numpy.savez_compressed``."""
+"""Compression methods of ``numpy.savez`` and ``numpy.savez_compressed``."""
 
 MOST_MEMBERS = 100
-"""Number of arrays in an archive, of which others than the expected ones are not read."""
+"""Most arrays in an archive."""
 
 KINDS = {"c": "complex numbers", "f": "numbers", "b": "truth values"}
-"""What an array can be expected to hold, by NumPy's codes; numbers may be real or whole."""
+"""Kinds of numbers in an array, by NumPy's codes. Whole numbers count as "f", too."""
 
 
 @dataclass(frozen=True)
 class Expected:
-    """What an array of an archive must be.
+    """Requirements for an array of an archive.
 
     Attributes:
-        what: what it is, for messages, e.g. "responses of 5 positions × 16 elements".
+        what: description of the array, for messages, e.g. "responses of 5 positions × 16 elements".
         kind: one of ``KINDS``.
-        shape: lengths along its axes; None: any length.
-        optional: whether the archive may lack it.
+        shape: length along each axis, None for any length.
+        optional: whether the array may be missing.
     """
 
     what: str
@@ -41,7 +41,7 @@ class Expected:
     optional: bool = False
 
     def allows(self, dtype: np.dtype, shape: tuple[int, ...]) -> bool:
-        """Whether an array has the kind and the shape."""
+        """Whether an array has the required kind and shape."""
         kind = "f" if dtype.kind in "iu" else dtype.kind
         pairs = zip(self.shape, shape, strict=False)
         return kind == self.kind and len(shape) == len(self.shape) and all(want in (None, has) for want, has in pairs)
@@ -52,16 +52,17 @@ def read_npz(path: Path, what: str, arrays: Mapping[str, Expected], limit: int) 
 
     Args:
         path: the archive.
-        what: what it should be, for messages, e.g. "an npz archive of responses".
-        arrays: what its arrays must be, by name; others in the archive are not read.
-        limit: largest size of the archive, and of each array, bytes.
+        what: description of the archive, for messages, e.g. "an npz archive of responses".
+        arrays: requirements for each array, by name. Other arrays in the archive are not read.
+        limit: largest size of the archive and of each array, bytes.
 
     Returns:
-        The arrays, by name, without optional ones that are not there.
+        The arrays, by name. Optional arrays that are missing are left out.
 
     Raises:
-        InputError: not a regular file within the limit, not a whole archive of plain arrays, encrypted, compressed in a
-            way that NumPy does not, or an array is missing, of another kind or shape, or too large.
+        InputError: the file is not a regular file, is too large, or is not a complete archive of plain arrays; it is
+            encrypted, or compressed by a method that NumPy does not use; or an array is missing, of another kind or
+            shape, or too large.
     """
     require_regular(path, what, limit)
     try:
@@ -76,12 +77,12 @@ def read_npz(path: Path, what: str, arrays: Mapping[str, Expected], limit: int) 
             return {name: _read(archive, member) for name, member in present.items()}
     except InputError:
         raise
-    except Exception as error:  # damage makes zipfile, zlib and NumPy raise errors of many classes
+    except Exception as error:  # zipfile, zlib and NumPy raise many kinds of errors for damaged files
         raise InputError(f"{path}: expected {what}, found a damaged file ({reason(error)})") from error
 
 
 def _members(path: Path, what: str, archive: zipfile.ZipFile) -> dict[str, zipfile.ZipInfo]:
-    """The archive's arrays, by name."""
+    """List the members of an archive by the names of their arrays."""
     every = archive.infolist()
     if len(every) > MOST_MEMBERS:
         raise InputError(f"{path}: expected {what} with at most {MOST_MEMBERS} arrays, found {len(every)}")
@@ -94,17 +95,21 @@ def _members(path: Path, what: str, archive: zipfile.ZipFile) -> dict[str, zipfi
 def _check(
     path: Path, archive: zipfile.ZipFile, member: zipfile.ZipInfo, name: str, expected: Expected, limit: int
 ) -> None:
-    """Refuse an array by its header, without reading its numbers."""
+    """Check an array by its header, without reading its numbers."""
     where = f"{path}, array {name}"
     if member.flag_bits & 1:
-        raise InputError(f"{where}: expected one that is not encrypted, found an encrypted one")
+        raise InputError(f"{where}: expected an array that is not encrypted, found an encrypted one")
     if member.compress_type not in COMPRESSIONS:
-        raise InputError(f"{where}: expected one stored or deflated, found compression {member.compress_type}")
+        raise InputError(
+            f"{where}: expected an array that is stored or deflated, found compression method {member.compress_type}"
+        )
     if member.file_size > limit:
-        raise InputError(f"{where}: expected at most {limit / MEGABYTE:g} MB, found {member.file_size / MEGABYTE:.4g}")
+        raise InputError(
+            f"{where}: expected at most {limit / MEGABYTE:g} MB, found {member.file_size / MEGABYTE:.4g} MB"
+        )
     with archive.open(member) as file:
         version = np.lib.format.read_magic(file)
-        if version != (1, 0):  # of headers that may have any length; no array of plain numbers needs one
+        if version != (1, 0):  # later versions allow long headers, which arrays of plain numbers do not need
             raise InputError(f"{where}: expected version 1.0 of NumPy's format, found {version[0]}.{version[1]}")
         shape, _, dtype = np.lib.format.read_array_header_1_0(file)
         size = member.file_size - file.tell()
@@ -112,10 +117,10 @@ def _check(
         kind = KINDS[expected.kind]
         raise InputError(f"{where}: expected {expected.what} ({kind}), found shape {shape} of {dtype}")
     count = 1
-    for length in shape:  # not np.prod, whose whole numbers have 64 bits
+    for length in shape:  # np.prod would overflow at 64 bits
         count *= length
     if min(shape, default=0) < 0 or count * dtype.itemsize != size:
-        raise InputError(f"{where}: expected the {size} bytes that follow its header, found shape {shape} of {dtype}")
+        raise InputError(f"{where}: expected a shape that fits its {size} bytes, found {shape} of {dtype}")
 
 
 def _read(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> np.ndarray:

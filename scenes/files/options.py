@@ -1,6 +1,7 @@
-"""Options that are declared once, in a frozen dataclass, and used by the command line, Python, JSON and the docs.
+"""Options that are declared once, in a frozen dataclass, for the command line, Python, JSON and the documentation.
 
-The dataclass has each option's type, default, range (``__post_init__``) and, under ``Attributes:``, its description.
+The dataclass has the type, the default and the range (in ``__post_init__``) of each option. Its docstring describes the
+options under ``Attributes:``.
 """
 
 from __future__ import annotations
@@ -16,14 +17,14 @@ from typing import Annotated, Any, TypeVar, get_args, get_type_hints
 from scenes.files.errors import ParameterError, did_you_mean, shown
 
 PLACE = re.compile(r"^        \*\*\w+:.*(\n            .*)*", re.MULTILINE)
-"""The ``**options`` among the arguments of a docstring."""
+"""The entry ``**options`` in the arguments of a docstring."""
 
 F = TypeVar("F", bound=Callable[..., Any])
 T = TypeVar("T")
 
 
 def described(options: type) -> dict[str, str]:
-    """What each option is, by its name, from the docstrings of the dataclass and of those that it extends.
+    """Return the description of each option by name, from the docstrings of the dataclass and its base classes.
 
     Args:
         options: the dataclass.
@@ -40,14 +41,14 @@ def described(options: type) -> dict[str, str]:
 
 
 def taken(given: Mapping[str, Any], *kinds: type) -> list[Any]:
-    """The options that a function was given by name, as instances of its dataclasses.
+    """Turn the keyword arguments of a function into instances of its dataclasses of options.
 
     Args:
-        given: values by name; what is not given has its default.
+        given: values by name. The other options have their defaults.
         kinds: the dataclasses.
 
     Raises:
-        ParameterError: none of them has an option of this name, or an option cannot have its value.
+        ParameterError: no dataclass has an option of this name, or the value of an option is invalid.
 
     >>> from dataclasses import dataclass
     >>> @dataclass(frozen=True)
@@ -69,10 +70,10 @@ def taken(given: Mapping[str, Any], *kinds: type) -> list[Any]:
 
 
 def takes(*kinds: type) -> Callable[[F], F]:
-    """Let a function that collects ``**options`` show them one by one, in its signature and its docstring.
+    """Decorate a function with ``**options`` so that its signature and docstring list each option.
 
     Args:
-        kinds: the dataclasses that ``taken`` makes of the options.
+        kinds: the dataclasses that the function passes to ``taken``.
     """
     from tyro.conf import Suppress
 
@@ -83,14 +84,14 @@ def takes(*kinds: type) -> Callable[[F], F]:
         shown_options, lines = [], []
         for kind in kinds:
             descriptions = described(kind)
-            hints = get_type_hints(kind, include_extras=True)
+            hints, plain = get_type_hints(kind, include_extras=True), get_type_hints(kind)
             for each in fields(kind):
-                if Suppress in get_args(hints[each.name]):  # the command line hides it, too
+                if Suppress in get_args(hints[each.name]):  # hidden on the command line, too
                     continue
-                if each.name not in named:  # such as the function names itself, to take it by place
-                    kind_of = inspect.Parameter.KEYWORD_ONLY
+                if each.name not in named:  # the function may name an option itself, to accept it by position
+                    kind_of, annotation = inspect.Parameter.KEYWORD_ONLY, plain[each.name]
                     shown_options.append(
-                        inspect.Parameter(each.name, kind_of, default=default_of(each), annotation=each.type)
+                        inspect.Parameter(each.name, kind_of, default=default_of(each), annotation=annotation)
                     )
                 meaning = descriptions[each.name].replace("\n", "\n" + " " * 12)
                 lines.append(f"{' ' * 8}{each.name}: {meaning}")
@@ -103,10 +104,10 @@ def takes(*kinds: type) -> Callable[[F], F]:
 
 @cache
 def unchecked(options: type[T]) -> type[T]:
-    """The dataclass as the command line reads it: without checks, which the command makes afterwards with ``checked``.
+    """Return the dataclass without its checks, for the command line. The command makes them later, by ``checked``.
 
-    The parser of the command line would turn an error on the way into a message of its own. Options of dataclasses in
-    it come without a prefix.
+    If a check failed during parsing, the parser would print a message of its own. Options of nested dataclasses have no
+    prefix.
 
     Args:
         options: the dataclass.
@@ -121,7 +122,7 @@ def unchecked(options: type[T]) -> type[T]:
         options.__name__,
         nested,
         bases=(options,),
-        # Without a docstring of its own, so that the help shows that of the parent.
+        # Without a docstring, so that the help shows that of the base class.
         namespace={"__post_init__": lambda self: None, "__doc__": None, "__module__": options.__module__},
         frozen=True,
     )
@@ -129,9 +130,10 @@ def unchecked(options: type[T]) -> type[T]:
 
 @cache
 def optional(options: type) -> Any:
-    """The dataclass without checks, whose options are None by default: the real default depends on something else.
+    """Return the dataclass without its checks and with None as the default of each option.
 
-    Switches keep their defaults, so that the command line has --NAME and --no-NAME for them.
+    This is for options whose real default depends on something else. Switches keep their defaults, so that the command
+    line has --NAME and --no-NAME for them.
 
     Args:
         options: the dataclass.
@@ -148,17 +150,17 @@ def optional(options: type) -> Any:
 
 
 def checked(options: type[T], values: Any) -> T:
-    """An instance of the dataclass from one that ``unchecked`` made.
+    """Make an instance of the dataclass, with its checks, from one of the class that ``unchecked`` returned.
 
     Raises:
-        ParameterError: an option cannot have its value.
+        ParameterError: the value of an option is invalid.
     """
     content = {each.name: getattr(values, each.name) for each in fields(options)}  # type: ignore[arg-type]
     return options(**content | {name: checked(kind, content[name]) for name, kind in _nested(options).items()})
 
 
 def changed(values: Any) -> dict[str, Any]:
-    """The options that differ from their defaults, by name; those of dataclasses in it are among them.
+    """Return the options that differ from their defaults, by name, including those of nested dataclasses.
 
     >>> from dataclasses import dataclass
     >>> @dataclass(frozen=True)
@@ -175,13 +177,13 @@ def changed(values: Any) -> dict[str, Any]:
 
 
 def _nested(options: type) -> dict[str, type]:
-    """The options that are dataclasses themselves, by name."""
+    """Return the options that are themselves dataclasses, by name."""
     hints = get_type_hints(options)
     return {each.name: hints[each.name] for each in fields(options) if is_dataclass(hints[each.name])}
 
 
 def default_of(option: Field) -> Any:
-    """The default of a dataclass's field; ``inspect.Parameter.empty``: it has none."""
+    """Return the default of a dataclass's field, or ``inspect.Parameter.empty`` if it has none."""
     if option.default is not MISSING:
         return option.default
     return option.default_factory() if option.default_factory is not MISSING else inspect.Parameter.empty

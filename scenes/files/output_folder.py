@@ -1,4 +1,4 @@
-"""Output folders: a new one that appears when it is whole, or one's own, which the same command continues."""
+"""Output folders: a new one that appears only when it is complete, or one that the same command continues."""
 
 from __future__ import annotations
 
@@ -15,25 +15,25 @@ from scenes.files.folder_lock import LOCK, locked
 
 @contextmanager
 def new_folder(output: Path, force: bool | None = None) -> Iterator[Path]:
-    """Make a folder. If the process is killed on the way, the same call begins anew.
+    """Make a folder. If the process is killed before the end, the same call starts again from the beginning.
 
     Args:
-        output: the folder: a new or an empty one.
-        force: it may hold other files, of which those of the same names are replaced; None: the command has no
-            --force.
+        output: the folder, which must be new or empty.
+        force: whether the folder may contain other files, of which those of the same names are replaced. None: the
+            command has no option --force.
 
     Yields:
         The folder to write to, in .NAME.unfinished beside the output.
 
     Raises:
-        InputError: the output holds other files, or another process makes it.
+        InputError: the output contains other files, or another process is making it.
     """
     output = output.absolute()
     _require_new(output, force)
     unfinished = output.with_name(f".{output.name}.unfinished")
     with locked(unfinished):
         new = unfinished / "new"
-        shutil.rmtree(new, ignore_errors=True)  # of a process that was killed
+        shutil.rmtree(new, ignore_errors=True)  # left by a process that was killed
         try:
             new.mkdir()
             yield new
@@ -41,7 +41,7 @@ def new_folder(output: Path, force: bool | None = None) -> Iterator[Path]:
             if not output.exists():
                 new.rename(output)
                 return
-            # Files of subfolders first: a scene's YAML and a dataset's index files, which refer to these, come last.
+            # Files of subfolders first: a scene's YAML and a dataset's index files refer to them and come last.
             files = [path for path in new.rglob("*") if path.is_file()]
             for file in sorted(files, key=lambda path: -len(path.parts)):
                 place = output / file.relative_to(new)
@@ -55,7 +55,7 @@ def _require_new(output: Path, force: bool | None) -> None:
     if output.exists() and not output.is_dir():
         raise InputError(f"{output}: expected a new folder, found a file")
     if output.exists() and not force and any(output.iterdir()):
-        hint = "" if force is None else "; --force replaces those of the same names"
+        hint = "" if force is None else "; --force replaces files of the same names"
         raise InputError(f"{output}: expected a new folder, found other files{hint}")
 
 
@@ -63,34 +63,34 @@ def _require_new(output: Path, force: bool | None) -> None:
 def own_folder(
     folder: Path, kind: str, record: str, settings: dict[str, Any], read: Callable[[Path], dict[str, Any]]
 ) -> Iterator[None]:
-    """Make an output folder, or check that what is in it has the same settings; then keep other processes from it.
+    """Make an output folder, or check that an existing one has the same settings. Lock it within a block.
 
     Args:
-        folder: folder that a run, an experiment or a demo will be written to.
-        kind: what it will be, for messages: "run", "experiment" or "demo".
-        record: name of the file that records its settings, which is written first.
-        settings: its settings, by name.
-        read: function from the path of such a file to the settings in it.
+        folder: folder of a run, an experiment or a demo.
+        kind: what the folder contains, for messages: "run", "experiment" or "demo".
+        record: name of the file that records the settings. It is written first.
+        settings: the settings, by name.
+        read: function that reads the settings from such a file.
 
     Raises:
-        InputError: the folder holds other files, something with other settings, or another process writes to it.
+        InputError: the folder contains other files or other settings, or another process is writing to it.
     """
     require_own(folder, kind, record, settings, read)
     with locked(folder):
-        require_own(folder, kind, record, settings, read)  # another process may have begun in the meantime
+        require_own(folder, kind, record, settings, read)  # another process may have started in the meantime
         yield
 
 
 def require_own(
     folder: Path, kind: str, record: str, settings: dict[str, Any], read: Callable[[Path], dict[str, Any]]
 ) -> None:
-    """Check that a folder is new, or holds something with the same settings; ``own_folder`` explains the arguments.
+    """Check that a folder is new, or has the same settings. ``own_folder`` explains the arguments.
 
     Raises:
-        InputError: the folder holds other files, or something with other settings.
+        InputError: the folder contains other files or other settings.
     """
     if not os.path.lexists(folder / record):
-        left = {LOCK, f"{record}.tmp"}  # by a process that was killed in its first moment
+        left = {LOCK, f"{record}.tmp"}  # left by a process that was killed at its start
         if folder.exists() and (not folder.is_dir() or {path.name for path in folder.iterdir()} - left):
             raise InputError(f"{folder}: expected a new folder or an earlier {kind}, found other files")
         return

@@ -1,4 +1,4 @@
-"""Text from files, such as the name of a scene or a folder, shown as it is: not as markup, formula or command."""
+"""Show text from files, such as the name of a scene, literally: not as markup, formulas or terminal commands."""
 
 from __future__ import annotations
 
@@ -11,10 +11,11 @@ from scenes.files.errors import SHOWN, cut, printable
 
 
 def in_figure(text: str) -> str:
-    r"""Text for a figure of Matplotlib: without formulas, on one line, and cut if long.
+    r"""Format text for a figure of Matplotlib: without formulas, on one line, and cut if long.
 
     Args:
-        text: any text. One that begins with "_" gets a space in front: Matplotlib leaves such labels out of legends.
+        text: any text. If it begins with "_", a space is put in front, since Matplotlib leaves such labels out of
+            legends.
 
     >>> print(in_figure(r"$\frac{$"), in_figure("a\nb"))
     \$\frac{\$ a\nb
@@ -24,7 +25,7 @@ def in_figure(text: str) -> str:
 
 
 def in_markdown(text: str) -> str:
-    r"""Text for a panel of the viewer, which reads Markdown and HTML.
+    r"""Escape text for a panel of the viewer, which reads Markdown and HTML.
 
     Args:
         text: any text.
@@ -36,19 +37,19 @@ def in_markdown(text: str) -> str:
 
 
 LONGEST_WORD = 300
-"""Characters; a longer word, such as a path that no file system has, is cut."""
+"""Most characters of a word. A longer one, such as an impossible path, is cut."""
 
 
 def say(sentence: str) -> None:
-    """Print a sentence to the user on stderr, after the name of the program.
+    """Print a sentence for the user on stderr, after the name of the program.
 
     Args:
-        sentence: any text; its control characters are escaped, and words that no reader wants are cut.
+        sentence: any text. Control characters are escaped, and very long words are cut.
     """
     short = re.sub(rf"\S{{{LONGEST_WORD},}}", lambda word: f"{word[0][:SHOWN]}…{word[0][-SHOWN:]}", sentence)
     print(f"bisplat: {printable(short)}", file=sys.stderr)
 
 
 def plain_console(**options) -> Console:
-    """A console of rich that takes text as it is, without markup such as [red] and without emoji such as :smile:."""
+    """Return a console of rich that prints text literally, without markup such as [red] or emoji such as :smile:."""
     return Console(markup=False, emoji=False, **options)

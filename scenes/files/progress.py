@@ -1,4 +1,4 @@
-"""Progress of long work, on stderr."""
+"""Progress bars on stderr."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class RateColumn(ProgressColumn):
 
 
 def progress_bar() -> Progress:
-    """Progress on stderr: description, bar, count, spectra per second, time remaining."""
+    """Return a progress bar on stderr with a description, count, spectra per second and remaining time."""
     return Progress(
         TextColumn("{task.description}", markup=False),
         BarColumn(),

@@ -1,6 +1,6 @@
-"""Check a value that was read from a file against a schema; errors name the key and the value.
+"""Check a value from a file against a schema. Errors name the key and the value.
 
-A schema is a ``msgspec.Struct``, or a dataclass of settings, whose own checks are then made, too.
+A schema is a ``msgspec.Struct`` or a dataclass of settings. A dataclass also makes its own checks.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Count = Annotated[int, Meta(ge=0)]
 Positive = Annotated[float, Meta(gt=0)]
 
 LATER = {"later": True}
-"""Metadata of a field that files of an older version do not have."""
+"""Metadata of a field that files of older versions do not have."""
 
 WORDS = {
     "float": "a number",
@@ -33,7 +33,7 @@ WORDS = {
     "array": "a list",
     "null": "nothing",
 }
-"""What a reader calls the types of msgspec's messages."""
+"""Readable names for the types in msgspec's messages."""
 
 RECORDS = inspect.StructType | inspect.DataclassType
 
@@ -43,14 +43,14 @@ BOUNDS = {">=": "of at least", "<=": "of at most", ">": "above", "<": "below"}
 
 
 def conform(value: object, schema: type[T], source: str, numbers_as_text: bool = False, complete: bool = False) -> T:
-    """The value as an instance of a schema.
+    """Convert a value to an instance of a schema.
 
     Args:
-        value: as read from JSON or YAML.
-        schema: a subclass of ``msgspec.Struct``, or a dataclass, which takes no keys but those of its fields.
+        value: the value from JSON or YAML.
+        schema: a subclass of ``msgspec.Struct``, or a dataclass, which accepts only the keys of its fields.
         source: the start of the message: the file's name.
-        numbers_as_text: also take numbers that are texts; YAML 1.1 reads 1e-3, without a point, as a text.
-        complete: dataclasses need a key for each field, but for those that are marked ``LATER``.
+        numbers_as_text: also accept numbers that are texts. YAML 1.1 reads 1e-3, without a point, as a text.
+        complete: whether dataclasses need a key for each field that is not marked ``LATER``.
 
     Raises:
         InputError: a key is missing or unknown, or a value has another type or is out of its range.
@@ -71,7 +71,7 @@ def conform(value: object, schema: type[T], source: str, numbers_as_text: bool =
     except msgspec.ValidationError as error:
         cause = error.__cause__
         sentence, _, place = str(error).partition(" - at ")
-    place, _, _ = place.partition("[...]")  # where msgspec does not name the key, the mapping itself is shown
+    place, _, _ = place.partition("[...]")  # if msgspec does not name the key, the mapping itself is shown
     names = re.findall(r"\.([^.\[\]`]+)|\[(\d+)\]", place)
     keys: list[str | int] = [name or int(index) for name, index in names]
     for key in keys:
@@ -79,7 +79,7 @@ def conform(value: object, schema: type[T], source: str, numbers_as_text: bool =
     if isinstance(cause, ParameterError):  # a dataclass's own check
         raise InputError(f"{_place(source, [*keys, cause.parameter])}{cause.message}")
     if place.startswith("`key`"):
-        raise InputError(f"{_place(source, keys)}expected keys that are texts, found {shown(value)}")
+        raise InputError(f"{_place(source, keys)}expected texts as keys, found {shown(value)}")
     raise InputError(f"{_place(source, keys)}{_expected_found(sentence, value, kind)}")
 
 
@@ -89,7 +89,7 @@ def _place(source: str, keys: list[str | int]) -> str:
 
 
 def _check_keys(value: Any, kind: inspect.Type, source: str, complete: bool, keys: tuple[str, ...] = ()) -> None:
-    """Refuse keys that a dataclass does not have and, if ``complete``, the lack of one; msgspec passes over both."""
+    """Refuse unknown keys of dataclasses and, if ``complete``, missing ones. msgspec ignores both."""
     if isinstance(kind, inspect.UnionType):
         kind = next((each for each in kind.types if isinstance(each, RECORDS)), kind)
     if not isinstance(kind, RECORDS) or not isinstance(value, dict):
@@ -107,11 +107,11 @@ def _check_keys(value: Any, kind: inspect.Type, source: str, complete: bool, key
 
 
 def recorded(settings: type, **beside: tuple[Any, Any]) -> Any:
-    """A dataclass of settings with what a file has beside them, as a schema.
+    """Return a schema for a dataclass of settings and further keys in the same file.
 
     Args:
         settings: a frozen dataclass.
-        beside: type and default of each further key; no default: ``dataclasses.MISSING``.
+        beside: type and default of each further key, ``dataclasses.MISSING`` for no default.
 
     >>> from dataclasses import dataclass
     >>> @dataclass(frozen=True)
@@ -130,7 +130,7 @@ def recorded(settings: type, **beside: tuple[Any, Any]) -> Any:
 
 
 def _inside(kind: inspect.Type, key: str | int) -> inspect.Type:
-    """The type of what a struct or a list holds; msgspec's message says that it is one of the two."""
+    """Return the type of a field or an item. msgspec's message says that the container is a struct or a list."""
     if isinstance(kind, inspect.UnionType):
         kind = next(each for each in kind.types if isinstance(each, RECORDS | inspect.ListType))
     if isinstance(kind, RECORDS):
@@ -146,7 +146,7 @@ def _unknown(key: object, known: Iterable[str]) -> str:
 
 
 def _expected_found(sentence: str, value: Any, kind: inspect.Type) -> str:
-    """msgspec's sentence in our words."""
+    """Translate msgspec's message into our words."""
     if isinstance(kind, inspect.UnionType):
         kind = next((each for each in kind.types if not isinstance(each, inspect.NoneType)), kind)
     if match := re.fullmatch(r"Object contains unknown field `(.*)`", sentence, re.DOTALL):

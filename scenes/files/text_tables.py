@@ -1,4 +1,4 @@
-"""Tables on stdout: folded to the width of a terminal, as wide as needed in a file or pipe, and never cut."""
+"""Tables on stdout. They are folded to the width of a terminal, or as wide as needed in a file or pipe; never cut."""
 
 from __future__ import annotations
 
@@ -10,24 +10,24 @@ from scenes.files.errors import printable
 from scenes.files.plain_text import plain_console
 
 WIDEST = 80
-"""Characters per line of a cell; a longer sentence is folded."""
+"""Most characters per line of a cell. Longer text is folded."""
 
 UNLIMITED = 10_000
-"""Characters per line, more than any table has."""
+"""Characters per line: more than any table has."""
 
 
 def print_table(title: str, columns: dict[str, dict]) -> None:
-    """Print a table.
+    """Print a table that is given by its columns.
 
     Args:
-        title: of the table.
-        columns: the cells of each column by the name of their row; the first column has all rows.
+        title: title of the table.
+        columns: the cells of each column, by name of the row. The first column has all rows.
     """
     table = Table(title=printable(title))
     table.add_column("", overflow="fold", max_width=WIDEST)
     for name in columns:
         heading = printable(name.replace("_", " "))
-        if sys.stdout.isatty():  # a narrow terminal would cut inverse-distance in the middle of a word
+        if sys.stdout.isatty():  # a narrow terminal would break inverse-distance in the middle of a word
             heading = heading.replace("-", "-\n")
         table.add_column(heading, overflow="fold", max_width=WIDEST)
     for row in next(iter(columns.values())):
@@ -37,11 +37,11 @@ def print_table(title: str, columns: dict[str, dict]) -> None:
 
 
 def print_rows(title: str, rows: list[dict]) -> None:
-    """Print a table.
+    """Print a table that is given by its rows.
 
     Args:
-        title: of the table.
-        rows: the cells of each row by the name of their column; all rows have the same columns.
+        title: title of the table.
+        rows: the cells of each row, by name of the column. All rows have the same columns.
     """
     table = Table(title=printable(title))
     for name in rows[0]:
@@ -56,5 +56,5 @@ def _cell(value: object) -> str:
 
 
 def _print(table: Table) -> None:
-    # Where there is no terminal, rich would take the width for 80.
+    # Without a terminal, rich would assume a width of 80.
     plain_console(width=None if sys.stdout.isatty() else UNLIMITED).print(table)

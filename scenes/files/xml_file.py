@@ -1,4 +1,4 @@
-"""Read XML that the user gave: no DOCTYPE, so no entities that grow or name other files, and a bounded depth."""
+"""Read XML from the user, with limited depth and no DOCTYPE, whose entities could grow or refer to other files."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from scenes.files.errors import InputError, printable
 from scenes.files.input_file import MEGABYTE, read_bytes
 
 LIMIT = 64 * MEGABYTE
-"""Largest size of an XML file, bytes: about 200,000 shapes."""
+"""Largest size of an XML file, bytes. It is enough for about 200,000 shapes."""
 
 DEEPEST = 50
-"""Levels of elements; scene files have five."""
+"""Most levels of elements. Scene files have five."""
 
 
 class _PlainBuilder(TreeBuilder):
-    """Builds the tree of an XML file, and refuses a DOCTYPE, which alone can declare entities, and deep nesting."""
+    """Builds the tree of an XML file. It refuses deep nesting, and a DOCTYPE, without which there are no entities."""
 
     level = 0
 
     def doctype(self, name: str, pubid: str | None, system: str | None) -> None:
-        raise InputError("a DOCTYPE, which is not read")
+        raise InputError("a DOCTYPE, which is not supported")
 
     def start(self, tag: str, attrs: dict[str, str]) -> Element:  # type: ignore[override]
         self.level += 1
@@ -35,20 +35,20 @@ class _PlainBuilder(TreeBuilder):
 
 
 def read_xml(path: Path, expected: str) -> Element:
-    """The root element of an XML file.
+    """Read the root element of an XML file.
 
     Args:
         path: the file.
         expected: what should be there, for the message, e.g. "a scene".
 
     Raises:
-        InputError: the file cannot be read, is larger than ``LIMIT``, is malformed, has a DOCTYPE, or is nested too
-            deep.
+        InputError: the file cannot be read, is larger than ``LIMIT``, is not valid XML, has a DOCTYPE, or is nested
+            too deep.
     """
     data = read_bytes(path, f"{expected} as XML", LIMIT)
     parser = XMLParser(target=_PlainBuilder())
     try:
         parser.feed(data)
         return parser.close()
-    except (ParseError, InputError, LookupError, ValueError) as error:  # LookupError: an encoding that is not known
+    except (ParseError, InputError, LookupError, ValueError) as error:  # LookupError: an unknown encoding
         raise InputError(f"{path}: expected {expected} as XML, found {printable(str(error))}") from None

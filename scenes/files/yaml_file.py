@@ -1,7 +1,8 @@
-"""Read YAML that the user gave: the one place that parses it.
+"""Read YAML from the user. All of the program's YAML is parsed here.
 
-YAML has more than a description needs, and some of it is dangerous: aliases can make a small file a huge value, and
-dates and tags make other types than texts, numbers, lists and mappings. PyYAML reads YAML 1.1, where -.5 is a text.
+YAML has features that a description does not need, and some are dangerous. Aliases can make a huge value of a small
+file. Dates and tags make values that are not texts, numbers, lists or mappings. PyYAML reads YAML 1.1, in which -.5 is
+a text.
 """
 
 from __future__ import annotations
@@ -17,13 +18,13 @@ from scenes.files.input_file import MEGABYTE, read_text
 from scenes.files.json_file import DEEPEST, TOO_DEEP
 
 LIMIT = 4 * MEGABYTE
-"""Largest size of a YAML file, bytes: about 60,000 objects, which take half a minute to read."""
+"""Largest size of a YAML file, bytes. It is enough for about 60,000 objects, which take half a minute to read."""
 
 TIMESTAMP = "tag:yaml.org,2002:timestamp"
 
 
 class PlainLoader(yaml.SafeLoader):
-    """PyYAML's safe loader without aliases, dates, deep nesting, and keys that are twice there, lists or mappings."""
+    """PyYAML's safe loader without dates. It refuses aliases, deep nesting, repeated keys, and keys that are lists."""
 
     level = 0
 
@@ -31,7 +32,7 @@ class PlainLoader(yaml.SafeLoader):
         event = self.peek_event()
         if self.check_event(yaml.AliasEvent):
             raise yaml.MarkedYAMLError(
-                problem=f"the alias *{event.anchor}, and aliases are not read", problem_mark=event.start_mark
+                problem=f"the alias *{event.anchor} (aliases are not supported)", problem_mark=event.start_mark
             )
         if self.level > DEEPEST:
             raise yaml.MarkedYAMLError(problem=TOO_DEEP, problem_mark=event.start_mark)
@@ -44,14 +45,14 @@ class PlainLoader(yaml.SafeLoader):
         seen = set()
         for key, _ in node.value if isinstance(node, yaml.MappingNode) else ():
             if not isinstance(key, yaml.ScalarNode):
-                raise yaml.MarkedYAMLError(problem="a key that is no text", problem_mark=key.start_mark)
+                raise yaml.MarkedYAMLError(problem="a key that is not a text", problem_mark=key.start_mark)
             if key.value in seen:
                 raise yaml.MarkedYAMLError(problem=f"the key {shown(key.value)} twice", problem_mark=key.start_mark)
             seen.add(key.value)
         return super().construct_mapping(node, deep)
 
 
-# A date, which no key of ours takes, is a text: so a scene may be named 2024-01-01.
+# Dates stay texts, since no key of ours needs a date. So a scene may be named 2024-01-01.
 PlainLoader.yaml_implicit_resolvers = {
     first: [(tag, pattern) for tag, pattern in resolvers if tag != TIMESTAMP]
     for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
@@ -59,7 +60,7 @@ PlainLoader.yaml_implicit_resolvers = {
 
 
 class PlainDumper(yaml.SafeDumper):
-    """PyYAML's safe dumper, which also quotes texts that only ``PlainLoader`` takes for numbers."""
+    """PyYAML's safe dumper. It also quotes texts that ``PlainLoader`` alone would read as numbers."""
 
 
 for each in (PlainLoader, PlainDumper):
@@ -67,15 +68,15 @@ for each in (PlainLoader, PlainDumper):
 
 
 def read_yaml(path: Path, expected: str) -> Any:
-    """The value that a YAML file holds.
+    """Read the value in a YAML file.
 
     Args:
         path: the file.
         expected: what should be there, for the message, e.g. "a scene".
 
     Raises:
-        InputError: the file cannot be read, is larger than ``LIMIT``, is no YAML, or has an alias, a key twice in one
-            mapping, a value that is not what its tag says, or values nested too deep.
+        InputError: the file cannot be read, is larger than ``LIMIT``, or is not valid YAML; or it has an alias, a key
+            twice in a mapping, a value that does not fit its tag, or values that are nested too deep.
     """
     text = read_text(path, expected, LIMIT)
     place = str(path)
@@ -87,5 +88,5 @@ def read_yaml(path: Path, expected: str) -> Any:
     except yaml.YAMLError as error:
         found = f"malformed YAML, {' '.join(str(error).split())}"
     except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:  # of a tag such as !!int
-        found = f"malformed YAML, a value that is not of its type ({shown(str(error))})"
+        found = f"malformed YAML, a value that does not fit its tag ({shown(str(error))})"
     raise InputError(f"{place}: expected {expected} as YAML, found {printable(found)}") from None

@@ -1,4 +1,4 @@
-"""Check what a glTF file claims to hold before its reader believes it: sizes, references, and what is not read."""
+"""Check the header of a glTF file before trimesh reads it: sizes, references, and unsupported features."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ COMPONENTS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9
 WIDEST = 4
 """Bytes of the widest component."""
 DEEPEST = 100
-"""Levels of nodes; the reader's time grows with the square of them."""
+"""Most levels of nodes. The reader's time grows with the square of them."""
 
 
 class Accessor(Struct, rename="camel"):
@@ -51,7 +51,7 @@ class Root(Struct):
 
 
 class Header(Struct, rename="camel"):
-    """What is read of a glTF file's JSON (glTF 2.0 specification, section 5)."""
+    """The parts of a glTF file's JSON that are checked (glTF 2.0 specification, section 5)."""
 
     accessors: list[Accessor] = []
     buffer_views: list[View] = []
@@ -62,7 +62,7 @@ class Header(Struct, rename="camel"):
 
 
 def check_gltf(data: bytes, source: str, most_bytes: int, most_triangles: int) -> None:
-    """Refuse a glTF file that claims more than it can hold or than is read.
+    """Refuse a glTF file whose header claims too much, or that has unsupported features.
 
     Args:
         data: content of a .glb or .gltf file.
@@ -71,8 +71,8 @@ def check_gltf(data: bytes, source: str, most_bytes: int, most_triangles: int) -
         most_triangles: largest number of triangles of all its nodes together.
 
     Raises:
-        InputError: its JSON is damaged, a reference leads nowhere, nodes are in a circle or too deep, geometry is
-            compressed or sparse, or it is larger than this.
+        InputError: the JSON is damaged, a reference leads nowhere, the nodes form a loop or are nested too deep,
+            geometry is compressed or sparse, or the arrays or triangles exceed their limits.
     """
     header = conform(parse_json(_json_of(data, source), source, "a glTF header"), Header, source)
     size = sum(view.byte_length for view in header.buffer_views)
@@ -84,50 +84,50 @@ def check_gltf(data: bytes, source: str, most_bytes: int, most_triangles: int) -
         drawn = sum(triangles[node.mesh] for node in header.nodes if node.mesh is not None)
         _check_depth(header, source)
     except IndexError:
-        raise InputError(f"{source}: expected references to what the file has, found one to nothing") from None
+        raise InputError(f"{source}: expected references to parts of the file, found one that leads nowhere") from None
     total = max(drawn, sum(triangles))
     if total > most_triangles:
         raise InputError(f"{source}: expected at most {most_triangles} triangles, found {total}")
 
 
 def _json_of(data: bytes, source: str) -> str:
-    """The JSON of a .gltf file, or the first chunk of a .glb file."""
+    """Return the JSON of a .gltf file, or of the first chunk of a .glb file."""
     if data[:4] == b"glTF":
         try:
             length, kind = struct.unpack_from("<I4s", data, 12)
         except struct.error:
             length, kind = 0, b""
         if kind != b"JSON" or 20 + length > len(data):
-            raise InputError(f"{source}: not a readable GLB file (its first chunk is no JSON, or is cut)")
+            raise InputError(f"{source}: expected a GLB file with a complete JSON chunk first, found a damaged file")
         data = data[20 : 20 + length]
     try:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError:
-        raise InputError(f"{source}: not a readable glTF file (its header is no UTF-8 text)") from None
+        raise InputError(f"{source}: expected a glTF header as UTF-8, found another encoding") from None
 
 
 def _corners(part: Primitive, header: Header, source: str) -> int:
-    """Number of vertices or of corners of triangles of a primitive, whichever is larger."""
+    """Return the number of vertices of a primitive, or of corners of its triangles, whichever is larger."""
     used = [part.attributes["POSITION"]] if "POSITION" in part.attributes else []
     used += [] if part.indices is None else [part.indices]
     for index in used:
         accessor = header.accessors[index]
         if accessor.buffer_view is None or accessor.sparse is not None:
             raise InputError(
-                f"{source}: expected geometry that is neither compressed nor sparse, found that of accessors[{index}]"
+                f"{source}: expected plain geometry, found compressed or sparse geometry in accessors[{index}]"
             )
     return max((header.accessors[index].count for index in used), default=0)
 
 
 def _check_depth(header: Header, source: str) -> None:
-    """Refuse nodes that are nested too deep, or are in a circle."""
+    """Refuse nodes that are nested too deep or that form a loop."""
     level = header.scenes[header.scene].nodes if header.scenes else []
     visited = len(level)
     for _ in range(DEEPEST):
         level = [child for node in level for child in header.nodes[node].children]
         visited += len(level)
         if visited > len(header.nodes):
-            raise InputError(f"{source}: expected a tree of nodes, found one that is in it twice")
+            raise InputError(f"{source}: expected a tree of nodes, found a node that occurs twice")
         if not level:
             return
     raise InputError(f"{source}: expected nodes at most {DEEPEST} levels deep, found more")

@@ -1,4 +1,4 @@
-"""Read mesh files: every mesh with its name, in the file's own unit and axes."""
+"""Read the meshes in a file with their names, in the file's own unit and axes."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import trimesh
 from trimesh import Trimesh
 from trimesh.resolvers import Resolver
 
-from scenes.files.errors import InputError, shown
+from scenes.files.errors import InputError, named, shown
 from scenes.files.input_file import MEGABYTE, beside, read_bytes
 from scenes.importing.gltf_header import check_gltf
 from scenes.scene.description import MOST_TRIANGLES
@@ -21,10 +21,10 @@ from scenes.scene.description import MOST_TRIANGLES
 MESH_SUFFIXES = (".glb", ".gltf", ".obj", ".off", ".ply", ".stl")
 
 LARGEST_FILE = 256 * MEGABYTE
-"""Bytes of a mesh file, and of all files that a glTF file names."""
+"""Most bytes of a mesh file, and of all files together that a glTF file names."""
 
 LARGEST = 1e9
-"""Largest coordinate, in the file's unit; a coordinate of 1e30 is a damaged one."""
+"""Largest coordinate, in the file's unit. Damaged files have coordinates such as 1e30."""
 
 READER_ERRORS = (
     ArithmeticError,
@@ -46,14 +46,14 @@ READER_ERRORS = (
 
 
 class Neighbours(Resolver):
-    """The files that a glTF file names, for trimesh: regular ones in its folder or below, and no addresses.
+    """Gives trimesh the files that a glTF file names: regular files in its folder or below, nothing from the network.
 
     Args:
         path: the glTF file.
     """
 
     def __init__(self, path: Path) -> None:
-        self.path, self.file_name = path, path.name  # trimesh names an OBJ's only mesh for its file
+        self.path, self.file_name = path, path.name  # trimesh names the only mesh of an OBJ file after the file
         self.left = LARGEST_FILE
 
     def get(self, key: str) -> bytes:
@@ -75,29 +75,29 @@ class Neighbours(Resolver):
 
 
 def default_up(path: Path) -> str:
-    """The vertical axis: "y" for glTF, as its specification says (section 3.4), "z" for all others."""
+    """Return the vertical axis of a file: "y" for glTF, as its specification says (section 3.4), else "z"."""
     return "y" if path.suffix.lower() in (".glb", ".gltf") else "z"
 
 
 def read_meshes(path: Path) -> list[tuple[str, Trimesh]]:
-    """Every mesh of a file with its node's name, node transforms applied, in the file's own unit and axes.
+    """Read the meshes of a file, with the transforms of their nodes applied, in the file's own unit and axes.
 
-    Vertices and triangles are as the file has them: nothing is merged or dropped. Materials and textures are not read.
+    Vertices and triangles are kept as they are in the file. Materials and textures are not read.
 
     Args:
         path: the mesh file.
 
     Returns:
-        Pairs of a name and a mesh, in the order of the names.
+        Pairs of the name of a node and its mesh, in the order of the names.
 
     Raises:
-        InputError: no regular file, an unsupported format, an unreadable file, one without triangles or with too many,
-            a coordinate that is not finite or too large, or a triangle of a vertex that is not there.
+        InputError: the file is not a regular file, has an unsupported format, cannot be read, or has no triangles or
+            too many; or a coordinate is too large or not finite; or a triangle refers to a vertex that does not exist.
     """
     suffix = path.suffix.lower()
     if suffix not in MESH_SUFFIXES:
         known = ", ".join(MESH_SUFFIXES)
-        raise InputError(f'{path}: "{path.suffix}" is not a mesh format we read; expected one of {known}')
+        raise InputError(f"{path}: expected a mesh file with one of the suffixes {known}, found {named(path.suffix)}")
     data = read_bytes(path, "a mesh", LARGEST_FILE)
     if suffix in (".glb", ".gltf"):
         check_gltf(data, str(path), 2 * LARGEST_FILE, MOST_TRIANGLES)
@@ -107,7 +107,7 @@ def read_meshes(path: Path) -> list[tuple[str, Trimesh]]:
     if suffix == ".obj":
         options |= {"split_objects": True, "split_groups": True, "group_material": False}
     try:
-        with np.errstate(all="ignore"):  # what is not finite is refused below
+        with np.errstate(all="ignore"):  # numbers that are not finite are refused below
             loaded = trimesh.load_scene(BytesIO(data), file_type=suffix[1:], resolver=Neighbours(path), **options)
             nodes = sorted(((str(node), *loaded.graph.get(node)) for node in loaded.graph.nodes_geometry), key=_name)
             parts = [(name, loaded.geometry[key], transform) for name, transform, key in nodes]
@@ -121,9 +121,12 @@ def read_meshes(path: Path) -> list[tuple[str, Trimesh]]:
     except InputError:
         raise
     except READER_ERRORS as error:
-        raise InputError(f"{path}: not a readable {suffix[1:].upper()} file ({_reason(error)})") from error
+        kind = suffix[1:].upper()
+        raise InputError(
+            f"{path}: expected a mesh as {kind}, found a file that cannot be read ({_reason(error)})"
+        ) from error
     if not meshes:
-        raise InputError(f"{path}: holds no triangles (is it a point cloud?)")
+        raise InputError(f"{path}: expected a mesh with triangles, found none (is it a point cloud?)")
     for name, mesh in meshes:
         require_ordinary(mesh, f"{path}: {shown(name)}")
     if suffix in (".ply", ".stl", ".off"):  # formats without names
@@ -140,14 +143,15 @@ def _reason(error: Exception) -> str:
 
 
 def require_corners(mesh: Trimesh, label: str) -> None:
-    """Refuse triangles of vertices that are not there, and vertices of fewer than three coordinates.
+    """Refuse triangles that refer to vertices that do not exist, and vertices without three coordinates.
 
     Args:
         mesh: any mesh.
         label: the start of the message.
 
     Raises:
-        InputError: the index of a corner is negative or larger than the last vertex's, or a vertex is none.
+        InputError: a triangle refers to a vertex number that the mesh does not have, or a vertex does not have three
+            coordinates.
     """
     if mesh.vertices.shape[1:] != (3,):
         raise InputError(
@@ -158,13 +162,13 @@ def require_corners(mesh: Trimesh, label: str) -> None:
     if outside.any():
         row, column = np.argwhere(outside)[0]
         raise InputError(
-            f"{label}: expected corners among its {len(mesh.vertices)} vertices, numbered from 0, found vertex "
+            f"{label}: expected corners with vertex numbers from 0 to {len(mesh.vertices) - 1}, found "
             f"{mesh.faces[row, column]} in triangle {row}"
         )
 
 
 def require_ordinary(mesh: Trimesh, label: str) -> None:
-    """Refuse coordinates that are not finite, or absurdly large.
+    """Refuse coordinates that are not finite or that are absurdly large.
 
     Args:
         mesh: any mesh.
@@ -178,5 +182,5 @@ def require_ordinary(mesh: Trimesh, label: str) -> None:
     if len(faulty):
         raise InputError(
             f"{label}: expected coordinates within ±{LARGEST:g}, found {vertices[faulty[0]].tolist()} at vertex "
-            f"{faulty[0]}, numbered from 0 ({len(faulty)} of {len(vertices)} vertices have this fault)"
+            f"{faulty[0]}, counted from 0 ({len(faulty)} of {len(vertices)} vertices have this fault)"
         )

@@ -1,4 +1,4 @@
-"""Scene files of Mitsuba 3 and Sionna RT: their shapes and radio materials, read without either program."""
+"""Read the shapes and radio materials of Mitsuba 3 and Sionna RT scene files, without either program."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ from scenes.importing.mesh_files import read_meshes, require_ordinary
 from scenes.scene.materials import RadioMaterial, material_names, p2040_material
 from scenes.scene.shapes import box, sheet, union
 
-SIONNA = "sionna:"  # before the name of one of Sionna RT's own scenes
+SIONNA = "sionna:"  # prefix of the names of scenes that come with Sionna RT
 SHAPES = ("ply", "obj", "rectangle", "cube")
-# Elements that hold no shape. Others may hold one (include, alias) and are refused, since a missing wall is easily
-# overlooked.
+# Elements that contain no shape. Others, such as include and alias, may contain one. They are refused, since a missing
+# wall is easily overlooked.
 WITHOUT_SHAPES = ("default", "bsdf", "texture", "medium", "sensor", "emitter", "integrator")
-# A material's missing values are those of Sionna RT, so that both programs trace the same place.
+# Missing values of a material are those of Sionna RT, so that both programs trace the same scene.
 SIONNA_DEFAULTS = {
     "thickness": 0.1,  # m
     "relative_permittivity": 1.0,
@@ -36,8 +36,8 @@ SIONNA_DEFAULTS = {
     "xpd_coefficient": 0.0,
 }
 LONGEST_NAME, LONGEST_TEXT = 100, 10_000
-"""Characters of the name of a <default>, and of an attribute in which such names are replaced."""
-GREY = (0.6, 0.6, 0.6)  # colours are for drawings only, so those of the file are ignored
+"""Most characters of the name of a <default>, and of an attribute after such names are replaced."""
+GREY = (0.6, 0.6, 0.6)  # for drawings; the colours of the file are ignored
 COLORS = ("color", "reflectance", "base_color")
 
 
@@ -46,10 +46,10 @@ class MitsubaShape:
     """A shape of a scene file.
 
     Attributes:
-        name: its id without the "mesh-" that Blender's exporter adds, as in Sionna RT.
-        mesh: its triangles, transform applied, in the file's own unit and axes.
-        bsdf: the XML element of its material; None if it has none.
-        source: the start of every message about it.
+        name: id of the shape without the prefix "mesh-" of Blender's exporter, as in Sionna RT.
+        mesh: the triangles with the transform applied, in the file's own unit and axes.
+        bsdf: the XML element of the material, if the shape has one.
+        source: the start of every message about the shape.
     """
 
     name: str
@@ -58,18 +58,18 @@ class MitsubaShape:
     source: str
 
     def radio_material(self, frequency: float, default: str | None = None) -> RadioMaterial:
-        """The material that the file gives the shape, named by its bsdf's id without "mat-" and "itu_".
+        """Return the shape's radio material. Its name is the id of the bsdf without "mat-" and "itu_".
 
         Args:
-            frequency: hertz.
-            default: P.2040 name for a shape that the file gives no radio material.
+            frequency: Hz.
+            default: name of the P.2040 material for a shape without a radio material in the file.
 
         Returns:
             The material.
 
         Raises:
-            InputError: no radio material and no default, an unknown material or property, a value out of
-                its range, or a P.2040 material that is not known at the frequency.
+            InputError: there is neither a radio material nor a default; a material or property is unknown; a value is
+                out of its range; or P.2040 does not give the material at the frequency.
         """
         bsdf = Element("bsdf", type="none") if self.bsdf is None else self.bsdf
         kind, mat = bsdf.get("type"), bsdf.get("id", "").removeprefix("mat-")
@@ -90,9 +90,9 @@ class MitsubaShape:
         else:
             raise InputError(
                 f'{self.source}: expected an itu-radio-material, a radio-material or an id such as "mat-itu_concrete", '
-                f"found {'no bsdf' if self.bsdf is None else _shown(bsdf)}; or give it one by a material rule"
+                f"found {'no bsdf' if self.bsdf is None else _shown(bsdf)}; a material rule can assign one"
             )
-        if kind in ("radio-material", "itu-radio-material"):  # all others describe looks too
+        if kind in ("radio-material", "itu-radio-material"):  # others also have visual properties
             for key in given.keys() - {*known, *COLORS}:
                 raise InputError(f"{label}: unknown property {named(str(key))}; {did_you_mean(key, known)}")
         values: dict[str, Any] = {key: SIONNA_DEFAULTS[key] for key in known}
@@ -106,31 +106,31 @@ class MitsubaShape:
 
 
 def sionna_scene(name: str) -> Path:
-    """The file of one of Sionna RT's own scenes, in the installed package.
+    """Find the file of a scene that comes with Sionna RT, in the installed package.
 
     Args:
-        name: "sionna:" and the scene's name, such as "sionna:etoile".
+        name: "sionna:" and the name of the scene, such as "sionna:etoile".
 
     Returns:
         Path of the scene XML.
 
     Raises:
-        InputError: Sionna RT is not installed, or has no scene of that name.
+        InputError: Sionna RT is not installed, or has no scene of this name.
     """
     spec = find_spec("sionna")  # finds the folder without starting the ray tracer
     folders = [Path(folder) / "rt" / "scenes" for folder in (spec and spec.submodule_search_locations) or ()]
     files = {SIONNA + path.stem: path for folder in folders for path in folder.glob("*/*.xml")}
     if not files:
-        raise InputError(f"{name}: the scenes of Sionna RT come with it, and it is not installed")
+        raise InputError(f"{name}: this scene comes with Sionna RT, which is not installed")
     if name not in files:
-        raise InputError(f"{name}: Sionna RT has no such scene; {did_you_mean(name, files)}")
+        raise InputError(f"unknown scene {named(name)} of Sionna RT; {did_you_mean(name, files)}")
     return files[name]
 
 
 def read_mitsuba(path: Path) -> list[MitsubaShape]:
-    """Read every shape of a Mitsuba 3 or Sionna RT scene file: ply, obj, rectangle and cube.
+    """Read the shapes of a Mitsuba 3 or Sionna RT scene file: ply, obj, rectangle and cube.
 
-    ``to_world`` is applied and ``$name`` replaced by its <default>. Sensors, emitters and integrators are ignored.
+    ``to_world`` is applied, and ``$name`` is replaced by its <default>. Sensors, emitters and integrators are ignored.
 
     Args:
         path: the scene XML.
@@ -139,8 +139,8 @@ def read_mitsuba(path: Path) -> list[MitsubaShape]:
         The shapes, in the order of the file.
 
     Raises:
-        InputError: no such file, malformed XML, an element, shape or transform of another kind, a ``$name``
-            without a default, a mesh that cannot be read, or an unknown reference.
+        InputError: the file does not exist or is not XML; an element, shape or transform is of another kind; a
+            ``$name`` has no default; a mesh cannot be read; or a reference leads nowhere.
     """
     root = read_xml(path, "a Mitsuba scene")
     if root.tag != "scene":
@@ -152,7 +152,7 @@ def read_mitsuba(path: Path) -> list[MitsubaShape]:
         if element.tag == "shape":
             shapes.append(_shape(element, len(shapes), path, bsdfs))
         elif element.tag not in WITHOUT_SHAPES:
-            raise InputError(f"{path}: expected shapes and what they are made of, found {_shown(element)}")
+            raise InputError(f"{path}: expected shapes and their materials, found {_shown(element)}")
     if not shapes:
         raise InputError(f"{path}: expected at least one shape, found none")
     return shapes
@@ -164,7 +164,7 @@ def _shown(element: Element) -> str:
 
 
 def _replace_names(root: Element, path: Path) -> None:
-    """Every $name in an attribute becomes the value of the <default> of that name, which comes before it."""
+    """Replace each $name in an attribute by the value of the <default> of this name, which must come before it."""
     defaults: dict[str, str] = {}
     for element in root.iter():
         for key, text in element.attrib.items():
@@ -175,7 +175,7 @@ def _replace_names(root: Element, path: Path) -> None:
 
 
 def _replace_in(text: str, defaults: dict[str, str], label: str) -> str:
-    """A text in which each $name has become its default's value; of several names that fit, the longest counts."""
+    """Replace each $name in a text by its default. If several names fit, the longest counts."""
     longest = min(max(map(len, defaults), default=0), LONGEST_NAME)
     first, *rest = text.split("$")
     result = first
@@ -185,7 +185,7 @@ def _replace_in(text: str, defaults: dict[str, str], label: str) -> str:
             raise InputError(f"{label}: expected a <default> before {named('$' + part)}, found none")
         result += defaults[name] + part[len(name) :]
         if len(result) > LONGEST_TEXT:  # each <default> may double the one before
-            raise InputError(f"{label}: expected at most {LONGEST_TEXT} characters after its names are replaced")
+            raise InputError(f"{label}: expected at most {LONGEST_TEXT} characters after replacing $names, found more")
     return result
 
 
@@ -204,7 +204,7 @@ def _shape(element: Element, index: int, path: Path, bsdfs: dict[str, Element]) 
         try:
             mesh = union(*(part for _, part in read_meshes(beside(path, filename))))
         except InputError as error:
-            raise InputError(f"{label}: expected a mesh, found {error}") from None
+            raise InputError(f"{label}: mesh: {error}") from None
     else:
         raise InputError(f"{label}: expected one of {', '.join(SHAPES)}, found type {named(kind)}")
 
@@ -217,14 +217,14 @@ def _shape(element: Element, index: int, path: Path, bsdfs: dict[str, Element]) 
         made_of.append(bsdfs[wanted])
     if len(made_of) > 1:
         raise InputError(f"{label}: expected one bsdf, found {len(made_of)}")
-    with np.errstate(all="ignore"):  # what is not finite is refused below
+    with np.errstate(all="ignore"):  # numbers that are not finite are refused below
         mesh.apply_transform(_to_world(element, label))
     require_ordinary(mesh, label)
     return MitsubaShape(name, mesh, made_of[0] if made_of else None, label)
 
 
 def _numbers(element: Element, key: str, counts: tuple[int, ...], label: str) -> list[float]:
-    """An attribute's numbers, separated by blanks or commas."""
+    """Return the numbers in an attribute, separated by spaces or commas."""
     text = element.get(key, "")
     try:
         values = [float(word) for word in re.split(r"[\s,]+", text.strip())]
@@ -237,7 +237,7 @@ def _numbers(element: Element, key: str, counts: tuple[int, ...], label: str) ->
 
 
 def _vector(element: Element, missing: float, label: str) -> list[float]:
-    """value="x y z", one value for all three, or the attributes x, y and z."""
+    """Read a vector: value="x y z", one value for all three axes, or the attributes x, y and z."""
     if "value" in element.attrib:
         values = _numbers(element, "value", (1, 3), label)
         return values if len(values) == 3 else values * 3
@@ -245,7 +245,7 @@ def _vector(element: Element, missing: float, label: str) -> list[float]:
 
 
 def _to_world(shape: Element, label: str) -> Float[np.ndarray, "4 4"]:
-    """The shape's transform; of several steps the first in the file is the first applied."""
+    """Return the transform of a shape. Its steps are applied in the order of the file."""
     world = np.eye(4)
     for transform in shape.findall("transform"):
         if transform.get("name") != "to_world":
@@ -260,7 +260,7 @@ def _to_world(shape: Element, label: str) -> Float[np.ndarray, "4 4"]:
                 axis, (angle,) = np.array(_vector(step, 0.0, label)), _numbers(step, "angle", (1,), label)
                 length = float(np.linalg.norm(axis))
                 if not 0 < length < math.inf:
-                    raise InputError(f"{label}: <rotate>: expected an axis as x, y and z, found none")
+                    raise InputError(f"{label}: <rotate>: expected an axis x, y, z, found {axis.tolist()}")
                 turn = Rotation.from_rotvec(angle * axis / length, degrees=True)
                 matrix[:3, :3] = turn.as_matrix()
             elif step.tag == "matrix":
@@ -272,5 +272,5 @@ def _to_world(shape: Element, label: str) -> Float[np.ndarray, "4 4"]:
             world = matrix @ world
     ordinary = np.isfinite(world).all() and np.array_equal(world[3], [0, 0, 0, 1])
     if not ordinary or np.linalg.matrix_rank(world[:3, :3]) < 3:
-        raise InputError(f"{label}: expected a transform that keeps three dimensions, found {world.tolist()}")
+        raise InputError(f"{label}: expected an invertible affine transform, found {world.tolist()}")
     return world

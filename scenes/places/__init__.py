@@ -1,1 +1,1 @@
-"""The built-in places, and the furniture and room shells that they are built of."""
+"""The built-in scenes, with the rooms and furniture that they consist of."""

@@ -1,4 +1,4 @@
-"""The built-in bedroom: small, and mostly wood."""
+"""The built-in bedroom, small and mostly of wood."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ SIZE = (4.4, 3.6, 2.5)  # m
 def bedroom() -> Scene:
     """A 4.4 x 3.6 x 2.5 m bedroom at 915 MHz.
 
-    The gateway hangs on the wall by the window, within a few metres of everything: the near field of its array. The
-    transmitter moves above the bed.
+    The gateway hangs on the wall by the window. Everything is within a few metres of it, in the near field of its
+    array. The transmitter moves above the bed.
     """
     openings = [
         Opening("window", "south", 1.4, 2.8, 0.9, 2.1),

@@ -1,4 +1,4 @@
-"""The built-in closet: small enough for a full-wave simulation in half an hour."""
+"""The built-in closet, small enough for a full-wave simulation in half an hour."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ SIZE = (3.0, 2.5, 2.4)  # m
 def closet() -> Scene:
     """A 3 x 2.5 x 2.4 m store room at 915 MHz, with furniture of one to three wavelengths.
 
-    All antennas are short dipoles, which the ray tracer and a full-wave solver have in common. Faces of metal lie at
-    whole decimetres, so that cells of 2 and 2.5 cm have them where they are.
+    All antennas are short dipoles, which both the ray tracer and the full-wave solver support. Metal faces are at whole
+    decimetres, so that they fit cells of 2 and 2.5 cm.
     """
     openings = [Opening("door", "west", 0.8, 1.7, 0.0, 2.0, "wood", 0.04)]
     furniture = [

@@ -12,8 +12,8 @@ SIZE = (10.0, 6.0, 2.8)  # m
 def conference() -> Scene:
     """A 10 x 6 x 2.8 m conference room at 915 MHz.
 
-    The gateway hangs under the ceiling above the display and looks down the table; the transmitter moves over the
-    table's far half and the seats around it. The front to the corridor is glass.
+    The gateway hangs under the ceiling above the display and looks along the table. The transmitter moves above the far
+    half of the table and the seats around it. The wall to the corridor is of glass.
     """
     openings = [
         Opening("glass front", "south", 0.5, 7.5, 0.1, 2.5, "glass", 0.012),

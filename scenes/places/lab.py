@@ -1,4 +1,4 @@
-"""The built-in laboratory: a furnished room like the one NeRF² was measured in."""
+"""The built-in laboratory, a furnished room like the one in which NeRF² was measured."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ SIZE = (8.0, 6.0, 3.0)  # m
 def lab() -> Scene:
     """An 8 x 6 x 3 m laboratory at 915 MHz.
 
-    The gateway hangs at one end and looks along −x with the orientation of NeRF²'s released gateway; the
-    transmitter moves in 1.6 x 1.3 x 0.9 m about 4.5 m away. Most of the region is in line of sight; the
+    The gateway hangs at one end and looks along −x. Its orientation is that of the gateway in NeRF²'s published data.
+    The transmitter moves in a region of 1.6 x 1.3 x 0.9 m about 4.5 m away. Most of the region is in line of sight. The
     instrument rack shadows the part at large y.
     """
     openings = [
@@ -61,7 +61,7 @@ def lab() -> Scene:
         Gateway(
             position=(7.2, 3.0, 1.4),
             orientation=(0.51291602, -0.48674136, -0.48674136, 0.51291602),
-            # Patch-like elements: a plane array of isotropic ones would take the back of the room for the front.
+            # Patch-like elements: a planar array of isotropic ones cannot tell the front from the back.
             pattern="tr38901",
         ),
         Transmitter(region_min=(1.9, 2.4, 0.8), region_max=(3.5, 3.7, 1.7)),

@@ -1,4 +1,4 @@
-"""The built-in open-plan office: large, with partitions, columns and metal cabinets."""
+"""The built-in open-plan office, large, with partitions, columns and metal cabinets."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ DESK_ROWS = (2.6, 6.0, 9.4)  # x of the partitions between two rows of desks
 def office() -> Scene:
     """A 16 x 10 x 2.8 m open-plan office at 915 MHz.
 
-    Six groups of desks with partitions, two columns, a row of cabinets and a meeting corner behind glass. The gateway
-    hangs on the east wall; the transmitter moves in the aisle between the desks, in and out of its sight.
+    It has six groups of desks with partitions, two columns, a row of cabinets, and a meeting corner behind glass. The
+    gateway hangs on the east wall. The transmitter moves in the aisle between the desks, partly out of line of sight.
     """
     openings = [Opening(f"window {n + 1}", "south", 1 + 3.8 * n, 3.8 + 3.8 * n, 0.9, 2.4) for n in range(4)]
     openings.append(Opening("door", "north", 14.0, 15.0, 0.0, 2.1, "wood", 0.04))

@@ -1,10 +1,10 @@
-"""What the built-in places are built of: floor, ceiling, walls with openings, and furniture that suits the ray tracer.
+"""Parts of the built-in scenes: floor, ceiling, walls with openings, and furniture that suits the ray tracer.
 
-The floor is z = 0 with a corner at the origin; the room spans 0 … length along x, 0 … width along y.
+The floor is at z = 0, with a corner at the origin. The room spans 0 to its length along x, and 0 to its width along y.
 
-Geometric optics holds for surfaces of about a wavelength (33 cm at 915 MHz) and more. Legs, edges, feet and chairs are
-left out, since they do not reflect like mirrors. A board is one sheet, not a box: the ray tracer's material already is
-a slab with a thickness, and two faces would make it two slabs.
+Geometric optics holds for surfaces of about a wavelength (33 cm at 915 MHz) or more. Legs, edges, feet and chairs are
+left out, since they do not reflect like mirrors. A board is one sheet, not a box: in the ray tracer, each surface is
+already a slab with a thickness, and two faces would be two slabs.
 """
 
 from __future__ import annotations
@@ -25,26 +25,26 @@ FREQUENCY = 915e6  # Hz, the RFID band of NeRF²'s measurements
 Side = Literal["south", "north", "west", "east"]
 
 BEHIND = 0.05
-"""Metres that a pane sits behind its wall and reaches beyond its opening, so that nothing lies in the wall's plane and
-no ray passes between pane and wall."""
+"""Distance of a pane behind its wall, and its overlap with the wall around the opening, metres. So nothing lies in the
+plane of the wall, and no ray passes between pane and wall."""
 
 GAP = 0.002
-"""Metres between objects that would touch, since surfaces in one plane would be hit in an arbitrary order."""
+"""Gap between objects that would touch, metres. Rays hit coincident surfaces in an arbitrary order."""
 
 
 @dataclass(frozen=True)
 class Opening:
-    """A window or door: a rectangle left out of a wall, and the sheet that closes it.
+    """A window or door: an opening in a wall, and the sheet that closes it.
 
     Attributes:
-        name: of the sheet.
+        name: name of the sheet.
         side: the wall.
-        start: metres along the wall, from its low x (south, north) or low y (west, east) end.
-        end: metres along the wall.
-        bottom: metres above the floor.
-        top: metres above the floor.
-        material: the sheet's.
-        thickness: the sheet's, metres; the material's own if None.
+        start: start along the wall, metres from its end at low x (south, north) or low y (west, east).
+        end: end along the wall, metres.
+        bottom: height of the lower edge, metres.
+        top: height of the upper edge, metres.
+        material: material of the sheet.
+        thickness: thickness of the sheet, metres; that of the material if None.
     """
 
     name: str
@@ -59,7 +59,7 @@ class Opening:
 
 @dataclass(frozen=True)
 class Finish:
-    """What a floor, ceiling or wall is made of, and how thick (metres; the material's own if None)."""
+    """Material of a floor, ceiling or wall, and its thickness in metres (that of the material if None)."""
 
     material: str
     thickness: float | None = None
@@ -76,14 +76,21 @@ def build_room(
     west: Finish,
     east: Finish,
 ) -> list[SceneObject]:
-    """Floor, ceiling, the four walls and the panes and doors in their openings.
+    """Build floor, ceiling and four walls, with the windows and doors in their openings.
 
     Args:
         size: length, width and height, metres.
+        openings: windows and doors.
+        floor: material of the floor.
+        ceiling: material of the ceiling.
+        south: material of the wall at y = 0.
+        north: material of the wall at the largest y.
+        west: material of the wall at x = 0.
+        east: material of the wall at the largest x.
     """
     length, width, height = size
     x, y, up = np.array([length, 0.0, 0.0]), np.array([0.0, width, 0.0]), np.array([0.0, 0.0, height])
-    # Corner, edge along the wall, the way out, and the wall's finish.
+    # Corner, vector along the wall, outward normal, and finish of each wall.
     walls: dict[Side, tuple[np.ndarray, np.ndarray, np.ndarray, Finish]] = {
         "south": (np.zeros(3), x, -y / width, south),
         "north": (y, x, y / width, north),
@@ -108,21 +115,21 @@ def build_room(
 
 
 def table(x: float, y: float, length: float, width: float, height: float = 0.74) -> Trimesh:
-    """A table's board, its corner of lowest x and y at (x, y); metres."""
+    """Make a table top whose corner of lowest x and y is at (x, y), in metres."""
     return sheet((x, y, height), (length, 0, 0), (0, width, 0))
 
 
 def panel(x: float, y: float, length: float, bottom: float, top: float, degrees: float = 0.0) -> Trimesh:
-    """An upright sheet centred on (x, y), along x before it is rotated; metres, degrees."""
+    """Make an upright sheet centred on (x, y), along x before its rotation, in metres and degrees."""
     return rotate(sheet((x - length / 2, y, bottom), (length, 0, 0), (0, 0, top - bottom)), degrees)
 
 
 def shelf(x: float, y: float, length: float, width: float, heights: Sequence[float]) -> Trimesh:
-    """Horizontal boards one above the other, without sides; metres."""
+    """Make horizontal boards one above the other, without sides, in metres."""
     return union(*(table(x, y, length, width, height) for height in heights))
 
 
 def build_place(name: str, objects: Sequence[SceneObject], gateway: Gateway, transmitter: Transmitter) -> Scene:
-    """A built-in place at 915 MHz; its materials are those of ITU-R P.2040."""
+    """Make a built-in scene at 915 MHz with materials of ITU-R P.2040."""
     materials = p2040_materials((item.material for item in objects), FREQUENCY)
     return Scene(name, FREQUENCY, gateway, transmitter, tuple(objects), materials)

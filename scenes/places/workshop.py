@@ -1,4 +1,4 @@
-"""The built-in workshop: as small as the closet, and full of metal."""
+"""The built-in workshop, as small as the closet and full of metal."""
 
 from __future__ import annotations
 
@@ -10,10 +10,10 @@ SIZE = (3.4, 2.8, 2.4)  # m
 
 
 def workshop() -> Scene:
-    """A 3.4 x 2.8 x 2.4 m workshop at 915 MHz: lockers and shelves of steel, and a trolley in the line of sight.
+    """A 3.4 x 2.8 x 2.4 m workshop at 915 MHz: steel lockers and shelves, and a trolley in the line of sight.
 
-    Like the closet's, its antennas are short dipoles, and faces of metal lie at whole decimetres, where cells of 2 and
-    2.5 cm have them.
+    As in the closet, all antennas are short dipoles, and metal faces are at whole decimetres, so that they fit cells of
+    2 and 2.5 cm.
     """
     openings = [
         Opening("door", "west", 0.3, 1.2, 0.0, 2.0, "wood", 0.04),

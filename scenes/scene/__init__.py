@@ -1,1 +1,1 @@
-"""What a scene is: gateway, transmitter region, objects, radio materials, and how wrong its description may be."""
+"""The description of a scene: gateway, transmitter region, objects, radio materials, and tolerances."""

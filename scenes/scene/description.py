@@ -1,4 +1,4 @@
-"""A scene as data: a gateway that receives, a region that a transmitter moves in, objects of radio materials."""
+"""The description of a scene: a gateway, the region that a transmitter moves in, and objects with radio materials."""
 
 from __future__ import annotations
 
@@ -20,28 +20,28 @@ SPEED_OF_LIGHT = 299_792_458.0
 PATTERNS = ("iso", "dipole", "hw_dipole", "tr38901")
 POLARIZATIONS = ("V", "H")
 LOWEST_FREQUENCY, HIGHEST_FREQUENCY = 1e6, 1e12
-"""Hertz. Below, wavelengths are longer than 300 m; above, waves are light, and surfaces are rough to them."""
+"""Hertz. The wavelength is 300 m at the lower end. Above the upper end, most surfaces are rough."""
 MOST_IN_A_ROW, MOST_ELEMENTS = 64, 1024
-"""Of an array. Models, fits and fields take memory in proportion to the elements or to their square."""
+"""Most rows or columns, and most elements, of an array. Memory grows with the elements, or with their square."""
 WIDEST_SPACING = 100.0
-"""Wavelengths between the elements of an array."""
+"""Largest spacing of the elements of an array, wavelengths."""
 LONGEST_NAME = 200
-"""Characters of the name of a scene, an object or a material."""
+"""Most characters in the name of a scene, an object or a material."""
 MOST_TRIANGLES = 2_000_000
-"""Of a scene. On one core 5 million were imported in 85 s, with 7 GB, and a triangle takes 30 µs to draw."""
+"""Most triangles of a scene. The import of 5 million took 85 s and 7 GB on one core; drawing takes 30 µs each."""
 FARTHEST = 1e5
-"""Metres; the largest coordinate. Rays are traced in single precision, which rounds 100 km to 8 mm."""
+"""Largest coordinate, metres. Rays are traced in single precision, which rounds 100 km to 8 mm."""
 UNIT_TOLERANCE = 1e-3
-"""How far a quaternion's length may be from 1; quaternions are published with a few digits."""
+"""Largest deviation of a quaternion's length from 1. Published quaternions often have only a few digits."""
 
 Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
 
 
 def _unit(orientation: Sequence[float]) -> Quaternion:
-    """A quaternion scaled to length 1 where its length is nearly 1; others are left for ``validate`` to refuse."""
+    """Scale a quaternion to length 1 if its length is nearly 1. Others are left for ``validate`` to refuse."""
     norm = math.sqrt(sum(component * component for component in orientation))
-    # A length of 1 within rounding is left alone, so that a scene read back equals the one written.
+    # A length that is 1 within rounding is left alone, so that a scene read from a file equals the one written.
     if 1e-12 < abs(norm - 1) <= UNIT_TOLERANCE:
         orientation = [component / norm for component in orientation]
     x, y, z, w = (float(component) for component in orientation)
@@ -49,21 +49,31 @@ def _unit(orientation: Sequence[float]) -> Quaternion:
 
 
 def facing(boresight: Vector3) -> Quaternion:
-    """Orientation of a gateway whose +z points along a boresight, its y axis as far up (world +z) as that allows.
+    """Return the orientation of a gateway that looks along a boresight.
 
-    Where the boresight is straight up or down, the gateway's y axis is along world +y.
+    The gateway's +z axis points along the boresight. Its +y axis points as far up (towards world +z) as possible. If
+    the boresight points straight up or down, the +y axis is world +y.
 
     Args:
         boresight: direction in the world frame, of any length.
 
     Returns:
-        Unit quaternion (x, y, z, w), gateway frame to world.
+        Unit quaternion (x, y, z, w) that rotates the gateway frame into the world frame.
 
     Raises:
-        InputError: a boresight of length zero, or one that is not finite.
+        InputError: the boresight has length zero or is not finite.
 
-    >>> [round(c, 3) for c in facing((0.0, 0.0, 1.0))]
-    [0.0, 0.0, 0.0, 1.0]
+    Example:
+        >>> import bisplat
+        >>> orientation = bisplat.facing((-1, 0, 0))  # on the east wall, looking west
+        >>> [round(component, 3) for component in orientation]
+        [0.5, -0.5, -0.5, 0.5]
+
+        ``Gateway.boresight`` is the inverse:
+
+        >>> gateway = bisplat.Gateway(position=(7, 3, 1.5), orientation=orientation)
+        >>> (gateway.boresight.round(6) + 0.0).tolist()
+        [-1.0, 0.0, 0.0]
     """
     length = float(np.linalg.norm(boresight))
     if not (math.isfinite(length) and length > 0):
@@ -77,41 +87,52 @@ def facing(boresight: Vector3) -> Quaternion:
 
 
 def boresight_of(orientation: Sequence[float] | Float[np.ndarray, " 4"]) -> Float[np.ndarray, " 3"]:
-    """The direction that a gateway of an orientation looks in.
+    """Return the boresight of a gateway from its orientation.
 
     Args:
-        orientation: unit quaternion (x, y, z, w), gateway frame to world.
+        orientation: unit quaternion (x, y, z, w) that rotates the gateway frame into the world frame.
 
     Returns:
-        Unit vector of the gateway's +z in the world frame.
+        Unit vector of the gateway's +z axis in the world frame.
 
-    >>> boresight_of(facing((0.0, -2.0, 0.0))).round(6).tolist()
-    [0.0, -1.0, 0.0]
+    Example:
+        >>> boresight_of(facing((0.0, -2.0, 0.0))).round(6).tolist()
+        [0.0, -1.0, 0.0]
     """
     return Rotation.from_quat(orientation).apply([0, 0, 1])
 
 
 @dataclass(frozen=True)
 class Gateway:
-    """The receiver: a uniform planar array at a fixed place.
+    """The receiver: a uniform planar array at a fixed position.
 
-    In the gateway's frame the array lies in the x–y plane, centred on the origin, boresight +z. Element
-    m = row · columns + column sits at spacing · λ · (column − (columns−1)/2, row − (rows−1)/2, 0): x runs fastest.
-    Polarisation "V" is along the gateway's +y, "H" along its +x, so a gateway on a wall has its y axis up,
-    as NeRF²'s has.
+    In the gateway frame, the array lies in the x–y plane. It is centred on the origin, and its boresight is +z. Element
+    m = row · columns + column, counted from 0, is at::
+
+        d_m = spacing · λ · (column − (columns − 1)/2, row − (rows − 1)/2, 0),
+
+    so the column varies fastest. The polarisation "V" is along the gateway's +y axis and "H" along its +x axis. A
+    gateway on a wall therefore has its +y axis up, as ``facing`` arranges it and as NeRF² [zhao2023] has it.
+
+    The constructor scales a quaternion of nearly unit length to length 1 and checks nothing else. ``simulate``,
+    ``load_scene``, ``write_scene`` and ``import_scene`` check the values.
 
     Attributes:
-        position: metres, world frame.
-        orientation: unit quaternion (x, y, z, w), gateway frame to world, as scipy's ``Rotation.from_quat`` reads it.
-        rows: number of elements along y.
-        columns: number of elements along x.
-        spacing: distance between neighbouring elements, wavelengths.
-        pattern: element response: "iso", "dipole", "hw_dipole" or "tr38901".
+        position: centre of the array, metres, world frame.
+        orientation: unit quaternion (x, y, z, w) that rotates the gateway frame into the world frame, as in SciPy's
+            ``Rotation.from_quat``.
+        rows: number of elements along y, 1 to 64.
+        columns: number of elements along x, 1 to 64; rows × columns is at most 1024.
+        spacing: distance between neighbouring elements, wavelengths, above 0 and at most 100.
+        pattern: antenna pattern of each element: "iso", "dipole" (short dipole), "hw_dipole" (half-wave dipole) or
+            "tr38901" (3GPP TR 38.901).
         polarization: "V" or "H".
 
-    >>> gateway = Gateway(position=(0, 0, 1.5), orientation=facing((-1, 0, 0)), rows=2)
-    >>> gateway.rows * gateway.columns, gateway.boresight.round(6).tolist()
-    (8, [-1.0, 0.0, 0.0])
+    Example:
+        >>> import bisplat
+        >>> gateway = bisplat.Gateway(position=(0, 0, 1.5), orientation=bisplat.facing((-1, 0, 0)), rows=2)
+        >>> gateway.rows * gateway.columns, gateway.boresight.round(6).tolist()
+        (8, [-1.0, 0.0, 0.0])
     """
 
     position: Vector3
@@ -128,25 +149,33 @@ class Gateway:
 
     @property
     def boresight(self) -> Float[np.ndarray, " 3"]:
-        """The direction the gateway looks in, a unit vector in the world frame."""
+        """Direction that the gateway looks in, as a unit vector [3] in the world frame."""
         return boresight_of(self.orientation)
 
 
 @dataclass(frozen=True)
 class Transmitter:
-    """The moving transmitter: a single antenna anywhere in an axis-aligned box.
+    """The moving transmitter: one antenna and the region it moves in.
 
-    Its frame is Sionna RT's: "V" is along its +z, which is world +z for the identity orientation.
+    The region is a box whose edges are parallel to the axes of the world frame. The antenna's frame is that of Sionna
+    RT [hoydis2023]: the polarisation "V" is along its +z axis, which is world +z unless ``orientation`` turns it.
 
     Attributes:
-        region_min: lowest corner of the box, metres, world frame.
-        region_max: highest corner of the box, metres, world frame.
-        pattern: antenna response: "iso", "dipole", "hw_dipole" or "tr38901".
+        region_min: corner of the region with the lowest coordinates, metres, world frame.
+        region_max: corner of the region with the highest coordinates, metres, world frame.
+        pattern: antenna pattern: "iso", "dipole" (short dipole), "hw_dipole" (half-wave dipole) or "tr38901" (3GPP
+            TR 38.901).
         polarization: "V" or "H".
-        orientation: unit quaternion (x, y, z, w), transmitter frame to world.
+        orientation: unit quaternion (x, y, z, w) that rotates the transmitter frame into the world frame. It is the
+            same at every position.
 
-    >>> Transmitter(region_min=(-4, -1, 0.5), region_max=(-2, 1, 2)).region.tolist()
-    [[-4.0, -1.0, 0.5], [-2.0, 1.0, 2.0]]
+    Example:
+        >>> import bisplat
+        >>> transmitter = bisplat.Transmitter(region_min=(-4, -1, 0.5), region_max=(-2, 1, 2))
+        >>> transmitter.region.tolist()
+        [[-4.0, -1.0, 0.5], [-2.0, 1.0, 2.0]]
+        >>> transmitter.corners().shape
+        (8, 3)
     """
 
     region_min: Vector3
@@ -162,29 +191,38 @@ class Transmitter:
 
     @property
     def region(self) -> Float[np.ndarray, "2 3"]:
-        """Lowest and highest corner of the box, metres, world frame."""
+        """Lowest and highest corner of the region, [2, 3], metres, world frame."""
         return np.array([self.region_min, self.region_max])
 
     def corners(self) -> Float[np.ndarray, "8 3"]:
-        """All corners of the box, metres, world frame."""
+        """Return the eight corners of the region.
+
+        Returns:
+            The corners, [8, 3], metres, world frame. The z coordinate varies fastest.
+        """
         axes = zip(self.region_min, self.region_max, strict=True)
         return np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(8, 3)
 
 
 @dataclass(frozen=True)
 class SceneObject:
-    """A triangle mesh of one radio material.
+    """A triangle mesh with a radio material.
+
+    Each triangle stands for a homogeneous slab. Model a wall or a board as a single sheet (``shapes.sheet``): two
+    parallel faces would be traced as two slabs. Two objects are equal if all their attributes are, meshes included.
 
     Attributes:
-        name: unique in its scene.
-        mesh: metres, world frame, z up.
-        material: a key of the scene's materials.
-        thickness: thickness of the slab that a surface stands for, metres; the material's if None.
+        name: name of the object, unique in its scene, 1 to 200 printable characters.
+        mesh: the triangles, metres, world frame, z up.
+        material: name of the material, a key of ``Scene.materials``.
+        thickness: thickness of the slab, metres. None: the thickness of the material.
 
-    >>> import bisplat
-    >>> floor = SceneObject("floor", bisplat.shapes.sheet((0, 0, 0), (4, 0, 0), (0, 3, 0)), "concrete", thickness=0.3)
-    >>> float(floor.mesh.area)
-    12.0
+    Example:
+        >>> import bisplat
+        >>> mesh = bisplat.shapes.sheet((0, 0, 0), (4, 0, 0), (0, 3, 0))
+        >>> floor = bisplat.SceneObject("floor", mesh, "concrete", thickness=0.3)
+        >>> float(floor.mesh.area)
+        12.0
     """
 
     name: str
@@ -204,25 +242,42 @@ class SceneObject:
 
 @dataclass(frozen=True)
 class Scene:
-    """A place: a gateway, the region of a transmitter, and objects of radio materials.
+    """A gateway, the region that a transmitter moves in, and objects with radio materials.
+
+    A scene is plain, immutable data; ``dataclasses.replace`` makes a changed copy. The constructor checks nothing.
+    ``simulate``, ``load_scene``, ``write_scene`` and ``import_scene`` check the values.
 
     Attributes:
-        name: name of the place.
-        frequency: hertz.
+        name: name of the scene.
+        frequency: carrier frequency, Hz, from 1 MHz to 1 THz.
         gateway: the receiver.
         transmitter: the transmitter and the region it moves in.
-        objects: all objects of the place.
-        materials: every material an object is made of, at the scene's frequency, by name.
-        further_gateways: gateways that receive the same transmitters, each in a dataset of its own, by name.
+        objects: all objects of the scene, each with a different name.
+        materials: the materials of the objects by name, with their properties at the scene's frequency.
+        further_gateways: more gateways that receive the same transmitter, by name. Each gets a dataset of its own.
 
-    >>> import bisplat
-    >>> floor = bisplat.SceneObject("floor", bisplat.shapes.sheet((-5, -5, 0), (10, 0, 0), (0, 10, 0)), "concrete")
-    >>> gateway = bisplat.Gateway(position=(0, 0, 1.5), orientation=bisplat.facing((-1, 0, 0)))
-    >>> region = bisplat.Transmitter(region_min=(-4, -1, 0.5), region_max=(-2, 1, 2))
-    >>> materials = bisplat.p2040_materials(["concrete"], 915e6)
-    >>> yard = bisplat.Scene("yard", 915e6, gateway, region, (floor,), materials)
-    >>> round(yard.wavelength, 3), yard.bounds.tolist()
-    (0.328, [[-5.0, -5.0, 0.0], [5.0, 5.0, 0.0]])
+    Example:
+        A yard with a concrete floor:
+
+        >>> import bisplat
+        >>> mesh = bisplat.shapes.sheet((-5, -5, 0), (10, 0, 0), (0, 10, 0))
+        >>> yard = bisplat.Scene(
+        ...     name="yard",
+        ...     frequency=915e6,
+        ...     gateway=bisplat.Gateway(position=(0, 0, 1.5), orientation=bisplat.facing((-1, 0, 0))),
+        ...     transmitter=bisplat.Transmitter(region_min=(-4, -1, 0.5), region_max=(-2, 1, 2)),
+        ...     objects=(bisplat.SceneObject("floor", mesh, "concrete"),),
+        ...     materials=bisplat.p2040_materials(["concrete"], 915e6),
+        ... )
+        >>> round(yard.wavelength, 3), yard.bounds.tolist()
+        (0.328, [[-5.0, -5.0, 0.0], [5.0, 5.0, 0.0]])
+
+        The same yard at another frequency needs the materials at that frequency:
+
+        >>> from dataclasses import replace
+        >>> wifi = replace(yard, frequency=2.4e9, materials=bisplat.p2040_materials(["concrete"], 2.4e9))
+        >>> round(wifi.wavelength, 3)
+        0.125
     """
 
     name: str
@@ -234,29 +289,53 @@ class Scene:
     further_gateways: dict[str, Gateway] = field(default_factory=dict)
 
     def by_gateway(self) -> dict[str, Scene]:
-        """The place once for each gateway, as the only one of its scene; the first is named "gateway1"."""
+        """Split the scene into one scene for each gateway.
+
+        Returns:
+            Scenes with one gateway each, by the name of the gateway. ``gateway`` is named "gateway1" and comes first.
+
+        Example:
+            >>> import bisplat
+            >>> list(bisplat.load_scene("lab").by_gateway())
+            ['gateway1']
+        """
         gateways = {"gateway1": self.gateway, **self.further_gateways}
         return {name: replace(self, gateway=gateway, further_gateways={}) for name, gateway in gateways.items()}
 
     @property
     def wavelength(self) -> float:
-        """λ = c / f, metres."""
+        """Wavelength λ = c / f, metres."""
         return SPEED_OF_LIGHT / self.frequency
 
     def thickness(self, item: SceneObject) -> float:
-        """Thickness of an object's slab, metres: its own, or that of its material."""
+        """Return the thickness of the slab that an object's surfaces stand for.
+
+        Args:
+            item: an object of the scene.
+
+        Returns:
+            The object's own thickness if it has one, else that of its material, metres.
+
+        Example:
+            >>> import bisplat
+            >>> lab = bisplat.load_scene("lab")
+            >>> {item.name: lab.thickness(item) for item in lab.objects[:3]}
+            {'floor': 0.2, 'ceiling': 0.2, 'wall south': 0.12}
+        """
         return self.materials[item.material].thickness if item.thickness is None else item.thickness
 
     @property
     def bounds(self) -> Float[np.ndarray, "2 3"]:
-        """Lowest and highest corner of the box around all objects, metres, world frame."""
+        """Lowest and highest corner of the box around all objects, [2, 3], metres, world frame."""
         low = np.min([item.mesh.bounds[0] for item in self.objects], axis=0)
         high = np.max([item.mesh.bounds[1] for item in self.objects], axis=0)
         return np.stack([low, high])
 
     @property
     def extent(self) -> Float[np.ndarray, "2 3"]:
-        """Lowest and highest corner of the box around all objects, gateways and the region, metres, world frame."""
+        """Lowest and highest corner of the box around all objects, gateways and the transmitter region, [2, 3], metres,
+        world frame.
+        """
         gateways = [gateway.position for gateway in (self.gateway, *self.further_gateways.values())]
         points = np.vstack([self.bounds, self.transmitter.region, gateways])
         return np.stack([points.min(axis=0), points.max(axis=0)])

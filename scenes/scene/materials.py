@@ -1,4 +1,4 @@
-"""Radio materials: the power law of ITU-R P.2040 and the slab that a surface stands for."""
+"""Radio materials: the power law of ITU-R P.2040, and the slab that a surface stands for."""
 
 from __future__ import annotations
 
@@ -10,41 +10,49 @@ from scenes.files.errors import InputError, did_you_mean, named, shown
 RGB = tuple[float, float, float]
 
 EXTRAPOLATION = 0.10
-"""How far outside its stated range the power law may be used, as a fraction of the range's end. 915 MHz (RFID, LoRa) is
-8.5 % below the 1 GHz where most rows begin."""
+"""How far outside its stated range the power law may be used, as a fraction of the range's end. The bands of RFID and
+LoRa at 915 MHz are 8.5 % below 1 GHz, where most rows begin."""
 
 
 HIGHEST_PERMITTIVITY = 1e5
-"""Ferroelectrics reach 10,000."""
+"""Largest relative permittivity. Ferroelectrics reach 10,000."""
 
 HIGHEST_CONDUCTIVITY = 1e9
-"""S/m; silver has 6.3e7."""
+"""Largest conductivity, S/m. Silver has 6.3e7."""
 
 THICKEST = 1000.0
-"""Metres of a slab; the ground is 1 m."""
+"""Largest thickness of a slab, metres. The default for ground is 1 m."""
 
 
 @dataclass(frozen=True)
 class RadioMaterial:
-    """Radio properties of a surface.
+    """Radio properties of a surface at one frequency.
 
-    A triangle stands for a homogeneous slab of this material.
+    A triangle stands for a homogeneous slab of the material with the complex relative permittivity::
+
+        ε = ε_r − jσ / (ω ε₀)
+
+    For a wall that is modelled as a single sheet, the thickness is that of the wall. For furniture that is modelled as
+    a closed shell, it is the thickness of the boards or plates.
 
     Attributes:
         name: name of the material.
-        relative_permittivity: real part ε_r, at least 1.
-        conductivity: σ, S/m.
-        thickness: of the slab, metres: of a wall drawn as a single sheet the wall's, of furniture drawn as a closed
-            shell that of its boards or plates.
-        scattering_coefficient: fraction S of the reflected amplitude that is diffuse, 0…1.
-        xpd_coefficient: share K_x of the diffuse energy that changes polarisation, 0…1.
-        color: red, green and blue for drawings, each 0…1.
+        relative_permittivity: real part ε_r, 1 to 100,000.
+        conductivity: σ, S/m, 0 to 10⁹.
+        thickness: thickness of the slab, metres, from 1 µm to 1 km.
+        scattering_coefficient: fraction S of the reflected amplitude that is scattered diffusely, 0 to 1
+            [degliesposti2007].
+        xpd_coefficient: fraction K_x of the diffuse energy that changes its polarisation, 0 to 1.
+        color: red, green and blue in drawings, each 0 to 1.
 
     Raises:
-        InputError: a value out of its range.
+        InputError: a value is out of its range.
 
-    >>> RadioMaterial("tile", relative_permittivity=6.5, conductivity=0.02, thickness=0.01).color
-    (0.6, 0.6, 0.6)
+    Example:
+        >>> import bisplat
+        >>> tile = bisplat.RadioMaterial("tile", relative_permittivity=6.5, conductivity=0.02, thickness=0.01)
+        >>> tile.scattering_coefficient, tile.color
+        (0.0, (0.6, 0.6, 0.6))
     """
 
     name: str
@@ -59,30 +67,32 @@ class RadioMaterial:
         checks = (
             ("relative_permittivity", 1.0, HIGHEST_PERMITTIVITY, f"at least 1 and at most {HIGHEST_PERMITTIVITY:g}"),
             ("conductivity", 0.0, HIGHEST_CONDUCTIVITY, f"at least 0 S/m and at most {HIGHEST_CONDUCTIVITY:g} S/m"),
-            ("thickness", 1e-6, THICKEST, f"more than 0 m and at most {THICKEST:g} m"),
+            ("thickness", 1e-6, THICKEST, f"at least 1 µm and at most {THICKEST:g} m"),
             ("scattering_coefficient", 0.0, 1.0, "between 0 and 1"),
             ("xpd_coefficient", 0.0, 1.0, "between 0 and 1"),
         )
         for key, low, high, words in checks:
             value = getattr(self, key)
             if not low <= value <= high:
-                raise InputError(f"material {named(self.name)}: {key} must be {words}, found {shown(value)}")
+                raise InputError(f"material {named(self.name)}: {key}: expected {words}, found {shown(value)}")
         if len(self.color) != 3 or not all(0 <= c <= 1 for c in self.color):
-            raise InputError(f"material {named(self.name)}: color must be three numbers in 0..1")
+            raise InputError(
+                f"material {named(self.name)}: color: expected three numbers between 0 and 1, found {shown(self.color)}"
+            )
 
 
 @dataclass(frozen=True)
 class P2040Row:
-    """One row of ITU-R P.2040-3, Table 3, with a default thickness and a colour.
+    """A row of ITU-R P.2040-3 [itu2023], Table 3, with a default thickness and a colour.
 
     Attributes:
-        a: factor of ε_r = a f^b, f in GHz.
+        a: factor of ε_r = a f^b, with f in GHz.
         b: exponent of ε_r.
-        c: factor of σ = c f^d in S/m, f in GHz.
+        c: factor of σ = c f^d in S/m, with f in GHz.
         d: exponent of σ.
         range_ghz: lowest and highest frequency of the row, GHz.
-        thickness: default thickness of a slab, metres.
-        color: red, green and blue for drawings, each 0…1.
+        thickness: default thickness of the slab, metres.
+        color: red, green and blue in drawings, each 0 to 1.
     """
 
     a: float
@@ -94,7 +104,7 @@ class P2040Row:
     color: RGB
 
 
-# The ranges that hold or come nearest to 1 GHz. The recommendation also has rows above 100 GHz.
+# Where the recommendation has several rows for a material, this is the one whose range is nearest to 1 GHz.
 P2040 = {
     "concrete": P2040Row(5.24, 0, 0.0462, 0.7822, (1, 100), 0.20, (0.66, 0.66, 0.64)),
     "brick": P2040Row(3.91, 0, 0.0238, 0.16, (1, 40), 0.12, (0.72, 0.36, 0.28)),
@@ -117,10 +127,15 @@ P2040 = {
 
 
 def material_names() -> tuple[str, ...]:
-    """Names that ``p2040_material`` knows, in the order of the recommendation's table.
+    """Return the names of the materials of ITU-R P.2040-3 [itu2023], for ``p2040_material``.
 
-    >>> material_names()[:6]
-    ('concrete', 'brick', 'plasterboard', 'wood', 'glass', 'ceiling_board')
+    Returns:
+        The names, in the order of the recommendation's Table 3.
+
+    Example:
+        >>> import bisplat
+        >>> bisplat.material_names()[:6]
+        ('concrete', 'brick', 'plasterboard', 'wood', 'glass', 'ceiling_board')
     """
     return tuple(P2040)
 
@@ -128,25 +143,32 @@ def material_names() -> tuple[str, ...]:
 def p2040_material(
     name: str, frequency: float, thickness: float | None = None, scattering_coefficient: float = 0.0
 ) -> RadioMaterial:
-    """A material by the power law of ITU-R P.2040-3 [itu2023], section 2.1.4:
+    """Return a material of ITU-R P.2040-3 at a frequency.
 
-        ε_r = a f^b,    σ = c f^d  [S/m],    f in GHz.
+    Its properties follow the power law of the recommendation [itu2023], section 2.1.4, with f in GHz and σ in S/m::
+
+        ε_r = a f^b,    σ = c f^d
+
+    The recommendation has no thicknesses. The defaults are usual ones, such as 0.2 m for concrete.
 
     Args:
-        name: of ``material_names``.
-        frequency: hertz.
-        thickness: slab thickness, metres; the material's default if None.
-        scattering_coefficient: fraction S of the reflected amplitude that is scattered diffusely.
+        name: one of ``material_names()``.
+        frequency: Hz.
+        thickness: thickness of the slab, metres. None: the default of the material.
+        scattering_coefficient: fraction S of the reflected amplitude that is scattered diffusely, 0 to 1.
 
     Returns:
         The material.
 
     Raises:
-        InputError: unknown name, or a frequency more than 10 % outside the row's stated range.
+        InputError: the name is unknown, the frequency is more than 10 % outside the range that the recommendation
+            states for the material, or another value is out of its range.
 
-    >>> brick = p2040_material("brick", 2.4e9, thickness=0.24)
-    >>> brick.relative_permittivity, round(brick.conductivity, 4), brick.thickness
-    (3.91, 0.0274, 0.24)
+    Example:
+        >>> import bisplat
+        >>> brick = bisplat.p2040_material("brick", 2.4e9, thickness=0.24)
+        >>> brick.relative_permittivity, round(brick.conductivity, 4), brick.thickness
+        (3.91, 0.0274, 0.24)
     """
     if name not in P2040:
         raise InputError(f"unknown material {named(name)}; {did_you_mean(name, P2040)}")
@@ -155,9 +177,9 @@ def p2040_material(
     low, high = row.range_ghz
     if not low * (1 - EXTRAPOLATION) <= f <= high * (1 + EXTRAPOLATION):
         raise InputError(
-            f"material {named(name)} at {f:g} GHz: ITU-R P.2040 gives it for {low:g} to {high:g} GHz, which is "
-            f"extrapolated by {EXTRAPOLATION:.0%} at most; "
-            "give its relative_permittivity and conductivity yourself"
+            f"material {named(name)}: expected a frequency within {EXTRAPOLATION:.0%} of the range of ITU-R P.2040, "
+            f"{low:g} to {high:g} GHz, found {f:g} GHz; for other frequencies, give relative_permittivity and "
+            "conductivity"
         )
     return RadioMaterial(
         name=name,
@@ -170,19 +192,21 @@ def p2040_material(
 
 
 def p2040_materials(names: Iterable[str], frequency: float) -> dict[str, RadioMaterial]:
-    """Several materials of ITU-R P.2040 at one frequency.
+    """Return several materials of ITU-R P.2040-3 at one frequency, as ``Scene.materials`` needs them.
 
     Args:
-        names: of ``material_names``; repeated names are allowed.
-        frequency: hertz.
+        names: names from ``material_names()``. A name may occur several times.
+        frequency: Hz.
 
     Returns:
-        Each material, by its name.
+        The materials, by name, in alphabetical order.
 
     Raises:
-        InputError: as ``p2040_material``.
+        InputError: ``p2040_material`` refuses a name or the frequency.
 
-    >>> list(p2040_materials(["wood", "concrete", "wood"], 915e6))
-    ['concrete', 'wood']
+    Example:
+        >>> import bisplat
+        >>> list(bisplat.p2040_materials(["wood", "concrete", "wood"], 915e6))
+        ['concrete', 'wood']
     """
     return {name: p2040_material(name, frequency) for name in sorted(set(names))}

@@ -1,4 +1,4 @@
-"""Complex permittivity of materials at a frequency, and which of them are conductors."""
+"""Complex permittivity of materials at a frequency, and which materials count as conductors."""
 
 from __future__ import annotations
 
@@ -15,41 +15,41 @@ VACUUM_PERMEABILITY = 1.25663706212e-6
 """μ₀, henries per metre."""
 
 LEAST_LOSS_OF_CONDUCTOR = 1000.0
-"""A material whose loss σ/ωε₀ is larger is a perfect conductor for our purposes."""
+"""Materials with a larger loss σ/ωε₀ count as perfect conductors."""
 
 
 def relative_permittivity(material: RadioMaterial, frequency: float) -> complex:
-    """ε_r − jσ/ωε₀.
+    """Return the complex relative permittivity ε_r − jσ/ωε₀.
 
     Args:
         material: the material.
-        frequency: hertz.
+        frequency: Hz.
     """
     return material.relative_permittivity - 1j * _loss(material, frequency)
 
 
 def refractive_index(material: RadioMaterial, frequency: float) -> complex:
-    """√(ε_r − jσ/ωε₀).
+    """Return the complex refractive index √(ε_r − jσ/ωε₀).
 
     Args:
         material: the material.
-        frequency: hertz.
+        frequency: Hz.
     """
     return complex(np.sqrt(relative_permittivity(material, frequency)))
 
 
 def is_conductor(material: RadioMaterial, frequency: float) -> bool:
-    """Whether a material is a perfect conductor for our purposes.
+    """Whether a material counts as a perfect conductor.
 
     Args:
         material: the material.
-        frequency: hertz.
+        frequency: Hz.
     """
     return _loss(material, frequency) > LEAST_LOSS_OF_CONDUCTOR
 
 
 def conducting_objects(scene: Scene) -> Bool[np.ndarray, " objects"]:
-    """Which of a scene's objects are conductors.
+    """Whether each object of a scene is a conductor.
 
     Args:
         scene: the scene.

@@ -1,4 +1,13 @@
-"""Solids and sheets for the objects of a scene, as triangle meshes in metres."""
+"""Triangle meshes for the objects of a scene: boxes, sheets with openings, unions and rotations.
+
+All lengths are in metres, in the world frame with z up. Shapes are ``trimesh.Trimesh`` objects.
+
+Example:
+    >>> import bisplat
+    >>> wall = bisplat.shapes.sheet((0, 0, 0), (4, 0, 0), (0, 0, 2.5), openings=[(1, 2, 0, 2)])
+    >>> bisplat.SceneObject("wall", wall, "brick").name
+    'wall'
+"""
 
 from __future__ import annotations
 
@@ -15,52 +24,67 @@ Vector3 = Sequence[float] | np.ndarray
 
 
 def bounding_box(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "2 3"]:
-    """Lowest and highest corner of the axis-aligned box around points.
+    """Return the box around points whose edges are parallel to the axes.
 
     Args:
-        points: metres.
+        points: points, [n, 3], metres.
 
     Returns:
-        The two corners, metres.
+        Lowest and highest corner of the box, [2, 3], metres.
 
-    >>> bounding_box(np.array([[0.0, 2.0, 1.0], [1.0, 0.0, 1.0]])).tolist()
-    [[0.0, 0.0, 1.0], [1.0, 2.0, 1.0]]
+    Example:
+        >>> import bisplat, numpy as np
+        >>> bisplat.shapes.bounding_box(np.array([[0.0, 2.0, 1.0], [1.0, 0.0, 1.0]])).tolist()
+        [[0.0, 0.0, 1.0], [1.0, 2.0, 1.0]]
     """
     return np.stack([points.min(axis=0), points.max(axis=0)])
 
 
 def box(low: Vector3, high: Vector3) -> Trimesh:
-    """Closed axis-aligned box between two corners: 8 vertices, 12 triangles, normals outwards.
+    """Make a closed box whose edges are parallel to the axes.
 
     Args:
-        low: lowest corner, metres.
-        high: highest corner, metres.
+        low: corner with the lowest coordinates, [3], metres.
+        high: corner with the highest coordinates, [3], metres.
 
-    >>> float(box((0, 0, 0), (2, 1, 0.5)).volume)
-    1.0
+    Returns:
+        A mesh of 8 vertices and 12 triangles whose normals point outwards.
+
+    Example:
+        >>> import bisplat
+        >>> cabinet = bisplat.shapes.box((0, 0, 0), (2, 1, 0.5))
+        >>> float(cabinet.volume), len(cabinet.faces)
+        (1.0, 12)
     """
     return trimesh.creation.box(bounds=np.array([low, high], dtype=float))
 
 
 def sheet(corner: Vector3, u: Vector3, v: Vector3, openings: Sequence[Sequence[float]] = ()) -> Trimesh:
-    """Rectangle corner + s·u + t·v, s and t in [0, 1], one triangle thick, normal along u × v.
+    """Make a rectangular sheet, with openings if needed: a wall, a floor, a board.
+
+    The sheet consists of the points corner + s u + t v with s and t from 0 to 1. It is a surface without thickness; its
+    material, or ``SceneObject.thickness``, has the thickness of the slab that it stands for.
 
     Args:
-        corner: metres.
-        u: one side, metres.
-        v: the other side, perpendicular to u, metres.
-        openings: rectangles left out, each (s0, s1, t0, t1) in metres along u and v from the corner; they must not
-            overlap.
+        corner: one corner, [3], metres.
+        u: vector along one side, [3], metres.
+        v: vector along the other side, [3], metres, perpendicular to u.
+        openings: rectangles left out of the sheet, such as doors and windows: each (s0, s1, t0, t1), the distances
+            from the corner along u and along v, metres. They must not overlap.
 
     Returns:
-        The sheet; no two of its triangles overlap.
+        A mesh whose normals point along u × v. No two of its triangles overlap.
 
-    >>> wall = sheet((0, 0, 0), (4, 0, 0), (0, 0, 2.5), openings=[(1, 2, 0, 2)])  # with a door of 1 x 2 metres
-    >>> float(wall.area)
-    8.0
+    Example:
+        A wall of 4 × 2.5 m with a door of 1 × 2 m:
+
+        >>> import bisplat
+        >>> wall = bisplat.shapes.sheet((0, 0, 0), (4, 0, 0), (0, 0, 2.5), openings=[(1, 2, 0, 2)])
+        >>> float(wall.area)
+        8.0
     """
     width, height = float(np.linalg.norm(u)), float(np.linalg.norm(v))
-    # Cut along every edge of every opening and keep the cells that lie in none: no overlap, no T-junction.
+    # Cut along every edge of every opening and keep the cells outside the openings: no overlaps, no T-junctions.
     s_cuts = sorted({0.0, width, *(s for o in openings for s in o[:2])})
     t_cuts = sorted({0.0, height, *(t for o in openings for t in o[2:])})
     cells = [
@@ -78,13 +102,23 @@ def sheet(corner: Vector3, u: Vector3, v: Vector3, openings: Sequence[Sequence[f
 
 
 def union(*parts: Trimesh) -> Trimesh:
-    """Several parts as one mesh; parts that touch stay separate shells, so leave a gap between them.
+    """Join several meshes into one.
+
+    The triangles stay as they are; this is not a Boolean union. Leave a small gap, such as 2 mm, between parts that
+    would touch: rays hit coincident surfaces in an arbitrary order.
 
     Args:
         parts: at least one mesh.
 
-    >>> len(union(box((0, 0, 0), (1, 1, 1)), sheet((0, 0, 2), (1, 0, 0), (0, 1, 0))).faces)
-    14
+    Returns:
+        A mesh with the triangles of all parts.
+
+    Example:
+        >>> import bisplat
+        >>> crate = bisplat.shapes.box((0, 0, 0), (1, 1, 1))
+        >>> lid = bisplat.shapes.sheet((0, 0, 1.1), (1, 0, 0), (0, 1, 0))
+        >>> len(bisplat.shapes.union(crate, lid).faces)
+        14
     """
     offsets = np.cumsum([0, *(len(p.vertices) for p in parts[:-1])])
     faces = [p.faces + offset for p, offset in zip(parts, offsets, strict=True)]
@@ -92,14 +126,20 @@ def union(*parts: Trimesh) -> Trimesh:
 
 
 def rotate(mesh: Trimesh, degrees: float) -> Trimesh:
-    """A copy that is rotated about the vertical through its centre.
+    """Rotate a mesh about the vertical line through the centre of its bounding box.
 
     Args:
-        mesh: the mesh, which stays as it is.
-        degrees: counterclockwise, seen from above.
+        mesh: the mesh, which is not changed.
+        degrees: angle of the rotation, degrees, counterclockwise as seen from above.
 
-    >>> rotate(box((0, 0, 0), (4, 2, 1)), 90).extents.round(6).tolist()
-    [2.0, 4.0, 1.0]
+    Returns:
+        The rotated copy.
+
+    Example:
+        >>> import bisplat
+        >>> table = bisplat.shapes.box((0, 0, 0), (4, 2, 1))
+        >>> bisplat.shapes.rotate(table, 90).extents.round(6).tolist()
+        [2.0, 4.0, 1.0]
     """
     matrix = np.eye(4)
     matrix[:3, :3] = Rotation.from_euler("z", degrees, degrees=True).as_matrix()

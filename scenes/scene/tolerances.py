@@ -1,4 +1,4 @@
-"""How wrong the description of a scene may be. This module imports little, for the help of the command line."""
+"""Tolerances of a scene's description. The command line's help needs this module, so it imports little."""
 
 from __future__ import annotations
 
@@ -9,20 +9,27 @@ from scenes.files.errors import require_within
 
 @dataclass(frozen=True)
 class Tolerances:
-    """Standard deviations of what a description may have wrong.
+    """Standard deviations of the errors in a scene's description.
+
+    ``calibrate`` assumes that the errors are independent and Gaussian. A value with a tolerance of 0 is assumed to be
+    right and does not change.
 
     Attributes:
-        position: of each coordinate of the gateway, metres.
-        rotation: of the gateway's orientation about each axis, degrees.
-        objects: of each horizontal coordinate of an object inside the room, metres.
-        materials: of permittivity, conductivity and thickness, relative.
-        frequency: of the carrier, relative; 0 where it is known.
+        position: standard deviation of each coordinate of the gateway, metres, 0 to 10.
+        rotation: standard deviation of the gateway's rotation about each axis, degrees, 0 to 90.
+        objects: standard deviation of each horizontal coordinate of an object inside the room, metres, 0 to 10.
+        materials: relative standard deviation of each material's permittivity, conductivity and thickness, 0 to 2.
+        frequency: relative standard deviation of the carrier frequency, 0 to 2; 0 if it is known.
 
     Raises:
-        ParameterError: a number that is negative or absurdly large.
+        ParameterError: a number is outside its range.
 
-    >>> Tolerances(position=0.01, rotation=1)
-    Tolerances(position=0.01, rotation=1, objects=0.03, materials=0.2, frequency=0.0)
+    Example:
+        A scene that was surveyed to a centimetre and a degree:
+
+        >>> import bisplat
+        >>> bisplat.Tolerances(position=0.01, rotation=1)
+        Tolerances(position=0.01, rotation=1, objects=0.03, materials=0.2, frequency=0.0)
     """
 
     position: float = 0.02

@@ -1,5 +1,6 @@
-"""What the description of a scene may have wrong, within tolerances: poses, places, materials; and scenes that differ
-by such values.
+"""The unknowns of a scene: values of its description that may be wrong, within tolerances.
+
+They are the gateway's pose, the frequency, the positions of objects, and the properties of materials.
 """
 
 from __future__ import annotations
@@ -20,27 +21,27 @@ from scenes.scene.tolerances import Tolerances
 Kind = Literal["position", "rotation", "frequency", "object", "relative_permittivity", "conductivity", "thickness"]
 
 OF_POSE = ("position", "rotation")
-"""Kinds of the gateway's pose: its position and its orientation."""
+"""Kinds of unknowns of the gateway's pose."""
 
 OF_MATERIALS = ("relative_permittivity", "conductivity", "thickness")
-"""Properties of a material, whose unknowns are logarithms of ratios."""
+"""Kinds of unknowns of a material. Their values are logarithms of ratios."""
 
 BESIDE = 0.01
-"""Metres: an object that comes nearer to the scene's bounds is a part of the room and does not move."""
+"""Metres. An object that is nearer to the scene's bounds is part of the room and does not move."""
 
 HIGH = 0.85
-"""Share of the room's height: an object that is as high is an inner wall or a column and does not move."""
+"""Share of the room's height. An object that is at least this high is an inner wall or a column and does not move."""
 
 
 @dataclass(frozen=True)
 class Unknown:
-    """One number that may be wrong.
+    """A number of the description that may be wrong.
 
     Attributes:
-        kind: what it belongs to.
-        name: of the object or the material; empty for the gateway and the frequency.
-        axis: coordinate, 0…2, of a position, a rotation or an object.
-        tolerance: standard deviation of the change: metres, radians, or the logarithm of a ratio.
+        kind: the quantity.
+        name: name of the object or the material; empty for the gateway and the frequency.
+        axis: axis of a position, a rotation or an object, 0 to 2.
+        tolerance: standard deviation of the error, in metres, in radians, or of the logarithm of a ratio.
     """
 
     kind: Kind
@@ -50,7 +51,7 @@ class Unknown:
 
     @property
     def label(self) -> str:
-        """For a reader, e.g. "gateway x", "wood thickness"."""
+        """Name for a reader, such as "gateway x" or "wood thickness"."""
         axis = "xyz"[self.axis]
         if self.kind in OF_MATERIALS:
             return f"{self.name} {self.kind.replace('_', ' ')}"
@@ -62,14 +63,14 @@ class Unknown:
 
 
 def unknowns(scene: Scene, tolerances: Tolerances) -> list[Unknown]:
-    """Everything that may be wrong with a scene: what has a tolerance of 0 is left out.
+    """List the unknowns of a scene. Values with a tolerance of 0 are left out.
 
-    Objects inside the room may stand elsewhere on the floor; walls, floor and ceiling, and what is in them, stay, as do
-    columns and inner walls.
+    Objects inside the room may be displaced horizontally. Walls, floor and ceiling, with their doors and windows,
+    columns and inner walls do not move.
 
     Args:
         scene: the scene.
-        tolerances: how wrong it may be.
+        tolerances: standard deviations of the errors in its description.
 
     >>> from scenes.places.closet import closet
     >>> [each.label for each in unknowns(closet(), Tolerances(rotation=0, materials=0))][:5]
@@ -82,7 +83,7 @@ def unknowns(scene: Scene, tolerances: Tolerances) -> list[Unknown]:
         found += [Unknown("object", scene.objects[number].name, axis, tolerances.objects) for axis in range(2)]
     for name, material in scene.materials.items():
         if is_conductor(material, scene.frequency):
-            continue  # a wave does not tell one conductor from another
+            continue  # all conductors reflect alike
         found.append(Unknown("relative_permittivity", name, 0, tolerances.materials))
         if material.conductivity > 0:
             found.append(Unknown("conductivity", name, 0, tolerances.materials))
@@ -91,10 +92,10 @@ def unknowns(scene: Scene, tolerances: Tolerances) -> list[Unknown]:
 
 
 def movable(scene: Scene) -> list[int]:
-    """Indices of the objects that may stand elsewhere: neither at the bounds of the room nor as high as the room.
+    """Return the indices of the objects that may be displaced: inside the room, and less high than it.
 
-    The room is what the objects at the bounds (``BESIDE``) enclose. In the open, where these are only a floor, it has
-    no height, and objects of any height move.
+    The objects at the bounds of the scene (see ``BESIDE``) make up the room. Outdoors, where there is only a floor, the
+    room has no height, and objects of any height may be displaced.
 
     >>> from scenes.places.closet import closet
     >>> [closet().objects[number].name for number in movable(closet())]
@@ -112,13 +113,13 @@ def movable(scene: Scene) -> list[int]:
 
 
 def vary(scene: Scene, which: Sequence[Unknown], values: Float[np.ndarray, " n"]) -> Scene:
-    """The scene with some of its unknowns changed.
+    """Return a scene in which some of the unknowns have changed.
 
     Args:
         scene: the scene.
         which: the unknowns that change.
-        values: by how much: metres, radians (one rotation vector about the gateway's position, world frame), or
-            logarithms of ratios.
+        values: the changes, in metres, radians or logarithms of ratios. Rotations are the components of one rotation
+            vector about the gateway's position, world frame.
 
     >>> from scenes.places.closet import closet
     >>> scene = vary(closet(), [Unknown("object", "table", 1, 0.03)], np.array([0.02]))
@@ -147,7 +148,7 @@ def vary(scene: Scene, which: Sequence[Unknown], values: Float[np.ndarray, " n"]
         gateway,
         position=tuple(np.asarray(gateway.position) + moved),
         orientation=tuple(orientation.as_quat()),
-        spacing=gateway.spacing * frequency,  # the array's size in metres is known
+        spacing=gateway.spacing * frequency,  # keeps the array's size in metres
     )
     return replace(
         scene,

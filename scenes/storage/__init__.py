@@ -1,1 +1,1 @@
-"""A scene on disk: scene.yaml and the meshes in its folder."""
+"""A scene on disk: a scene.yaml and its meshes."""

@@ -1,4 +1,4 @@
-"""The fingerprint of a scene."""
+"""A digest of a scene, to tell whether two scenes are the same."""
 
 from __future__ import annotations
 
@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:  # its import takes long, and the help of the command line does not need it
+if TYPE_CHECKING:  # a slow import that the help of the command line does not need
     from scenes.scene.description import Scene
 
 
 def scene_digest(scene: Scene) -> str:
-    """SHA-256 of everything that responses in a scene depend on: meshes, materials, frequency, antennas, region.
+    """Return the SHA-256 of all that the element responses depend on: meshes, materials, frequency, antennas, region.
 
     Args:
         scene: the scene.

@@ -1,4 +1,4 @@
-"""The files of a scene's folder, scene.yaml and its meshes: their names, their bytes, and what is in their way."""
+"""The files of a scene's folder, scene.yaml and meshes: their names, their content, and conflicts with other files."""
 
 from __future__ import annotations
 
@@ -21,24 +21,27 @@ from scenes.files.yaml_file import PlainDumper
 from scenes.scene.description import Scene
 
 LONGEST_STEM = 60
-"""Characters of a file's name without its suffix; at four bytes each, every file system takes that many."""
+"""Most characters of a file's name without its suffix. At four bytes each, every file system accepts that many."""
 
 
 class FilesInTheWay(InputError):
-    """Files that would have been replaced, though nobody allowed it.
+    """Writing a scene would replace files that must not be replaced.
 
     Attributes:
-        digests: SHA-256 of each, by its path.
+        digests: SHA-256 of each of these files, by its path.
     """
 
     def __init__(self, digests: Mapping[Path, str]):
         self.digests = digests
-        others = f" and {len(digests) - 1} more exist" if len(digests) > 1 else " exists"
-        super().__init__(f"{next(iter(digests))}{others} already and is never overwritten; give another folder")
+        others = f" (and {len(digests) - 1} more)" if len(digests) > 1 else ""
+        super().__init__(
+            f"{next(iter(digests))}: expected no file of this name, found one{others}; existing files are never "
+            "overwritten, so give another folder"
+        )
 
 
 def file_stem(name: str) -> str:
-    """A name from a file as the name of another file, in whatever folder that is: without slashes and the like.
+    """Make a name from a file safe as the name of another file: without slashes and other special characters.
 
     Args:
         name: any text.
@@ -50,14 +53,14 @@ def file_stem(name: str) -> str:
 
 
 def mesh_names(scene: Scene) -> list[str]:
-    """For every object its mesh file, relative to the folder; no two are equal, in no case of letters."""
+    """Return the mesh file of each object, relative to the folder. No two are equal, even if case is ignored."""
     names: list[str] = []
     used: set[str] = set()
     count = Counter[str]()
     for item in scene.objects:
         first = stem = file_stem(item.name)
         count[first.casefold()] += 1
-        while stem.casefold() in used:  # names that differ in case or punctuation only
+        while stem.casefold() in used:  # names that differ only in case or punctuation
             stem = f"{first}_{count[first.casefold()]}"
             count[first.casefold()] += 1
         used.add(stem.casefold())
@@ -66,7 +69,7 @@ def mesh_names(scene: Scene) -> list[str]:
 
 
 def yaml_of(scene: Scene) -> bytes:
-    """The content of scene.yaml."""
+    """Return the content of scene.yaml."""
     further = {name: asdict(gateway) for name, gateway in scene.further_gateways.items()}
     values = {
         "name": scene.name,
@@ -92,7 +95,7 @@ def yaml_of(scene: Scene) -> bytes:
 
 
 def _plain(value: Any) -> Any:
-    """The value with tuples as lists and numpy scalars as Python's, since YAML has only these types."""
+    """Turn tuples into lists and NumPy scalars into Python numbers, since YAML has only these types."""
     if isinstance(value, dict):
         return {key: _plain(v) for key, v in value.items()}
     if isinstance(value, list | tuple):
@@ -101,7 +104,7 @@ def _plain(value: Any) -> Any:
 
 
 def ply_of(mesh: Trimesh) -> bytes:
-    """Binary PLY in double precision; trimesh's writer rounds to single precision, which would change the scene."""
+    """Return binary PLY in double precision. trimesh's writer rounds to single, which would change the scene."""
     header = (
         "ply\nformat binary_little_endian 1.0\n"
         f"element vertex {len(mesh.vertices)}\nproperty double x\nproperty double y\nproperty double z\n"
@@ -113,15 +116,15 @@ def ply_of(mesh: Trimesh) -> bytes:
 
 
 def digest(content: bytes) -> str:
-    """SHA-256 of bytes."""
+    """Return the SHA-256 of bytes."""
     return hashlib.sha256(content).hexdigest()
 
 
 def digest_of_file(path: Path) -> str | None:
-    """SHA-256 of a file's content, which need not fit into memory; None: there is nothing of that name.
+    """Return the SHA-256 of a file's content, which need not fit into memory; None if there is no such file.
 
     Raises:
-        InputError: it is no regular file, or a link to none.
+        InputError: the path is not a regular file, or a broken link.
     """
     if not os.path.lexists(path):
         return None

@@ -1,4 +1,4 @@
-"""A scene as one YAML file beside its meshes."""
+"""Read and write a scene: a YAML file and its meshes."""
 
 from __future__ import annotations
 
@@ -35,28 +35,36 @@ T = TypeVar("T")
 BUILT_IN: dict[str, Callable[[], Scene]] = {
     place.__name__: place for place in (lab, conference, bedroom, office, closet, workshop)
 }
-"""The table of built-in places: a new one is a file in scenes/places and its name here."""
+"""The built-in scenes. To add one, write a file in scenes/places and list its function here."""
 
 LONGEST_FREQUENCY = 50
-"""Characters; the time of the regular expression grows with the square of a text's length."""
+"""Most characters of a frequency. The time of the regular expression grows with the square of the length."""
 HERTZ = {"hz": 1.0, "khz": 1e3, "mhz": 1e6, "ghz": 1e9}
 
 
 def load_scene(name_or_path: str | Path) -> Scene:
-    """The built-in place of a name, or the scene that a .yaml file describes.
+    """Load a built-in scene, or a scene from a YAML file.
+
+    The built-in scenes are "lab", "conference", "bedroom", "office", "closet" and "workshop", all at 915 MHz. The
+    documentation, File formats, lists the keys of a scene YAML. Meshes of other programs have no gateway and no
+    transmitter region: convert them with ``import_scene``.
 
     Args:
-        name_or_path: a built-in place's name, such as "lab", or the path of a scene YAML.
+        name_or_path: name of a built-in scene, or path of a .yaml or .yml file.
 
     Returns:
-        The scene.
+        The scene, with its values checked.
 
     Raises:
-        InputError: neither of the two, or a file that ``read_scene`` refuses.
+        InputError: the name is unknown; the file or one of its meshes is missing or malformed; a key is unknown,
+            missing or has a value of the wrong type or outside its range; a material is unknown; or an antenna is
+            inside an object.
 
-    >>> lab = load_scene("lab")
-    >>> lab.gateway.position, len(lab.objects) > 20
-    ((7.2, 3.0, 1.4), True)
+    Example:
+        >>> import bisplat
+        >>> lab = bisplat.load_scene("lab")
+        >>> lab.gateway.position, len(lab.objects) > 20
+        ((7.2, 3.0, 1.4), True)
     """
     text = str(name_or_path)
     if text in BUILT_IN:
@@ -65,12 +73,13 @@ def load_scene(name_or_path: str | Path) -> Scene:
         return read_scene(Path(text))
     if is_importable(text):
         raise InputError(
-            f"{text}: has no gateway and no transmitter region; import it first, with bisplat scene {text} "
-            "-o FOLDER --gateway X Y Z --boresight X Y Z --region-min X Y Z --region-max X Y Z"
+            f"{text}: expected a scene with a gateway and a transmitter region, found a file without them; import "
+            f"it with bisplat scene {text} -o FOLDER --gateway X Y Z --boresight X Y Z --region-min X Y Z "
+            "--region-max X Y Z"
         )
     if Path(text).suffix:
         known = ", ".join(BUILT_IN)
-        raise InputError(f"{text}: not a scene description; expected a .yaml file or one of {known}")
+        raise InputError(f"{text}: expected a .yaml file or one of {known}, found another kind of file")
     raise InputError(f'unknown scene "{text}"; {did_you_mean(text, BUILT_IN)} (or give a .yaml file)')
 
 
@@ -78,7 +87,7 @@ def load_scene(name_or_path: str | Path) -> Scene:
 
 
 class Region(Struct, forbid_unknown_fields=True):
-    """The box that a transmitter moves in: lowest and highest corner, metres."""
+    """The transmitter region in a file: lowest and highest corner, metres."""
 
     min: Vector3
     max: Vector3
@@ -94,7 +103,7 @@ class TransmitterEntry(Struct, forbid_unknown_fields=True):
 
 
 class MaterialOptions(Struct, forbid_unknown_fields=True, kw_only=True):
-    """What any material may have in a file."""
+    """Optional keys of every material in a file."""
 
     scattering_coefficient: float | UnsetType = UNSET
     xpd_coefficient: float | UnsetType = UNSET
@@ -126,7 +135,7 @@ class ObjectEntry(Struct, forbid_unknown_fields=True):
 
 
 class SceneFile(Struct, forbid_unknown_fields=True):
-    """``Scene`` in a file. What it has many of is checked one by one, so that messages have their names."""
+    """``Scene`` in a file. Objects, materials and gateways are checked one by one, so that messages can name them."""
 
     name: str
     frequency: float | str
@@ -142,7 +151,7 @@ def _conform(value: object, schema: type[T], place: str) -> T:
 
 
 def _frequency(value: float | str, source: str) -> float:
-    """Hz, from a number or from a text such as "915 MHz"."""
+    """Read a frequency in Hz from a number or from a text such as "915 MHz"."""
     text = str(value) if len(str(value)) <= LONGEST_FREQUENCY else ""
     match = re.fullmatch(r"\s*([-+.\deE]+?)\s*([kKmMgG]?[hH][zZ])?\s*", text)
     try:
@@ -150,12 +159,15 @@ def _frequency(value: float | str, source: str) -> float:
     except ValueError:
         frequency = 0.0
     if frequency <= 0:
-        raise InputError(f'{source}: frequency must be in hertz or such as "915 MHz", found {shown(value)}')
+        raise InputError(
+            f'{source}: frequency: expected a positive number of hertz, or one with a unit such as "915 MHz", '
+            f"found {shown(value)}"
+        )
     return frequency
 
 
 def _material(name: str, value: object, frequency: float, source: str) -> RadioMaterial:
-    """From ε_r and σ, or from a row of P.2040; the rest is optional in both."""
+    """Read a material: ε_r and σ, or a name of P.2040. All other keys are optional."""
     place = f"{source}: materials.{cut(str(name))}"
     of_table = isinstance(value, dict) and "p2040" in value
     entry = _conform(value, P2040Material if of_table else OwnMaterial, place)
@@ -182,7 +194,7 @@ def _object(value: object, index: int, file: Path, source: str) -> SceneObject:
         path = beside(file, entry.mesh)
         meshes = [mesh for _, mesh in read_meshes(path)]
     except InputError as error:
-        raise InputError(f"{place}: mesh {error}") from None
+        raise InputError(f"{place}: mesh: {error}") from None
     mesh = union(*meshes)
     if default_up(path) == "y":
         mesh.apply_transform(Y_UP_TO_Z_UP)
@@ -190,10 +202,11 @@ def _object(value: object, index: int, file: Path, source: str) -> SceneObject:
 
 
 def read_scene(path: str | Path) -> Scene:
-    """Read a scene YAML; docs/format.md lists its keys.
+    """Read a scene YAML. The documentation, File formats, lists its keys.
 
-    Mesh paths are relative to the file. Meshes are in world metres and z up (glTF: metres and y up, as its
-    specification says). An object's material is a key of ``materials`` or a name of ITU-R P.2040.
+    Mesh paths are relative to the file. Meshes are in metres, in the world frame, with z up. The exception is glTF,
+    which has y up according to its specification. An object's material is a key of ``materials`` or a name of ITU-R
+    P.2040.
 
     Args:
         path: the YAML file.
@@ -202,8 +215,8 @@ def read_scene(path: str | Path) -> Scene:
         The scene.
 
     Raises:
-        InputError: no such file, malformed YAML, a key that is unknown, missing or of the wrong type, an
-            unknown material, a mesh that cannot be read, or a scene that ``validate`` refuses.
+        InputError: the file does not exist or is not YAML; a key is unknown, missing or of the wrong type; a material
+            is unknown; a mesh cannot be read; or ``validate`` refuses the scene.
     """
     path = Path(path)
     source = str(path)
@@ -239,25 +252,33 @@ def read_scene(path: str | Path) -> Scene:
 
 
 def write_scene(scene: Scene, folder: str | Path, replaceable: Mapping[Path, str] | None = None) -> Path:
-    """Write folder/scene.yaml and folder/meshes/<object>.ply; read back, the scene is equal.
+    """Write a scene to a folder, as a YAML file and a mesh for each object.
 
-    The same scene gives the same bytes. The YAML is written last and atomically, so a folder that has one is whole.
-    Meshes that are there already with the same bytes are left as they are.
+    The files are ``scene.yaml`` and ``meshes/NAME.ply``. ``load_scene`` reads back an equal scene, and the same scene
+    always gives the same bytes. The YAML file is written last and atomically, so a folder with a ``scene.yaml`` is
+    complete. Existing meshes with the same content are kept.
 
     Args:
         scene: the scene.
-        folder: a folder without a scene.yaml, and without other meshes of the same names.
-        replaceable: files that may be replaced all the same, as long as they have these digests (SHA-256).
+        folder: output folder, created if it does not exist. It must not contain a ``scene.yaml``, nor meshes of the
+            same names with other content.
+        replaceable: SHA-256 digests (hexadecimal) of files that may be replaced, by path. A file with another digest
+            is not replaced.
 
     Returns:
-        Path of the YAML.
+        Path of the YAML file.
 
     Raises:
-        FilesInTheWay: an InputError that lists the files that would be replaced; nothing is written.
-        InputError: ``validate`` refuses the scene, or another program is writing to the folder.
+        InputError: the scene has an invalid value, another process is writing to the folder, or files would be
+            replaced. In the last case nothing is written, and the error's ``digests`` lists these files.
 
-    >>> write_scene(load_scene("closet"), "closet").as_posix()
-    'closet/scene.yaml'
+    Example:
+        >>> import bisplat
+        >>> path = bisplat.write_scene(bisplat.load_scene("closet"), "closet")
+        >>> path.as_posix()
+        'closet/scene.yaml'
+        >>> bisplat.load_scene(path) == bisplat.load_scene("closet")
+        True
     """
     folder = Path(folder)
     path = folder / "scene.yaml"

@@ -1,1 +1,1 @@
-"""The NeRF² dataset folder: read, write, check, and complete with retrieved responses."""
+"""The NeRF² dataset folder: read it, write it, check it, and complete it with retrieved responses."""

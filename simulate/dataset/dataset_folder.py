@@ -1,6 +1,6 @@
-"""A NeRF² dataset folder in memory, and the check that it is one. docs/format.md describes every file.
+"""A NeRF² dataset folder in memory, and the check that it is valid. The documentation describes every file.
 
-Rows of ``tx_pos.csv`` and pictures are numbered from 1; everything in memory is numbered from 0.
+Rows of ``tx_pos.csv`` and pictures are numbered from 1. Everything in memory is numbered from 0.
 """
 
 from __future__ import annotations
@@ -27,34 +27,42 @@ from simulate.spectra.identification import Identification, identify
 from simulate.spectra.spectrum import spectrum_of
 
 NERF2_FREQUENCY = 915e6
-"""Hertz, of the RFID band that NeRF²'s folders were measured in; the folders themselves do not name it."""
+"""Hertz. NeRF²'s folders were measured in this RFID band, but do not state it."""
 
 
 @dataclass(frozen=True)
 class Dataset:
-    """A NeRF² dataset folder in memory; K spectra.
+    """A NeRF² dataset folder in memory: K spectra with their transmitter positions.
+
+    ``read_dataset`` reads one, and ``simulate`` returns one. The format is that of NeRF² [zhao2023]. The arrays of a
+    dataset are numbered from 0, whereas the files number the pictures from 1.
 
     Attributes:
-        folder: the folder that it was read from.
-        names: zero-padded names of the pictures, such as "00001".
-        pictures: 8-bit pictures, min–max normalised magnitude, on the grid of ``beamformer``.
-        positions: transmitter positions, metres, world frame.
-        gateway_position: metres, world frame.
-        gateway_orientation: unit quaternion (x, y, z, w), gateway frame to world.
-        train: indices of the folder's own training spectra.
-        test: indices of the folder's own test spectra.
-        responses: complex element responses; None where the folder has none (simulated folders have them).
-        retrieved: responses that ``bisplat responses`` found from the pictures, each up to a common phase and the flip
-            y_m -> y*_{MN−1−m} of its own; None where the folder has none.
-        metadata: content of metadata.json; empty where the folder has none (simulated folders have it).
-        identification: the array and the grid of the spectra, and how they are known.
+        folder: the folder that the dataset was read from.
+        names: names of the K pictures, padded with zeros, such as "00001".
+        pictures: grey levels 0…255 of the spectra's magnitude, min–max normalised for each spectrum, [K, 90, 360];
+            rows and columns are the directions of ``grid``.
+        positions: transmitter positions, metres, world frame, [K, 3].
+        gateway_position: position of the gateway, metres, world frame, [3].
+        gateway_orientation: unit quaternion (x, y, z, w) that turns the gateway frame into the world frame, [4].
+        train: indices of the folder's own training spectra; empty if the folder has no index files.
+        test: indices of the folder's own test spectra; empty if the folder has no index files.
+        responses: recorded complex element responses, not normalised, [K, elements]. Simulated folders have them;
+            None for other folders.
+        retrieved: element responses that ``bisplat responses`` found from the pictures, [K, elements]; None if the
+            folder has none. Each row is known up to a common phase and the flip ``y_m -> conj(y_{MN−1−m})``, so phases
+            of two positions cannot be compared.
+        metadata: content of metadata.json; empty if the folder has none.
+        identification: the array and the grid of the spectra (``beamformer``), how they are known (``source``:
+            "metadata", "fitted" or "assumed"), and the error that they leave (``residual``, grey levels of 255).
 
-    >>> import bisplat
-    >>> dataset = bisplat.read_dataset("data/lab")
-    >>> dataset.positions.shape, dataset.pictures.shape, dataset.responses.shape
-    ((40, 3), (40, 90, 360), (40, 16))
-    >>> len(dataset.train), len(dataset.test), round(dataset.wavelength, 3)
-    (32, 8, 0.328)
+    Example:
+        >>> import bisplat
+        >>> dataset = bisplat.read_dataset("data/lab")
+        >>> dataset.positions.shape, dataset.pictures.shape, dataset.responses.shape
+        ((40, 3), (40, 90, 360), (40, 16))
+        >>> len(dataset.train), len(dataset.test), round(dataset.wavelength, 3)
+        (32, 8, 0.328)
     """
 
     folder: Path
@@ -72,7 +80,18 @@ class Dataset:
 
     @property
     def beamformer(self) -> Beamformer:
-        """The array and the grid that the spectra were made with."""
+        """The array and the grid that the spectra were made with.
+
+        Example:
+            The pictures are the normalised spectra of the responses, rounded to 8 bits:
+
+            >>> import bisplat
+            >>> dataset = bisplat.read_dataset("data/lab")
+            >>> spectrum = dataset.beamformer.spectrum(dataset.responses[0])
+            >>> spectrum = (spectrum - spectrum.min()) / (spectrum.max() - spectrum.min())
+            >>> bool(abs(spectrum - dataset.spectra[0]).max() < 1 / 255)
+            True
+        """
         return self.identification.beamformer
 
     @property
@@ -82,17 +101,20 @@ class Dataset:
 
     @property
     def grid(self) -> AngularGrid:
-        """Directions of the spectra's rows and columns."""
+        """The directions of the spectra's rows and columns, gateway frame."""
         return self.beamformer.grid
 
     @property
     def wavelength(self) -> float:
-        """At the frequency of metadata.json, metres; at NeRF²'s 915 MHz for folders without any."""
+        """Wavelength in air, metres, at the frequency that metadata.json states; otherwise at NeRF²'s 915 MHz."""
         return SPEED_OF_LIGHT / self.metadata.get("frequency_hz", NERF2_FREQUENCY)
 
     @property
     def spectra(self) -> Float[np.ndarray, "K 90 360"]:
-        """Pictures as numbers in 0…1, the way every published loader reads them."""
+        """The pictures as numbers from 0 to 1 (grey levels / 255), float32, [K, 90, 360].
+
+        Every published loader of this format reads the pictures in this way. Each access computes the array anew.
+        """
         return spectrum_of(self.pictures)
 
 
@@ -101,9 +123,9 @@ class Inspection:
     """Result of ``inspect``.
 
     Attributes:
-        problems: sentences on errors that make the folder unusable.
-        warnings: sentences on oddities that do not.
-        dataset: the dataset, where there are no problems.
+        problems: a sentence for each error that makes the folder unusable.
+        warnings: a sentence for each oddity that does not.
+        dataset: the dataset; None if there are problems.
     """
 
     problems: list[str]
@@ -112,7 +134,11 @@ class Inspection:
 
 
 def read_dataset(folder: Path | str) -> Dataset:
-    """Read and check a NeRF² dataset folder.
+    """Read and check a NeRF² dataset folder, simulated or measured.
+
+    The folder needs the pictures ``spectrum/00001.png`` and on, ``tx_pos.csv`` and ``gateway_info.yml``. Element
+    responses, metadata and index files are read if they are there. If metadata.json does not state the array and the
+    grid of the spectra, they are found by a fit to the pictures.
 
     Args:
         folder: the dataset folder.
@@ -121,11 +147,17 @@ def read_dataset(folder: Path | str) -> Dataset:
         The dataset.
 
     Raises:
-        InputError: the first problem that ``inspect`` finds.
+        InputError: a file is missing, damaged or inconsistent with another one. The message states the first problem
+            and the number of further ones.
 
-    >>> dataset = read_dataset("data/lab")
-    >>> dataset.names[:3], dataset.spectra.shape, dataset.array.elements
-    (['00001', '00002', '00003'], (40, 90, 360), 16)
+    Example:
+        >>> import bisplat
+        >>> dataset = bisplat.read_dataset("data/lab")
+        >>> dataset.names[:3], dataset.spectra.shape, dataset.array.elements
+        (['00001', '00002', '00003'], (40, 90, 360), 16)
+        >>> bisplat.read_dataset("data/attic")
+        Traceback (most recent call last):
+        scenes.files.errors.InputError: data/attic: expected a dataset folder, found nothing there
     """
     inspection = inspect(Path(folder))
     if inspection.dataset is None:
@@ -135,7 +167,7 @@ def read_dataset(folder: Path | str) -> Dataset:
 
 
 def inspect(folder: Path) -> Inspection:
-    """Read a folder, collecting every problem instead of stopping at the first.
+    """Read a folder and collect every problem, instead of stopping at the first.
 
     Args:
         folder: the dataset folder.
@@ -163,7 +195,7 @@ def inspect(folder: Path) -> Inspection:
     if positions is not None and len(names):
         without_row = [name for name, number in zip(names, numbers, strict=True) if number > len(positions)]
         if without_row:
-            rows_known = None  # a length of channels.npz can only be wrong for the same reason
+            rows_known = None  # or a wrong length of channels.npz would be reported, too, for the same reason
             problems.append(
                 f"{folder / 'tx_pos.csv'}: expected a row for each of the {len(names)} pictures, found "
                 f"{len(positions)} rows; spectrum/{without_row[0]}.png has none"
@@ -204,7 +236,7 @@ def inspect(folder: Path) -> Inspection:
 def _read_split(
     folder: Path, names: list[str], metadata: dict[str, Any], problems: list[str], warnings: list[str]
 ) -> tuple[list[int], list[int]]:
-    """Indices of the folder's own training and test spectra; both empty where the folder has no index files."""
+    """Indices of the folder's own training and test spectra; both empty if the folder has no index files."""
     files = {label: folder / f"{label}_index.txt" for label in ("train", "test")}
     simulated = "scene_file" in metadata  # an unfinished simulation has no index files yet
     if not simulated and not any(path.exists() for path in files.values()):
@@ -232,14 +264,14 @@ def read_index(path: Path, dataset: Dataset) -> Int[np.ndarray, " n"]:
     """Read an index file.
 
     Args:
-        path: one picture name per line.
-        dataset: the dataset that the names are of.
+        path: the index file, with one picture name per line.
+        dataset: the dataset whose pictures it names.
 
     Returns:
         Indices into the dataset.
 
     Raises:
-        InputError: the file is missing, empty, or names a picture twice or one that is not there.
+        InputError: the file is missing or empty, or names a picture twice, or one that does not exist.
     """
     problems: list[str] = []
     index = read_names(path, dataset.names, problems)

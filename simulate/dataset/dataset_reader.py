@@ -1,6 +1,6 @@
-"""Read the small files of a NeRF² dataset folder, one function each. docs/format.md describes every file.
+"""Read the small files of a NeRF² dataset folder, with one function for each. The documentation describes every file.
 
-A function appends sentences to a list of problems, for ``inspect``.
+The functions append a sentence for each fault to a list of problems, for ``inspect``.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from simulate.spectra.identification import beamformer_of
 GATEWAY = "gateway1 with position [x, y, z] and orientation [x, y, z, w]"
 
 LARGEST_INDEX = 20 * MEGABYTE
-"""Bytes of an index file; a million names of six digits have 7 MB."""
+"""Most bytes of an index file. A million names of six digits take 7 MB."""
 
 Coordinate = Annotated[float, Meta(ge=-FARTHEST, le=FARTHEST)]
 
@@ -42,7 +42,7 @@ class Pose(Struct):
 
 
 class GatewayInfo(Struct):
-    """gateway_info.yml; other programs write further keys."""
+    """Content of gateway_info.yml. Other programs write further keys."""
 
     gateway1: Pose
 
@@ -51,15 +51,15 @@ def read_names(path: Path, names: Sequence[str], problems: list[str]) -> list[in
     """Read an index file.
 
     Args:
-        path: the file, with one picture's name per line.
+        path: the file, with one picture name per line.
         names: names of the dataset's pictures.
-        problems: gets a sentence for each kind of fault.
+        problems: a sentence for each kind of fault is appended.
 
     Returns:
         Indices into ``names``.
     """
     if not names:
-        return []  # a problem of the pictures, not of every row here
+        return []  # the pictures are the problem, not every row of this file
     try:
         listed = read_text(path, "one picture name per line", LARGEST_INDEX).split()
     except InputError as error:
@@ -69,16 +69,16 @@ def read_names(path: Path, names: Sequence[str], problems: list[str]) -> list[in
     unknown = [(row, name) for row, name in enumerate(listed, start=1) if name not in index_of]
     if unknown:
         row, name = unknown[0]
-        sentence = f"{path}, row {row}: expected the name of a picture, found {shown(name)}, which is not there"
+        sentence = f"{path}, row {row}: expected the name of a picture, found {shown(name)}, which has no picture"
         numbers = {str(int(each)) for each in names}
         if len(unknown) == len(listed) and all(each in numbers | {"0"} for each in listed):
-            sentence += "; the names are numbers without zeros in front, as GSRF writes them: bisplat convert pads them"
+            sentence += "; the names lack leading zeros, as GSRF writes them: bisplat convert adds them"
         problems.append(summary([sentence] * len(unknown), "rows"))
     return [index_of[name] for name in listed if name in index_of]
 
 
 def read_gateway(path: Path, problems: list[str]) -> tuple[Float[np.ndarray, 3], Float[np.ndarray, 4]]:
-    """Read gateway_info.yml: position, metres, and unit quaternion (x, y, z, w); problems get a sentence."""
+    """Read gateway_info.yml: position, metres, and unit quaternion (x, y, z, w); faults are added to the problems."""
     try:
         pose = conform(read_yaml(path, GATEWAY), GatewayInfo, str(path), numbers_as_text=True).gateway1
         length = math.hypot(*pose.orientation)
@@ -93,7 +93,7 @@ def read_gateway(path: Path, problems: list[str]) -> tuple[Float[np.ndarray, 3],
 
 
 def read_metadata(path: Path, problems: list[str]) -> tuple[dict[str, Any], Beamformer | None]:
-    """Read metadata.json: its content, and the array and the grid that it states; problems get a sentence."""
+    """Read metadata.json: its content, and the array and the grid that it states; faults are added to the problems."""
     if not os.path.lexists(path):
         return {}, None
     try:

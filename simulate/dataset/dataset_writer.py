@@ -1,4 +1,4 @@
-"""Write the files of a NeRF² dataset folder, each atomically. docs/format.md describes every file."""
+"""Write the files of a NeRF² dataset folder, each atomically. The documentation describes every file."""
 
 from __future__ import annotations
 
@@ -19,23 +19,23 @@ from scenes.files.npz_file import write_arrays
 
 
 def encode_picture(picture: UInt8[np.ndarray, "90 360"]) -> bytes:
-    """A PNG file of one spectrum picture: 8-bit grey."""
+    """The PNG file of one picture: 8-bit grey."""
     buffer = BytesIO()
-    # Level 3 takes a third of the default level's time and gives a sixth more bytes.
+    # Level 3 takes a third of the time of the default level, and its files are a sixth larger.
     Image.fromarray(picture).save(buffer, format="PNG", compress_level=3)
     return buffer.getvalue()
 
 
 def encode_power(power_db: Float[np.ndarray, "90 360"]) -> bytes:
-    """A TIFF file of a spectrum's absolute power in dB: one channel of float32, rows as in the pictures."""
+    """The TIFF file of a spectrum's absolute power in dB: one channel of float32, with rows as in the pictures."""
     buffer = BytesIO()
-    # Uncompressed, since every reader takes that, and compression would shrink such floats by a fifth at most.
+    # Uncompressed, since every reader can read that, and compression would save a fifth at most.
     Image.fromarray(power_db.astype(np.float32)).save(buffer, format="TIFF")
     return buffer.getvalue()
 
 
 def write_positions(path: Path, positions: Float[np.ndarray, "K 3"]) -> None:
-    """Write tx_pos.csv: metres with 6 decimals."""
+    """Write tx_pos.csv, in metres with 6 decimals."""
     text = StringIO()
     text.write("x,y,z\n")
     np.savetxt(text, positions, fmt="%.6f", delimiter=",")
@@ -49,7 +49,7 @@ def write_index(path: Path, names: Sequence[str]) -> None:
 
 def write_gateway(path: Path, dataset_name: str, position: Sequence[float], orientation: Sequence[float]) -> None:
     """Write gateway_info.yml."""
-    name = yaml.safe_dump({"dataset_name": dataset_name}, allow_unicode=True, width=math.inf)  # quoted where it must be
+    name = yaml.safe_dump({"dataset_name": dataset_name}, allow_unicode=True, width=math.inf)  # quoted where needed
     text = (
         f"{name}"
         "gateway1:\n"
@@ -60,7 +60,7 @@ def write_gateway(path: Path, dataset_name: str, position: Sequence[float], orie
 
 
 def write_responses(path: Path, responses: Complex[np.ndarray, "K elements"]) -> None:
-    """Write channels.npz: complex64 element responses, un-normalised."""
+    """Write channels.npz: complex64 element responses, not normalised."""
     write_arrays(path, {"channels": responses.astype(np.complex64)})
 
 

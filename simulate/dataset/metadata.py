@@ -1,6 +1,6 @@
-"""The schema of metadata.json, and the one function that reads it. docs/format.md states the ranges.
+"""The schema of metadata.json, and the only function that reads it. The documentation states the ranges.
 
-The schema is made of the dataclasses of the settings that it records, and of each engine's own part.
+The schema consists of the dataclasses of the recorded settings, and of each engine's own part.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ RECEIVER = recorded(Measurement, seed=(Count, MISSING))
 
 
 class Metadata(Struct, kw_only=True):
-    """metadata.json without the engine's part. Any key may be missing, and other programs write further ones."""
+    """metadata.json without the engine's part. Any key may be missing, and other programs may add keys."""
 
     made_by: str = ""
     scene: str = ""
@@ -48,7 +48,7 @@ class Metadata(Struct, kw_only=True):
 
 
 class Simulated(Metadata, kw_only=True):
-    """metadata.json of a folder that ``bisplat simulate`` made, as it has to be to make the folder again."""
+    """metadata.json of a folder that ``bisplat simulate`` made, with the keys needed to make the folder again."""
 
     scene_file: str
     scene_sha256: str
@@ -64,14 +64,14 @@ def read_metadata_file(path: Path, expected: str, simulated: bool = False) -> di
 
     Args:
         path: the file.
-        expected: what should be there, for the message.
-        simulated: it has to have what ``bisplat simulate`` writes; else only what is there is checked.
+        expected: what the file should be, for the message.
+        simulated: require the keys that ``bisplat simulate`` writes. Otherwise only the keys present are checked.
 
     Returns:
-        Its content.
+        The content of the file.
 
     Raises:
-        InputError: the file cannot be read, is no JSON, or has a field of another type or out of its range.
+        InputError: the file cannot be read, is not JSON, or has a field of the wrong type or outside its range.
     """
     content = read_json(path, expected)
     engine = content.get("engine", "") if isinstance(content, dict) else ""
@@ -90,7 +90,7 @@ def read_metadata_file(path: Path, expected: str, simulated: bool = False) -> di
 
 @functools.cache
 def _schema(engine: str, simulated: bool, known: tuple[str, ...]) -> type[Struct]:
-    """metadata.json of a dataset made by an engine, of those in the table."""
+    """The schema of metadata.json of a dataset made by an engine; ``known`` are the engines in the table."""
     parts: dict[str, tuple[Any, Any]] = {
         key: (kind, UNSET) for name in known for key, kind in ENGINES[name].schema().items()
     }

@@ -1,4 +1,4 @@
-"""What folders of other programs look like that pass for a dataset of this format but are none."""
+"""Signs of folders from other programs that look like a dataset of this format but are not."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from jaxtyping import Float, UInt8
 from simulate.spectra.identification import Identification
 
 EXAMINED = 200
-"""Number of pictures that are looked at."""
+"""Number of pictures that are examined."""
 
 
 @dataclass
 class Oddities:
-    """Sentences on a folder whose files can all be read.
+    """What is odd about a folder whose files can all be read.
 
     Attributes:
-        problems: on errors that make the folder unusable.
-        warnings: on oddities that do not.
+        problems: a sentence for each error that makes the folder unusable.
+        warnings: a sentence for each oddity that does not.
     """
 
     problems: list[str] = field(default_factory=list)
@@ -39,7 +39,7 @@ def oddities(
         positions: transmitter positions, metres.
         pictures: their pictures.
         identification: array and grid of the pictures.
-        folder: the dataset's folder, for the sentences.
+        folder: the dataset folder, for the sentences.
     """
     found = Oddities()
     _look_for_shared_positions(positions, folder / "tx_pos.csv", found)
@@ -48,7 +48,7 @@ def oddities(
 
 
 def _look_for_shared_positions(positions: Float[np.ndarray, "K 3"], path: Path, found: Oddities) -> None:
-    """Of several pictures at one position, a model cannot learn which to predict."""
+    """Look for positions with several pictures: a model cannot learn which of these to predict."""
     count = len(positions)
     places, pictures_there = np.unique(positions, axis=0, return_counts=True)
     sharing = int(pictures_there[pictures_there > 1].sum())
@@ -56,9 +56,8 @@ def _look_for_shared_positions(positions: Float[np.ndarray, "K 3"], path: Path, 
         found.problems.append(f"{path}: expected positions that differ, found {places[0].tolist()} for all {count}")
     elif sharing > count / 2:
         found.problems.append(
-            f"{path}: expected one picture for each position, found {count} pictures of {len(places)} positions (of "
-            "several frequencies or gateways in one folder?); bisplat convert --one-per-position 1 keeps the first of "
-            "each"
+            f"{path}: expected one picture for each position, found {count} pictures of {len(places)} positions; does "
+            "the folder mix frequencies or gateways? bisplat convert --one-per-position 1 keeps the first of each"
         )
     elif sharing:
         found.warnings.append(f"{sharing} of {count} pictures share their position with another picture")
@@ -71,12 +70,12 @@ def _look_for_upside_down_pictures(
     spread = pictures[:EXAMINED].std(axis=2).mean(axis=0)  # of each row, along azimuth
     if grid.elevation_step_deg < 0:
         found.problems.append(
-            f"{path}: expected row 0 at the horizon, found pictures upside down, with elevation "
-            f"{grid.elevation_first_deg:.0f}° in row 0 (so read, an array explains them to "
+            f"{path}: expected row 0 at the horizon, found upside-down pictures with elevation "
+            f"{grid.elevation_first_deg:.0f}° in row 0 (an array explains them in this way to "
             f"{identification.residual:.2f} grey levels); bisplat convert turns them over"
         )
     elif identification.source == "assumed" and spread[0] < 0.25 * spread.mean() < spread[-1]:
         found.warnings.append(
-            "row 0 is nearly the same at all azimuths, as the row at boresight is, and the last row is not: are the "
-            "pictures upside down? bisplat convert --flip-elevation turns them over"
+            "row 0 is nearly the same at all azimuths, as only the row near the boresight should be: are the pictures "
+            "upside down? bisplat convert --flip-elevation turns them over"
         )

@@ -1,4 +1,4 @@
-"""Read the pictures of a dataset folder; whatever else has the name of a picture is refused before it is decoded."""
+"""Read the pictures of a dataset folder. Any other file with the name of a picture is refused before it is decoded."""
 
 from __future__ import annotations
 
@@ -18,51 +18,52 @@ from scenes.files.input_file import MEGABYTE, read_bytes
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 
 IN_MEMORY = 2 * 10**9
-"""Bytes of pictures that are kept in memory; more are decoded into a temporary file and mapped."""
+"""Most bytes of pictures in memory. More pictures are decoded into a temporary file, which is mapped."""
 
 LARGEST_FILE = 10 * MEGABYTE
-"""Bytes of a picture; one of 360 × 90 grey levels has at most 33 kB."""
+"""Most bytes of a picture's file. A picture of 360 × 90 grey levels has at most 33 kB."""
 
 MOST_PIXELS = 10**7
-"""Of a picture that is converted: a tenth of a degree in both directions has 3.2 million."""
+"""Most pixels of a picture to convert. One with steps of 0.1° in both directions has 3.2 million."""
 
 MOST_DIGITS = 9
-"""Of the number that is a picture's name."""
+"""Most digits of the number that is a picture's name."""
 
 
 def what_is_at(path: Path) -> str:
-    """What is found at a path that should be a folder, for a message."""
+    """What is at a path that should be a folder, for a message."""
     return "a file" if path.is_file() else "nothing there"
 
 
 def is_number(name: str) -> bool:
-    """Whether the name of a picture is a number: of at most nine of the digits 0 to 9.
+    """Whether the name of a picture is a number of at most nine digits 0 to 9.
 
-    >>> is_number("00003"), is_number("٣"), is_number("9" * 20)
-    (True, False, False)
+    Example:
+        >>> is_number("00003"), is_number("٣"), is_number("9" * 20)
+        (True, False, False)
     """
     return name.isascii() and name.isdecimal() and len(name) <= MOST_DIGITS
 
 
 def picture_files(folder: Path) -> list[Path]:
-    """The pictures of a dataset's folder ``spectrum``, by number; other programs number them from 0.
+    """The pictures in the folder ``spectrum`` of a dataset, in the order of their numbers, from 0 or 1 on.
 
     Raises:
-        InputError: there is no such folder, no picture whose name is a number in it, a number of too many digits, or
-            two pictures of one number.
+        InputError: there is no such folder, it has no picture whose name is a number, a number has too many digits, or
+            two pictures have the same number.
     """
     if not folder.is_dir():
         raise InputError(f"{folder}: expected a folder of pictures, found {what_is_at(folder)}")
     files = [path for path in folder.glob("*.png") if path.stem.isascii() and path.stem.isdecimal()]
     if not files:
-        raise InputError(f"{folder}: expected pictures 00001.png and on, found none")
+        raise InputError(f"{folder}: expected pictures 00001.png, 00002.png, ..., found none")
     long = min((path.name for path in files if not is_number(path.stem)), default=None)
     if long is not None:
         raise InputError(f"{folder}: expected names of at most {MOST_DIGITS} digits, found {shown(long)}")
     files.sort(key=lambda path: (int(path.stem), path.name))
     for one, other in pairwise(files):
         if int(one.stem) == int(other.stem):
-            raise InputError(f"{folder}: expected one picture of each number, found {one.name} and {other.name}")
+            raise InputError(f"{folder}: expected one picture for each number, found {one.name} and {other.name}")
     return files
 
 
@@ -70,8 +71,8 @@ def read_pictures(folder: Path, problems: list[str]) -> tuple[list[str], UInt8[n
     """Read all pictures of a dataset.
 
     Args:
-        folder: the dataset's folder ``spectrum``.
-        problems: gets one sentence for each kind of unreadable pictures, with their number.
+        folder: the folder ``spectrum`` of the dataset.
+        problems: a sentence for each kind of unreadable pictures, with their number, is appended.
 
     Returns:
         Names of the pictures, and their grey levels.
@@ -80,12 +81,12 @@ def read_pictures(folder: Path, problems: list[str]) -> tuple[list[str], UInt8[n
         files = picture_files(folder)
         if int(files[0].stem) == 0:
             found = f"found {files[0].name}; bisplat convert numbers them from 1"
-            raise InputError(f"{folder}: expected pictures 00001.png and on, {found}")
+            raise InputError(f"{folder}: expected pictures 00001.png, 00002.png, ..., {found}")
     except InputError as error:
         problems.append(str(error))
         return [], np.zeros((0, ROWS, COLUMNS), np.uint8)
     pictures = _zeros((len(files), ROWS, COLUMNS))
-    sentences: dict[str, list[str]] = {}  # of each kind of fault
+    sentences: dict[str, list[str]] = {}  # by kind of fault
     for index, path in enumerate(files):
         try:
             pictures[index] = read_picture(path)
@@ -100,7 +101,7 @@ def read_all(folder: Path) -> tuple[list[str], UInt8[np.ndarray, "K 90 360"]]:
     """Read all pictures of a folder: their names and grey levels.
 
     Args:
-        folder: pictures 00001.png and on.
+        folder: folder with the pictures 00001.png, 00002.png, ...
 
     Raises:
         InputError: there are none, or some cannot be read.
@@ -123,10 +124,11 @@ def _zeros(shape: tuple[int, ...]) -> UInt8[np.ndarray, "*shape"]:
 
 
 def summary(alike: Sequence[str], things: str) -> str:
-    """The first of some sentences on the same fault, and the number of the others.
+    """The first of several sentences on the same fault, with the number of the others.
 
-    >>> summary(["a.png: damaged", "b.png: damaged", "c.png: damaged"], "pictures")
-    'a.png: damaged; 2 more pictures have the same fault'
+    Example:
+        >>> summary(["a.png: damaged", "b.png: damaged", "c.png: damaged"], "pictures")
+        'a.png: damaged; 2 more pictures have the same fault'
     """
     more = len(alike) - 1
     verb = "have" if more > 1 else "has"
@@ -135,16 +137,16 @@ def summary(alike: Sequence[str], things: str) -> str:
 
 
 def read_picture(path: Path) -> UInt8[np.ndarray, "90 360"]:
-    """Read one 8-bit grey spectrum picture.
+    """Read one 8-bit grey picture.
 
     Args:
         path: the PNG file.
 
     Returns:
-        Grey levels; the dataset's grid says which directions its rows and columns are.
+        Grey levels. The dataset's grid gives the directions of rows and columns.
 
     Raises:
-        InputError: not a readable PNG, or not 360 × 90 pixels of 8-bit grey.
+        InputError: the file is not a readable PNG, or does not have 360 × 90 pixels of 8-bit grey.
     """
     picture, mode = read_any_picture(path)
     if picture.shape != (ROWS, COLUMNS) or mode != "L":
@@ -158,23 +160,23 @@ def read_picture(path: Path) -> UInt8[np.ndarray, "90 360"]:
 
 def _mended_by(height: int, width: int) -> str:
     if (height, width) == (COLUMNS, ROWS):
-        return ", as a transposed spectrum has; bisplat convert turns it"
+        return ", a transposed spectrum; bisplat convert transposes it back"
     if (height, width) != (ROWS, COLUMNS):
         return "; bisplat convert samples it at the directions of this format"
-    return "; bisplat convert makes 8-bit grey of it"
+    return "; bisplat convert turns it into 8-bit grey"
 
 
 def read_any_picture(path: Path) -> tuple[np.ndarray, str]:
-    """Read a PNG of any size and mode: its pixels, and Pillow's name of its mode.
+    """Read a PNG of any size and mode: its pixels, and Pillow's name for its mode.
 
     Raises:
-        InputError: not a regular file of at most ``LARGEST_FILE`` bytes, not a readable PNG, one of several frames, or
-            one of more than ``MOST_PIXELS`` pixels, which its header tells before any is decoded.
+        InputError: the file is not a regular file of at most ``LARGEST_FILE`` bytes or not a readable PNG, or the
+            picture has several frames or more than ``MOST_PIXELS`` pixels. The size is checked before any decoding.
     """
     content = read_bytes(path, "a PNG picture", LARGEST_FILE)
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # our sentences say what Pillow warns of
+            warnings.simplefilter("ignore")  # our messages cover what Pillow warns about
             with Image.open(BytesIO(content), formats=["PNG"]) as image:
                 width, height = image.size
                 frames = getattr(image, "n_frames", 1)
@@ -186,10 +188,10 @@ def read_any_picture(path: Path) -> tuple[np.ndarray, str]:
     except Image.UnidentifiedImageError:
         found = "a damaged one or a file of another kind"
         raise InputError(f"{path}: expected a whole PNG picture, found {found}") from None
-    except Exception as error:  # damage makes Pillow raise errors of many classes
+    except Exception as error:  # Pillow raises errors of many classes for damaged files
         raise InputError(f"{path}: expected a whole PNG picture, found a damaged one ({reason(error)})") from error
     if frames > 1:
-        raise InputError(f"{path}: expected a PNG picture of one frame, found one of {frames}")
+        raise InputError(f"{path}: expected a PNG picture with one frame, found one with {frames}")
     raise _too_large(path, f"{width} × {height}")
 
 

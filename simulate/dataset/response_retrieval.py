@@ -1,4 +1,4 @@
-"""Retrieve the element responses behind a folder's pictures, and keep them beside the pictures as channels.npz."""
+"""Retrieve the element responses behind a folder's pictures, and write them to its channels.npz."""
 
 from __future__ import annotations
 
@@ -17,39 +17,39 @@ from simulate.spectra.spectrum import spectrum_of
 
 
 def retrieve(dataset: Dataset) -> Retrieval:
-    """Write channels.npz with responses retrieved from the pictures; continue if it was interrupted.
+    """Write channels.npz with responses retrieved from the pictures, or finish an interrupted retrieval.
 
-    After each ``AT_ONCE`` pictures the result so far is written, so that an interruption loses no more.
+    The result so far is written after each ``AT_ONCE`` pictures, so an interruption loses at most these.
 
-    The file holds ``channels`` (complex64 [rows of tx_pos.csv, elements], not a number where a row has no picture),
-    ``residual`` (grey levels), and ``retrieved``, which is True: readers can tell them from recorded responses, whose
-    phases can be compared from one position to another.
+    The file holds ``channels`` (complex64, [rows of tx_pos.csv, elements], not a number if a row has no picture),
+    ``residual`` (grey levels) and ``retrieved``, which is True. The last tells readers that these are not recorded
+    responses, whose phases can be compared from one position to another.
 
     Args:
-        dataset: a dataset; the file is written to its folder.
+        dataset: the dataset. The file is written to its folder.
 
     Returns:
         The responses of the dataset's pictures.
 
     Raises:
-        InputError: the dataset has recorded responses, its pictures are not those of a known array, or another process
-            writes to its folder.
+        InputError: the dataset has recorded responses, no array explains its pictures, or another process writes to its
+            folder.
     """
     folder, path = dataset.folder, dataset.folder / "channels.npz"
     if dataset.responses is not None:
-        raise InputError(f"{path}: expected no responses yet, or retrieved ones, found recorded ones, which are better")
+        raise InputError(f"{path}: expected no responses, or retrieved ones, found recorded ones, which are better")
     known = dataset.identification
     if known.source == "assumed":
         raise InputError(
-            f"{folder / 'spectrum'}: expected pictures that an array explains, found none that does (a 4 × 4 array "
-            f"leaves {known.residual:.1f} grey levels); bisplat check says more"
+            f"{folder / 'spectrum'}: expected pictures that an array explains, found that a 4 × 4 array leaves "
+            f"{known.residual:.1f} grey levels; bisplat check tells more"
         )
     with locked(folder):
         return _retrieve(dataset)
 
 
 def _retrieve(dataset: Dataset) -> Retrieval:
-    """Retrieve and write; the dataset can be retrieved, and no other process writes to its folder."""
+    """Retrieve and write, when all checks have passed and the folder is locked."""
     folder, path = dataset.folder, dataset.folder / "channels.npz"
     beamformer, count = dataset.beamformer, len(dataset.names)
     partial = folder / "channels.npz.partial.npz"
@@ -67,7 +67,7 @@ def _retrieve(dataset: Dataset) -> Retrieval:
                 done = len(begun["channels"])
                 responses[:done], residual[:done] = begun["channels"], begun["residual"]
         except InputError as error:
-            say(f"{error}; the pictures are retrieved from the first on")
+            say(f"{error}; the retrieval starts again at the first picture")
     with progress_bar() as progress:
         bar = progress.add_task("pictures", total=count, completed=done)
         for first in range(done, count, AT_ONCE):

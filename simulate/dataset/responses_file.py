@@ -1,4 +1,4 @@
-"""Read channels.npz, the element responses of a dataset folder. docs/format.md describes it."""
+"""Read channels.npz, the element responses of a dataset folder. The documentation describes it."""
 
 from __future__ import annotations
 
@@ -13,24 +13,25 @@ from scenes.files.input_file import MEGABYTE
 from scenes.files.npz_file import Expected, read_npz
 
 LARGEST_NPZ = 2000 * MEGABYTE
-"""Bytes of channels.npz: 15 million positions of a 4 × 4 array."""
+"""Most bytes of channels.npz: 15 million positions of a 4 × 4 array."""
 
 RESPONSE_MAGNITUDES = 1e-12, 1e12
-"""Bounds of the largest magnitude of a dataset's responses, of which models take squares in single precision."""
+"""Bounds of the largest magnitude of a dataset's responses. Models square it in single precision."""
 
 
 def read_responses(
     path: Path, rows: int | None, elements: int, problems: list[str]
 ) -> tuple[Complex[np.ndarray, "K elements"] | None, bool]:
-    """Read channels.npz, and whether its responses were retrieved from the pictures instead of recorded.
-
-    The responses are None if there is no such file, or problems got a sentence.
+    """Read the responses of channels.npz, and whether they were retrieved from the pictures instead of recorded.
 
     Args:
         path: the file.
-        rows: number of positions; None: any number.
+        rows: number of positions; any number if None.
         elements: number of the array's elements.
-        problems: gets a sentence on a fault.
+        problems: a sentence on a fault is appended.
+
+    Returns:
+        The responses, or None if there is no such file or it is faulty; and whether they were retrieved.
     """
     if not os.path.lexists(path):
         return None, False
@@ -51,18 +52,18 @@ def read_responses(
 def check_responses(
     path: Path, responses: Complex[np.ndarray, "K elements"], retrieved: bool, problems: list[str]
 ) -> None:
-    """Check the responses of pictures: finite, some of them not zero, and of a magnitude that models can square.
+    """Check that responses are finite, not all zero, and of a magnitude that models can square.
 
     Args:
         path: the file that they were read from.
         responses: element responses, one row for each picture.
-        retrieved: whether they were retrieved; then rows of later pictures may be missing, that is, not a number.
-        problems: gets a sentence on a fault.
+        retrieved: whether they were retrieved. Then rows may be missing, that is, not a number.
+        problems: a sentence on a fault is appended.
     """
     finite = np.isfinite(responses).all(axis=1)
     if not (retrieved or finite.all()):
         problems.append(
-            f"{path}: expected finite responses, found others in {int((~finite).sum())} rows, the first that of "
+            f"{path}: expected finite responses, found others in {int((~finite).sum())} rows, first in that of "
             f"picture {int(np.flatnonzero(~finite)[0]) + 1} of {len(responses)}"
         )
         return

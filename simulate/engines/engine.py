@@ -1,8 +1,8 @@
-"""What an engine is: the interface between a simulation and how its responses are found.
+"""The interface of an engine: what computes the element responses of a simulation.
 
-A new engine is a frozen dataclass of its options that extends ``Engine``, in a file of its own, and a line in
-``simulate.engines.engine_table``. Its options are then options of ``bisplat simulate`` and ``bisplat.simulate``, and
-metadata.json records them.
+A new engine is a frozen dataclass that extends ``Engine``, in a file of its own, and a line in
+``simulate.engines.engine_table``. The attributes of the dataclass are the engine's options. ``bisplat simulate`` and
+``bisplat.simulate`` then offer these options, and metadata.json records them.
 """
 
 from __future__ import annotations
@@ -26,22 +26,22 @@ if TYPE_CHECKING:  # their imports take long, and the help of the command line d
     from scenes.scene.description import Scene
 
 WORKERS_MOST = 1000
-"""Largest number of Ray workers, or of the solver's runs at a time."""
+"""Largest number of Ray workers, or of solver runs at a time."""
 
 
 class ResponseSource(Protocol):
-    """Tells the responses of all elements to transmitters anywhere in a setting's region."""
+    """Computes the responses of all elements to transmitters anywhere in a setting's region."""
 
     def responses(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements"]: ...
 
 
 class Setting(NamedTuple):
-    """What responses are found in.
+    """The scene, region and seed for which an engine computes responses.
 
     Attributes:
-        scene: the scene, of one gateway.
-        region: lowest and highest corner of the box that all transmitters are in, metres, world frame.
-        seed: of whatever the engine draws at random.
+        scene: the scene, with one gateway.
+        region: lowest and highest corner of a box around all transmitters, metres, world frame, [2, 3].
+        seed: seed of everything that the engine draws at random.
     """
 
     scene: Scene
@@ -51,15 +51,16 @@ class Setting(NamedTuple):
 
 @dataclass(frozen=True)
 class Machines:
-    """Where a simulation runs, which changes nothing in what comes out.
+    """Where a simulation runs. The result does not depend on it.
 
     Attributes:
-        workers: trace with so many Ray workers at a time (needs bisplat-wrf[ray]); in this process if neither this nor
-            ``ray`` is given. In full wave, the number of the solver's runs at a time, by default one per core.
-        ray: address of a running Ray cluster to trace on, or in full wave to run the solver on.
+        workers: number of Ray workers that trace at a time (needs bisplat-wrf[ray]); by default this process traces
+            alone, unless a Ray cluster is given. In full wave, number of solver runs at a time, by default one per
+            core.
+        ray: address of a running Ray cluster to trace on; in full wave, to run the solver on.
 
     Raises:
-        ParameterError: no workers, or more than ``WORKERS_MOST``.
+        ParameterError: ``workers`` is no whole number from 1 to ``WORKERS_MOST``.
     """
 
     workers: int | None = None
@@ -72,93 +73,108 @@ class Machines:
 
 @dataclass(frozen=True)
 class Engine(ABC):
-    """How responses are simulated. Its attributes are its options."""
+    """Computes element responses. The attributes of an engine are its options."""
 
     name: ClassVar[str]
-    """On the command line, and in metadata.json: a Python identifier."""
+    """Name of the engine on the command line and in metadata.json; a Python identifier."""
 
     called: ClassVar[str]
-    """What its responses are, for reports: "fresh ray tracing"."""
+    """What its responses are called in reports, such as "fresh ray tracing"."""
 
     packages: ClassVar[tuple[str, ...]] = ("numpy",)
     """Packages whose versions metadata.json records."""
 
     always_recorded: ClassVar[bool] = True
-    """Whether every metadata.json of its datasets has the engine's part; one without it is then refused."""
+    """Whether every metadata.json of its datasets has the engine's part. If so, one without it is refused."""
 
     spreads_parts: ClassVar[bool] = True
-    """Whether parts of a dataset are made by Ray workers, if there are any; otherwise ``source`` uses the workers."""
+    """Whether Ray workers make the parts of a dataset. If not, ``source`` uses the workers itself."""
 
     keeps_source: ClassVar[bool] = False
-    """Whether ``source`` takes so long that what it makes is kept in the dataset folder, for ``kept`` to read."""
+    """Whether ``source`` takes long, so that its result is stored in the dataset folder, where ``kept`` reads it."""
 
     def for_scene(self, scene: Scene) -> Self:
-        """This engine, with those options set that depend on the scene or on what is installed.
+        """This engine, with the options filled in that depend on the scene or on what is installed.
 
         Args:
-            scene: the scene.
+            scene: the scene to simulate.
+
+        Returns:
+            The engine whose options metadata.json records.
         """
         return self
 
     def metadata(self, setting: Setting) -> dict[str, Any]:
-        """The engine's part of metadata.json: everything of it that the responses depend on, and its name.
+        """The engine's part of metadata.json: its name, and every option that the responses depend on.
 
         Args:
-            setting: what the responses are found in.
+            setting: the scene, region and seed of the simulation.
+
+        Returns:
+            Keys of metadata.json with their values.
         """
         return {"engine": self.name, self.name: asdict(self)}
 
     @classmethod
     def schema(cls) -> dict[str, Any]:
-        """The types of the keys that ``metadata`` has beside the name, for the check of metadata.json."""
+        """The types of the keys that ``metadata`` returns, except the name; metadata.json is checked against them."""
         return {cls.name: cls}
 
     @classmethod
     def of(cls, metadata: Mapping[str, Any]) -> Self:
-        """The engine that a dataset was made by.
+        """The engine that a dataset was simulated with.
 
         Args:
             metadata: content of its metadata.json, which has been checked.
+
+        Returns:
+            The engine with the recorded options.
         """
         return msgspec.convert(metadata[cls.name], cls)
 
     def require(self, machines: Machines) -> None:
-        """Make sure, before anything is written, that the engine can run.
+        """Make sure that the engine can run, before anything is written.
 
         Args:
             machines: where it is to run.
 
         Raises:
             InputError: a package or library is missing.
-            ParameterError: no Ray cluster at the address.
+            ParameterError: there is no Ray cluster at the address.
         """
         if machines != Machines():
             require_ray(machines.ray)
 
     def again(self, recorded: Engine) -> Engine:
-        """The engine that makes a dataset once more: the recorded one, with options of this one that are not recorded.
+        """The engine that repeats a simulation: the recorded one, with those options of this one that are not recorded.
 
         Args:
             recorded: the engine that made the dataset.
+
+        Returns:
+            The engine to use.
         """
         return recorded
 
     @abstractmethod
     def source(self, setting: Setting, folder: Path, machines: Machines, progress: Progress) -> ResponseSource:
-        """Find what tells the responses.
+        """Prepare what computes the responses, such as a tracer or a stored field.
 
         Args:
-            setting: what they are found in.
-            folder: the dataset folder, which may keep what takes long.
+            setting: the scene, region and seed.
+            folder: the dataset folder, in which results that take long may be stored.
             machines: where to run.
-            progress: shows what is done.
+            progress: shows the progress.
+
+        Returns:
+            An object whose method ``responses`` takes positions [K, 3] and returns element responses [K, elements].
 
         Raises:
-            InputError: it failed.
+            InputError: the computation failed.
         """
 
     def is_whole(self, folder: Path) -> bool:
-        """Whether a finished dataset folder still has what ``source`` kept in it.
+        """Whether a finished dataset folder still has what ``source`` stored in it.
 
         Args:
             folder: the dataset folder.
@@ -167,30 +183,36 @@ class Engine(ABC):
 
     @classmethod
     def kept(cls, folder: Path) -> ResponseSource:
-        """What ``source`` has kept in a dataset folder; only where ``keeps_source``.
+        """Read what ``source`` stored in a dataset folder; only for engines with ``keeps_source``.
 
         Args:
             folder: the dataset folder.
 
+        Returns:
+            The same as ``source`` returns.
+
         Raises:
-            InputError: it is not there, or damaged.
+            InputError: it is missing or damaged.
         """
         raise NotImplementedError
 
     def sent(self, source: ResponseSource) -> Any:
-        """What a worker needs, beside the setting, to find the same responses.
+        """What a worker needs, besides the setting, to compute the same responses.
 
         Args:
-            source: from ``source``.
+            source: what ``source`` returned.
         """
         return source
 
     def received(self, setting: Setting, sent: Any, threads: int) -> ResponseSource:
-        """The source in a worker.
+        """Prepare in a worker what ``source`` prepared in the main process.
 
         Args:
-            setting: what the responses are found in.
-            sent: from ``sent``.
-            threads: that the worker may use.
+            setting: the scene, region and seed.
+            sent: what ``sent`` returned.
+            threads: number of threads that the worker may use.
+
+        Returns:
+            The same as ``source`` returns.
         """
         return sent

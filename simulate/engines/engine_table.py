@@ -1,4 +1,4 @@
-"""The table of engines: the command line, metadata.json and cross-validation take them from here."""
+"""The table of engines, for the command line, metadata.json and cross-validation."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ ENGINES: dict[str, type[Engine]] = {each.name: each for each in (Rays, FullWave)
 
 
 def engine_class(name: str) -> type[Engine]:
-    """The engine of a name.
+    """The engine with a name.
 
     Raises:
         ParameterError: no engine has this name.
@@ -27,7 +27,7 @@ def engine_class(name: str) -> type[Engine]:
 
 
 def engine_of(metadata: Mapping[str, Any]) -> Engine:
-    """The engine that made a dataset; for one that was not simulated, ``Rays()``.
+    """The engine that made a dataset; ``Rays()`` for a dataset that was not simulated.
 
     Args:
         metadata: content of its metadata.json, which has been checked.

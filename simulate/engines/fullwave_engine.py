@@ -26,23 +26,23 @@ if TYPE_CHECKING:  # their imports take long, and the help of the command line d
     from simulate.fullwave.stored_field import StoredField
 
 FIELD = "field.npz"
-"""File of a dataset folder that keeps the field."""
+"""File in a dataset folder that stores the field."""
 
 CELLS = 1e-5, 10.0
-"""Metres. A scene says more closely which cells it can be solved with (simulate/fullwave/run_plan.py)."""
+"""Shortest and longest cells, metres. ``simulate.fullwave.run_plan`` finds the narrower range that suits a scene."""
 
 
 @dataclass(frozen=True)
 class Solver:
-    """What the field of a scene depends on.
+    """The options that the field of a scene depends on.
 
     Attributes:
-        cell: side of the cells in full wave, metres; by default a seventh of the shortest wavelength in a material, at
-            most a sixteenth of that in air.
-        solver: our own, or gprMax and its version; the engine sets it by ``gpu``.
+        cell: side of the cells in full wave, metres; by default a seventh of the shortest wavelength in a material, but
+            at most a sixteenth of the wavelength in air.
+        solver: "bisplat" for our own solver, or gprMax and its version; the engine sets it from ``gpu``.
 
     Raises:
-        ParameterError: cells outside ``CELLS``.
+        ParameterError: ``cell`` is outside ``CELLS``.
     """
 
     cell: float | None = None
@@ -54,7 +54,7 @@ class Solver:
 
 
 class Recorded(Struct, forbid_unknown_fields=True, kw_only=True):
-    """What metadata.json has of a ``Solver``, of which nothing may be missing, and what follows from it."""
+    """A ``Solver`` as metadata.json records it, with all its options, and what follows from them."""
 
     cell: Annotated[float, Meta(ge=CELLS[0], le=CELLS[1])]
     solver: str
@@ -63,7 +63,7 @@ class Recorded(Struct, forbid_unknown_fields=True, kw_only=True):
 
 
 class Made(Struct):
-    """What metadata.json of another folder says of its field."""
+    """What metadata.json of another folder says about its field."""
 
     engine: str = ""
     scene: str = ""
@@ -73,15 +73,30 @@ class Made(Struct):
 
 @dataclass(frozen=True)
 class FullWave(Solver, Engine):
-    """Solve Maxwell's equations by finite differences, in minutes to hours a place, whatever the number of spectra.
+    """Engine that solves Maxwell's equations by finite differences in time (FDTD) [yee1966].
+
+    By reciprocity one solver run for each element of the array gives the responses at every position of the
+    transmitter's region. So a scene takes minutes to hours, whatever the number of spectra. The field is stored in the
+    dataset folder, and spline interpolation gives the responses between its points. Elements and transmitters are short
+    dipoles, whatever antennas the scene names.
 
     Attributes:
-        field: folder of a full-wave dataset of the same scene; its stored field is used instead of a new run.
+        cell: side of the cells in full wave, metres; by default a seventh of the shortest wavelength in a material, but
+            at most a sixteenth of the wavelength in air.
+        solver: "bisplat" for our own solver, or gprMax [warren2016] and its version. The engine sets it from ``gpu``.
+        field: folder of a full-wave dataset of the same scene; its stored field is used instead of a new solver run.
         gpu: in full wave, run gprMax on an NVIDIA GPU (needs bisplat-wrf[fullwave] and pycuda).
 
-    >>> import bisplat
-    >>> bisplat.FullWave(cell=0.01).solver
-    'bisplat'
+    Raises:
+        ParameterError: ``cell`` is outside 1e-5 to 10 m. ``simulate`` checks it against the scene.
+
+    Example:
+        Give the engine to ``simulate``; the run itself takes minutes:
+
+        >>> import bisplat
+        >>> engine = bisplat.FullWave(cell=0.02)
+        >>> engine.cell, engine.solver
+        (0.02, 'bisplat')
     """
 
     field: Path | None = None
@@ -125,10 +140,27 @@ class FullWave(Solver, Engine):
         return replace(recorded, field=self.field, gpu=self.gpu) if isinstance(recorded, FullWave) else recorded
 
     def require(self, machines: Machines) -> None:
-        super().require(replace(machines, workers=None))  # workers are runs at a time, which need no Ray
+        super().require(replace(machines, workers=None))  # here workers are solver runs at a time, which need no Ray
 
     def source(self, setting: Setting, folder: Path, machines: Machines, progress: Progress) -> StoredField:
-        """The field that the dataset folder keeps, made where it is missing: by the solver, or from another folder."""
+        """The field that is stored in the dataset folder.
+
+        If it is missing or damaged, it is copied from the folder ``field`` or solved anew. Interrupted solver runs
+        continue.
+
+        Args:
+            setting: the scene, the region of the transmitters, and the seed, which is not used here.
+            folder: the dataset folder.
+            machines: number of solver runs at a time, and the Ray cluster to run on.
+            progress: shows the solver runs.
+
+        Returns:
+            The stored field, whose method ``responses`` takes positions [K, 3], metres, world frame, and returns
+            element responses [K, elements].
+
+        Raises:
+            InputError: the solver failed.
+        """
         import numpy as np
 
         from simulate.fullwave.settling import SETTLED
@@ -145,11 +177,11 @@ class FullWave(Solver, Engine):
         field = self.kept(folder)
         settled, error = 20 * np.log10(max(field.unsettled.max(), 1e-9)), field.interpolation_error_db
         progress.console.print(
-            f"stored field: settled to {settled:.0f} dB; error of interpolation at most {error:.0f} dB "
-            f"(root mean square of {OF_POINTS:.0%} of the points; it is larger beside objects)"
+            f"stored field: settled to {settled:.0f} dB; interpolation error at most {error:.0f} dB "
+            f"(root mean square over {OF_POINTS:.0%} of the points; it is larger near objects)"
         )
         if field.unsettled.max() > SETTLED:
-            progress.console.print("warning: expected a field that had settled to -60 dB; the place may be a resonator")
+            progress.console.print("warning: the field has not settled to -60 dB; the scene may be a resonator")
         return field
 
     def is_whole(self, folder: Path) -> bool:
@@ -162,7 +194,7 @@ class FullWave(Solver, Engine):
         return read_stored_field(folder / FIELD)
 
     def _damage(self, folder: Path) -> str | None:
-        """Why a folder has no stored field that can be read, as a sentence; None: it has one."""
+        """A sentence on why a folder has no readable stored field; None if it has one."""
         try:
             self.kept(folder)
         except InputError as error:
@@ -170,7 +202,7 @@ class FullWave(Solver, Engine):
         return None
 
     def _solved(self, setting: Setting, folder: Path, machines: Machines, progress: Progress) -> StoredField:
-        """The field from the solver, which keeps the runs that have ended in a folder."""
+        """The field from the solver, which stores its finished runs in a folder."""
         from simulate.fullwave.run_plan import plan
         from simulate.fullwave.solved_field import solve
 
@@ -180,19 +212,19 @@ class FullWave(Solver, Engine):
 
 
 def _solver_of_field(folder: Path, scene: Scene) -> Solver:
-    """What a folder's stored field was made with.
+    """The solver that a folder's stored field was made with.
 
     Raises:
-        InputError: not the folder of a finished full-wave simulation, or of another scene.
+        InputError: the folder is not that of a finished full-wave simulation, or is that of another scene.
     """
-    expected = "a folder that was simulated with --engine fullwave to its end"
+    expected = "the folder of a finished simulation with --engine fullwave"
     path = folder / "metadata.json"
     made = conform(read_json(path, expected), Made, str(path))
     if made.engine != FullWave.name or made.fullwave is None or not (folder / FIELD).is_file():
-        raise InputError(f"{folder}: expected {expected}, found no {FIELD} of it")
+        raise InputError(f"{folder}: expected {expected}, found none with its {FIELD}")
     if made.scene_sha256 != scene_digest(scene):
         raise InputError(
-            f"{folder}: expected the field of the same scene, found that of {shown(made.scene)} with other objects, "
-            "materials or antennas"
+            f"{folder}: expected the field of the same scene, found that of {shown(made.scene)}, which differs in "
+            "objects, materials or antennas"
         )
     return Solver(made.fullwave.cell, made.fullwave.solver)

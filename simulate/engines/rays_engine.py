@@ -17,19 +17,25 @@ if TYPE_CHECKING:  # need the ray tracer
     from simulate.rays.tracer import Tracer
 
 DEFAULT_SEED = 1
-"""Seed of the rays where a dataset does not tell one."""
+"""Seed of the rays if a dataset does not record one."""
 
 
 @dataclass(frozen=True)
 class Rays(Engine):
-    """Trace rays, in milliseconds a spectrum.
+    """Engine that traces rays: milliseconds for each spectrum.
+
+    It searches the scene once for the chains of interactions that carry power, then solves each chain exactly for every
+    element and transmitter by the image method. Sionna RT [hoydis2023] launches the rays. ``Tracer`` gives the single
+    paths.
 
     Attributes:
         propagation: mechanisms that the ray tracer follows.
 
-    >>> import bisplat
-    >>> bisplat.Rays(bisplat.Propagation(max_depth=1)).propagation.diffraction
-    True
+    Example:
+        >>> import bisplat
+        >>> engine = bisplat.Rays(bisplat.Propagation(max_depth=1, diffraction=False))
+        >>> engine.propagation.max_depth, engine.propagation.los
+        (1, True)
     """
 
     propagation: Propagation = Propagation()
@@ -52,14 +58,18 @@ class Rays(Engine):
 
     @classmethod
     def of(cls, metadata: Mapping[str, Any]) -> Self:
-        """The engine that a dataset was made by.
+        """The engine that a dataset was simulated with.
 
         Args:
-            metadata: content of its metadata.json, which has been checked; empty for a dataset that was not simulated,
-                of which the defaults are returned.
+            metadata: content of its metadata.json, which has been checked; empty for a dataset that was not simulated.
 
-        >>> Rays.of({"propagation": {"max_depth": 2, "seed": 4}}).propagation.max_depth
-        2
+        Returns:
+            The engine with the recorded options, or with the defaults if none are recorded.
+
+        Example:
+            >>> import bisplat
+            >>> bisplat.Rays.of({"propagation": {"max_depth": 2, "seed": 4}}).propagation.max_depth
+            2
         """
         settings = {name: value for name, value in metadata.get("propagation", {}).items() if name != "seed"}
         if settings and "slab_phase" not in settings:  # version 0.1
@@ -78,11 +88,14 @@ class Rays(Engine):
         return self.tracer(setting, progress)
 
     def tracer(self, setting: Setting, progress: Progress) -> Tracer:
-        """The tracer that the responses come from.
+        """Find the chains of a scene, and return the tracer that computes the responses.
 
         Args:
-            setting: what they are found in.
-            progress: shows what the search for paths does.
+            setting: the scene, region and seed.
+            progress: shows the search for paths.
+
+        Returns:
+            The tracer.
         """
         from simulate.rays.tracer import Tracer
 
@@ -114,7 +127,8 @@ def seed_of_rays(metadata: Mapping[str, Any]) -> int:
     Args:
         metadata: content of its metadata.json, which has been checked; empty for a dataset that was not simulated.
 
-    >>> seed_of_rays({"propagation": {"seed": 4}}), seed_of_rays({})
-    (4, 1)
+    Example:
+        >>> seed_of_rays({"propagation": {"seed": 4}}), seed_of_rays({})
+        (4, 1)
     """
     return metadata.get("propagation", {}).get("seed", DEFAULT_SEED)

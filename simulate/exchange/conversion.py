@@ -7,13 +7,13 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Conversion:
-    """How to read the pictures of a folder; what a folder shows by itself need not be given.
+    """How to read the pictures of a folder. Most folders need no options, since the pictures show what is needed.
 
     Attributes:
-        flip_elevation: turn the pictures upside down; None: only if an array explains them better so.
-        elevations: first and last row's elevation, degrees, of pictures that are not 360 × 90.
-        azimuths: first and last column's azimuth, degrees, of pictures that are not 360 × 90.
-        one_per_position: keep only the so many-th picture of each position, from 1; None: keep all.
+        flip_elevation: turn the pictures upside down; by default only if an array explains them better that way.
+        elevations: elevation of the first and the last row, degrees, for pictures that are not 360 × 90.
+        azimuths: azimuth of the first and the last column, degrees, for pictures that are not 360 × 90.
+        one_per_position: keep only the picture with this number at each position, counted from 1; by default all.
     """
 
     flip_elevation: bool | None = None

@@ -1,7 +1,7 @@
 """Convert the folder of another program into a NeRF² dataset folder of this format.
 
-What is recognised: transposed pictures, pictures of another size, grey levels in colour or 16 bits, pictures that are
-upside down, pictures that are numbered from 0, and index files that hold numbers without zeros in front.
+It recognises pictures that are transposed, upside down, of another size, or numbered from 0; grey levels stored in
+colour or 16 bits; and index files with numbers that lack leading zeros.
 """
 
 from __future__ import annotations
@@ -32,25 +32,25 @@ from simulate.spectra.lags import EXAMINED
 from simulate.spectra.spectrum import evenly
 
 SIXTEEN_BITS = 257
-"""65535 / 255: grey levels of 16 bits per grey level of 8 bits."""
+"""16-bit grey levels in one 8-bit grey level: 65535 / 255."""
 
 
 def convert(source: Path, output: Path, conversion: Conversion = Conversion()) -> list[str]:
     """Write a folder's spectra as a NeRF² dataset folder.
 
     Args:
-        source: the folder: spectrum/, tx_pos.csv, gateway_info.yml, and index files if it has any.
+        source: the folder, with spectrum/, tx_pos.csv, gateway_info.yml and perhaps index files.
         output: the new dataset folder.
         conversion: how to read the pictures.
 
     Returns:
-        What was changed, in sentences.
+        Sentences on what was changed.
 
     Raises:
-        InputError: the folder lacks a file, a picture cannot be converted, what comes out is no valid dataset, or the
-            output is not new, or another process makes it.
-        ParameterError: ``one_per_position`` is larger than the number of pictures of a position; or two ends of the
-            elevations or azimuths are no angles, or the same.
+        InputError: the folder lacks a file, a picture cannot be converted, the result is not a valid dataset, the
+            output is not new, or another process writes it.
+        ParameterError: a position has fewer than ``one_per_position`` pictures, or the ends of the elevations or
+            azimuths are not two different angles.
     """
     for name, ends in (("elevations", conversion.elevations), ("azimuths", conversion.azimuths)):
         for end in ends or ():
@@ -60,13 +60,13 @@ def convert(source: Path, output: Path, conversion: Conversion = Conversion()) -
     with new_folder(output) as unfinished:
         said = _convert(source, unfinished, conversion)
         problems = inspect(unfinished).problems
-        if problems:  # the same as those of the source
+        if problems:  # which are those of the source
             raise InputError(problems[0].replace(str(unfinished), str(source)))
         return said
 
 
 def _gateway(path: Path) -> bytes:
-    """The content of a gateway_info.yml, which is copied as it is, with the keys that only its program knows."""
+    """The content of gateway_info.yml, to be copied unchanged, including the keys of other programs."""
     content = read_bytes(path, "the gateway's position and orientation", MEGABYTE)
     problems: list[str] = []
     read_gateway(path, problems)
@@ -78,7 +78,7 @@ def _gateway(path: Path) -> bytes:
 def _convert(source: Path, output: Path, conversion: Conversion) -> list[str]:
     """Convert into an empty folder."""
     if (source / "metadata.json").exists():
-        raise InputError(f"{source}: expected the folder of another program, found one with our metadata.json")
+        raise InputError(f"{source}: expected the folder of another program, found one with metadata.json of bisplat")
     gateway = _gateway(source / "gateway_info.yml")
     positions = read_points(source / "tx_pos.csv")
     files = picture_files(source / "spectrum")
@@ -110,7 +110,7 @@ def _convert(source: Path, output: Path, conversion: Conversion) -> list[str]:
             else f"sampled pictures of {shape[1]} × {shape[0]} pixels at {COLUMNS} × {ROWS} directions"
         )
     if mode != "L":
-        said.append(f"made 8-bit grey of pictures of mode {mode}")
+        said.append(f"turned pictures of mode {mode} into 8-bit grey")
 
     listed, said_of_indices = _read_indices(source, old_names)
     names = picture_names(len(files))
@@ -154,8 +154,8 @@ def _in_size(path: Path, conversion: Conversion) -> UInt8[np.ndarray, "90 360"]:
         return grey
     if conversion.elevations is None or conversion.azimuths is None:
         raise InputError(
-            f"{path}: expected {COLUMNS} × {ROWS} pixels, found {grey.shape[1]} × {grey.shape[0]}; give the directions "
-            "of its first and last row and column by --elevations and --azimuths, in degrees"
+            f"{path}: expected {COLUMNS} × {ROWS} pixels, found {grey.shape[1]} × {grey.shape[0]}; give the angles of "
+            "the first and last row and column by --elevations and --azimuths, in degrees"
         )
     grid = AngularGrid()
     row = _index(grid.elevations_deg, conversion.elevations, grey.shape[0])
@@ -167,7 +167,7 @@ def _in_size(path: Path, conversion: Conversion) -> UInt8[np.ndarray, "90 360"]:
 
 
 def _index(angles: Float[np.ndarray, " n"], ends: tuple[float, float], count: int) -> Float[np.ndarray, " n"]:
-    """Fractional indices of angles among ``count`` evenly spaced ones from the first end to the last."""
+    """Fractional indices of angles among ``count`` evenly spaced angles from the first end to the last."""
     first, last = ends
     return (angles - first) / (last - first) * (count - 1)
 
@@ -180,22 +180,22 @@ def _grey(path: Path) -> UInt8[np.ndarray, "H W"]:
         return np.round(pixels / SIXTEEN_BITS).clip(0, 255).astype(np.uint8)
     if mode in ("RGB", "RGBA") and np.ptp(pixels[..., :3], axis=-1).max() == 0:
         return pixels[..., 0]
-    raise InputError(f"{path}: expected grey levels, found a picture of mode {mode} whose colours differ from grey")
+    raise InputError(f"{path}: expected grey levels, found a picture of mode {mode} with colours that are not grey")
 
 
 def _read_indices(source: Path, old_names: Sequence[str]) -> tuple[dict[str, list[str]], list[str]]:
-    """The names in the index files, as the pictures have them, by part, none if there are no files; and what to say."""
+    """The picture names in each index file, none if there are no files; and sentences on what was changed."""
     labels = ("train", "test")
     files = {label: source / f"{label}_index.txt" for label in labels}
     if not all(path.exists() for path in files.values()):
-        return {}, ["wrote no index files, since there are none: use the split random or blocked"]
+        return {}, ["wrote no index files, since the source has none: use the split random or blocked"]
     what = "one picture name per line"
     listed = {label: read_text(path, what, LARGEST_INDEX).split() for label, path in files.items()}
     everything = [*listed["train"], *listed["test"]]
     said = []
     if not set(everything) <= set(old_names):
         if not all(is_number(name) for name in everything):
-            raise InputError(f"{files['train']}: expected names or numbers of pictures, found something else")
+            raise InputError(f"{files['train']}: expected names or numbers of pictures, found other words")
         numbers = [int(name) for name in everything]
         first = 1 if max(numbers) == len(old_names) else 0
         if not all(first <= number < len(old_names) + first for number in numbers):
@@ -206,7 +206,7 @@ def _read_indices(source: Path, old_names: Sequence[str]) -> tuple[dict[str, lis
 
 
 def _state_array(sample: UInt8[np.ndarray, "E 90 360"], output: Path) -> list[str]:
-    """Write metadata.json if the pictures show an array that the reader does not find by itself."""
+    """Write metadata.json if the pictures show an array that ``read_dataset`` would not find itself."""
     if identify(sample, None).source == "fitted":
         return []
     larger = larger_array(sample)
@@ -216,6 +216,6 @@ def _state_array(sample: UInt8[np.ndarray, "E 90 360"], output: Path) -> list[st
     metadata = {"array": asdict(array), "grid": asdict(grid), "made_by": "bisplat convert"}
     write_metadata(output / "metadata.json", metadata)
     return [
-        f"stated in metadata.json that the array has {array.rows} × {array.columns} elements {array.spacing} "
-        "wavelengths apart, which explains the pictures"
+        f"stated an array of {array.rows} × {array.columns} elements, {array.spacing} wavelengths apart, in "
+        "metadata.json, since it explains the pictures"
     ]

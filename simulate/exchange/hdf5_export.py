@@ -1,4 +1,4 @@
-"""Export of a dataset to one HDF5 file for other programs, such as MATLAB. docs/format.md describes its content."""
+"""Export of a dataset to one HDF5 file for other programs, such as MATLAB. The documentation describes its content."""
 
 from __future__ import annotations
 
@@ -16,25 +16,38 @@ from simulate.dataset.dataset_folder import NERF2_FREQUENCY, Dataset, read_datas
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 
 AT_ONCE = 100
-"""Spectra written at a time, which bounds the memory."""
+"""Spectra written at a time. This bounds the memory."""
 
 
 def export_hdf5(dataset: Dataset | Path | str, path: Path | str) -> None:
-    """Write a dataset, simulated or measured, as one HDF5 file.
+    """Write a dataset, simulated or measured, as one HDF5 file, for example for MATLAB.
+
+    The file has these arrays; those that the dataset lacks are missing or empty:
+
+    - ``spectra``: grey levels, uint8, [K, 90, 360];
+    - ``responses`` and ``retrieved_responses``: element responses, complex64, [K, elements];
+    - ``positions_m``: transmitter positions, metres, world frame, [K, 3];
+    - ``names``: names of the pictures, [K];
+    - ``train_index`` and ``test_index``: indices of spectra, from 0;
+    - ``metadata_json``: content of metadata.json, a text.
+
+    Attributes of the file state the gateway's position and orientation, the frequency, the array and the grid. Their
+    names end with the unit, such as ``frequency_hz``.
 
     Args:
         dataset: the dataset, or its folder.
-        path: the file to write, whole or not at all; one that is there is replaced.
+        path: the file to write. An existing file is replaced. If writing fails, no file is left behind.
 
     Raises:
         InputError: the folder is not a valid dataset.
         OSError: the file cannot be written.
 
-    >>> import bisplat, h5py
-    >>> bisplat.export_hdf5("data/lab", "lab.h5")
-    >>> with h5py.File("lab.h5") as file:
-    ...     file["spectra"].shape, file["responses"].dtype, int(file.attrs["frequency_hz"])
-    ((40, 90, 360), dtype('complex64'), 915000000)
+    Example:
+        >>> import bisplat, h5py
+        >>> bisplat.export_hdf5("data/lab", "lab.h5")
+        >>> with h5py.File("lab.h5") as file:
+        ...     file["spectra"].shape, file["responses"].dtype, int(file.attrs["frequency_hz"])
+        ((40, 90, 360), dtype('complex64'), 915000000)
     """
     path = Path(path)
     if not isinstance(dataset, Dataset):
@@ -45,14 +58,14 @@ def export_hdf5(dataset: Dataset | Path | str, path: Path | str) -> None:
                 _write_attributes(file, dataset)
                 _write_tables(file, dataset)
                 _write_spectra(file, dataset, disk)
-        except (OSError, RuntimeError, ValueError, KeyError):  # of HDF5, where it reads what could not be written
+        except (OSError, RuntimeError, ValueError, KeyError):  # from HDF5, when it reads what could not be written
             disk.check()
             raise
         disk.check()
 
 
 class _Disk(FileIO):
-    """A file for HDF5, which crashes the process if it learns that the disk is full; ``check`` raises the error."""
+    """A file for HDF5 that hides errors until ``check`` raises them; HDF5 crashes the process when the disk is full."""
 
     failure: OSError | None = None
 
@@ -76,7 +89,7 @@ class _Disk(FileIO):
             return size or 0
 
     def check(self) -> None:
-        """Raise the first error there was.
+        """Raise the first error that occurred.
 
         Raises:
             OSError: something could not be written.
@@ -86,7 +99,7 @@ class _Disk(FileIO):
 
 
 def _write_attributes(file: h5py.File, dataset: Dataset) -> None:
-    """What is one number or text each; the names end with the unit."""
+    """Write the attributes: single numbers and texts. Their names end with the unit."""
     array, grid = dataset.array, dataset.grid
     file.attrs.update(
         {
@@ -106,7 +119,7 @@ def _write_attributes(file: h5py.File, dataset: Dataset) -> None:
 
 
 def _write_tables(file: h5py.File, dataset: Dataset) -> None:
-    """Everything but the spectra."""
+    """Write all arrays but the spectra."""
     file["positions_m"] = dataset.positions
     file["names"] = np.array(dataset.names, dtype="S")
     file["train_index"], file["test_index"] = dataset.train, dataset.test
@@ -117,7 +130,7 @@ def _write_tables(file: h5py.File, dataset: Dataset) -> None:
 
 
 def _write_spectra(file: h5py.File, dataset: Dataset, disk: _Disk) -> None:
-    """The pictures as they are stored, a chunk for each."""
+    """Write the pictures' grey levels, one chunk for each picture."""
     pictures = dataset.pictures
     spectra = file.create_dataset("spectra", pictures.shape, "u1", chunks=(1, ROWS, COLUMNS), compression="gzip")
     with progress_bar() as progress:

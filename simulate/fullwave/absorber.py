@@ -1,10 +1,11 @@
 """The absorbing boundary around the cells: a convolutional perfectly matched layer [roden2000].
 
-In the layer the difference D of a field along the layer's normal, in the update of another field, becomes D + ψ with
+The update of a field contains differences D of other fields. In the layer, a difference along the layer's normal is
+replaced by D + ψ with
 
     ψ ← e^{−σΔt/ε₀} ψ + (e^{−σΔt/ε₀} − 1) D,
 
-where σ grows with the depth d in a layer of L cells like (d/L)³, up to 0.8·4/(η₀Δ).
+where σ grows like (d/L)³ with the depth d in a layer of L cells, up to 0.8·4/(η₀Δ).
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from jaxtyping import Float32
 from simulate.fullwave.yee_grid import COURANT, YeeGrid
 
 ABSORBER = 6
-"""Cells of the absorbing boundary on every side. It reflects less than -55 dB (tests/simulate/fullwave)."""
+"""Cells of the absorbing boundary on every side. Its reflection is below -55 dB (tests/simulate/fullwave)."""
 
 GRADING, STRENGTH = 3, 3.2
 """Exponent of σ, and its largest value in units of 1/(η₀Δ)."""
@@ -26,17 +27,17 @@ GRADING, STRENGTH = 3, 3.2
 class Absorber(NamedTuple):
     """State of the absorbing boundary, for several sources side by side.
 
-    The fields of a kind are the electric (0) or the magnetic ones (1). Two of a kind's three components have
-    differences along the normal of a layer: the component along the axis two after the normal's, cyclically (0), and
-    the component along the next axis (1).
+    Kind 0 are the electric fields, kind 1 the magnetic fields. Two of the three components of a kind have differences
+    along the normal of a layer. In cyclic order, component 0 is along the second axis after the normal, component 1
+    along the first.
 
     Attributes:
-        decay: e^{−σΔt/ε₀} by kind, axis of the normal, and point, of the grid's longest axis; 1 outside the layer.
-        along_z: the same along z, once for every source.
-        x: ψ in the layers across x: kind, component, point in the layers (those of the low end first), y, then z and
+        decay: e^{−σΔt/ε₀}, indexed by kind, axis of the normal, and point along it; 1 outside the layer.
+        along_z: the same along z, repeated for every source.
+        x: ψ in the layers across x, indexed by kind, component, point in the layers (the low end first), y, then z and
             source.
-        y: the same across y: kind, component, x, point in the layer, then z and source.
-        z: the same across z: kind, component, x, y, then point in the layer and source.
+        y: ψ in the layers across y, indexed by kind, component, x, point in the layers, then z and source.
+        z: ψ in the layers across z, indexed by kind, component, x, y, then point in the layers and source.
     """
 
     decay: Float32[np.ndarray, "2 3 points"]
@@ -47,7 +48,7 @@ class Absorber(NamedTuple):
 
 
 def absorber(grid: YeeGrid, sources: int) -> Absorber:
-    """The boundary at rest.
+    """The boundary without any field.
 
     Args:
         grid: the cells.

@@ -1,4 +1,4 @@
-"""The full-wave engine: runs of a solver for some elements each, kept as they end, then the stored field of all."""
+"""The full-wave engine: solver runs for some elements each, stored as they end, then the stored field of all."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ from simulate.fullwave.stored_field import StoredField, read_stored_field
 from simulate.spectra.array import PlanarArray
 
 WORKING = "running-"
-"""Beginning of the names of folders that runs work in."""
+"""Prefix of the names of the folders in which runs work."""
 
 Report = Callable[[int, int], None]
-"""Called with an element's number, and the number of its time steps done."""
+"""Called with the number of an element, and the number of its finished time steps."""
 
 
 def stored_field(
@@ -41,26 +41,26 @@ def stored_field(
     ray: str | None = None,
     report: Report = lambda element, step: None,
 ) -> StoredField:
-    """The responses of all elements in the region; the same call again continues an interrupted one.
+    """The responses of all elements in the region. The same call again continues an interrupted one.
 
-    Elements and transmitter are short dipoles, whatever antennas the scene names. An element's field does not depend on
-    which other elements run beside it.
+    Elements and transmitter are short dipoles, whatever antennas the scene names. The field of an element does not
+    depend on which other elements are in the same run.
 
     Args:
         scene: the scene.
-        planned: the runs.
-        folder: keeps ``element-NNN.npz`` of each element whose run has ended. A run is of up to eight elements.
-        at_once: number of runs at a time, on one core each.
+        planned: the plan of the runs.
+        folder: stores ``element-NNN.npz`` for each element whose run has ended. A run covers up to eight elements.
+        at_once: number of runs at a time, each on one core.
         solver: ``OURS``, or gprMax, which runs one element at a time.
         gpu: run gprMax on an NVIDIA GPU, one run at a time.
         ray: address of a running Ray cluster to run on.
-        report: tells the progress.
+        report: gets the progress.
 
     Raises:
         InputError: the solver failed.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    for left in folder.glob(f"{WORKING}*"):  # by a run that was killed
+    for left in folder.glob(f"{WORKING}*"):  # left by a run that was killed
         shutil.rmtree(left)
     count = PlanarArray.of(scene.gateway).elements
     files = [folder / f"element-{number:03d}.npz" for number in range(count)]
@@ -80,12 +80,12 @@ def stored_field(
         unsettled=np.concatenate([part.unsettled for part in parts]),
         steps=max(part.steps for part in parts),
     )
-    # Between points twice as far apart the error is far more than between all points.
+    # The error with every second point is an upper bound: it is much larger than with all points.
     return replace(field, interpolation_error_db=field.thinned(2).interpolation_error_db)
 
 
 def _is_whole(file: Path) -> bool:
-    """Whether an element's run has ended and its file can be read; says so on stderr if it cannot."""
+    """Whether an element's run has ended and its file can be read. A damaged file is reported on stderr."""
     try:
         read_stored_field(file)
     except InputError as error:
@@ -105,7 +105,7 @@ def _elements_here(
     gpu: bool,
     report: Report,
 ) -> Generator[tuple[int, StoredField]]:
-    """Run elements on this machine; each one's field when its run has ended."""
+    """Run elements on this machine, and yield the field of each element when its run has ended."""
     materials = edge_materials(scene, planned.grid)
     with tempfile.TemporaryDirectory(dir=folder, prefix=WORKING) as working:
         run = run_of(solver, scene, planned, materials, Path(working), gpu)

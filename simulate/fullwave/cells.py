@@ -1,13 +1,13 @@
 """The material at every edge of the cells, from a scene's slabs and conducting sheets.
 
-An edge that a slab's surface passes near is partly in the slab. With the fraction f of a cell's width that is inside,
+An edge near the surface of a slab is partly in the slab. Let f be the fraction of a cell's width that is inside. Then
 
     ε̃ = 1 + f (ε̃_s − 1)        where the edge is along the surface (the field there is continuous),
     1/ε̃ = f/ε̃_s + (1 − f)      where it is across (the flux density is continuous),
 
-ε̃ = ε_r − jσ/ωε₀. The surface thus lies where it is, not at the nearest edge, and a board thinner than a cell is an
-equivalent sheet ([farjadpour2006] derives the same means for FDTD). A conductor is the faces between the middles of
-cells on its two sides: curved and oblique ones become staircases, up to half a cell off.
+with ε̃ = ε_r − jσ/ωε₀. So the surface is at its true place and not at the nearest edge, and a board thinner than a cell
+acts as an equivalent sheet. [farjadpour2006] derives the same means for FDTD. A conductor consists of the faces between
+the middles of cells on its two sides. Curved and oblique conductors become staircases, up to half a cell off.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ CONDUCTOR, AIR = 0, 1
 """Indices of the first two materials."""
 
 LEVELS = 40
-"""Fractions of a slab in a cell are rounded to multiples of one over this number."""
+"""The fraction f is rounded to multiples of one over this number."""
 
 CORNER = 0.06
-"""Metres from the edge of the scene at which an outer wall's slab is as at the edge, and beyond it: rooms are closed at
-their corners, although a pane may sit a little behind its wall."""
+"""Metres. The slab of an outer wall is continued from this far inside the edge of the scene to beyond it. So rooms are
+closed at their corners, even if a pane sits a little behind its wall."""
 
 TOUCH = 1e-6
 """Barycentric tolerance, so that no line falls between two triangles of one surface."""
@@ -43,7 +43,7 @@ class EdgeMaterials:
     """The material at the middle of every edge.
 
     Attributes:
-        index: into the two tables; axis of the edge, then its place.
+        index: index into the two tables, by axis of the edge and its place.
         permittivity: ε_r of each material.
         conductivity: σ of each material, S/m; infinite for ``CONDUCTOR``.
     """
@@ -54,7 +54,7 @@ class EdgeMaterials:
 
 
 def edge_materials(scene: Scene, grid: YeeGrid) -> EdgeMaterials:
-    """Materials of a scene on a grid.
+    """The materials of a scene on a grid.
 
     Args:
         scene: the scene.
@@ -79,7 +79,7 @@ def _tables(
 ) -> tuple[Float[np.ndarray, " m"], Float[np.ndarray, " m"]]:
     """ε_r and σ of the conductor, of air, and of every material at every fraction, along and across its surface.
 
-    They have at the run's frequency (``numerical_frequency``) the effect that the materials have at the scene's.
+    At the frequency of the run (``numerical_frequency``) they act as the materials do at the frequency of the scene.
     """
     fraction = np.arange(1, LEVELS + 1) / LEVELS
     complex_permittivity = [np.array([1.0, 1.0], complex)]
@@ -102,7 +102,7 @@ def _lay(
     grid: YeeGrid,
     room: Float[np.ndarray, "2 3"],
 ) -> None:
-    """Write an object's slabs into the index. Where slabs overlap, the one of larger permittivity counts."""
+    """Write the slabs of an object into the index. Where slabs overlap, the one with the larger permittivity counts."""
     origin, cell = np.asarray(grid.origin), grid.cell
     for triangle, normal, start, stop, outer in zip(
         slabs.triangles, slabs.normals, slabs.start, slabs.stop, slabs.outer, strict=True
@@ -126,7 +126,7 @@ def _lay(
 
 @njit(cache=True)
 def _fill(index, permittivity, base, triangle, normal, start, stop, outer, room, origin, cell, first, last):
-    """Raise the index of the edges along one axis that are in one triangle's slab."""
+    """Raise the index of the edges along one axis that are in the slab of one triangle."""
     a = triangle[0]
     u, v = triangle[1] - a, triangle[2] - a
     uu, uv, vv = (u * u).sum(), (u * v).sum(), (v * v).sum()
@@ -156,7 +156,7 @@ def _fill(index, permittivity, base, triangle, normal, start, stop, outer, room,
 
 @njit(cache=True)
 def _cover(corners, axis, index):
-    """Make conducting the faces across an axis that a triangle separates the middles of cells at; unit: a cell."""
+    """Make conducting those faces across an axis where a triangle separates the middles of cells; unit: a cell."""
     b, c = (axis + 1) % 3, (axis + 2) % 3
     ax, ay = corners[0, b], corners[0, c]
     ux, uy = corners[1, b] - ax, corners[1, c] - ay

@@ -1,4 +1,4 @@
-"""Runs of the solver as tasks of a Ray cluster, whose machines need no common file system."""
+"""Solver runs as tasks of a Ray cluster. Its machines need no common file system."""
 
 from __future__ import annotations
 
@@ -24,19 +24,19 @@ def elements_of_cluster(
     address: str,
     report: Callable[[int, int], None],
 ) -> Generator[tuple[int, StoredField]]:
-    """Fields of elements, in the order in which their runs end.
+    """Run elements on a cluster, and yield the field of each element when its run has ended.
 
     Args:
         scene: the scene.
-        planned: the runs.
-        numbers: of the elements.
+        planned: the plan of the runs.
+        numbers: numbers of the elements.
         solver: ``OURS``, or gprMax and its version.
-        gpu: run on NVIDIA GPUs, one run on each at a time; otherwise one on each core.
-        address: of a running Ray cluster.
-        report: called with an element's number and the planned time steps, when its run has ended.
+        gpu: run on NVIDIA GPUs, one run at a time on each; otherwise one on each core.
+        address: address of a running Ray cluster.
+        report: gets the number of an element and the planned time steps when its run has ended.
 
     Raises:
-        InputError: the solver failed, a run was lost ``RETRIES`` times, or no machine is large enough for one.
+        InputError: the solver failed, a run was lost ``RETRIES`` times, or no machine is large enough for a run.
     """
     with ray_cluster(address) as ray:
         machines = [node["Resources"] for node in ray.nodes() if node["Alive"]]

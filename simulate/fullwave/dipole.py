@@ -1,4 +1,4 @@
-"""Short dipoles: the antennas of the full-wave engine, and their response in free space."""
+"""Short dipoles, which are the antennas of the full-wave engine, and their response in free space."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ GAIN = 1.5
 
 
 def element_direction(scene: Scene) -> Float[np.ndarray, " 3"]:
-    """Direction of the gateway's dipoles: of its y axis ("V") or x axis ("H"); unit vector, world frame."""
+    """Direction of the gateway's dipoles, along its y axis ("V") or x axis ("H"); unit vector, world frame."""
     axis = [0.0, 1.0, 0.0] if scene.gateway.polarization == "V" else [1.0, 0.0, 0.0]
     return Rotation.from_quat(scene.gateway.orientation).apply(axis)
 
 
 def transmitter_direction(scene: Scene) -> Float[np.ndarray, " 3"]:
-    """Direction of the transmitter's dipole: of its z axis ("V") or y axis ("H"); unit vector, world frame."""
+    """Direction of the transmitter's dipole, along its z axis ("V") or y axis ("H"); unit vector, world frame."""
     axis = [0.0, 0.0, 1.0] if scene.transmitter.polarization == "V" else [0.0, 1.0, 0.0]
     return Rotation.from_quat(scene.transmitter.orientation).apply(axis)
 
@@ -33,17 +33,17 @@ def free_space_response(
 ) -> Complex[np.ndarray, " K"]:
     """Response between two short dipoles in free space, near field included (Balanis, Antenna Theory, chapter 4).
 
-    y = 1.5 λ / (−jωμ₀) · E·q / Iℓ, with q the direction of the transmitter's dipole and
+    It is y = 1.5 λ / (−jωμ₀) · E·q / Iℓ, with the direction q of the transmitter's dipole and
 
     E = −jωμ₀ Iℓ e^{−jkr}/4πr · [(p − u u·p)(1 + 1/jkr + 1/(jkr)²) − 2 u u·p (1/jkr + 1/(jkr)²)]
 
-    p the direction of the source's dipole, u the unit vector from the source to the position.
+    with the direction p of the source's dipole and the unit vector u from the source to the position.
 
     Args:
-        source: metres.
-        direction: of the source's dipole, unit vector.
-        positions: metres.
-        transmitter: direction of the dipoles there, unit vector.
+        source: position of the source, metres.
+        direction: direction of the source's dipole, unit vector.
+        positions: positions of the transmitter, metres.
+        transmitter: direction of the transmitter's dipole, unit vector.
         frequency: hertz.
     """
     wavelength = SPEED_OF_LIGHT / frequency

@@ -1,4 +1,4 @@
-"""The responses of elements at every position of the region, from runs of a solver."""
+"""The responses of elements at every position of the region, from solver runs."""
 
 from __future__ import annotations
 
@@ -28,21 +28,21 @@ def element_fields(
     materials: EdgeMaterials,
     report: Callable[[int], None] = lambda step: None,
 ) -> list[StoredField]:
-    """Run our solver for some elements at once.
+    """Run our solver for some elements together.
 
     The response is
 
         y_m = 1.5 λ / (−jωμ₀) · E_m·q / Iℓ,
 
-    E_m the field of a dipole of moment Iℓ at element m and q the transmitter's direction: |y_m|² is the channel gain,
-    as the ray tracer's is between two "dipole" antennas.
+    with the field E_m of a dipole of moment Iℓ at element m, and the direction q of the transmitter's dipole. Then
+    ``|y_m|²`` is the channel gain, as the ray tracer's between two "dipole" antennas.
 
     Args:
         scene: the scene.
-        planned: the run.
-        numbers: of the elements.
-        materials: of the cells' edges.
-        report: called with the number of time steps done.
+        planned: the plan of the runs.
+        numbers: numbers of the elements.
+        materials: materials of the cells' edges.
+        report: gets the number of finished time steps.
     """
     sources = [element_source(scene, planned, number) for number in numbers]
     cells = cells_at_rest(materials, planned.grid, len(sources))
@@ -63,12 +63,12 @@ def element_field_by_gprmax(
 
     Args:
         scene: the scene.
-        planned: the run.
-        number: of the element.
+        planned: the plan of the runs.
+        number: number of the element.
         working: empty folder for the files of the run.
         geometry: folder with the files of ``write_geometry``.
         gpu: run on an NVIDIA GPU.
-        report: called with the number of time steps done.
+        report: gets the number of finished time steps.
 
     Raises:
         InputError: gprMax failed.
@@ -84,8 +84,8 @@ def element_source(scene: Scene, planned: Plan, number: int) -> Source:
 
     Args:
         scene: the scene.
-        planned: the run.
-        number: of the element.
+        planned: the plan of the runs.
+        number: number of the element.
     """
     position = element_positions(scene.gateway, scene.wavelength)[number]
     return Source(position, element_direction(scene), planned.frequency)

@@ -1,7 +1,7 @@
-"""One run of gprMax: the field that one source makes in a box, from the materials of the cells.
+"""One run of gprMax: the field that one source produces in a box, from the materials of the cells.
 
-gprMax [warren2016] runs on NVIDIA GPUs, and our own solver is tested against it. It is licensed under the GPL;
-it is an optional extra, bisplat-wrf[fullwave], and runs as a program of its own, which gets files and leaves files.
+gprMax [warren2016] runs on NVIDIA GPUs, and our own solver is tested against it. It is an optional extra,
+bisplat-wrf[fullwave]. Since its licence is the GPL, it runs as a separate program that reads and writes files.
 """
 
 from __future__ import annotations
@@ -46,11 +46,11 @@ def installed_gprmax() -> str:
 
 
 def write_geometry(folder: Path, materials: EdgeMaterials, grid: YeeGrid) -> None:
-    """Write the materials of all edges as gprMax reads them: geometry.h5 and geometry_materials.json.
+    """Write the materials of all edges for gprMax, as geometry.h5 and geometry_materials.json.
 
     Args:
         folder: existing folder.
-        materials: of the edges.
+        materials: materials of the edges.
         grid: the cells.
     """
     import h5py
@@ -97,13 +97,13 @@ def write_geometry(folder: Path, materials: EdgeMaterials, grid: YeeGrid) -> Non
         file["data"] = np.full(grid.shape, air, np.int16)
         components = file.create_dataset("ID", (6, *index.shape[1:]), np.uint32)
         components[:3], components[3:] = index, np.array(magnetic, np.uint32)[beside]
-        # 1 keeps gprMax from deriving the edges' materials from those of the cells.
+        # With 1, gprMax does not derive the materials of the edges from those of the cells.
         file["rigidE"] = np.ones((12, *grid.shape), np.int8)
         file["rigidH"] = np.ones((6, *grid.shape), np.int8)
 
 
 def _material(name: str, permittivity: float, conductivity: float | str, permeability: float) -> dict[str, object]:
-    """A material as gprMax's database has it."""
+    """A material in the form of gprMax's database."""
     return {
         "name": name,
         "model": "constant",
@@ -135,17 +135,17 @@ def run(
         geometry: folder with the files of ``write_geometry``.
         grid: the cells.
         source: the source.
-        box: first cell and the one after the last, of the box to keep the field of.
+        box: first cell, and the cell after the last one, of the box whose field is kept.
         ends: numbers of time steps after which the field is wanted, the largest one last.
         gpu: run on an NVIDIA GPU, which needs pycuda, instead of one core.
-        report: called with the number of time steps done.
+        report: gets the number of finished time steps.
 
     Returns:
-        The phasor of the electric field along x, y, z at the middles of the box's cells, of a source of one
+        The phasor of the electric field along x, y, z at the middles of the box's cells, for a source of one
         ampere-metre, after each number of steps.
 
     Raises:
-        InputError: gprMax failed; its last lines are in the message.
+        InputError: gprMax failed. The message has its last lines.
     """
     iterations = _write_input(folder, geometry, grid, source, box, ends)
     command = [sys.executable, "-m", "gprMax", f"{MODEL}.in", "--show-progress-bars", *(["-gpu"] if gpu else [])]
@@ -156,7 +156,7 @@ def run(
         assert process.stdout is not None
         lines: list[str] = []
         try:
-            for line in process.stdout:  # carriage returns end lines, too
+            for line in process.stdout:  # lines may end with a carriage return
                 lines = [*lines[-20:], line.rstrip()]
                 found = PROGRESS.search(line)
                 if found is not None:
@@ -166,14 +166,14 @@ def run(
             raise
     if process.returncode != 0:
         said = " / ".join(line for line in lines if line.strip())[-600:]
-        raise InputError(f"{folder / MODEL}.in: expected gprMax to run it, found that it stopped with: {said}")
+        raise InputError(f"{folder / MODEL}.in: expected gprMax to run to its end, found that it stopped with: {said}")
     return _phasors(folder, grid, source, iterations)
 
 
 def _write_input(
     folder: Path, geometry: Path, grid: YeeGrid, source: Source, box: Int[np.ndarray, "2 3"], ends: Sequence[int]
 ) -> list[list[int]]:
-    """Write model.in and excitation.txt; returns the time steps of the snapshots before each end."""
+    """Write model.in and excitation.txt, and return the time steps of the snapshots before each end."""
     cell, step = grid.cell, grid.time_step
     size = [count * cell for count in grid.shape]
     # gprMax numbers its time steps from 0.
@@ -184,7 +184,7 @@ def _write_input(
         for point, share in zip(points, shares, strict=True)
     ]
     amplitudes, which = np.unique(np.round([weight for *_, weight in dipoles], 9), return_inverse=True)
-    # gprMax evaluates the current at half steps, linearly between the file's times, which therefore are half steps.
+    # gprMax interpolates the current linearly at half steps, so the times in the file are half steps.
     times = step * (np.arange(ends[-1] + 3) - 0.5)
     wave = source.current(times)
     names = " ".join(f"wave{number}" for number in range(len(amplitudes)))
@@ -228,6 +228,6 @@ def _phasors(
         for iteration in group:
             with h5py.File(folder / f"{MODEL}_snaps" / f"{iteration}.h5") as file:
                 fields.append(np.stack([file[f"E{axis}"][:] for axis in "xyz"]))
-        # A dipole of gprMax is as long as a cell.
+        # In gprMax a dipole is as long as a cell.
         found.append(phasor(np.stack(fields), group, source.frequency, grid.time_step) / grid.cell)
     return np.stack(found)

@@ -1,14 +1,14 @@
-"""Exact field of a dipole beside a conducting half-plane: what diffraction is tested against.
+"""Exact field of a dipole beside a conducting half-plane, a reference for tests of diffraction.
 
-The half-plane is x = 0, y < 0; its edge is the z axis. A dipole parallel to the edge has a Hertz vector along z, which
-vanishes on the plane. Macdonald [macdonald1915] solved this case ([bowman1969], chapter 8): with the distances R from
-the source and R′ from its image,
+The half-plane is x = 0, y < 0, and its edge is the z axis. A dipole parallel to the edge has a Hertz vector along z,
+which vanishes on the plane. Macdonald [macdonald1915] solved this case ([bowman1969], chapter 8). With the distances R
+from the source and R′ from its image,
 
     G = g(R, m) − g(R′, m′),
     g(R, m) = k/(8πj) · ∫_{−∞}^{T} H₁⁽²⁾(kR cosh t) dt,   sinh T = m / kR,
     m = 2k √(ρρ₀) cos((φ − φ₀)/2),   m′ = 2k √(ρρ₀) cos((φ + φ₀)/2),
 
-ρ and φ the distance from the edge and the angle from the half-plane, with index 0 those of the source.
+where ρ is the distance from the edge and φ the angle from the half-plane. The index 0 marks those of the source.
 """
 
 from __future__ import annotations
@@ -29,17 +29,18 @@ def half_plane_response(
 ) -> Complex[np.ndarray, " K"]:
     """Response between short dipoles along z beside the conducting half-plane x = 0, y < 0.
 
-    y = 1.5 λ (1 + ∂²/∂z² / k²) G, |y|² is the channel gain.
+    It is y = 1.5 λ (1 + ∂²/∂z² / k²) G, and ``|y|²`` is the channel gain.
 
     Args:
-        source: metres; not on the half-plane.
-        positions: metres.
+        source: position of the source, metres; not on the half-plane.
+        positions: positions of the other dipole, metres.
         frequency: hertz.
 
-    >>> source = np.array([-1.0, 0.3, 0.0])
-    >>> lit_and_shadow = half_plane_response(source, np.array([[1.0, 0.5, 0.0], [1.0, -2.0, 0.0]]), 915e6)
-    >>> np.round(20 * np.log10(np.abs(lit_and_shadow)), 1).tolist()
-    [-32.7, -62.5]
+    Example:
+        >>> source = np.array([-1.0, 0.3, 0.0])
+        >>> lit_and_shadow = half_plane_response(source, np.array([[1.0, 0.5, 0.0], [1.0, -2.0, 0.0]]), 915e6)
+        >>> np.round(20 * np.log10(np.abs(lit_and_shadow)), 1).tolist()
+        [-32.7, -62.5]
     """
     wavenumber = 2 * np.pi * frequency / SPEED_OF_LIGHT
     step = 0.1 / wavenumber  # metres
@@ -58,14 +59,15 @@ def half_plane_green(
     wavenumber: float,
     image: Literal[-1, 1] = -1,
 ) -> Complex[np.ndarray, " K"]:
-    """G of the module's text: the scalar wave of a point source beside a half-plane, e^{−jkR}/4πR where there is none.
+    """The scalar wave G of a point source beside a half-plane. In free space it would be e^{−jkR}/4πR.
 
     Args:
-        source: metres; not on the half-plane.
-        positions: metres.
+        source: position of the source, metres; not on the half-plane.
+        positions: where the wave is wanted, metres.
         wavenumber: k, radians per metre.
-        image: sign of g(R′, m′): −1 for a wave that vanishes on the half-plane (soft), as the electric field along the
-            edge does, and +1 for one whose normal derivative does (hard), as that of the magnetic field along the edge.
+        image: sign of g(R′, m′). It is −1 for a wave that vanishes on the half-plane (soft), like the electric field
+            along the edge. It is +1 for a wave whose normal derivative vanishes there (hard), like the magnetic field
+            along the edge.
     """
 
     def around_edge(points: Float[np.ndarray, "n 3"]) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
@@ -87,14 +89,14 @@ def _wave(phase: Float[np.ndarray, " K"], until: Float[np.ndarray, " K"]) -> Com
     """g / k for kR = ``phase`` and T = ``until``."""
 
     def tail(start: Float[np.ndarray, " K"]) -> Complex[np.ndarray, " K"]:
-        """∫ of H₁⁽²⁾(kR cosh t) from a non-negative start to ∞, on a path along which it decays."""
+        """∫ of H₁⁽²⁾(kR cosh t) from a start that is not negative to ∞, along a path on which the integrand decays."""
 
         def integrand(s: float) -> Complex[np.ndarray, " K"]:
             bend = np.pi / 4
             t = start + s - 1j * bend * np.tanh(s)
             return hankel2(1, phase * np.cosh(t)) * (1 - 1j * bend / np.cosh(s) ** 2)
 
-        start = np.minimum(start, 10)  # nothing is left beyond
+        start = np.minimum(start, 10)  # the integral beyond is negligible
         return quad_vec(integrand, 0, 6, epsabs=1e-12, epsrel=1e-10)[0]
 
     whole = 2j * np.exp(-1j * phase) / phase

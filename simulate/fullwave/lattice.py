@@ -1,4 +1,4 @@
-"""Weights that spread a source between lattice points over the points around it."""
+"""Weights that spread a source over the lattice points around it."""
 
 from __future__ import annotations
 
@@ -15,20 +15,21 @@ SOURCE_REACH = POINTS // 2
 def source_weights(
     position: Float[np.ndarray, " 3"],
 ) -> tuple[Int[np.ndarray, "n 3"], Float[np.ndarray, " n"]]:
-    """Lattice points around a position, and their weights in Lagrange's cubic interpolation.
+    """Lattice points around a position, and their weights in cubic Lagrange interpolation.
 
-    Sources of these weights at these points radiate like one at the position, because the weights interpolate the field
-    (reciprocity). A position on a lattice point has only this point.
+    The weights interpolate the field. So, by reciprocity, sources with these weights at these points radiate like one
+    source at the position. A position on a lattice point needs only this point.
 
     Args:
-        position: in units of the lattice's spacing, from its first point.
+        position: position relative to the first point of the lattice, in units of its spacing.
 
     Returns:
-        The points that have a weight, and the weights, which add up to 1.
+        The points with a weight other than 0, and the weights, which add up to 1.
 
-    >>> points, weights = source_weights(np.array([5.0, 7.0, 2.5]))
-    >>> points.tolist(), weights.tolist()
-    ([[5, 7, 1], [5, 7, 2], [5, 7, 3], [5, 7, 4]], [-0.0625, 0.5625, 0.5625, -0.0625])
+    Example:
+        >>> points, weights = source_weights(np.array([5.0, 7.0, 2.5]))
+        >>> points.tolist(), weights.tolist()
+        ([[5, 7, 1], [5, 7, 2], [5, 7, 3], [5, 7, 4]], [-0.0625, 0.5625, 0.5625, -0.0625])
     """
     first = np.floor(position).astype(int) - (POINTS // 2 - 1)
     nodes = np.arange(POINTS)

@@ -1,12 +1,12 @@
-"""Time steps of Maxwell's equations on Yee's cells [yee1966], of several sources side by side.
+"""Time steps of Maxwell's equations on Yee's cells [yee1966], for several sources side by side.
 
-With E divided by η₀, S = cΔt/Δ, ε̃ = σΔt/2ε₀ε_r, and axes a, b, c in cyclic order, one time step is
+With E divided by η₀, S = cΔt/Δ, ε̃ = σΔt/2ε₀ε_r, and axes a, b, c in cyclic order, a time step is
 
     E_a ← (1 − ε̃)/(1 + ε̃) E_a + S/ε_r/(1 + ε̃) (δ_b H_c − δ_c H_b),
     H_a ← H_a + S/μ_r (δ_c E_b − δ_b E_c).
 
-δ_b F is the difference of F at two neighbouring points along b: to the previous point for H, to the next one for E. The
-fields of all sources lie side by side in memory, so that one look-up of the coefficients serves all of them.
+δ_b F is the difference of F between neighbouring points along b: to the previous point for H, to the next one for E.
+The fields of all sources lie side by side in memory, so one look-up of the coefficients serves all of them.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ class Cells(NamedTuple):
     """The fields of several sources, and the coefficients of the cells.
 
     Attributes:
-        fields: E_x, E_y, E_z, H_x, H_y, H_z; place (x, y, z) and source in one axis.
+        fields: E_x, E_y, E_z, H_x, H_y, H_z; the second axis holds place (x, y, z) and source.
         row: row of ``keep`` and ``drive``, for each component and (x, y).
-        keep: factor of the old field, along z, repeated for every source; equal rows are stored once.
+        keep: factor of the old field along z, repeated for every source; equal rows are stored once.
         drive: factor of the differences, likewise.
-        absorber: the boundary.
+        absorber: the absorbing boundary.
     """
 
     fields: Float32[np.ndarray, "6 points*sources"]
@@ -43,10 +43,10 @@ class Cells(NamedTuple):
 
 
 def cells_at_rest(materials: EdgeMaterials, grid: YeeGrid, sources: int) -> Cells:
-    """Cells without a field.
+    """Cells without any field.
 
     Args:
-        materials: of the cells' edges.
+        materials: materials of the cells' edges.
         grid: the cells.
         sources: number of sources.
     """
@@ -59,7 +59,7 @@ def cells_at_rest(materials: EdgeMaterials, grid: YeeGrid, sources: int) -> Cell
     keep = np.concatenate([keep, np.ones(len(PERMEABILITY))]).astype(np.float32)
     drive = np.concatenate([drive, COURANT / np.array(PERMEABILITY)]).astype(np.float32)
     code = np.concatenate([materials.index, magnetic])
-    # Compared as bytes, which is much faster than np.unique(axis=0).
+    # Comparing bytes is much faster than np.unique(axis=0).
     each = np.ascontiguousarray(code).view(np.dtype((np.void, 2 * code.shape[-1])))[..., 0]
     _, first, row = np.unique(each, return_index=True, return_inverse=True)
     rows = code.reshape(-1, code.shape[-1])[first]
@@ -94,7 +94,7 @@ def _absorbed_rows(field, memory, upper, lower, decay, drive):
 
 @njit(cache=True, nogil=True)
 def _slot(place, size):
-    """Place in the absorbing layer's memory, -1 outside the layer."""
+    """Place in the memory of the absorbing layer, -1 outside the layer."""
     if place < ABSORBER:
         return place
     if place >= size - ABSORBER:
@@ -104,20 +104,20 @@ def _slot(place, size):
 
 @njit(cache=True, nogil=True)
 def advance(cells, kind):
-    """Advance all components of one kind by a time step: 0 the electric, 1 the magnetic ones."""
+    """Advance all components of one kind (0 electric, 1 magnetic) by a time step."""
     fields, layer = cells.fields, cells.absorber
     sources = layer.z.shape[-1] // (2 * ABSORBER)
     points_y, points_z = cells.row.shape[2], cells.keep.shape[1] // sources
     stride = (points_y * points_z * sources, points_z * sources, sources)
     size = (cells.row.shape[1] - 1, points_y - 1, points_z - 1)
-    start = 1 - kind  # the electric field stays zero at the low ends, which are the ends of the absorbing boundary
+    start = 1 - kind  # the electric field stays zero at the low ends, where the absorbing boundary ends
     width = (size[2] - start) * sources
     for i in range(start, size[0]):
         for j in range(start, size[1]):
             here = i * stride[0] + j * stride[1] + start * sources
             for axis in range(3):
                 component, b, c = axis + 3 * kind, (axis + 1) % 3, (axis + 2) % 3
-                # The two differences: of the other kind's component along c, in direction b, and the other way round.
+                # The two differences: of the other kind's component c along b, and of its component b along c.
                 if kind == 0:
                     one, along_one, other, along_other = c + 3, b, b + 3, c
                     up_one, low_one, up_other, low_other = here, here - stride[b], here, here - stride[c]

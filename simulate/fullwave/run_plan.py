@@ -1,4 +1,4 @@
-"""What a full-wave run will be: its cells, its time steps, and what they cost."""
+"""The plan of full-wave runs: their cells, their time steps, and their cost."""
 
 from __future__ import annotations
 
@@ -22,28 +22,29 @@ from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency
 from simulate.rays.core.slabs import Slabs, conducting_triangles, dielectric_slabs, in_outer_wall
 
 CELLS_PER_WAVELENGTH, CELLS_PER_WAVELENGTH_IN_AIR = 7, 16
-"""Default number of cells per wavelength in a material, and in air."""
+"""Default number of cells for a wavelength in a material, and in air."""
 
 FEWEST_CELLS_PER_WAVELENGTH = 4
-"""In a material; in air there are more in the same proportion. With fewer the grid hardly carries the wave."""
+"""Fewest cells for a wavelength in a material; for air there are more, in the same proportion. With fewer cells the
+grid hardly carries the wave."""
 
 CELLS_MOST = 1e10
-"""Largest number of cells, which take 600 GB."""
+"""Largest number of cells. So many take 600 GB."""
 
 CELLS_OF_AIR = 1
 """Cells of air between the scene's outermost slab and the absorbing boundary."""
 
 THICKEST = 0.3
-"""Metres; outer walls and bodies behind them that are thicker run out into the absorbing boundary."""
+"""Metres. Thicker outer walls, and bodies behind them, extend into the absorbing boundary."""
 
 DECAY = math.log(1e6)
-"""The run lasts until a room's energy is 60 dB down."""
+"""A run lasts until the energy in a room has fallen by 60 dB."""
 
 BYTES_PER_CELL, BYTES_PER_SOURCE, BYTES_KEPT = 60, 30, 200
-"""Memory of a run for each cell, for each cell and source, and for each source and cell of the box that is kept."""
+"""Bytes for each cell, for each cell and source, and for each source and cell of the box that is kept."""
 
 CELLS_PER_SECOND = 120e6
-"""Cells times sources that one core advances in a second, with some caution (python benchmarks/solvers.py)."""
+"""Cells times sources that one core advances in a second, estimated with some reserve (benchmarks/solvers.py)."""
 
 
 @dataclass(frozen=True)
@@ -52,11 +53,11 @@ class Plan:
 
     Attributes:
         grid: the cells.
-        frequency: of the source on the grid, hertz.
+        frequency: frequency of the source on the grid, hertz.
         steps: largest number of time steps.
-        box: first cell and the one after the last, of the box around the region whose field is kept.
-        earliest: number of time steps before which no field can have settled: the source's rise, and twice the time in
-            which a wave crosses the scene.
+        box: first cell, and the cell after the last one, of the box around the region, whose field is kept.
+        earliest: number of time steps before which no field can have settled: the rise of the source, plus twice the
+            time in which a wave crosses the scene.
     """
 
     grid: YeeGrid
@@ -66,20 +67,21 @@ class Plan:
     earliest: int = 0
 
     def memory(self, sources: int) -> int:
-        """Bytes that a run of some sources takes."""
+        """Bytes that a run with some sources takes."""
         kept = int(np.prod(self.box[1] - self.box[0]))
         return (BYTES_PER_CELL + BYTES_PER_SOURCE * sources) * self.grid.cells + BYTES_KEPT * sources * kept
 
     @property
     def seconds(self) -> float:
-        """Estimated seconds of one source on one core, at most."""
+        """Upper estimate of the seconds for one source on one core."""
         return self.grid.cells * self.steps / CELLS_PER_SECOND
 
 
 def default_cell(scene: Scene) -> float:
-    """A seventh of the shortest wavelength in a slab, or in air a sixteenth; rounded down to two digits.
+    """The default cell: a seventh of the shortest wavelength in a slab, or a sixteenth of that in air if shorter.
 
-    Slabs thinner than λ/28 (1.2 cm at 915 MHz) do not count: they act as equivalent sheets.
+    It is rounded down to two digits. Slabs thinner than λ/28 (1.2 cm at 915 MHz) do not count, since they act as
+    equivalent sheets.
 
     Args:
         scene: the scene.
@@ -105,12 +107,12 @@ def plan(scene: Scene, region: Float[np.ndarray, "2 3"], cell: float) -> Plan:
 
     Args:
         scene: the scene.
-        region: lowest and highest corner of the box that the responses are wanted in, metres.
-        cell: metres, for example ``default_cell``.
+        region: lowest and highest corner of the box in which responses are wanted, metres.
+        cell: side of the cells, metres, for example ``default_cell``.
 
     Raises:
-        ParameterError: cells too long for the wavelengths in the scene's materials and in air, longer than half of
-            the distance of an element from a conductor, or so short that there are more than ``CELLS_MOST``.
+        ParameterError: the cells are too large for the wavelengths in the scene's materials and in air, larger than
+            half the distance of an element from a conductor, or so small that there are more than ``CELLS_MOST``.
     """
     slabs, conductors = dielectric_slabs(scene), conducting_triangles(scene)
     largest = _wavelength_to_resolve(scene, slabs) / FEWEST_CELLS_PER_WAVELENGTH
@@ -124,7 +126,7 @@ def plan(scene: Scene, region: Float[np.ndarray, "2 3"], cell: float) -> Plan:
     inner = bounding_box(np.vstack([scene.bounds, region, bounding_box(elements) + reach]))
     kept = region + MARGIN * cell * np.array([[-1], [1]])
     low, high = bounding_box(np.vstack([inner, kept, *(_behind(each) for each in slabs)]))
-    # Whole cells from the scene's lowest corner, so that faces at multiples of the cell from there are faces of cells.
+    # Whole cells from the scene's lowest corner. Faces at multiples of the cell from there are then faces of cells.
     before = np.ceil((inner[0] - low) / cell - 1e-6) + CELLS_OF_AIR + ABSORBER
     origin = inner[0] - before * cell
     if np.prod((high - low) / cell + 1) > CELLS_MOST:
@@ -143,20 +145,20 @@ def plan(scene: Scene, region: Float[np.ndarray, "2 3"], cell: float) -> Plan:
 def _check_distance(
     elements: Float[np.ndarray, "elements 3"], conductors: Float[np.ndarray, "n 3 3"], cell: float
 ) -> None:
-    """A source that is spread over conducting edges, or over both sides of a sheet, would not radiate as it should."""
+    """Refuse a source that would be spread over conducting edges or both sides of a sheet, and so radiate wrongly."""
     for number, element in enumerate(elements):
         nearest = trimesh.triangles.closest_point(conductors, np.tile(element, (len(conductors), 1)))
         distance = float(np.linalg.norm(nearest - element, axis=1).min(initial=np.inf))
         if distance < SOURCE_REACH * cell:
             raise ParameterError(
                 "cell",
-                f"expected at most {distance / SOURCE_REACH:.3g} m, element {number + 1} being {distance:.3g} m from "
-                f"a conductor, found {cell}",
+                f"expected at most {distance / SOURCE_REACH:.3g} m, since element {number + 1} is {distance:.3g} m "
+                f"from a conductor, found {cell}",
             )
 
 
 def _behind(slabs: Slabs) -> Float[np.ndarray, "n 3"]:
-    """Corners of the backs of outer walls, metres, as far as they are not left to the absorbing boundary."""
+    """Corners of the backs of outer walls, metres, unless they extend into the absorbing boundary."""
     depth = np.minimum(slabs.stop[slabs.outer], THICKEST)[:, None, None]
     return (slabs.triangles[slabs.outer] + depth * slabs.normals[slabs.outer][:, None]).reshape(-1, 3)
 
@@ -164,8 +166,9 @@ def _behind(slabs: Slabs) -> Float[np.ndarray, "n 3"]:
 def _decay_time(scene: Scene, slabs: list[Slabs], conductors: Float[np.ndarray, "n 3 3"]) -> float:
     """Time in which the energy in a scene falls by 60 dB (Sabine): 4V/cA · ln 10⁶.
 
-    A is the sum of the absorbing surfaces: of outer walls the share 1 − |R|² of their area, at normal incidence of a
-    half-space, all of what is open, and of boards within the room what they absorb of waves that pass through them.
+    A is the sum of the absorbing surfaces. An outer wall counts with the share 1 − |R|² of its area, for normal
+    incidence on a half-space. Openings count fully. Boards within the room count with the share that they absorb of
+    waves that pass through them.
     """
     extent = np.ptp(scene.extent, axis=0)
     volume = float(np.prod(extent))
@@ -181,5 +184,5 @@ def _decay_time(scene: Scene, slabs: list[Slabs], conductors: Float[np.ndarray, 
         depth = -4 * np.pi / scene.wavelength * index.imag * (each.stop - each.start)
         absorbing += 2 * float(((1 - np.exp(-depth)) * area)[~each.outer].sum())
     closed += float(trimesh.triangles.area(conductors)[in_outer_wall(scene, conductors)].sum())
-    open_surface = max(surface - closed, 0.02 * surface)  # 2 %, for the gaps that even metal rooms have
+    open_surface = max(surface - closed, 0.02 * surface)  # at least 2 %, since even metal rooms have gaps
     return 4 * volume / (SPEED_OF_LIGHT * (absorbing + open_surface)) * DECAY

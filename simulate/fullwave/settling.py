@@ -1,4 +1,4 @@
-"""When a field that oscillates at one frequency has settled."""
+"""The test of whether a field that oscillates at one frequency has settled."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ import numpy as np
 from jaxtyping import Complex
 
 SETTLED = 1e-3
-"""A field whose estimated change still to come is below this share of it has settled: its rest is 60 dB down."""
+"""A field has settled if the estimated change still to come is below this share of it, 60 dB down."""
 
 LOOKS = 20
-"""Parts that a run's time steps are divided into. At their ends the field is looked at."""
+"""Number of parts of a run. The field is examined at the end of each part."""
 
 SLOWEST = 0.95
-"""Largest ratio of two changes that is believed; with a larger one the rest would be estimated from noise."""
+"""Largest ratio of two changes that is trusted. With a larger one the rest would be estimated from noise."""
 
 
 def looks(steps: int) -> list[int]:
-    """Numbers of time steps after which the field of a run of so many steps at most is looked at."""
+    """Numbers of time steps after which the field is examined, in a run with a largest number of steps."""
     return [steps * look // LOOKS for look in range(1, LOOKS + 1)]
 
 
@@ -25,12 +25,13 @@ def still_to_come(
 ) -> float:
     """Estimated change of a field that is still to come, relative to the field.
 
-    The phasors at three moments, equally far apart, change by d₁ and then by d₂. If changes go on to shrink by the
-    ratio q = d₂/d₁, d₂ q/(1 − q) is still to come.
+    The phasors at three equally spaced moments change by d₁ and then by d₂. If the changes continue to shrink by the
+    ratio q = d₂/d₁, the change still to come is d₂ q/(1 − q).
 
-    >>> field = np.array([1.0 + 0j, 1j])
-    >>> round(still_to_come(0.98 * field, 0.99 * field, 0.995 * field), 4)
-    0.005
+    Example:
+        >>> field = np.array([1.0 + 0j, 1j])
+        >>> round(still_to_come(0.98 * field, 0.99 * field, 0.995 * field), 4)
+        0.005
     """
     size = float(np.linalg.norm(now))
     if size == 0:

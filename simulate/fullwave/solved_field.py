@@ -1,4 +1,4 @@
-"""The field of a scene from the solver, with its progress, and what the runs will be as a sentence for the user."""
+"""The field of a scene from the solver, with its progress, and a sentence for the user that describes the runs."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ def solve(
     gpu: bool,
     progress: Progress,
 ) -> StoredField:
-    """The field of all elements; the same call again continues an interrupted one.
+    """The field of all elements. The same call again continues an interrupted one.
 
     Args:
         scene: the scene.
-        planned: the runs.
-        folder: keeps the runs that have ended.
+        planned: the plan of the runs.
+        folder: stores the runs that have ended.
         solver: ``OURS``, or gprMax and its version.
-        workers: number of runs at a time; None: one per core, as far as memory allows.
+        workers: number of runs at a time; by default one per core, as far as memory allows.
         ray: address of a running Ray cluster to run the solver on.
         gpu: run gprMax on an NVIDIA GPU.
         progress: shows the runs.
@@ -60,7 +60,7 @@ def solve(
 
 
 def _at_once(planned: Plan, count: int) -> int:
-    """Number of runs that this machine's cores and memory hold at a time."""
+    """Number of runs at a time for which this machine has cores and memory."""
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     if not hasattr(os, "sysconf"):
         return cores
@@ -70,18 +70,18 @@ def _at_once(planned: Plan, count: int) -> int:
 
 
 def _memory(planned: Plan, count: int, at_once: int) -> int:
-    """Bytes that so many runs at a time take."""
+    """Bytes that some runs at a time take."""
     return at_once * planned.memory(len(groups(list(range(count)), at_once)[0]))
 
 
 def description(scene: Scene, planned: Plan, at_once: int | None) -> str:
-    """What the runs will be and what coarser cells would, as a sentence for the user.
+    """A sentence for the user on the runs, and on what coarser cells would change.
 
     Args:
         scene: the scene.
-        planned: the runs.
-        at_once: number of our solver's runs at a time on this machine; None: they run elsewhere, and the sentence says
-            nothing of their cost.
+        planned: the plan of the runs.
+        at_once: number of runs of our solver at a time on this machine. None if they run elsewhere; then the sentence
+            does not tell their cost.
     """
     cell, wavelength = planned.grid.cell, scene.wavelength
     coarser = 1.25 * cell

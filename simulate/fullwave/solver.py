@@ -1,4 +1,4 @@
-"""The fields that several sources make in a box, from the materials of the cells."""
+"""The fields that several sources produce in a box, from the materials of the cells."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class SourceField:
     """The field of a source of one ampere-metre.
 
     Attributes:
-        phasor: electric field along x, y, z at the middles of a box's cells, V/m.
-        unsettled: estimated change still to come, relative to the field.
+        phasor: electric field along x, y, z at the middles of the cells of a box, V/m.
+        unsettled: estimated change that is still to come, relative to the field.
         steps: number of time steps.
     """
 
@@ -48,13 +48,13 @@ def solve(
     The field of a source does not depend on the others.
 
     Args:
-        cells: at rest, for as many sources; they are changed.
-        grid: the cells' places.
+        cells: cells without any field, for as many sources. They are changed.
+        grid: the places of the cells.
         sources: the sources.
-        box: first cell and the one after the last, of the box to keep the fields of.
+        box: first cell, and the cell after the last one, of the box whose fields are kept.
         steps: largest number of time steps.
         earliest: number of time steps before which no field can have settled.
-        report: called with the number of time steps done.
+        report: gets the number of finished time steps.
     """
     frequency, time_step = sources[0].frequency, grid.time_step
     current = sources[0].current(time_step * (np.arange(steps) + 0.5))
@@ -96,9 +96,9 @@ def solve(
 def _driven(
     cells: Cells, grid: YeeGrid, source: Source, number: int, sources: int
 ) -> list[tuple[int, Int[np.ndarray, " n"], Float32[np.ndarray, " n"]]]:
-    """Component, places and amounts by which a source of one ampere-metre changes the field in a step.
+    """Components, places and amounts by which sources of one ampere-metre change the field in a time step.
 
-    A current I over a length ℓ in a cell is the current density Iℓ/Δ³, which takes the place of H/Δ.
+    A current I over a length ℓ in a cell is a current density Iℓ/Δ³, which takes the place of H/Δ.
     """
     points = np.array(grid.shape) + 1
     driven = []
@@ -113,7 +113,7 @@ def _driven(
 def _in_box(
     fields: Float32[np.ndarray, "6 points*sources"], grid: YeeGrid, box: Int[np.ndarray, "2 3"], sources: int
 ) -> Float32[np.ndarray, "sources 3 nx ny nz"]:
-    """The electric field at the middles of cells: the mean of the four edges around a cell."""
+    """The electric field at the middles of cells, which is the mean over four edges of a cell."""
     electric = fields[:3].reshape(3, *(size + 1 for size in grid.shape), sources)
     (x, y, z), (end_x, end_y, end_z) = box
     electric = np.moveaxis(electric[:, x : end_x + 1, y : end_y + 1, z : end_z + 1], -1, 0)

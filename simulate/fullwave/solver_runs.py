@@ -1,4 +1,4 @@
-"""Runs of a solver for some elements each."""
+"""Solver runs for some elements each."""
 
 from __future__ import annotations
 
@@ -18,17 +18,18 @@ from simulate.fullwave.run_plan import Plan
 from simulate.fullwave.stored_field import StoredField
 
 MOST_AT_ONCE = 8
-"""Elements whose fields one run advances side by side, at most (python benchmarks/solvers.py)."""
+"""Most elements whose fields one run advances side by side (benchmarks/solvers.py)."""
 
 Run = Callable[[list[int], Callable[[int], None]], list[StoredField]]
-"""Runs the solver for some elements; the function it gets is to be called with the number of time steps done."""
+"""Runs the solver for some elements, and calls the given function with the number of finished time steps."""
 
 
 def groups(numbers: list[int], at_once: int, solver: str = OURS) -> list[list[int]]:
-    """Divide elements into runs of like sizes, of which some can run at a time; gprMax runs one element at a time.
+    """Divide elements into runs of similar size, for some runs at a time. gprMax runs one element at a time.
 
-    >>> groups([0, 1, 2, 3, 4], 2)
-    [[0, 1, 2], [3, 4]]
+    Example:
+        >>> groups([0, 1, 2, 3, 4], 2)
+        [[0, 1, 2], [3, 4]]
     """
     if solver != OURS:
         return [[number] for number in numbers]
@@ -37,14 +38,14 @@ def groups(numbers: list[int], at_once: int, solver: str = OURS) -> list[list[in
 
 
 def run_of(solver: str, scene: Scene, planned: Plan, materials: EdgeMaterials, folder: Path, gpu: bool) -> Run:
-    """What runs a solver; gprMax keeps its files in a folder, which has to be empty."""
+    """The function that runs a solver. gprMax writes its files to the folder, which must be empty."""
     if solver == OURS:
         return lambda elements, told: element_fields(scene, planned, elements, materials, told)
     return _run_of_gprmax(scene, planned, materials, folder, gpu)
 
 
 def _run_of_gprmax(scene: Scene, planned: Plan, materials: EdgeMaterials, folder: Path, gpu: bool) -> Run:
-    """Runs gprMax, with its files in a folder."""
+    """The function that runs gprMax, with its files in a folder."""
     geometry = folder / "geometry"
     geometry.mkdir()
     write_geometry(geometry, materials, planned.grid)

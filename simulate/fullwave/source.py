@@ -1,4 +1,4 @@
-"""A dipole that oscillates at one frequency, on the edges of the cells, and the phasor of the field that it makes."""
+"""A dipole that oscillates at one frequency, on the edges of the cells, and the phasor of its field."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from simulate.fullwave.lattice import source_weights
 from simulate.fullwave.yee_grid import YeeGrid
 
 RISE = 6
-"""Periods over which the source's amplitude rises, as half a raised cosine: slow, so that it hardly radiates at other
-frequencies."""
+"""Periods over which the amplitude of the source rises, as half a raised cosine. The rise is slow, so that the source
+hardly radiates at other frequencies."""
 
 SNAPSHOTS = 4
-"""Moments of a period at which the field is kept. Amplitude and phase are fitted to them, and a constant, since the
-beginning of the oscillation leaves static charges at the dipole's ends."""
+"""Number of moments in a period at which the field is kept. Amplitude, phase and a constant are fitted to them. The
+constant is needed, since the start of the oscillation leaves static charges at the ends of the dipole."""
 
 
 @dataclass(frozen=True)
@@ -25,8 +25,8 @@ class Source:
     """A short dipole that oscillates at one frequency.
 
     Attributes:
-        position: metres, world frame.
-        direction: unit vector, world frame.
+        position: position of the dipole, metres, world frame.
+        direction: direction of the dipole, unit vector, world frame.
         frequency: hertz.
     """
 
@@ -59,10 +59,10 @@ class Source:
 
 
 def moments(end: int, frequency: float, time_step: float) -> list[int]:
-    """Numbers of time steps, a quarter of a period apart, from which the phasor after ``end`` steps is fitted.
+    """Numbers of time steps, a quarter of a period apart, to which the phasor after ``end`` steps is fitted.
 
     Args:
-        end: the last of them.
+        end: the last number.
         frequency: hertz.
         time_step: seconds.
     """
@@ -73,11 +73,11 @@ def moments(end: int, frequency: float, time_step: float) -> list[int]:
 def phasor(
     fields: Float[np.ndarray, "moments ..."], steps: Sequence[int], frequency: float, time_step: float
 ) -> Complex[np.ndarray, "..."]:
-    """The phasor E of a field Re E e^{jωt} + const, by least squares.
+    """The phasor E of a field Re(E e^{jωt}) + const, by least squares.
 
     Args:
         fields: the field at some moments.
-        steps: the moments, in time steps.
+        steps: numbers of time steps at these moments.
         frequency: hertz.
         time_step: seconds.
     """

@@ -1,4 +1,4 @@
-"""The responses of every element on a lattice over the transmitter's region, and at positions between its points."""
+"""The responses of every element on a lattice over the transmitter's region, and between the lattice points."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from scenes.files.input_file import MEGABYTE
 from scenes.files.npz_file import Expected, read_npz, write_arrays
 
 ORDER = 5
-"""Degree of the splines between lattice points, less where there are fewer points."""
+"""Degree of the splines between lattice points. It is lower if there are too few points."""
 
 OF_POINTS = 0.95
-"""Share of the points that the stated error of interpolation is about."""
+"""Share of the points to which the stated interpolation error refers."""
 
 LARGEST_FIELD = 4000 * MEGABYTE
-"""Bytes of a stored field: 31 million points of a 4 × 4 array."""
+"""Most bytes of a stored field: 31 million points of a 4 × 4 array."""
 
 LOST = 2
-"""Points at each end where ``undo_mean_of_edges`` is wrong."""
+"""Number of points at each end where ``undo_mean_of_edges`` is wrong."""
 
 MARGIN = 6 + LOST
-"""Cells of the solver around the region; the stored field has ``LOST`` less."""
+"""Cells of the solver around the region. The stored field has ``LOST`` fewer."""
 
 
 @dataclass(frozen=True)
@@ -36,13 +36,13 @@ class StoredField:
 
     Attributes:
         origin: first lattice point, metres, world frame.
-        spacing: distance of neighbouring points, metres.
+        spacing: distance between neighbouring points, metres.
         values: element responses at the points.
         unsettled: estimated change of each element's field that is still to come, relative to the field.
         steps: largest number of time steps of any element.
-        interpolation_error_db: error between points, root mean square over that of the field, dB, of the ``OF_POINTS``
-            of the points where it is least; nan: not known. At the rest, beside and within objects, the field is not
-            smooth.
+        interpolation_error_db: root mean square error between points, relative to that of the field, dB; nan if
+            unknown. It is taken over the share ``OF_POINTS`` of points where the error is smallest. At the other
+            points, near and inside objects, the field is not smooth.
     """
 
     origin: Float[np.ndarray, " 3"]
@@ -56,10 +56,10 @@ class StoredField:
         """Element responses to a transmitter at each position, complex64, by quintic splines.
 
         Args:
-            positions: metres, world frame.
+            positions: transmitter positions, metres, world frame.
 
         Raises:
-            InputError: a position outside the lattice.
+            InputError: a position is outside the lattice.
         """
         where = ((positions - self.origin) / self.spacing).T
         outside = (where < 0).any(axis=0) | (where > np.array(self.values.shape[1:])[:, None] - 1).any(axis=0)
@@ -74,7 +74,7 @@ class StoredField:
 
     @cached_property
     def _splines(self) -> NdBSpline:
-        """Splines of all elements as a function of place, in units of the spacing from the origin."""
+        """Splines of all elements as functions of the place, in units of the spacing from the origin."""
         knots, degrees, coefficients = [], [], np.moveaxis(self.values, 0, -1).astype(complex)
         for axis in range(3):
             points = np.arange(coefficients.shape[axis])
@@ -85,7 +85,7 @@ class StoredField:
         return NdBSpline(tuple(knots), coefficients, tuple(degrees))
 
     def thinned(self, every: int) -> StoredField:
-        """The field at every so many points along each axis; its interpolation error is that in the region."""
+        """The field at every n-th point along each axis. Its interpolation error is that in the region."""
         coarse = replace(self, spacing=every * self.spacing, values=self.values[:, ::every, ::every, ::every].copy())
         inner = [np.arange(MARGIN - LOST, size - MARGIN + LOST) for size in self.values.shape[1:]]
         points = np.stack(np.meshgrid(*inner, indexing="ij"), axis=-1).reshape(-1, 3)
@@ -117,7 +117,7 @@ def read_stored_field(path: Path) -> StoredField:
     """Read a field that ``StoredField.write`` wrote.
 
     Raises:
-        InputError: no such file, another or a damaged one, or one of more than ``LARGEST_FIELD`` bytes.
+        InputError: the file is missing, damaged, of another kind, or larger than ``LARGEST_FIELD`` bytes.
     """
     numbers = ("spacing", "steps", "interpolation_error_db")
     expected = {
@@ -138,14 +138,15 @@ def read_stored_field(path: Path) -> StoredField:
 
 
 def undo_mean_of_edges(field: Complex[np.ndarray, "nx ny nz"], axis: int) -> Complex[np.ndarray, "nx ny nz"]:
-    """Undo the mean by which a solver moves a field component from the edges of a cell to its middle.
+    """Undo the averaging by which a solver moves a field component from the edges of a cell to its middle.
 
-    The mean of two neighbours along y multiplies a wave of phase step θ by cos(θ/2). With the second difference
-    δ² = −4 sin²(θ/2) its inverse is 1 − δ²/8 + 3δ⁴/128 − …, here applied along both axes across the component.
+    The mean of two neighbours multiplies a wave of phase step θ by cos(θ/2). With the second difference δ² =
+    −4 sin²(θ/2), the inverse of this factor is 1 − δ²/8 + 3δ⁴/128 − …. It is applied along both axes across the
+    component.
 
     Args:
-        field: component at the middles of cells.
-        axis: of the component.
+        field: field component at the middles of cells.
+        axis: axis of the component.
     """
     for across in {0, 1, 2} - {axis}:
         second = _second_difference(field, across)

@@ -1,4 +1,4 @@
-"""The cubic cells of a finite-difference run, and the wave that such cells carry."""
+"""The cubic cells of a finite-difference run, and the waves on such a grid."""
 
 from __future__ import annotations
 
@@ -12,15 +12,16 @@ from scipy.optimize import brentq
 from scenes.scene.description import SPEED_OF_LIGHT
 
 COURANT = 1 / math.sqrt(3)
-"""Time step times the speed of light over the side of a cell: the largest stable one (Courant, Friedrichs and Lewy)."""
+"""Time step times the speed of light over the side of a cell. This is the largest stable value (Courant, Friedrichs and
+Lewy)."""
 
 
 @dataclass(frozen=True)
 class YeeGrid:
     """A box of cubic cells [yee1966].
 
-    Cell (i, j, k) reaches from ``origin`` + (i, j, k)·``cell`` to one cell further. The electric field along an axis is
-    known at the middles of the cells' edges along it.
+    Cell (i, j, k) begins at ``origin + (i, j, k) * cell``. The electric field along an axis is known at the middles of
+    the cells' edges along this axis.
 
     Attributes:
         origin: lowest corner, metres, world frame.
@@ -50,12 +51,13 @@ class YeeGrid:
 def numerical_frequency(wavelength: float, cell: float) -> float:
     """The frequency at which waves on the grid have the given wavelength in air, on average over all directions.
 
-    On the grid a plane wave of wave vector k has the frequency ω of (Taflove, Computational Electrodynamics, chapter 4)
+    On the grid a plane wave of wave vector k has the frequency ω (Taflove, Computational Electrodynamics, chapter 4)
+    with
 
         sin²(ω Δt / 2) / (c Δt)² = Σ_i sin²(k_i Δ / 2) / Δ²,
 
-    a little below c|k|. A source of the returned frequency radiates waves of the right length instead of waves that are
-    a little too short.
+    which is a little below c times the magnitude of k. A source of the returned frequency radiates waves of the right
+    length. A source of the true frequency would radiate waves that are a little too short.
 
     Args:
         wavelength: metres.
@@ -64,8 +66,9 @@ def numerical_frequency(wavelength: float, cell: float) -> float:
     Returns:
         Hertz.
 
-    >>> round(numerical_frequency(0.3276, 0.02) / (299792458 / 0.3276), 4)
-    0.9984
+    Example:
+        >>> round(numerical_frequency(0.3276, 0.02) / (299792458 / 0.3276), 4)
+        0.9984
     """
     return float(np.mean(_frequencies(2 * np.pi / wavelength * _directions(), cell)))
 
@@ -73,15 +76,16 @@ def numerical_frequency(wavelength: float, cell: float) -> float:
 def numerical_permittivity(permittivity: float, wavelength: float, cell: float) -> float:
     """The permittivity with which waves on the grid have the right length in a medium, on average over all directions.
 
-    Waves are shorter in a medium, and cells are coarser for them than for waves in air.
+    Waves in a medium are shorter, so the cells are coarser for them than for waves in air.
 
     Args:
         permittivity: ε_r of the medium.
-        wavelength: in air, metres.
-        cell: metres.
+        wavelength: wavelength in air, metres.
+        cell: side of the cells, metres.
 
-    >>> round(numerical_permittivity(1.0, 0.3276, 0.02), 3), round(numerical_permittivity(5.24, 0.3276, 0.02), 3)
-    (1.0, 5.079)
+    Example:
+        >>> round(numerical_permittivity(1.0, 0.3276, 0.02), 3), round(numerical_permittivity(5.24, 0.3276, 0.02), 3)
+        (1.0, 5.079)
     """
     wave_vectors = 2 * np.pi / wavelength * np.sqrt(permittivity) * _directions()
     squares = (np.sin(wave_vectors * cell / 2) ** 2).sum(axis=1).mean()
@@ -90,7 +94,7 @@ def numerical_permittivity(permittivity: float, wavelength: float, cell: float) 
 
 
 def dispersion_residual(wavelength: float, cell: float) -> float:
-    """Largest relative error of the wavelength, over all directions, at ``numerical_frequency``."""
+    """Largest relative error of the wavelength over all directions, at ``numerical_frequency``."""
     frequency = numerical_frequency(wavelength, cell)
 
     def excess(scale: float, direction: np.ndarray) -> float:

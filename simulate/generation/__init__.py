@@ -1,1 +1,1 @@
-"""From a request to a dataset folder: in parts, on many workers, interruptible at any moment."""
+"""From a request to a dataset folder, in parts, on many workers, and interruptible at any moment."""

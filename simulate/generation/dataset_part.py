@@ -1,4 +1,4 @@
-"""A part of a dataset: consecutive positions traced, measured and drawn; the same bytes on every machine."""
+"""A part of a dataset: the responses and pictures of consecutive positions, with the same bytes on every machine."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from simulate.spectra.spectrum import picture
 
 @dataclass(frozen=True)
 class Part:
-    """The contents of the files of consecutive positions.
+    """Responses of consecutive positions, and the contents of their files.
 
     Attributes:
-        responses: complex element responses, as measured.
-        pictures: content of a PNG file for each position.
-        power: content of a TIFF file for each position, in dB; empty where the request wants none.
+        responses: complex element responses, with the receiver's errors.
+        pictures: content of the PNG file of each position.
+        power: content of the TIFF file of each position, in dB; empty if the request asks for none.
     """
 
     responses: Complex[np.ndarray, "n elements"]
@@ -30,13 +30,13 @@ class Part:
 
 
 def make_part(request: Request, source: ResponseSource, start: int, size: int) -> Part:
-    """Find the responses to consecutive positions of a request, and draw them.
+    """Compute the responses to consecutive positions of a request, and make their pictures.
 
     Args:
         request: the dataset to make.
-        source: of the responses in the request's scene.
+        source: computes the responses in the request's scene.
         start: index of the first position.
-        size: number of positions; fewer are traced at the end of the request.
+        size: number of positions; the last part may have fewer.
 
     Returns:
         The part.

@@ -1,9 +1,9 @@
-"""Simulate a dataset: positions -> traced responses -> spectra -> a NeRF² folder, interruptible at any moment.
+"""Simulate a dataset: positions -> responses -> spectra -> a NeRF² folder, interruptible at any moment.
 
-A run first writes ``metadata.json``, which records the request, then works through the positions in parts. Each
-finished part leaves its pictures and, as ``parts/NNNNN.npy``, its responses. The same request again finds the metadata
-equal, skips the parts whose files are whole and ends with the same bytes; so it mends a finished dataset too. The index
-files are written last, so that no loader takes an unfinished folder for a dataset.
+A run first writes ``metadata.json``, which records the request. Then it works through the positions in parts. Each
+finished part leaves its pictures and its responses, the latter as ``parts/NNNNN.npy``. When the same request is given
+again, the metadata are equal, so the run skips the parts whose files are whole and ends with the same bytes. This also
+repairs a finished dataset. The index files come last, so that no loader takes an unfinished folder for a dataset.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from simulate.generation.workers import parts_of_workers
 from simulate.generation.written_parts import WrittenParts
 
 PART = 100
-"""Positions per part. A run that is killed loses one part at most."""
+"""Positions per part. A run that is killed loses at most one part."""
 
 TEST_FRACTION = 0.2
 
@@ -51,11 +51,11 @@ def generate(request: Request, folder: Path, machines: Machines = Machines()) ->
     Args:
         request: the dataset to make.
         folder: the dataset folder: a new one, an empty one, or one that the same request began.
-        machines: where it runs.
+        machines: where to run.
 
     Raises:
-        InputError: the folder holds something else, or a dataset of another request, or another process writes to it.
-        ParameterError: no Ray cluster at the address.
+        InputError: the folder holds something else or a dataset of another request, or another process writes to it.
+        ParameterError: there is no Ray cluster at the address.
     """
     metadata = request.metadata()
     if _begun(folder, metadata) and _is_finished(request, folder):
@@ -64,14 +64,14 @@ def generate(request: Request, folder: Path, machines: Machines = Machines()) ->
 
     folder.mkdir(parents=True, exist_ok=True)
     with locked(folder):
-        if not _begun(folder, metadata):  # once more, since another process may have begun in the meantime
+        if not _begun(folder, metadata):  # again, since another process may have begun in the meantime
             write_metadata(folder / "metadata.json", metadata)
         if not _is_finished(request, folder):
             _generate(request, folder, machines)
 
 
 def _generate(request: Request, folder: Path, machines: Machines) -> None:
-    """Make what a folder with the request's metadata lacks."""
+    """Make what is missing in a folder with the request's metadata."""
     (folder / "spectrum").mkdir(exist_ok=True)
     (folder / "parts").mkdir(exist_ok=True)
     if not (folder / "scene").exists():
@@ -91,14 +91,14 @@ def _generate(request: Request, folder: Path, machines: Machines) -> None:
     order = np.random.default_rng(request.seed).permutation(len(names))
     held_out = max(1, round(TEST_FRACTION * len(names)))
     for name, part in (("train_index.txt", order[held_out:]), (LAST_FILE, order[:held_out])):
-        if not _has_content(folder / name):  # a finished dataset that is mended keeps its split
+        if not _has_content(folder / name):  # a finished dataset keeps its split when it is repaired
             sync_folder(folder)
             write_index(folder / name, [names[i] for i in sorted(part)])
     shutil.rmtree(folder / "parts")
 
 
 def _is_finished(request: Request, folder: Path) -> bool:
-    """Whether a folder with the request's metadata holds the whole dataset, and no file of it is damaged."""
+    """Whether a folder with the request's metadata holds the whole dataset, with no damaged file."""
     files = ("tx_pos.csv", "gateway_info.yml", "train_index.txt", LAST_FILE)
     if (folder / "parts").exists() or not all(_has_content(folder / name) for name in files):
         return False
@@ -109,26 +109,26 @@ def _is_finished(request: Request, folder: Path) -> bool:
 
 
 def _has_content(path: Path) -> bool:
-    """Whether there is a file that is not empty, as a crash of the machine may leave one."""
+    """Whether there is a file and it is not empty. A crash of the machine may leave an empty one."""
     return path.is_file() and path.stat().st_size > 0
 
 
 def _begun(folder: Path, metadata: dict[str, Any]) -> bool:
-    """Whether the folder was begun by a request of the same metadata; False if it is new or empty."""
-    # A run killed in its first moment leaves no more than the unfinished metadata.
+    """Whether a request with the same metadata began the folder; False if it is new or empty."""
+    # A run that was killed at its very beginning leaves only these files.
     if not folder.exists() or (folder.is_dir() and {p.name for p in folder.iterdir()} <= {"metadata.json.tmp", LOCK}):
         return False
     path = folder / "metadata.json"
     if not path.is_file():
-        raise InputError(f"{folder}: expected a new folder or one this command began, found other files in it")
+        raise InputError(f"{folder}: expected a new folder or one that this command began, found other files in it")
     found = read_metadata_file(path, "the settings of a dataset")
-    found.setdefault("engine", "rays")  # of version 0.1, which had no other
-    # As JSON, so that numbers compare as they were written.
+    found.setdefault("engine", "rays")  # the only engine of version 0.1, which did not record it
+    # Through JSON, so that numbers compare as they were written.
     wanted = json.loads(json.dumps(metadata))
-    for key in ("seed", *wanted):  # the seed first, since propagation and measurement hold seeds too
+    for key in ("seed", *wanted):  # the seed first, since propagation and measurement contain seeds, too
         if found.get(key) != wanted[key]:
             raise InputError(
-                f"{folder}: expected a new folder or one this command began, found a dataset whose {key} is "
+                f"{folder}: expected a new folder or one that this command began, found a dataset whose {key} is "
                 f"{found.get(key)}, not {wanted[key]}"
             )
     return True
@@ -140,9 +140,9 @@ def _make_parts(
     kept: dict[int, Complex[np.ndarray, "n elements"]],
     machines: Machines,
 ) -> None:
-    """Make and write the parts that are missing, and add their responses to those that were kept.
+    """Make and write the missing parts, and add their responses to ``kept``.
 
-    What the engine keeps in the folder is made even if no part is missing.
+    What the engine stores in the folder is made even if no part is missing.
     """
     engine = request.engine
     todo = [start for start in parts.starts if start not in kept]

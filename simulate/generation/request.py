@@ -1,4 +1,4 @@
-"""A request to simulate: everything that a dataset's content depends on, and its record in metadata.json."""
+"""A request for a simulation: everything that the content of a dataset depends on, and its record in metadata.json."""
 
 from __future__ import annotations
 
@@ -34,14 +34,14 @@ class Request:
     """A dataset to simulate.
 
     Attributes:
-        scene: the scene, of one gateway.
+        scene: the scene, with one gateway.
         positions: transmitter positions, metres, world frame.
-        placement: how they were chosen, for metadata.json: a placement's name and seed, or a CSV.
-        engine: what finds the responses, with its options for this scene.
-        seed: seed of the engine and of the 80/20 split of the index files.
+        placement: how the positions were chosen, for metadata.json: name and seed of a placement, or name of a CSV.
+        engine: computes the responses, with its options for this scene.
+        seed: seed of the engine, and of the 80/20 split in the index files.
         measurement: errors that the receiver adds to the responses.
         measurement_seed: seed of these errors.
-        power: also write the spectra's absolute power.
+        power: also write the absolute power of the spectra.
         grid: directions of the spectra's rows and columns.
     """
 
@@ -60,17 +60,17 @@ class Request:
 
     @property
     def beamformer(self) -> Beamformer:
-        """The gateway's array and the grid."""
+        """The gateway's array, and the grid."""
         return Beamformer(PlanarArray.of(self.scene.gateway), self.grid)
 
     @property
     def setting(self) -> Setting:
-        """What the engine finds responses in; the box of all transmitters is the scene's region at least."""
+        """Scene, region and seed for the engine. The region includes that of the scene and all positions."""
         region = bounding_box(np.vstack([self.scene.transmitter.region, self.positions]))
         return Setting(self.scene, region, self.seed)
 
     def metadata(self) -> dict[str, Any]:
-        """Content of metadata.json: everything that the folder's content depends on."""
+        """Content of metadata.json: everything that the content of the folder depends on."""
         return {
             "made_by": f"bisplat-wrf {version('bisplat-wrf')}",
             "scene": self.scene.name,
@@ -92,16 +92,16 @@ class Request:
 
 
 def read_request(folder: Path) -> Request:
-    """The request that a simulated dataset folder was made by, from the folder alone.
+    """Read the request that a simulated dataset folder was made by from the folder itself.
 
     Args:
         folder: the dataset folder.
 
     Returns:
-        The request; its metadata equal those of the folder.
+        The request. Its metadata equal those of the folder.
 
     Raises:
-        InputError: no metadata.json of ours, or files that are not those it was made with any more.
+        InputError: the folder has no metadata.json of a simulation, or its scene or positions have changed since.
     """
     path = folder / "metadata.json"
     if not path.exists() and (folder / "scene.yaml").exists():
@@ -123,8 +123,8 @@ def read_request(folder: Path) -> Request:
     )
     found = seed_of_rays(metadata)
     if isinstance(request.engine, Rays) and found != request.seed:
-        raise InputError(f"{path}: expected the dataset's seed {request.seed} as propagation.seed, found {found}")
+        raise InputError(f"{path}: expected propagation.seed to be the seed {request.seed}, found {found}")
     for key, value in request.metadata().items():
         if key.endswith("sha256") and value != metadata[key]:
-            raise InputError(f"{path}: expected the files the dataset was made with, found another {key[:-7]}")
+            raise InputError(f"{path}: expected the files that the dataset was made with, found another {key[:-7]}")
     return request

@@ -29,34 +29,42 @@ def simulate(
     engine: str | Engine = "rays",
     **options: Any,
 ) -> Dataset:
-    """Simulate a scene into a NeRF² dataset folder; the same call again finishes an interrupted one.
+    """Simulate a scene into a NeRF² dataset folder.
+
+    The engine computes the element responses, the receiver's errors are added, and the pictures are the min–max
+    normalised spectra of the result. The folder can be read by the published loaders of NeRF² [zhao2023] and its
+    successors. The same call again finishes an interrupted simulation, and repairs damaged files of a finished one. The
+    same arguments give the same dataset.
 
     Args:
-        scene: a scene of one gateway, a built-in place's name, a scene YAML, or a simulated dataset folder, which is
-            then made once more by its own settings instead of those given here.
-        output: the dataset folder.
-        engine: name of the engine, whose options are then given here too, or the engine itself: "rays" (trace rays),
-            "fullwave" (solve Maxwell's equations by finite differences), ``Rays(...)`` or ``FullWave(...)``.
+        scene: a scene with one gateway, the name of a built-in scene, a scene YAML file, or a simulated dataset folder.
+            A dataset folder is simulated again with its own settings, and those given here are ignored.
+        output: the dataset folder: a new one, an empty one, or one that the same call began.
+        engine: "rays" (trace rays), "fullwave" (solve Maxwell's equations by finite differences), or an engine with its
+            own options: ``Rays(...)`` or ``FullWave(...)``. Options of a named engine are given here.
         **options: those of ``Simulation``, ``Machines`` and the engine.
 
     Returns:
         The dataset, read from the folder.
 
     Raises:
-        InputError: a scene that is refused or has several gateways, or a folder that holds something else.
-        ParameterError: a parameter out of its range, or positions inside an object.
+        InputError: the scene is not valid or has several gateways, the folder holds something else, or the engine
+            cannot run.
+        ParameterError: a parameter is outside its range, or a position is inside an object.
 
-    >>> import bisplat, tempfile
-    >>> floor = bisplat.SceneObject("floor", bisplat.shapes.sheet((-5, -5, 0), (10, 0, 0), (0, 10, 0)), "concrete")
-    >>> gateway = bisplat.Gateway(position=(0, 0, 1.5), orientation=bisplat.facing((-1, 0, 0)))
-    >>> region = bisplat.Transmitter(region_min=(-4, -1, 0.5), region_max=(-2, 1, 2))
-    >>> materials = bisplat.p2040_materials(["concrete"], 915e6)
-    >>> outdoors = bisplat.Scene("outdoors", 915e6, gateway, region, (floor,), materials)
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     coarse = bisplat.Propagation(max_depth=1, rays=10_000)
-    ...     dataset = bisplat.simulate(outdoors, f"{folder}/data", n=3, propagation=coarse)
-    >>> dataset.positions.shape, dataset.responses.shape, dataset.pictures.shape
-    ((3, 3), (3, 16), (3, 90, 360))
+    Example:
+        Three spectra of a gateway that stands in front of a wall:
+
+        >>> import bisplat
+        >>> wall = bisplat.SceneObject("wall", bisplat.shapes.sheet((-5, 2, 0), (10, 0, 0), (0, 0, 3)), "concrete")
+        >>> gateway = bisplat.Gateway(position=(0, 0, 1.5), orientation=bisplat.facing((-1, 0, 0)))
+        >>> region = bisplat.Transmitter(region_min=(-4, -1, 0.5), region_max=(-2, 1, 2))
+        >>> materials = bisplat.p2040_materials(["concrete"], 915e6)
+        >>> scene = bisplat.Scene("wall", 915e6, gateway, region, (wall,), materials)
+        >>> coarse = bisplat.Propagation(max_depth=1, diffraction=False, rays=20_000)
+        >>> dataset = bisplat.simulate(scene, "data/wall", n=3, propagation=coarse)
+        >>> dataset.positions.shape, dataset.responses.shape, dataset.pictures.shape
+        ((3, 3), (3, 16), (3, 90, 360))
     """
     defaults = {each.name: default_of(each) for every in ENGINES.values() for each in fields(every)}
     others = {name: value for name, value in options.items() if name not in defaults}
@@ -66,7 +74,7 @@ def simulate(
     if isinstance(engine, Engine):
         for name, value in given.items():
             found = f"found {shown(value)} beside {type(engine).__name__}(...)"
-            raise ParameterError(name, f"expected it among the engine's own options, {found}")
+            raise ParameterError(name, f"expected it as an argument of the engine, {found}")
         by = engine
     else:
         own = {each.name for each in fields(kind)}
@@ -78,10 +86,10 @@ def simulate(
 
 
 def name_of_engine(scene: Scene | str | Path, engine: str | Engine) -> str:
-    """The name of the engine that a dataset will be made by.
+    """The name of the engine that will make a dataset.
 
     Args:
-        scene: as ``simulate`` takes it; a dataset folder has an engine of its own already.
+        scene: as ``simulate`` takes it. A dataset folder already has an engine.
         engine: as ``simulate`` takes it.
     """
     if not isinstance(engine, str | Engine):
@@ -92,11 +100,11 @@ def name_of_engine(scene: Scene | str | Path, engine: str | Engine) -> str:
 
 
 def require_no_options(engine: str, **options: Any) -> None:
-    """Refuse options of one engine that were given for another.
+    """Refuse options that belong to another engine.
 
     Args:
-        engine: name of the engine that they were given for.
-        options: values by name.
+        engine: name of the engine that is used.
+        options: options of other engines, by name.
 
     Raises:
         ParameterError: there are any.
@@ -107,19 +115,19 @@ def require_no_options(engine: str, **options: Any) -> None:
 
 
 def _names(options: type) -> set[str]:
-    """The names of a dataclass's options, and of those of dataclasses in it."""
+    """The names of a dataclass's options, including those of dataclasses in it."""
     hints = get_type_hints(options)
     inner = [_names(hints[each.name]) for each in fields(options) if is_dataclass(hints[each.name])]
     return {each.name for each in fields(options)}.union(*inner)
 
 
 def request_for(scene: Scene | str | Path, content: Simulation, engine: Engine, measurement_seed: int) -> Request:
-    """Everything that the content of a dataset folder depends on.
+    """Collect everything that the content of a dataset folder depends on.
 
     Args:
         scene: as ``simulate`` takes it.
         content: what the dataset holds.
-        engine: what finds the responses. A dataset folder has an engine of its own already.
+        engine: computes the responses. A dataset folder already has an engine.
         measurement_seed: seed of the receiver's errors.
 
     Returns:

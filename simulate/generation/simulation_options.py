@@ -1,4 +1,4 @@
-"""The options of a simulation. This module imports little, for the help of the command line."""
+"""The options of a simulation. This module imports little, so that the command line shows its help quickly."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from simulate.positions.given_positions import MOST_POSITIONS
 from simulate.spectra.measurement import Measurement
 
 LEAST_SPECTRA = 2
-"""One to train on and one to test on."""
+"""Fewest spectra of a dataset: one to train on and one to test on."""
 
 
 @dataclass(frozen=True)
@@ -23,16 +23,16 @@ class Simulation:
     """What a simulated dataset holds, whatever the engine.
 
     Attributes:
-        n: transmitter positions to draw.
-        placement: how they are drawn in the scene's region: uniform, at random; grid, evenly; path, along a smooth
-            curve, as measurements are.
-        positions: CSV of positions (header x,y,z; metres, world frame) to use instead; in Python also an array of them.
-        seed: of positions, train/test split, rays and the receiver's errors.
+        n: number of transmitter positions to draw.
+        placement: how to draw the positions in the scene's region: uniform, at random; grid, evenly spaced; path, along
+            a smooth curve, as in a measurement.
+        positions: CSV of positions to use instead (header x,y,z; metres, world frame); in Python also an array [K, 3].
+        seed: seed of the positions, the train/test split, the rays and the receiver's errors.
         measurement: errors that the receiver adds.
-        power_db: also write each spectrum's absolute power in dB, as power_db/NNNNN.tif.
+        power_db: also write the absolute power of each spectrum, dB, as power_db/NNNNN.tif.
 
     Raises:
-        ParameterError: no whole number of spectra from ``LEAST_SPECTRA`` to ``MOST_POSITIONS``, or a seed that is none.
+        ParameterError: ``n`` is no whole number from ``LEAST_SPECTRA`` to ``MOST_POSITIONS``, or the seed is not valid.
     """
 
     n: Annotated[int, arg(name="spectra", aliases=["-n"])] = 6000

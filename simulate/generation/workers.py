@@ -1,6 +1,6 @@
-"""Parts of a dataset made by Ray workers, on this machine or a cluster; this process alone writes files.
+"""Make the parts of a dataset by Ray workers, on this machine or a cluster. Only this process writes files.
 
-What the engine has found is sent to the workers. A worker makes its source of responses when its first part arrives,
+The results of the engine are sent to the workers. A worker makes its source of responses when its first part arrives,
 and keeps it. When a worker is lost, Ray gives its part to another worker.
 """
 
@@ -18,14 +18,14 @@ from simulate.parallel.ray_cluster import RETRIES, ray_cluster
 def parts_of_workers(
     request: Request, sent: Any, starts: list[int], size: int, machines: Machines
 ) -> Iterator[tuple[int, Part]]:
-    """Parts in the order they are finished, with their first position's index.
+    """Yield parts in the order in which they are finished, each with the index of its first position.
 
     Args:
         request: the dataset to make.
         sent: what the workers need of the engine's source, from ``Engine.sent``.
         starts: first positions of the parts to make.
-        size: positions per part.
-        machines: how many parts are made at a time, one per machine of the cluster if None, and the cluster's address.
+        size: number of positions in a part.
+        machines: number of parts to make at a time, by default one for each machine, and address of the cluster.
 
     Raises:
         InputError: a part was lost ``RETRIES`` times.
@@ -41,7 +41,7 @@ def parts_of_workers(
         waiting = list(starts)
         running: dict[Any, int] = {}
         while waiting or running:
-            # One part more than there are workers, so that no worker waits for this process. Not all parts at once,
+            # One more part than there are workers, so that no worker waits for this process. Not all parts at once,
             # since finished parts take memory.
             while waiting and len(running) <= workers:
                 start = waiting.pop(0)
@@ -61,4 +61,4 @@ def _make_part(shared: tuple[Request, Any, str], threads: int, start: int, size:
 
 
 _sources: dict[str, ResponseSource] = {}
-"""What this worker tells responses by, by the request's metadata."""
+"""What this worker computes responses with, by the request's metadata."""

@@ -1,4 +1,4 @@
-"""The files of a dataset's parts: which of them are whole, and how a new one is written."""
+"""The files of a dataset's parts: which of them are whole, and how a new part is written."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from simulate.spectra.angular_grid import COLUMNS, ROWS
 
 
 def picture_names(count: int) -> list[str]:
-    """Zero-padded names from 1 on, of five digits, or of more if needed."""
+    """Names from 1 on, padded with zeros to five digits, or more if needed."""
     digits = max(5, len(str(count)))
     return [f"{number:0{digits}d}" for number in range(1, count + 1)]
 
@@ -29,15 +29,15 @@ class WrittenParts:
     """The parts of a dataset folder.
 
     Args:
-        request: the dataset.
-        folder: its folder, of this request.
-        size: positions per part.
+        request: the request that the folder was made by.
+        folder: the dataset folder.
+        size: number of positions in a part.
 
     Attributes:
-        folder: the folder.
-        names: of all pictures.
-        starts: index of each part's first position.
-        damage: sentences on finished parts that have a damaged file, after a call of ``whole``.
+        folder: the dataset folder.
+        names: names of all pictures.
+        starts: index of the first position of each part.
+        damage: after a call of ``whole``, a sentence for each finished part with a damaged file.
     """
 
     def __init__(self, request: Request, folder: Path, size: int):
@@ -51,20 +51,20 @@ class WrittenParts:
 
         Args:
             start: index of its first position.
-            part: their contents.
+            part: its responses and the contents of its files.
         """
         for name, picture, power in zip_longest(self._names(start), part.pictures, part.power):
             write_atomically(self._picture(name), picture)
             if power is not None:
                 write_atomically(self._level(name), power)
         sync_folder(self.folder / "spectrum")
-        # Written last, since this file marks the part as finished.
+        # The last file, since it marks the part as finished.
         buffer = BytesIO()
         np.save(buffer, part.responses)
         write_atomically(self._marker(start), buffer.getvalue())
 
     def whole(self) -> dict[int, Complex[np.ndarray, "n elements"]]:
-        """The responses of the finished parts whose files are all whole, by index of the first position."""
+        """The responses of the finished parts without damaged files, by the index of their first position."""
         problems: list[str] = []
         recorded, retrieved = read_responses(self.folder / "channels.npz", len(self.names), self._elements, problems)
         self.damage = [f"{problem}; it is made again" for problem in problems]
@@ -75,9 +75,9 @@ class WrittenParts:
     def _whole(
         self, start: int, recorded: Complex[np.ndarray, "K elements"] | None, pool: ThreadPoolExecutor
     ) -> Complex[np.ndarray, "n elements"] | None:
-        """The responses of a part; None: it is not finished, or one of its files is damaged.
+        """The responses of a part; None if it is not finished, or if one of its files is damaged.
 
-        A finished dataset has its responses in channels.npz, an unfinished one in a file for each part.
+        A finished dataset has its responses in channels.npz. An unfinished one has a file for each part.
         """
         names = self._names(start)
         if self._marker(start).exists():
@@ -103,18 +103,20 @@ class WrittenParts:
         except (OSError, ValueError, EOFError) as error:
             raise InputError(f"{path}: expected the responses of a part, found a damaged file ({error})") from error
         if not (isinstance(responses, np.ndarray) and responses.shape == (count, self._elements)):
-            raise InputError(f"{path}: expected responses of {count} positions × {self._elements} elements")
+            raise InputError(
+                f"{path}: expected responses of {count} positions × {self._elements} elements, found others"
+            )
         return responses
 
     def _fault(self, name: str) -> str | None:
-        """What is wrong with the picture of a name, or with its power; None: nothing."""
+        """A sentence on what is wrong with the files of a picture's name; None if nothing is."""
         kinds = {self._picture(name): "PNG", **({self._level(name): "TIFF"} if self._power else {})}
         for path, kind in kinds.items():
             try:
                 with Image.open(path) as image:
                     if (image.format, image.size) != (kind, (COLUMNS, ROWS)):
                         raise ValueError(f"{image.format} of {image.width} × {image.height} pixels")
-                    image.verify() if kind == "PNG" else image.load()  # checksums, which only PNG has
+                    image.verify() if kind == "PNG" else image.load()  # verify tests checksums, which only PNG has
             except (OSError, SyntaxError, ValueError) as error:
                 return f"{path}: expected a whole {kind} file, found a damaged one ({error})"
         return None

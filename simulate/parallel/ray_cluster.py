@@ -1,4 +1,4 @@
-"""A connection to a Ray cluster, or to one of our own on this machine."""
+"""A connection to a Ray cluster, or to a Ray started on this machine."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from typing import Any
 from scenes.files.errors import InputError, ParameterError, reason, shown
 
 OWN_PACKAGES = {"worker_process_setup_hook": "bisplat.own_packages.claim"}
-"""Workers look for modules in the user's folder first, where a file may have the name of one of our packages."""
+"""Workers search the user's folder for modules first, where a file may have the name of one of our packages."""
 
 RETRIES = 20
-"""How often a task is given to another worker before the run gives up (and can be resumed)."""
+"""How often a task is given to another worker before the run gives up. The run can be resumed."""
 
 
 def require_ray(address: str | None) -> None:
     """Make sure, before anything is written, that Ray is installed and its cluster answers.
 
     Args:
-        address: of a running Ray cluster; None if Ray is to be started on this machine.
+        address: address of a running Ray cluster; None to start Ray on this machine.
 
     Raises:
         InputError: Ray is not installed.
@@ -44,10 +44,10 @@ def require_ray(address: str | None) -> None:
 
 @contextmanager
 def ray_cluster(address: str | None) -> Iterator[ModuleType]:
-    """Connect to a cluster; the context is the module ``ray``.
+    """Connect to a cluster. The context manager gives the module ``ray``.
 
     Args:
-        address: of a running Ray cluster; a Ray of its own on this machine if None.
+        address: address of a running Ray cluster; None to start Ray on this machine.
 
     Raises:
         InputError: a task was lost ``RETRIES`` times.
@@ -55,7 +55,7 @@ def ray_cluster(address: str | None) -> Iterator[ModuleType]:
     import ray
 
     os.environ.setdefault("RAY_ACCEL_ENV_VAR_OVERRIDE_ON_ZERO", "0")  # or Ray warns at every start
-    # Without an address Ray would join another program's cluster on this machine.
+    # Without an address Ray would join the cluster of another program on this machine.
     options: dict[str, Any] = (
         {"address": "local", "num_cpus": os.cpu_count()} if address is None else {"address": address}
     )

@@ -1,4 +1,4 @@
-"""Transmitter positions that the user gives, in a CSV or from Python: checked, and compared with a place's extent."""
+"""Checks of the transmitter positions that a user gives in a CSV or from Python."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from scenes.files.errors import InputError, ParameterError, reason, shown
 from scenes.files.input_file import MEGABYTE, read_text
 
 FARTHEST = 1e5
-"""Metres, of each coordinate. Models keep positions in single precision, which is exact to 4 mm there: a hundredth of
-the wavelength at 915 MHz."""
+"""Metres; largest magnitude of a coordinate. Models store positions in single precision, which is exact to 4 mm there:
+a hundredth of the wavelength at 915 MHz."""
 
 MOST_POSITIONS = 10**6
-"""Number of positions in a file or a simulation."""
+"""Most positions in a file or a simulation."""
 
 LARGEST_CSV = 100 * MEGABYTE
-"""Bytes of a CSV of positions: a hundred for each of the most positions."""
+"""Most bytes of a CSV of positions: a hundred for each position."""
 
 LONGEST_LINE = 1000
-"""Characters of a line of it."""
+"""Most characters in a line of such a CSV."""
 
 HINT = "subtract an offset from map coordinates"
 
 FAR = 0.1
-"""Distance from the box, as a fraction of the box's diagonal, from which a warning is given."""
+"""Distance from a box, as a fraction of its diagonal, above which a position is far outside."""
 
 
 def read_points(path: Path) -> Float[np.ndarray, "n 3"]:
@@ -43,14 +43,14 @@ def read_points(path: Path) -> Float[np.ndarray, "n 3"]:
         The positions, metres, world frame.
 
     Raises:
-        InputError: no regular file of at most ``LARGEST_CSV`` bytes, another header, a row that is not three finite
-            numbers within ``FARTHEST``, no rows, or more than ``MOST_POSITIONS``.
+        InputError: the file is not a regular file of at most ``LARGEST_CSV`` bytes, has another header, has no rows or
+            more than ``MOST_POSITIONS``, or has a row that is not three finite numbers within ±``FARTHEST``.
     """
     text = read_text(path, "a CSV of positions", LARGEST_CSV)
     try:
         return _points(path, csv.reader(_lines(path, text)))
     except csv.Error as error:
-        found = f"found a file that is none ({reason(error)})"
+        found = f"found a file that is not a CSV ({reason(error)})"
         raise InputError(f"{path}: expected a CSV of positions, {found}") from error
 
 
@@ -89,16 +89,17 @@ def _points(path: Path, rows: Iterator[list[str]]) -> Float[np.ndarray, "n 3"]:
 
 
 def check_points(positions: ArrayLike) -> Float[np.ndarray, "n 3"]:
-    """Positions from Python, in double precision.
+    """Check positions from Python, and return them in double precision.
 
     Args:
         positions: metres, world frame.
 
     Raises:
-        ParameterError: no rows of three finite numbers within ``FARTHEST``, or more than ``MOST_POSITIONS``.
+        ParameterError: the positions are not 1 to ``MOST_POSITIONS`` rows of three finite numbers within ±``FARTHEST``.
 
-    >>> check_points([[1, 2, 3]])
-    array([[1., 2., 3.]])
+    Example:
+        >>> check_points([[1, 2, 3]])
+        array([[1., 2., 3.]])
     """
     try:
         points = np.asarray(positions, dtype=float)
@@ -118,18 +119,19 @@ def check_points(positions: ArrayLike) -> Float[np.ndarray, "n 3"]:
 def reach_warning(
     positions: Float[np.ndarray, "K 3"], box: Float[np.ndarray, "2 3"], of: str, consequence: str
 ) -> str | None:
-    """A sentence about positions far outside a box; None: there are none.
+    """A sentence on positions far outside a box; None if there are none.
 
     Args:
         positions: metres, world frame.
-        box: its lowest and highest corner, metres, world frame.
-        of: what the box is around.
+        box: lowest and highest corner of the box, metres, world frame.
+        of: what the box encloses.
         consequence: the end of the sentence.
 
-    >>> points = np.array([[1.0, 1, 1], [2, 2, 2.3], [9, 2, 1]])
-    >>> reach_warning(points, np.array([[0.0, 0, 0], [2, 2, 2]]), "the scene", "are they in metres?")
-    '1 of 3 positions is far outside the box around the scene, x 0 to 2, y 0 to 2 and z 0 to 2 m (the farthest, number \
-3, by 7 m); are they in metres?'
+    Example:
+        >>> points = np.array([[1.0, 1, 1], [2, 2, 2.3], [9, 2, 1]])
+        >>> reach_warning(points, np.array([[0.0, 0, 0], [2, 2, 2]]), "the scene", "are they in metres?")
+        '1 of 3 positions is far outside the box around the scene, x 0 to 2, y 0 to 2 and z 0 to 2 m (the farthest, \
+number 3, by 7 m); are they in metres?'
     """
     low, high = box
     outside = np.linalg.norm(np.maximum(low - positions, 0) + np.maximum(positions - high, 0), axis=1)

@@ -1,4 +1,4 @@
-"""Transmitter positions: uniform, on a grid, along a smooth path, or given in a CSV; never inside an object."""
+"""Transmitter positions, drawn at random, on a grid or along a smooth path, or given in a CSV; never inside objects."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from scenes.scene.description import Scene
 from simulate.positions.given_positions import check_points, read_points
 
 PATH_STEP = 0.008
-"""Metres between consecutive positions of ``path``: the median step of the measured RFID data."""
+"""Metres between consecutive positions of a path. It is the median step of the measured RFID data."""
 
 
 def place(scene: Scene, kind: str, count: int, seed: int) -> Float[np.ndarray, "count 3"]:
-    """Transmitter positions in the scene's region, metres, world frame; none inside an object.
+    """Choose transmitter positions in the scene's region, none of them inside an object.
 
     Args:
         scene: the scene that the positions are in.
-        kind: ``uniform`` draws them at random; ``grid`` fills the region evenly, then drops positions inside objects;
-            ``path`` walks a smooth random curve through the region, as a measurement does.
-        count: number of positions. ``grid`` returns fewer where some of its positions are inside objects.
+        kind: ``uniform`` draws them at random, ``grid`` spaces them evenly, ``path`` follows a smooth random curve
+            through the region, as in a measurement.
+        count: number of positions. ``grid`` returns fewer if some of its positions are inside objects.
         seed: seed of the random choices.
 
     Returns:
-        The positions.
+        The positions, metres, world frame.
 
     Raises:
         InputError: the region has no free place.
@@ -49,19 +49,19 @@ def place(scene: Scene, kind: str, count: int, seed: int) -> Float[np.ndarray, "
 def free_positions(
     scene: Scene, region: Float[np.ndarray, "2 3"], count: int, generator: np.random.Generator
 ) -> Float[np.ndarray, "count 3"]:
-    """Uniform positions in a box, outside every object.
+    """Draw positions in a box uniformly, outside every object.
 
     Args:
         scene: the scene that the positions are in.
         region: lowest and highest corner of the box, metres, world frame.
         count: number of positions.
-        generator: draws them.
+        generator: draws the positions.
 
     Returns:
         The positions, metres, world frame.
 
     Raises:
-        InputError: fewer than one in a hundred tries is free.
+        InputError: fewer than 1 in 100 draws are free.
     """
     low, high = region
     free = np.zeros((0, 3))
@@ -74,11 +74,11 @@ def free_positions(
 
 
 def _no_free_place(scene: Scene) -> InputError:
-    return InputError(f"{scene.name}: the transmitter region has no room outside the objects in it")
+    return InputError(f"{scene.name}: expected room outside the objects in the transmitter region, found none")
 
 
 def _grid(region: Float[np.ndarray, "2 3"], count: int) -> Float[np.ndarray, "n 3"]:
-    """Cell centres of the finest nearly cubic grid with at most ``count`` cells, and at least one."""
+    """Cell centres of the finest grid with nearly cubic cells and at most ``count`` of them, but at least one."""
     size = region[1] - region[0]
     cubic = (size.prod() / count) ** (1 / 3)
     finer = (np.maximum(1, size // (cubic * shrink)).astype(int) for shrink in np.linspace(1, 0.75, 100))
@@ -90,12 +90,12 @@ def _grid(region: Float[np.ndarray, "2 3"], count: int) -> Float[np.ndarray, "n 
 def _smooth_path(
     scene: Scene, region: Float[np.ndarray, "2 3"], count: int, generator: np.random.Generator
 ) -> Float[np.ndarray, "count 3"]:
-    """Points ``PATH_STEP`` apart on a cubic spline through random way points, skipping what is inside objects."""
+    """Points ``PATH_STEP`` apart on a cubic spline through random waypoints, without those inside objects."""
     low, high = region
     positions = np.zeros((0, 3))
     for _ in range(20):
-        # The curve is about as long as the region's diagonal per two way points; if it is too short, the next pass of
-        # the loop adds another curve.
+        # Two waypoints add about the region's diagonal to the length of the curve. If the curve is too short, the next
+        # pass of the loop adds another one.
         needed = (count - len(positions)) * PATH_STEP
         way_points = 4 + int(3 * needed / np.linalg.norm(high - low))
         spline = CubicSpline(np.arange(way_points), low + (high - low) * generator.random((way_points, 3)))
@@ -110,17 +110,17 @@ def _smooth_path(
 
 
 def check_positions(positions: Float[np.ndarray, "n 3"], scene: Scene) -> Float[np.ndarray, "n 3"]:
-    """Positions in double precision, once they are known to be finite, not too far away, and outside every object.
+    """Check that positions from Python are finite, not too far away, and outside every object.
 
     Args:
         positions: metres, world frame.
         scene: the scene that they are in.
 
     Returns:
-        The positions.
+        The positions in double precision.
 
     Raises:
-        ParameterError: positions that ``check_points`` refuses, or a position inside an object.
+        ParameterError: ``check_points`` refuses the positions, or one of them is inside an object.
     """
     positions = check_points(positions)
     for row, blocker in enumerate(blocking_object(scene, positions)):
@@ -130,7 +130,7 @@ def check_positions(positions: Float[np.ndarray, "n 3"], scene: Scene) -> Float[
 
 
 def read_positions(path: Path, scene: Scene) -> Float[np.ndarray, "n 3"]:
-    """Read the positions of a CSV, none of them inside an object.
+    """Read positions from a CSV, and check that none is inside an object.
 
     Args:
         path: a CSV with the header x,y,z; metres, world frame.
@@ -140,7 +140,7 @@ def read_positions(path: Path, scene: Scene) -> Float[np.ndarray, "n 3"]:
         The positions, metres, world frame.
 
     Raises:
-        InputError: a file that ``read_points`` refuses, or a position inside an object; names the line.
+        InputError: ``read_points`` refuses the file, or a position is inside an object.
     """
     positions = read_points(path)
     for index, blocker in enumerate(blocking_object(scene, positions)):

@@ -1,7 +1,7 @@
-"""Derivatives of the responses by where the gateway is and looks, by the frequency, and by where objects are.
+"""Derivatives of the responses with respect to the gateway's pose, the frequency, and the positions of objects.
 
-By the derivatives of the paths' lengths (``simulate.rays.core.terms``), ∂y/∂θ = Σ −jk ∂L/∂θ a e^{−jkL}: one solution
-of all paths gives the derivatives by everything that moves.
+With the derivatives of the paths' lengths L (``simulate.rays.core.terms``), ∂y/∂θ = Σ −jk ∂L/∂θ a e^{−jkL}. So the
+paths need to be solved only once for the derivatives with respect to everything that moves.
 """
 
 from __future__ import annotations
@@ -19,11 +19,12 @@ class Derivatives(NamedTuple):
     """Responses y of M elements to K transmitters, and their derivatives.
 
     Attributes:
-        responses: y, which ``Tracer.responses`` returns, without diffuse reflection.
-        position: ∂y by the gateway's position, 1/m; axes of the world frame.
-        rotation: ∂y by a rotation of the gateway about its position, 1/rad; axes of the world frame.
-        frequency: ∂y by the logarithm of the frequency, the array's size in metres being kept.
-        objects: ∂y by the position of each of the given objects, 1/m.
+        responses: y as ``Tracer.responses`` returns it, without diffuse reflection.
+        position: derivative with respect to the gateway's position, 1/m, along the axes of the world frame.
+        rotation: derivative with respect to a rotation of the gateway about its position, 1/rad, about the axes of the
+            world frame.
+        frequency: derivative with respect to the logarithm of the frequency, for an array of fixed size in metres.
+        objects: derivative with respect to the position of each of the given objects, 1/m.
     """
 
     responses: Complex[np.ndarray, "K M"]
@@ -34,12 +35,12 @@ class Derivatives(NamedTuple):
 
 
 def derivatives(tracer: Tracer, positions: Float[np.ndarray, "K 3"], objects: Sequence[int]) -> Derivatives:
-    """The responses to transmitters, and their derivatives.
+    """Compute the responses to transmitters, and their derivatives.
 
     Args:
-        tracer: traces the scene.
-        positions: of the transmitters, metres, world frame.
-        objects: indices of objects of the scene.
+        tracer: the tracer of the scene.
+        positions: transmitter positions, metres, world frame.
+        objects: indices of the scene's objects that may move.
     """
     shape = len(positions), len(tracer.elements)
     result = Derivatives(
@@ -68,12 +69,14 @@ def derivatives(tracer: Tracer, positions: Float[np.ndarray, "K 3"], objects: Se
 def by_rotation(
     tracer: Tracer, sources: Int[np.ndarray, " paths"], by_element: Float[np.ndarray, "paths 3"]
 ) -> Float[np.ndarray, "paths 3"]:
-    """Derivatives of paths' lengths by a rotation of the gateway about its position, m/rad; axes of the world frame.
+    """Derivatives of paths' lengths with respect to a rotation of the gateway about its position, m/rad.
+
+    The rotation is about the axes of the world frame.
 
     Args:
-        tracer: traces the scene.
+        tracer: the tracer of the scene.
         sources: index of each path's element.
-        by_element: derivatives by the element's position.
+        by_element: derivatives with respect to the element's position.
     """
     arms = tracer.elements.positions - np.asarray(tracer.ray_scene.description.gateway.position)
     return np.cross(arms[sources], by_element)

@@ -1,8 +1,8 @@
 """Trace a scene: the complex response of every array element to every transmitter position.
 
-By reciprocity the gateway's elements are the sources and the transmitters the targets: the gateway never moves, so
-one search for paths serves many transmitters. Every element is traced at its true position: indoors a half-metre
-array at 915 MHz is in the near field, where one point with plane-wave phases (``synthetic_array``) is inaccurate.
+By reciprocity the gateway's elements are the sources and the transmitters are the targets. The gateway never moves, so
+one search for paths serves many transmitters. Every element is traced at its true position. Indoors, a half-metre array
+at 915 MHz is in the near field, where a single point with plane-wave phases (``synthetic_array``) is inaccurate.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from simulate.rays.diffraction.solve import EdgeScene, diffracted_paths, diffrac
 from simulate.rays.scattering.scattered import Scattering
 
 MEMORY = 2_000_000_000
-"""Bytes that candidate paths may take where rays are shot for each batch of transmitters."""
+"""Most bytes of candidate paths where rays are shot for each batch of transmitters."""
 
 BYTES_PER_CANDIDATE = 250
 
@@ -40,8 +40,8 @@ class TracedPath(NamedTuple):
     """A path between an element of the gateway and a transmitter.
 
     Attributes:
-        vertices: element, interactions, transmitter; metres, world frame.
-        response: a e^{-j2πfτ}.
+        vertices: the element, the points of interaction and the transmitter; metres, world frame, [vertices, 3].
+        response: complex contribution a e^{−j2πfτ} of the path to the element's response.
     """
 
     vertices: Float[np.ndarray, "vertices 3"]
@@ -49,12 +49,12 @@ class TracedPath(NamedTuple):
 
 
 class Found(NamedTuple):
-    """Chains that were found in a scene, for another tracer of the same scene and propagation.
+    """The chains that a tracer found, for another tracer of the same scene and propagation.
 
     Attributes:
-        reflected: of reflections and refractions, with the scene's objects by their index; None where rays are shot
-            for every batch instead.
-        diffracted: with diffractions; None where none are followed.
+        reflected: chains of reflections and transmissions, which name the scene's objects by index; None if rays are
+            shot for every batch instead.
+        diffracted: chains with diffractions; None if diffraction is not followed.
     """
 
     reflected: Chains | None
@@ -62,38 +62,47 @@ class Found(NamedTuple):
 
 
 class Tracer:
-    """A scene made ready for tracing.
+    """A ray tracer for one scene: element responses and paths for transmitters at any position.
 
-    Chains of reflections, refractions and diffractions are found once, here, and ``responses`` solves them exactly
-    (``method`` is "chains"); diffuse reflection is that of fixed patches. Sionna's general way instead shoots rays from
-    every element for each batch of transmitters ("shooting").
+    The constructor searches once for the chains of reflections, transmissions and diffractions that carry power. The
+    methods then solve these chains exactly for every element and transmitter by the image method (``method`` is
+    "chains"). Diffuse reflection comes from patches of the rough surfaces, which are drawn once. With
+    ``Propagation(sionna=True)``, Sionna RT [hoydis2023] instead shoots rays from every element for each batch of
+    transmitters (``method`` is "shooting").
 
     Args:
-        scene: where to trace.
+        scene: the scene, with one gateway.
         propagation: the mechanisms to follow.
-        region: lowest and highest corner of the box all transmitters are in, metres; the scene's if None.
-        seed: seed of the rays and of the patches of rough surfaces.
-        report: called with sentences on the progress of finding chains.
-        found: chains found before, by a tracer made with the same arguments; searched for if None.
+        region: lowest and highest corner of a box around all transmitters, metres, world frame, [2, 3]; by default the
+            region of the scene's transmitter. Chains that reach only other places are not found.
+        seed: seed of the rays and of the patches.
+        report: function that gets a sentence after each round of the search.
+        found: what ``found`` of a tracer with the same arguments returned; then nothing is searched.
 
     Attributes:
-        ray_scene: the scene in the ray tracer's form.
-        elements: the gateway's elements.
+        ray_scene: the scene in the form that the ray tracer uses.
+        elements: the gateway's elements, with their ``positions``, metres, world frame.
         method: "chains" or "shooting".
 
     Raises:
         InputError: libLLVM is missing or too old.
-        ParameterError: so many rays that one transmitter's paths exceed the memory.
+        ParameterError: ``propagation`` has so many rays that the paths of one transmitter exceed the memory.
 
-    >>> import bisplat
-    >>> floor = bisplat.SceneObject("floor", bisplat.shapes.sheet((-5, -5, 0), (10, 0, 0), (0, 10, 0)), "concrete")
-    >>> gateway = bisplat.Gateway(position=(0, 0, 1.5), orientation=bisplat.facing((-1, 0, 0)))
-    >>> region = bisplat.Transmitter(region_min=(-4, -1, 0.5), region_max=(-2, 1, 2))
-    >>> materials = bisplat.p2040_materials(["concrete"], 915e6)
-    >>> yard = bisplat.Scene("yard", 915e6, gateway, region, (floor,), materials)
-    >>> tracer = Tracer(yard, Propagation(max_depth=1, rays=10_000))
-    >>> tracer.responses(np.array([[-3.0, 0.0, 1.0]])).shape, len(tracer.paths(np.array([-3.0, 0.0, 1.0])))
-    ((1, 16), 2)
+    Example:
+        A gateway above a concrete floor; the paths are the line of sight and one reflection:
+
+        >>> import bisplat, numpy as np
+        >>> floor = bisplat.SceneObject("floor", bisplat.shapes.sheet((-5, -5, 0), (10, 0, 0), (0, 10, 0)), "concrete")
+        >>> gateway = bisplat.Gateway(position=(0, 0, 1.5), orientation=bisplat.facing((-1, 0, 0)))
+        >>> region = bisplat.Transmitter(region_min=(-4, -1, 0.5), region_max=(-2, 1, 2))
+        >>> materials = bisplat.p2040_materials(["concrete"], 915e6)
+        >>> yard = bisplat.Scene("yard", 915e6, gateway, region, (floor,), materials)
+        >>> propagation = bisplat.Propagation(max_depth=1, diffraction=False, rays=20_000)
+        >>> tracer = bisplat.Tracer(yard, propagation)
+        >>> tracer.responses(np.array([[-3.0, 0.0, 1.0]])).shape
+        (1, 16)
+        >>> [len(path.vertices) for path in tracer.paths(np.array([-3.0, 0.0, 1.0]))]
+        [2, 3]
     """
 
     def __init__(
@@ -121,9 +130,8 @@ class Tracer:
             if not self._batch_size:
                 raise ParameterError(
                     "rays",
-                    f"expected at most {MEMORY // bytes_per_ray:,} rays at depth {propagation.max_depth}, since in "
-                    "Sionna's way every ray may become a path, found "
-                    f"{propagation.rays:,}",
+                    f"expected at most {MEMORY // bytes_per_ray:,} rays at depth {propagation.max_depth}, since with "
+                    f"Sionna's path solver every ray may become a path, found {propagation.rays:,}",
                 )
         self._diffracted: DiffractedChains | None = None
         own = self.method == "chains" and propagation.max_depth > 0
@@ -136,19 +144,19 @@ class Tracer:
 
     @property
     def found(self) -> Found:
-        """The chains found, for ``Tracer(found=...)``."""
+        """The chains that were found, to be passed as ``found`` to another tracer of the same scene."""
         if self.method != "chains":
             return Found(None, self._diffracted)
         return Found(self._chains.renamed(self.ray_scene.object_of_identifier), self._diffracted)
 
     @property
     def edges(self) -> Edges | None:
-        """The edges that diffract; None where diffraction is not followed."""
+        """The edges of the scene that diffract; None if diffraction is not followed."""
         return None if self._diffracted is None else self._edge_scene.edges
 
     @property
     def chains(self) -> int:
-        """Number of chains; those without diffraction come first. Shot rays all count as one chain."""
+        """Number of chains. Those without diffraction come first. If rays are shot, they count as one chain."""
         if self.method != "chains":
             return 1
         return len(self._chains) + (0 if self._diffracted is None else len(self._diffracted))
@@ -156,17 +164,19 @@ class Tracer:
     def responses(
         self, positions: Float[np.ndarray, "K 3"], factors: Complex[np.ndarray, " chains"] | None = None
     ) -> Complex[np.ndarray, "K elements"]:
-        """Element responses y_m = Σ_paths a e^{-j2πfτ} to a transmitter at each position, complex64.
+        """Element responses to a transmitter at each position.
 
-        a contains the free-space factor λ/4π, so that |y_m|² is the channel gain. The responses to one position do
-        not depend on the others.
+        The response of element m is y_m = Σ a e^{−j2πfτ}, summed over its paths of delay τ. The amplitude a contains
+        the free-space factor λ/4π, so ``|y_m|²`` is the channel gain. The responses to one position do not depend on
+        the others.
 
         Args:
-            positions: metres, world frame.
-            factors: factor of the paths of each chain; 1 if None. Diffuse reflection has none.
+            positions: transmitter positions, metres, world frame, [K, 3].
+            factors: a factor for the paths of each chain, [chains]; by default 1. Diffuse reflection keeps the factor
+                1.
 
         Returns:
-            The responses, un-normalised.
+            Complex responses, not normalised, complex64, [K, elements].
         """
         result = np.zeros((len(positions), len(self.elements)), np.complex128)
         for start, chain, paths in self._found(self.elements, positions):
@@ -180,12 +190,17 @@ class Tracer:
     def responses_with(
         self, others: Sequence[Scene], positions: Float[np.ndarray, "K 3"]
     ) -> Complex[np.ndarray, "others K elements"]:
-        """``responses`` of other scenes, complex64, without that of patches; their paths are found only once.
+        """Element responses in scenes of the same geometry but other materials.
+
+        The paths are found only once, for all scenes. Diffuse reflection is left out.
 
         Args:
-            others: scenes that differ from this one in nothing but the properties of their materials and the
-                thicknesses of their objects; the same objects are conductors.
-            positions: metres, world frame.
+            others: scenes that differ from this one only in the properties of their materials and the thicknesses of
+                their objects. The same objects must be conductors.
+            positions: transmitter positions, metres, world frame, [K, 3].
+
+        Returns:
+            Complex responses, not normalised, complex64, [others, K, elements].
         """
         scenes = [RayScene.of(each, self.ray_scene.propagation) for each in others]
         result = np.zeros((len(scenes), len(positions), len(self.elements)), np.complex128)
@@ -201,10 +216,14 @@ class Tracer:
         return result.astype(np.complex64)
 
     def responses_by_chain(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements chains"]:
-        """The part of each chain in ``responses``, complex64; diffuse reflection is in none.
+        """The contribution of each chain to ``responses``. Diffuse reflection belongs to no chain.
 
         Args:
-            positions: metres, world frame.
+            positions: transmitter positions, metres, world frame, [K, 3].
+
+        Returns:
+            Complex contributions, complex64, [K, elements, chains]. Without diffuse reflection their sum over the
+            chains is ``responses``.
         """
         result = np.zeros((len(positions), len(self.elements), self.chains), np.complex64)
         for start, chain, paths in self._found(self.elements, positions):
@@ -212,10 +231,13 @@ class Tracer:
         return result
 
     def path_counts(self, positions: Float[np.ndarray, "K 3"]) -> Int[np.ndarray, " K"]:
-        """Number of paths between each position and the element of ``paths``, without those of diffuse reflection.
+        """Number of paths between each position and the array's middle element, without diffuse reflection.
 
         Args:
-            positions: metres, world frame.
+            positions: transmitter positions, metres, world frame, [K, 3].
+
+        Returns:
+            The numbers, [K]. The middle element is that of ``middle``.
         """
         result = np.zeros(len(positions), np.int64)
         for start, _, paths in self._found(self.middle, positions):
@@ -224,7 +246,7 @@ class Tracer:
 
     @property
     def middle(self) -> Antennas:
-        """One element, the first of those nearest the array's centre."""
+        """The middle element of the array, which is the first of those nearest its centre."""
         return self.elements.subset(np.array([self._middle_index]))
 
     @property
@@ -238,7 +260,7 @@ class Tracer:
     def _solved(
         self, elements: Antennas, positions: Float[np.ndarray, "K 3"]
     ) -> Iterator[tuple[int, Antennas, Int[np.ndarray, " paths"], PathsBuffer]]:
-        """Batches of paths that are not diffracted: index of the first transmitter, transmitters, chains, paths."""
+        """Batches of paths without diffraction: index of the first transmitter, transmitters, chains, paths."""
         targets = self._targets(positions)
         if self.method == "chains":
             for chain, buffer in solve_chains(self.ray_scene, self._chains, elements, targets):
@@ -252,7 +274,7 @@ class Tracer:
     def _found(
         self, elements: Antennas, positions: Float[np.ndarray, "K 3"]
     ) -> Iterator[tuple[int, Int[np.ndarray, " paths"], Paths]]:
-        """Batches of paths: index of the position that is target 0 of the batch, each path's chain, the paths."""
+        """Batches of paths: index of the batch's first position, chain of each path, paths."""
         for start, targets, chain, buffer in self._solved(elements, positions):
             yield start, chain, fields(self.ray_scene, buffer, elements, targets)
         if self._diffracted is not None:
@@ -261,13 +283,15 @@ class Tracer:
                 yield 0, first + chain, paths
 
     def paths(self, position: Float[np.ndarray, " 3"]) -> list[TracedPath]:
-        """The paths between one position and one element, the first of those nearest the array's centre.
+        """The paths between one transmitter position and the array's middle element.
 
         Args:
-            position: metres, world frame.
+            position: metres, world frame, [3].
 
         Returns:
-            The paths, strongest first.
+            The paths, strongest first. Each has ``vertices``, the points from the element over the interactions to the
+            transmitter (metres, world frame, [vertices, 3]), and ``response``, its complex contribution a e^{−j2πfτ}
+            to the element's response. The middle element is that of ``middle``.
         """
         found = []
         for batch in self.middle_terms(np.asarray(position)[None]):
@@ -277,18 +301,25 @@ class Tracer:
         return sorted(found, key=lambda path: -abs(path.response))
 
     def terms(self, positions: Float[np.ndarray, "K 3"]) -> Iterator[Terms]:
-        """Batches of the paths whose sum ``responses`` returns, but for those of diffuse reflection.
+        """The single paths behind ``responses``, in batches. Diffuse reflection is left out.
 
         Args:
-            positions: metres, world frame.
+            positions: transmitter positions, metres, world frame, [K, 3].
+
+        Yields:
+            Batches of paths, each with the indices ``targets`` of the positions and ``sources`` of the elements, the
+            complex ``responses``, and the ``vertices``, metres, world frame.
         """
         return self._terms(self.elements, positions)
 
     def middle_terms(self, positions: Float[np.ndarray, "K 3"]) -> Iterator[Terms]:
-        """Batches of the paths whose sum ``responses`` returns for the element of ``paths``, the only source here.
+        """The single paths of the array's middle element, in batches, with those of diffuse reflection.
 
         Args:
-            positions: metres, world frame.
+            positions: transmitter positions, metres, world frame, [K, 3].
+
+        Yields:
+            Batches as those of ``terms``. All ``sources`` are 0, the middle element.
         """
         if self.method == "shooting":  # which chains an element's rays find depends on the other elements'
             for batch in self.terms(positions):
@@ -308,7 +339,7 @@ class Tracer:
             yield from diffracted_terms(self._edge_scene, self._diffracted, elements, self._targets(positions))
 
     def _shot(self, sources: Antennas, targets: Antennas) -> PathsBuffer:
-        """Valid paths by shooting rays from every source."""
+        """The valid paths that rays from every source find."""
         propagation = self.ray_scene.propagation
         most_paths = propagation.rays * max(1, propagation.max_depth) * len(targets)
         buffer = shoot(self.ray_scene, sources, targets, self._seed, most_paths)

@@ -1,7 +1,7 @@
-"""The directions a spectrum is sampled at, and the unit vector of a direction.
+"""The directions at which a spectrum is sampled, and the unit vector of a direction.
 
-Gateway frame: the array lies in the local x-y plane, boresight +z. φ is azimuth, θ elevation above the array plane
-(θ = 90° is boresight).
+Gateway frame: the array lies in the local x-y plane and its boresight is +z. φ is the azimuth, from +x towards +y. θ is
+the elevation above the array plane, so θ = 90° is the boresight.
 """
 
 from __future__ import annotations
@@ -15,21 +15,29 @@ from jaxtyping import Float
 from msgspec import Meta
 
 ROWS, COLUMNS = 90, 360
-"""Size of every spectrum: elevations and azimuths."""
+"""Size of every spectrum: number of elevations, number of azimuths."""
 
 
 @dataclass(frozen=True)
 class AngularGrid:
-    """The directions of a spectrum's 90 rows and 360 columns. The defaults are those of NeRF²'s measured pictures.
+    """The directions of a spectrum's 90 rows and 360 columns.
+
+    Directions are given in the gateway frame: the array lies in the x-y plane and its boresight is +z. The azimuth φ
+    runs from +x towards +y. The elevation θ is measured from the array plane, so 90° is the boresight.
+
+    The defaults are the grid of NeRF²'s measured pictures [zhao2023]: row 0 is the horizon, and row 89 lies 1° below
+    the boresight.
 
     Attributes:
         elevation_first_deg: elevation of row 0, degrees.
-        elevation_step_deg: from row to row, degrees.
-        azimuth_step_deg: from column to column, degrees; column 0 is azimuth 0°.
+        elevation_step_deg: step from one row to the next, degrees; negative if the pictures are upside down.
+        azimuth_step_deg: step from one column to the next, degrees. Column 0 is azimuth 0°.
 
-    >>> grid = AngularGrid()
-    >>> grid.elevations_deg[[0, -1]].tolist(), grid.azimuths_deg[[0, -1]].tolist()
-    ([0.0, 89.0], [0.0, 359.0])
+    Example:
+        >>> import bisplat
+        >>> grid = bisplat.AngularGrid()
+        >>> grid.elevations_deg[[0, -1]].tolist(), grid.azimuths_deg[[0, -1]].tolist()
+        ([0.0, 89.0], [0.0, 359.0])
     """
 
     elevation_first_deg: Annotated[float, Meta(ge=-360, le=360)] = 0.0
@@ -38,42 +46,57 @@ class AngularGrid:
 
     @cached_property
     def elevations_deg(self) -> Float[np.ndarray, " 90"]:
-        """Elevation θ of each row."""
+        """Elevation θ of each row, degrees, [90]."""
         return self.elevation_first_deg + self.elevation_step_deg * np.arange(ROWS)
 
     @cached_property
     def azimuths_deg(self) -> Float[np.ndarray, " 360"]:
-        """Azimuth φ of each column."""
+        """Azimuth φ of each column, degrees, [360]."""
         return self.azimuth_step_deg * np.arange(COLUMNS)
 
     @cached_property
     def directions(self) -> Float[np.ndarray, "90 360 3"]:
-        """Unit vector of each pixel, gateway frame."""
+        """Unit vector of each pixel's direction, gateway frame, [90, 360, 3].
+
+        The vector of azimuth φ and elevation θ is u = (cos θ cos φ, cos θ sin φ, sin θ).
+        """
         return direction(np.radians(self.azimuths_deg), np.radians(self.elevations_deg)[:, None])
 
     def dominant_angles(self, spectrum: Float[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray, "*batch 2"]:
-        """Azimuth and elevation of each spectrum's maximum, degrees.
+        """Azimuth and elevation of each spectrum's maximum.
 
         Args:
-            spectrum: magnitude, power, or normalised.
+            spectrum: one spectrum [90, 360], or a stack of them [..., 90, 360]; magnitude, power, or normalised.
 
-        >>> spectrum = np.zeros((90, 360))
-        >>> spectrum[40, 200] = 1
-        >>> AngularGrid().dominant_angles(spectrum).tolist()
-        [200.0, 40.0]
+        Returns:
+            Azimuth and elevation, degrees, gateway frame, [..., 2].
+
+        Example:
+            >>> import bisplat, numpy as np
+            >>> spectrum = np.zeros((90, 360))
+            >>> spectrum[40, 200] = 1
+            >>> bisplat.AngularGrid().dominant_angles(spectrum).tolist()
+            [200.0, 40.0]
         """
         flat = spectrum.reshape(*spectrum.shape[:-2], -1).argmax(axis=-1)
         row, column = np.unravel_index(flat, (ROWS, COLUMNS))
         return np.stack([self.azimuths_deg[column], self.elevations_deg[row]], axis=-1)
 
     def dominant_direction(self, spectrum: Float[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray, "*batch 3"]:
-        """The direction of each spectrum's maximum: the dominant path's angle of arrival.
+        """Unit vector towards each spectrum's maximum: the direction that the dominant path arrives from.
 
         Args:
-            spectrum: magnitude, power, or normalised.
+            spectrum: one spectrum [90, 360], or a stack of them [..., 90, 360]; magnitude, power, or normalised.
 
         Returns:
-            Unit vectors, gateway frame.
+            Unit vectors, gateway frame, [..., 3].
+
+        Example:
+            >>> import bisplat, numpy as np
+            >>> spectrum = np.zeros((90, 360))
+            >>> spectrum[30, 0] = 1
+            >>> bisplat.AngularGrid().dominant_direction(spectrum).round(3).tolist()
+            [0.866, 0.0, 0.5]
         """
         azimuth, elevation = np.moveaxis(np.radians(self.dominant_angles(spectrum)), -1, 0)
         return direction(azimuth, elevation)
@@ -82,17 +105,18 @@ class AngularGrid:
 def direction(
     azimuth: Float[np.ndarray, "*shape"], elevation: Float[np.ndarray, "*shape"]
 ) -> Float[np.ndarray, "*shape 3"]:
-    """Unit vector of a direction of arrival, u(φ,θ) = (cosθ cosφ, cosθ sinφ, sinθ), in the gateway frame.
+    """Unit vector of a direction of arrival, u(φ, θ) = (cos θ cos φ, cos θ sin φ, sin θ), in the gateway frame.
 
     Args:
-        azimuth: φ in radians.
-        elevation: θ in radians.
+        azimuth: φ, radians.
+        elevation: θ, radians.
 
     Returns:
         Unit vectors.
 
-    >>> direction(np.radians(90.0), np.radians(0.0)).round(6).tolist()
-    [0.0, 1.0, 0.0]
+    Example:
+        >>> direction(np.radians(90.0), np.radians(0.0)).round(6).tolist()
+        [0.0, 1.0, 0.0]
     """
     azimuth, elevation = np.broadcast_arrays(azimuth, elevation)
     return np.stack(

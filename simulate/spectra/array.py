@@ -1,6 +1,7 @@
 """The gateway's planar array: element positions and array manifold.
 
-Gateway frame as in ``simulate.spectra.angular_grid``. k = 2π/λ; every length is in wavelengths here, so k = 2π.
+The gateway frame is that of ``simulate.spectra.angular_grid``. All lengths here are in wavelengths, so the wavenumber
+k = 2π/λ is 2π.
 """
 
 from __future__ import annotations
@@ -19,19 +20,24 @@ from simulate.spectra.angular_grid import direction
 
 @dataclass(frozen=True)
 class PlanarArray:
-    """M × N uniform planar array in the gateway's x-y plane, centred on the gateway's position.
+    """Uniform planar array of M × N elements in the gateway's x-y plane, centred on the gateway's position.
 
-    Element m = row · columns + column sits at d_m, x running fastest, as NeRF²'s list of antenna positions does.
+    Element m = row · columns + column has the position d_m (``positions``). So x runs fastest, as in NeRF²'s list of
+    antenna positions [zhao2023].
 
     Attributes:
-        rows: number of elements along y.
-        columns: number of elements along x.
-        spacing: distance between neighbours in wavelengths.
+        rows: number M of elements along y.
+        columns: number N of elements along x.
+        spacing: distance between neighbouring elements, wavelengths.
 
-    >>> array = PlanarArray()
-    >>> y = array.manifold(np.radians(200.0), np.radians(40.0))  # a plane wave from azimuth 200°, elevation 40°
-    >>> y.shape, np.abs(y).round(6).max().item()
-    ((16,), 1.0)
+    Example:
+        The responses to a plane wave from azimuth 200° and elevation 40°:
+
+        >>> import bisplat, numpy as np
+        >>> array = bisplat.PlanarArray()
+        >>> y = array.manifold(np.radians(200.0), np.radians(40.0))
+        >>> y.shape, np.abs(y).round(6).max().item()
+        ((16,), 1.0)
     """
 
     rows: Annotated[int, Meta(ge=1, le=MOST_IN_A_ROW)] = 4
@@ -40,7 +46,14 @@ class PlanarArray:
 
     @classmethod
     def of(cls, gateway: Gateway) -> PlanarArray:
-        """A gateway's array."""
+        """The array of a gateway.
+
+        Args:
+            gateway: the gateway of a scene.
+
+        Returns:
+            The array with the gateway's rows, columns and spacing.
+        """
         return cls(gateway.rows, gateway.columns, gateway.spacing)
 
     @property
@@ -50,10 +63,12 @@ class PlanarArray:
 
     @cached_property
     def positions(self) -> Float[np.ndarray, "elements 3"]:
-        """d_m in wavelengths, gateway frame.
+        """Position d_m of each element, wavelengths, gateway frame, [elements, 3].
 
-        >>> PlanarArray(rows=1, columns=2).positions.tolist()
-        [[-0.25, 0.0, 0.0], [0.25, 0.0, 0.0]]
+        Example:
+            >>> import bisplat
+            >>> bisplat.PlanarArray(rows=1, columns=2).positions.tolist()
+            [[-0.25, 0.0, 0.0], [0.25, 0.0, 0.0]]
         """
         x = (np.arange(self.columns) - (self.columns - 1) / 2) * self.spacing
         y = (np.arange(self.rows) - (self.rows - 1) / 2) * self.spacing
@@ -63,15 +78,25 @@ class PlanarArray:
     def manifold(
         self, azimuth: Float[np.ndarray, "*shape"], elevation: Float[np.ndarray, "*shape"]
     ) -> Complex[np.ndarray, "*shape elements"]:
-        """Array manifold: the response a_m(φ,θ) = e^{+jk u·d_m} of each element to a plane wave arriving from u.
+        """Array manifold: the response of each element to a plane wave.
 
-        The sign is that of the e^{-j2πfτ} convention: an element nearer the source has the larger phase.
+        Element m has the response a_m(φ, θ) = e^{+jk u·d_m} to a wave that arrives from the unit vector u(φ, θ)
+        ([vantrees2002], chapter 2). The sign follows from the convention e^{−j2πfτ} for a delay τ: an element nearer
+        the source has the larger phase.
 
         Args:
-            azimuth: φ in radians.
-            elevation: θ in radians.
+            azimuth: φ, radians, gateway frame; a number or an array.
+            elevation: θ, radians, gateway frame; broadcast against ``azimuth``.
 
         Returns:
-            The responses, of magnitude 1.
+            Complex responses of magnitude 1, [..., elements].
+
+        Example:
+            A wave from the boresight reaches all elements at the same time:
+
+            >>> import bisplat, numpy as np
+            >>> y = bisplat.PlanarArray(rows=1, columns=2).manifold(np.array([0.0, 0.0]), np.radians([90.0, 0.0]))
+            >>> np.degrees(np.angle(y)).round().tolist()
+            [[-0.0, 0.0], [-90.0, 90.0]]
         """
         return np.exp(2j * np.pi * direction(azimuth, elevation) @ self.positions.T)

@@ -1,4 +1,4 @@
-"""Which array and grid a folder's spectra were made with: stated by metadata.json, found by a fit, or assumed."""
+"""The array and the grid of a folder's spectra: stated in metadata.json, found by a fit, or assumed."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from simulate.spectra.lags import EXAMINED, GRIDS, LagFit, fit_grids, fit_lags
 from simulate.spectra.spectrum import evenly, spectrum_of
 
 EXPLAINED = 0.6
-"""Grey levels; an array that leaves less (root mean square) explains a picture, whose rounding alone leaves 0.29."""
+"""Grey levels. An array explains a picture if it leaves a smaller root mean square error; rounding leaves 0.29."""
 
 CLEARLY = 1.5
-"""A grid is only told from another one if the other leaves so many times more."""
+"""The best grid is accepted only if the second best leaves more than this many times its error."""
 
 LARGEST_SIZE = 8
-"""Square arrays of up to so many elements along each side are tried where no 4 × 4 array explains the pictures."""
+"""Most elements along a side of the square arrays to try where no 4 × 4 array explains the pictures."""
 
 MOST_ELEMENTS = 144
-"""Fits of larger arrays would take many seconds."""
+"""Number of elements above which no fit is made, since it would take many seconds."""
 
 METADATA_GRID = AngularGrid(elevation_first_deg=1.0)
-"""Grid of folders whose metadata.json names none: those that version 0.1 simulated."""
+"""Grid of folders whose metadata.json states an array but no grid: version 0.1 simulated them."""
 
 
 @dataclass(frozen=True)
@@ -36,10 +36,10 @@ class Identification:
 
     Attributes:
         beamformer: the array and the grid.
-        source: "metadata": metadata.json states them; "fitted": the pictures show them; "assumed": the pictures do
-            not, and these are NeRF²'s, half a wavelength apart.
-        residual: what the array leaves unexplained of the examined pictures, the median of their root mean square
-            errors, grey levels of 255; None: there are no pictures, or the array is too large to fit.
+        source: "metadata" if metadata.json states them, "fitted" if the pictures show them, otherwise "assumed". Then
+            they are 4 × 4 elements half a wavelength apart, on NeRF²'s grid.
+        residual: median of the root mean square errors that the array leaves on the examined pictures, grey levels of
+            255; None if there are no pictures, or if the array is too large to fit.
     """
 
     beamformer: Beamformer = field(default_factory=Beamformer)
@@ -48,7 +48,7 @@ class Identification:
 
 
 def beamformer_of(metadata: dict[str, Any]) -> Beamformer | None:
-    """The array and the grid that metadata.json states; None: it names no array.
+    """The array and the grid that metadata.json states; None if it states no array.
 
     Args:
         metadata: content of metadata.json, from ``read_metadata_file``.
@@ -60,7 +60,7 @@ def beamformer_of(metadata: dict[str, Any]) -> Beamformer | None:
 
 
 def identify(pictures: UInt8[np.ndarray, "K 90 360"], stated: Beamformer | None) -> Identification:
-    """Take the array and the grid that metadata.json states, or find those of a 4 × 4 array from the pictures.
+    """Take the array and the grid that metadata.json states, or find those of a 4 × 4 array by a fit to the pictures.
 
     Args:
         pictures: 8-bit pictures.
@@ -80,12 +80,12 @@ def identify(pictures: UInt8[np.ndarray, "K 90 360"], stated: Beamformer | None)
 
 
 def larger_array(pictures: UInt8[np.ndarray, "K 90 360"]) -> LagFit | None:
-    """The smallest square array that explains pictures that no 4 × 4 array can have measured; None: none found.
+    """The smallest square array larger than 4 × 4 that explains the pictures; None if there is none.
 
     Args:
         pictures: 8-bit pictures.
     """
     spectra = spectrum_of(evenly(pictures, EXAMINED))
-    # Upwards: a larger array with a smaller spacing explains the pictures of a smaller one, too.
+    # Smallest first, since a larger array with a smaller spacing explains the pictures of a smaller one, too.
     fits = (fit_grids(spectra, size, size, GRIDS[:2])[0] for size in range(5, LARGEST_SIZE + 1))
     return next((fit for fit in fits if fit.median_residual < EXPLAINED), None)

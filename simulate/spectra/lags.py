@@ -1,13 +1,13 @@
-"""The lags of an array, and which array and angular grid a folder of spectra was made with.
+"""The lags of an array, and the search for the array and the angular grid that a folder of spectra was made with.
 
-The square of a magnitude spectrum is a sum over the differences (lags) Δ of two element positions,
+The square of a magnitude spectrum is a sum over the differences (lags) Δ of two element positions:
 
-    S(φ,θ)² = 1/MN Σ_Δ R_Δ e^{-jk u·Δ},   R_Δ = Σ_{m−n=Δ} y_m y_n*,   R_{−Δ} = R_Δ*,
+    S(φ,θ)² = 1/MN Σ_Δ R_Δ e^{-jk u·Δ},   R_Δ = Σ_{m−n=Δ} y_m y_n*,   R_{−Δ} = R_Δ*.
 
-so that an M × N array can only measure a space of (2M−1)(2N−1) dimensions: 49 for 4 × 4. A min–max normalised spectrum
-p is S up to a scale and an offset, S ∝ p + b with b ≥ 0, and p² + 2bp + b² is linear in the R_Δ. A least-squares fit of
-p² by the lag functions and p tells whether an array with a given grid can have measured p: of the right one only the
-rounding to 8 bits is left, 0.29 grey levels (root mean square).
+So the squared spectra of an M × N array span only (2M−1)(2N−1) dimensions: 49 for 4 × 4. A min–max normalised spectrum
+p equals S up to a scale and an offset: S ∝ p + b with b ≥ 0. Then p² + 2bp + b² is linear in the R_Δ. A least-squares
+fit of p² by the lag functions and p shows whether an array with a given grid can have measured p. With the right array
+and grid only the rounding to 8 bits is left, 0.29 grey levels (root mean square).
 """
 
 from __future__ import annotations
@@ -29,32 +29,33 @@ from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import LARGEST_GREY
 
 VALUES_PER_FUNCTION = 8
-"""The fit looks at about so many pixels of a spectrum per lag function; a 4 × 4 array has 49 functions."""
+"""Approximate number of pixels that the fit uses for each lag function. A 4 × 4 array has 49 lag functions."""
 
 EXAMINED = 16
-"""Number of spectra, evenly spread over a folder, that the grid and the spacing are found from."""
+"""Number of spectra, evenly spread over a folder, from which the grid and the spacing are found."""
 
 SPACING_STEP = 0.02
 SPACINGS = np.arange(0.30, 0.71, SPACING_STEP)
-"""Spacings that are tried first, wavelengths."""
+"""Spacings to try first, wavelengths."""
 
 SPACING_DIGITS = 3
-"""Decimals of a spacing that is found; a few pictures do not determine more."""
+"""Decimals to which a fitted spacing is rounded. A few pictures do not determine more."""
 
 GRIDS = AngularGrid(0.0), AngularGrid(1.0), AngularGrid(89.0, -1.0), AngularGrid(90.0, -1.0)
-"""Grids that are tried: rows from the horizon on, as NeRF²'s measured pictures have them, from 1° on, as NeRF²'s own
-generator has them, and both upside down."""
+"""Grids to try: rows from 0° up, as in NeRF²'s measured pictures; rows from 1° up, as NeRF²'s own generator writes
+them; and both upside down."""
 
 LEAST_AMPLITUDE = 0.02
-"""Smallest p + b by which an error of p² is divided to make it an error of p."""
+"""Smallest p + b by which an error of p² is divided to turn it into an error of p."""
 
 
 @cache
 def lag_vectors(array: PlanarArray) -> Int[np.ndarray, "L 2"]:
-    """The lags Δ of an array in units of its spacing, (column, row); of Δ and −Δ only one, zero first.
+    """The lags Δ of an array as (column, row), in units of its spacing; zero first, and only one of Δ and −Δ.
 
-    >>> lag_vectors(PlanarArray()).shape
-    (25, 2)
+    Example:
+        >>> lag_vectors(PlanarArray()).shape
+        (25, 2)
     """
     rows, columns = np.meshgrid(np.arange(array.rows), np.arange(1 - array.columns, array.columns), indexing="ij")
     lags = np.stack([columns.ravel(), rows.ravel()], axis=-1)
@@ -64,12 +65,12 @@ def lag_vectors(array: PlanarArray) -> Int[np.ndarray, "L 2"]:
 def lag_functions(
     array: PlanarArray, azimuth: Float[np.ndarray, " P"], elevation: Float[np.ndarray, " P"]
 ) -> Float[np.ndarray, "P F"]:
-    """The real functions that squared spectra are sums of: 1, cos(k u·Δ), sin(k u·Δ) for each lag Δ.
+    """The real functions that add up to a squared spectrum: 1, and cos(k u·Δ) and sin(k u·Δ) for each lag Δ.
 
     Args:
         array: the array.
-        azimuth: φ in radians.
-        elevation: θ in radians.
+        azimuth: φ, radians.
+        elevation: θ, radians.
     """
     phase = 2 * np.pi * array.spacing * direction(azimuth, elevation)[:, :2] @ lag_vectors(array)[1:].T
     return np.concatenate([np.ones((len(phase), 1)), np.cos(phase), np.sin(phase)], axis=1)
@@ -81,9 +82,9 @@ class LagFit:
 
     Attributes:
         beamformer: the array and the grid.
-        lags: R_Δ for each of ``lag_vectors``, in units in which S = p + b.
-        offset: b, the smallest magnitude of each spectrum over its span before it was normalised.
-        residual: root mean square error of each spectrum, grey levels of 255.
+        lags: R_Δ for each of ``lag_vectors``, in units in which S = p + b; complex, [K, lags].
+        offset: b, the ratio of each spectrum's minimum to its span before it was normalised, [K].
+        residual: root mean square error of the fit to each spectrum, grey levels of 255, [K].
     """
 
     beamformer: Beamformer
@@ -93,21 +94,38 @@ class LagFit:
 
     @property
     def median_residual(self) -> float:
-        """Median of the residuals, grey levels."""
+        """Median of the residuals, grey levels of 255."""
         return float(np.median(self.residual))
 
 
 def fit_lags(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamformer) -> LagFit:
-    """Fit the lags of an array to normalised spectra.
+    """Fit the lags of an array to normalised spectra, to test whether this array and grid can have made them.
+
+    The square of a magnitude spectrum S is a sum over the lags Δ, the differences of two element positions::
+
+        S² = 1/MN Σ_Δ R_Δ e^{−jk u·Δ},   R_Δ = Σ_{m−n=Δ} y_m y_n*
+
+    A normalised spectrum p equals S up to a scale and an offset b, so the fit finds b and the R_Δ by least squares. The
+    residual is the evidence: the right array and grid leave about 0.3 grey levels, which is the rounding to 8 bits.
 
     Args:
-        spectra: min–max normalised spectra, 0…1.
+        spectra: K min–max normalised spectra, 0…1, [K, 90, 360].
         beamformer: the array and the grid to try.
 
-    >>> import bisplat
-    >>> dataset = bisplat.read_dataset("data/lab")
-    >>> bool(fit_lags(dataset.spectra[:1], dataset.beamformer).residual[0] < 0.5)  # grey levels: rounding to 8 bits
-    True
+    Returns:
+        A ``LagFit`` with the arrays ``lags`` (R_Δ, [K, lags]), ``offset`` (b, [K]) and ``residual`` (root mean square
+        error of each spectrum, grey levels of 255, [K]), and with ``median_residual``, the median of the last.
+
+    Example:
+        Half a wavelength is the spacing of this dataset's array, 0.4 wavelengths is not:
+
+        >>> import bisplat
+        >>> spectra = bisplat.read_dataset("data/lab").spectra[:2]
+        >>> right, wrong = bisplat.PlanarArray(spacing=0.5), bisplat.PlanarArray(spacing=0.4)
+        >>> bool(bisplat.fit_lags(spectra, bisplat.Beamformer(right)).median_residual < 0.5)
+        True
+        >>> bool(bisplat.fit_lags(spectra, bisplat.Beamformer(wrong)).median_residual > 2)
+        True
     """
     array, grid = beamformer.array, beamformer.grid
     count = len(lag_vectors(array)) - 1
@@ -123,7 +141,7 @@ def fit_lags(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamformer) -> 
     def remainder(x: np.ndarray) -> np.ndarray:
         return x - (x @ orthonormal) @ orthonormal.T
 
-    # Least squares over the lags leave these; b then follows from a single unknown.
+    # What remains after the least-squares fit of the lags. The only unknown left is b.
     square, linear = remainder(values**2), remainder(values)
     offset = np.maximum(-(square * linear).sum(axis=1) / (2 * np.maximum((linear**2).sum(axis=1), 1e-30)), 0)
     left = square + 2 * offset[:, None] * linear
@@ -133,24 +151,26 @@ def fit_lags(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamformer) -> 
     lags[:, 0] = coefficients[:, 0] + offset**2
     # R e^{-jx} + R* e^{jx} = 2 Re R cos x + 2 Im R sin x
     lags[:, 1:] = (coefficients[:, 1 : count + 1] + 1j * coefficients[:, count + 1 :]) / 2
-    freedom = values.shape[1] - functions.shape[1] - 1  # the fit takes up a share of the errors
+    freedom = values.shape[1] - functions.shape[1] - 1  # the fit absorbs a share of the errors
     return LagFit(beamformer, array.elements * lags, offset, np.sqrt((errors**2).sum(axis=1) / freedom))
 
 
-@threadpool_limits.wrap(1)  # threads that wait for each other take far longer over such small matrices
+@threadpool_limits.wrap(1)  # several threads are much slower on such small matrices
 def fit_grids(
     spectra: Float[np.ndarray, "K 90 360"], rows: int = 4, columns: int = 4, grids: Sequence[AngularGrid] = GRIDS
 ) -> list[LagFit]:
-    """Find the spacing that explains spectra best on some grids, in half a second for a 4 × 4 array.
+    """Find the array spacing that explains the spectra best on each of some grids.
+
+    For a 4 × 4 array this takes half a second.
 
     Args:
-        spectra: min–max normalised spectra, 0…1; about ``EXAMINED`` of a folder are enough.
+        spectra: min–max normalised spectra, 0…1; about ``EXAMINED`` from a folder are enough.
         rows: number of the array's elements along y.
         columns: number of the array's elements along x.
         grids: the grids to try.
 
     Returns:
-        The fits on the two best grids, the best first.
+        The fits on the two best grids, the better one first.
     """
 
     by_residual = attrgetter("median_residual")

@@ -1,9 +1,9 @@
-"""Errors of a real receiver: gain and phase of its elements, drift of its phase while it measures, thermal noise.
+"""Errors of a real receiver: gain and phase of its elements, drift of its phase during a measurement, thermal noise.
 
     y'_m = g_m e^{jψ_m} e^{jε_m} y_m + n_m
 
-The errors g_m and ψ_m belong to the array and are the same in every spectrum; ε_m and n_m are drawn for each spectrum.
-How such errors act on a beamformer: [vantrees2002], chapter 2.
+The errors g_m and ψ_m belong to the array and are the same in every spectrum. ε_m and n_m are drawn anew for each
+spectrum. [vantrees2002], chapter 2, shows how such errors act on a beamformer.
 """
 
 from __future__ import annotations
@@ -17,31 +17,37 @@ from tyro.conf import arg
 
 from scenes.files.errors import require_within
 
-# Every effect has its own stream of random numbers, so that turning one on leaves the draws of the others unchanged.
-# No stream is 0: NumPy seeds [seed, 0, 0] like the bare seed, from which the positions and the split are drawn.
+# Every effect has its own stream of random numbers. Turning one effect on leaves the draws of the others unchanged.
+# No stream is 0, since NumPy treats the seed [seed, 0, 0] like the bare seed, which draws the positions and the split.
 GAIN_ERROR, PHASE_ERROR, PHASE_NOISE, THERMAL_NOISE = 1, 2, 3, 4
 
 
 @dataclass(frozen=True)
 class Measurement:
-    """Errors of the receiver, all off by default.
+    """Errors that the receiver adds to the element responses, all off by default.
+
+    Element m measures y′_m = g_m e^{jψ_m} e^{jε_m} y_m + n_m ([vantrees2002], chapter 2). The gain g_m and the phase
+    ψ_m belong to the array and are the same in every spectrum. The phase ε_m and the noise n_m are drawn anew for each
+    spectrum. All errors are Gaussian and independent from element to element.
 
     Attributes:
-        snr_db: thermal noise: the mean of |y_m|² over the array, of that spectrum's ideal responses, over the noise
-            power of an element, dB; no noise if None.
+        snr_db: signal-to-noise ratio of an element, dB; no thermal noise if None. The signal is the mean power of the
+            spectrum's ideal responses over the array.
         gain_error_db: standard deviation of an element's gain, 20 log10 g_m, dB; drawn once per array.
         phase_error_deg: standard deviation of an element's phase ψ_m, degrees; drawn once per array.
-        phase_noise_deg: standard deviation of a phase ε_m drawn for each element and each spectrum, degrees: an array
-            that is switched through its elements one after another while the oscillator drifts.
+        phase_noise_deg: standard deviation of the phase ε_m, degrees; drawn for each element and each spectrum. It
+            models a receiver that switches from element to element while its oscillator drifts.
 
     Raises:
-        ParameterError: an SNR outside ±200 dB, or a standard deviation outside 0 to 60 dB or 0 to 360 degrees.
+        ParameterError: an SNR outside −200 to 200 dB, or a standard deviation outside 0 to 60 dB or 0 to 360 degrees.
 
-    >>> Measurement().off
-    True
-    >>> Measurement(phase_error_deg=float("nan"))
-    Traceback (most recent call last):
-    scenes.files.errors.ParameterError: phase_error_deg: expected a standard deviation in degrees from 0 to 360, ...
+    Example:
+        >>> import bisplat
+        >>> bisplat.Measurement().off, bisplat.Measurement(snr_db=20).off
+        (True, False)
+        >>> bisplat.Measurement(phase_error_deg=-1)
+        Traceback (most recent call last):
+        scenes.files.errors.ParameterError: phase_error_deg: expected a standard deviation in degrees from 0 to 360, ...
     """
 
     snr_db: Annotated[float | None, arg(aliases=["--snr"])] = None
@@ -58,30 +64,35 @@ class Measurement:
 
     @property
     def off(self) -> bool:
-        """Whether the receiver is ideal."""
+        """Whether all errors are off, so that the receiver is ideal."""
         return self.snr_db is None and not (self.gain_error_db or self.phase_error_deg or self.phase_noise_deg)
 
     def apply(
         self, responses: Complex[np.ndarray, "K elements"], numbers: Int[np.ndarray, " K"], seed: int
     ) -> Complex[np.ndarray, "K elements"]:
-        """Responses as the receiver measures them: y'_m = g_m e^{jψ_m} e^{jε_m} y_m + n_m.
+        """The responses as the receiver measures them: y′_m = g_m e^{jψ_m} e^{jε_m} y_m + n_m.
 
-        n_m is circular complex Gaussian of power E|n_m|² = (Σ_m |y_m|² / MN) / 10^(SNR/10), independent from element
-        to element. A spectrum whose ideal responses are all zero stays zero.
+        The noise n_m is circular complex Gaussian. Its power at each element is the mean of ``|y_m|²`` over the array,
+        divided by 10^(SNR/10). A spectrum whose ideal responses are all zero stays zero.
 
         Args:
-            responses: ideal responses y.
-            numbers: each spectrum's number in its dataset. The seed and the number alone decide what is drawn for the
-                spectrum, so a dataset made in parts, in any order, is the same dataset.
-            seed: seed of the draws, 0 or more; one seed stands for one receiver.
+            responses: ideal element responses y of K spectra, [K, elements].
+            numbers: number of each spectrum in its dataset, from 0, [K]. The draws for a spectrum depend only on the
+                seed and this number, so a dataset may be made in parts and in any order.
+            seed: seed of the draws, a whole number from 0. One seed stands for one receiver.
 
         Returns:
-            The measured responses, of the type of the ideal ones; the ideal ones themselves where all errors are off.
+            The measured responses, [K, elements], of the same data type; the given array itself if all errors are off.
 
-        >>> y, drifting = np.ones((2, 16), complex), Measurement(phase_noise_deg=10)
-        >>> both, second = drifting.apply(y, np.array([3, 7]), seed=0), drifting.apply(y[1:], np.array([7]), seed=0)
-        >>> np.array_equal(both[1:], second)
-        True
+        Example:
+            The same spectrum gets the same errors, alone or among others:
+
+            >>> import bisplat, numpy as np
+            >>> y, drifting = np.ones((2, 16), complex), bisplat.Measurement(phase_noise_deg=10)
+            >>> both = drifting.apply(y, np.array([3, 7]), seed=0)
+            >>> second = drifting.apply(y[1:], np.array([7]), seed=0)
+            >>> np.array_equal(both[1:], second)
+            True
         """
         if self.off:
             return responses
@@ -89,7 +100,7 @@ class Measurement:
         gain = 10 ** (self.gain_error_db * _normal(seed, GAIN_ERROR, 0, elements) / 20)
         errors = gain * _phasor(self.phase_error_deg * _normal(seed, PHASE_ERROR, 0, elements))
         measured = responses.astype(complex)
-        # One spectrum after another: a sum over a whole batch may be rounded differently from that of one spectrum.
+        # One spectrum at a time, since a sum over a batch may be rounded differently from the sum of one spectrum.
         for y, number in zip(measured, numbers.tolist(), strict=True):
             power = np.mean(np.abs(y) ** 2)
             y *= errors * _phasor(self.phase_noise_deg * _normal(seed, PHASE_NOISE, number, elements))
@@ -100,7 +111,7 @@ class Measurement:
 
 
 def _normal(seed: int, stream: int, number: int, count: int) -> Float[np.ndarray, " count"]:
-    """Standard normal numbers of one effect for one spectrum (number 0 for the errors that belong to the array)."""
+    """Standard normal numbers of one effect for one spectrum; number 0 for the errors that belong to the array."""
     return np.random.default_rng([seed, stream, number]).standard_normal(count)
 
 

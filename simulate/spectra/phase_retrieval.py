@@ -1,9 +1,11 @@
-"""The element responses behind a spectrum: phase retrieval from its lags, polished at some hundred directions.
+"""The element responses behind a spectrum, found by phase retrieval.
 
-A magnitude spectrum determines the responses y of a planar array up to a common phase and the flip y_m -> y*_{MN−1−m},
-since both leave all lags R_Δ = Σ_{m−n=Δ} y_m y_n* as they are ([hayes1982]: the autocorrelation of a finite
-two-dimensional sequence determines it up to these). Levenberg and Marquardt's method finds y from random starts: first
-such that its lags are the fitted ones, a small problem, then such that |A y| is the spectrum itself.
+A magnitude spectrum determines the responses y of a planar array up to a common phase and the flip y_m -> y*_{MN−1−m}.
+Both leave all lags R_Δ = Σ_{m−n=Δ} y_m y_n* unchanged. Apart from these two, the autocorrelation of a finite
+two-dimensional sequence determines the sequence [hayes1982].
+
+The Levenberg–Marquardt method finds y from random starts in two stages. The first is a small problem: it fits the lags
+of y to those of the spectrum. The second refines y so that |A y| is the spectrum itself at some hundred directions.
 """
 
 from __future__ import annotations
@@ -21,22 +23,22 @@ from simulate.spectra.lags import fit_lags, lag_vectors
 from simulate.spectra.spectrum import LARGEST_GREY
 
 STARTS, ROUNDS = 8, 16
-"""Random starts per round, and the largest number of rounds: those that failed are tried again."""
+"""Random starts per round, and the largest number of rounds. Spectra that failed are tried again in the next round."""
 
 GOOD = 0.5
-"""Grey levels; a spectrum that is reproduced with a smaller root mean square error is done."""
+"""Grey levels. A spectrum is done when its root mean square error is smaller than this."""
 
 LAG_STEPS, POLISHING_STEPS = 40, 8
-"""Steps of Levenberg and Marquardt's method in the two stages."""
+"""Steps of the Levenberg–Marquardt method in the two stages."""
 
 DIRECTIONS = 700
-"""Number of pixels, evenly spread over the hemisphere, that the second stage looks at."""
+"""Number of pixels, evenly spread over the hemisphere, that the second stage uses."""
 
 AT_ONCE = 100
-"""Spectra per batch; bounds the memory."""
+"""Spectra per batch. This bounds the memory."""
 
 Residual = Callable[[Float[np.ndarray, "B n"]], tuple[Float[np.ndarray, "B m"], Float[np.ndarray, "B m n"]]]
-"""A function of B vectors of unknowns: residuals and their derivatives."""
+"""A function of B vectors of unknowns that returns their residuals and the derivatives of these."""
 
 
 @dataclass(frozen=True)
@@ -44,10 +46,10 @@ class Retrieval:
     """Responses retrieved from K spectra.
 
     Attributes:
-        responses: complex element responses, up to a common phase and the flip, in units in which the spectrum's span
-            is 1.
-        residual: root mean square error of the spectrum that the array makes of them, grey levels of 255. Above
-            ``GOOD`` the retrieval is doubtful.
+        responses: complex element responses, up to a common phase and the flip, [K, elements]; in units in which the
+            spectrum's span is 1.
+        residual: root mean square error of the spectrum that these responses make, grey levels of 255, [K]. Above
+            ``GOOD`` (0.5) the retrieval is doubtful.
     """
 
     responses: Complex[np.ndarray, "K elements"]
@@ -55,18 +57,28 @@ class Retrieval:
 
 
 def retrieve_responses(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamformer, seed: int = 0) -> Retrieval:
-    """Element responses of normalised spectra.
+    """Find the complex element responses behind normalised spectra (phase retrieval).
+
+    A magnitude spectrum determines the responses y of a planar array up to a common phase and the flip
+    ``y_m -> conj(y_{MN−1−m})`` [hayes1982]. So the responses of one spectrum can be used, but phases of two spectra
+    cannot be compared. The Levenberg–Marquardt method finds the responses from random starts.
 
     Args:
-        spectra: min–max normalised spectra, 0…1.
-        beamformer: the array that measured them, and their grid.
-        seed: draws the starts.
+        spectra: K min–max normalised spectra, 0…1, [K, 90, 360].
+        beamformer: the array that measured the spectra, and their grid.
+        seed: seed of the random starts.
 
-    >>> import bisplat
-    >>> dataset = bisplat.read_dataset("data/lab")
-    >>> found = retrieve_responses(dataset.spectra[:2], dataset.beamformer)
-    >>> found.responses.shape, bool((found.residual < GOOD).all())
-    ((2, 16), True)
+    Returns:
+        A ``Retrieval`` with two arrays: ``responses``, complex, [K, elements], in units in which the spectrum's span is
+        1; and ``residual``, the root mean square error of the spectrum that these responses make, grey levels of 255,
+        [K]. The rounding to 8 bits leaves about 0.3; above 0.5 the retrieval is doubtful.
+
+    Example:
+        >>> import bisplat
+        >>> dataset = bisplat.read_dataset("data/lab")
+        >>> found = bisplat.retrieve_responses(dataset.spectra[:2], dataset.beamformer)
+        >>> found.responses.shape, bool((found.residual < 0.5).all())
+        ((2, 16), True)
     """
     generator = np.random.default_rng(seed)
     array = beamformer.array
@@ -89,7 +101,7 @@ def retrieve_responses(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamf
 
 
 def _some_directions(beamformer: Beamformer) -> tuple[Complex[np.ndarray, "P elements"], np.ndarray, np.ndarray]:
-    """Steering vectors of pixels that are evenly spread over the hemisphere, with their rows and columns."""
+    """Steering vectors of pixels spread evenly over the hemisphere, with the pixels' rows and columns."""
     index = np.arange(DIRECTIONS) + 0.5
     elevation, azimuth = np.degrees(np.arcsin(index / DIRECTIONS)), np.degrees(np.pi * (1 + 5**0.5) * index) % 360
     grid = beamformer.grid
@@ -102,7 +114,7 @@ def _some_directions(beamformer: Beamformer) -> tuple[Complex[np.ndarray, "P ele
 def _from_lags(
     lags: Complex[np.ndarray, "K L"], array: PlanarArray, generator: np.random.Generator
 ) -> Complex[np.ndarray, "K elements"]:
-    """Responses with these lags: of several random starts the one that comes nearest."""
+    """Responses with these lags: the best result of several random starts."""
     count, elements = len(lags), array.elements
     x, y = np.arange(elements) % array.columns, np.arange(elements) // array.columns
     difference = np.stack([x[:, None] - x, y[:, None] - y], axis=-1)  # from element n to element m
@@ -136,7 +148,7 @@ def _polished(
     values: Float[np.ndarray, "K P"],
     steering: Complex[np.ndarray, "P elements"],
 ) -> tuple[Complex[np.ndarray, "K elements"], Float[np.ndarray, " K"]]:
-    """Responses such that |A y| = p + b, from good starts, and the root mean square errors, grey levels."""
+    """Responses with |A y| = p + b, from good starts, and their root mean square errors, grey levels."""
     elements = responses.shape[1]
 
     def residual(unknowns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -155,7 +167,7 @@ def _polished(
 def _levenberg_marquardt(
     residual: Residual, start: Float[np.ndarray, "B n"], steps: int
 ) -> tuple[Float[np.ndarray, "B n"], Float[np.ndarray, " B"]]:
-    """Lower B sums of squares at once; returns the unknowns and the sums. A step that raises its sum is not taken."""
+    """Minimise B sums of squares at once, and return the unknowns and the sums; a step that raises a sum is undone."""
     unknowns, damping = start, np.full(len(start), 0.1)
     error, derivative = residual(unknowns)
     cost = (error**2).sum(axis=1)

@@ -1,4 +1,4 @@
-"""A spatial spectrum as a picture: min–max normalisation and 8 bits; and an even choice of a few of many."""
+"""A spatial spectrum as a picture: min–max normalisation and 8 bits. Also an even choice of a few values of many."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from scenes.files.errors import ParameterError
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 
 LARGEST_GREY = 255
-"""Grey level of an 8-bit picture that stands for 1."""
+"""Grey level of an 8-bit picture that stands for the value 1."""
 
 
 def normalise(spectrum: Float[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray, "*batch 90 360"]:
-    """Min–max normalise each spectrum to 0…1, as NeRF² pictures are; a constant spectrum becomes zero.
+    """Min–max normalise each spectrum to 0…1, as in NeRF² pictures; a constant spectrum becomes zero.
 
-    All spectra of datasets are normalised here. Models are trained and scored on spectra normalised in this way.
+    All spectra of datasets are normalised here, and models are trained and scored on such spectra.
 
     Args:
         spectrum: magnitude, any unit.
@@ -29,10 +29,10 @@ def normalise(spectrum: Float[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray,
 
 
 def picture(spectrum: Float[np.ndarray, "*batch 90 360"]) -> UInt8[np.ndarray, "*batch 90 360"]:
-    """8-bit grey NeRF² picture of a magnitude spectrum.
+    """The 8-bit grey NeRF² picture of a magnitude spectrum.
 
     Args:
-        spectrum: magnitude, any unit; it is normalised first.
+        spectrum: magnitude, any unit; this function normalises it.
 
     Returns:
         Grey levels, rows and columns as in the spectrum.
@@ -41,7 +41,7 @@ def picture(spectrum: Float[np.ndarray, "*batch 90 360"]) -> UInt8[np.ndarray, "
 
 
 def spectrum_of(picture: UInt8[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray, "*batch 90 360"]:
-    """The normalised spectrum that an 8-bit picture holds: picture / 255, float32.
+    """The normalised spectrum of an 8-bit picture: picture / 255, float32.
 
     Args:
         picture: 8-bit grey levels.
@@ -56,14 +56,14 @@ def spectrum_of(picture: UInt8[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray
 
 
 def check_spectra(parameter: str, spectra: Float[np.ndarray, "*batch 90 360"]) -> Float[np.ndarray, "*batch 90 360"]:
-    """Spectra that a user gave, checked.
+    """Check spectra that a user gave.
 
     Args:
-        parameter: name of the parameter that has them.
+        parameter: name of the parameter, for the message.
         spectra: a spectrum or a stack of spectra, 0…1.
 
     Raises:
-        ParameterError: an array of another shape, or of whole numbers such as the grey levels of pictures.
+        ParameterError: the array has another shape, or holds whole numbers, such as the grey levels of pictures.
 
     >>> check_spectra("truth", np.zeros((2, 90, 360), np.uint8))
     Traceback (most recent call last):
@@ -79,10 +79,10 @@ def check_spectra(parameter: str, spectra: Float[np.ndarray, "*batch 90 360"]) -
 
 
 def evenly(values: Shaped[np.ndarray, "n *shape"], most: int) -> Shaped[np.ndarray, "m *shape"]:
-    """At most ``most`` of the values, evenly spread over them.
+    """At most ``most`` of the values, spread evenly over all of them.
 
     Args:
-        values: indices, or spectra, in any order.
+        values: indices or spectra, in any order.
         most: largest number of values to return.
 
     >>> evenly(np.arange(10), 3).tolist()

@@ -13,7 +13,9 @@ BENCHMARKS = sorted(path.name for path in (ROOT / "benchmarks").glob("*.py"))
 
 ARGUMENTS = {
     "diffraction.py": ["--figure", "{folder}/diffraction.png", "--smallest"],
+    "front.py": ["--figure", "{folder}/front.png", "--smallest"],
     "fullwave.py": ["--ship", "{folder}/field", "--smallest"],
+    "gallery.py": ["--figures", "{folder}", "--smallest"],
     "grid.py": ["{dataset}", "--smallest"],
     "ladder.py": ["{dataset}", "{dataset}", "--smallest"],
     "limits.py": ["{dataset}", "{dataset}", "--smallest"],

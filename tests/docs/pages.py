@@ -1,8 +1,8 @@
 """The commands and snippets on the pages of the documentation, in the order in which a reader meets them.
 
 A fenced block of ``bash`` holds commands that a reader types, and one of ``python`` a program. Other blocks (``text``,
-``yaml``, ``matlab``, …) are not run. A comment before a block says why it is not run: ``<!-- not run: needs a GPU
--->``; or that the reader saves the program: ``<!-- saved as: level.py -->``.
+``yaml``, ``matlab``, …) are not run. A comment before a block says why it is not run, such as
+``<!-- not run: needs a GPU -->``, or that the reader saves the program: ``<!-- saved as: level.py -->``.
 """
 
 from __future__ import annotations
@@ -12,7 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-PAGES = {str(path.relative_to(ROOT)): path for path in [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]}
+FILES = [ROOT / "README.md", *(path for path in sorted((ROOT / "docs").rglob("*.md")) if "_old" not in path.parts)]
+PAGES = {str(path.relative_to(ROOT)): path for path in FILES}
 GENERATED = {"docs/generated/measurements.md"}
 """Its commands measure for hours; tests/benchmarks runs each at its smallest size."""
 

@@ -1,4 +1,4 @@
-"""Export of a simulated dataset's paths as a scenario folder of DeepMIMO 4. docs/format.md describes its content."""
+"""Export of a simulated dataset's paths as a scenario folder of DeepMIMO 4. The documentation describes its content."""
 
 from __future__ import annotations
 
@@ -22,29 +22,36 @@ AT_ONCE = 100
 """Positions traced at a time."""
 
 NOT_IN_NAMES = "/\\:*?\"'<>|\n"
-"""DeepMIMO loads no scenario whose name has such a character."""
+"""DeepMIMO loads no scenario whose name contains one of these characters."""
 
 
 def export_deepmimo(dataset: Dataset | Path | str, folder: Path | str, force: bool = False) -> None:
     """Trace the paths of a simulated dataset again, and write them as a scenario folder of DeepMIMO 4.
 
-    By reciprocity the gateway is DeepMIMO's transmitter, and the dataset's positions are its receivers. The paths are
-    those of one element of the gateway, the first of those nearest the array's centre. They have none of the errors
-    that ``Measurement`` adds to a dataset's responses.
+    DeepMIMO [alkhateeb2019] loads the folder by its name. By reciprocity the gateway is DeepMIMO's transmitter, and the
+    dataset's positions are its receivers. The paths are those of one element of the gateway: the first of those nearest
+    the array's centre. They contain the antenna patterns of both ends, but not the errors that ``Measurement`` adds to
+    the responses of a dataset.
+
+    Each file ``NAME_t000_tx000_r001.npz`` holds the matrix NAME: ``power`` (dB), ``phase`` (degrees), ``delay``
+    (seconds), ``aod_az``, ``aod_el``, ``aoa_az``, ``aoa_el`` (degrees, world frame, elevation from +z), ``inter`` and
+    ``inter_pos`` (interactions, and their places in metres). Their first two axes are [positions, paths].
 
     Args:
         dataset: a dataset that was simulated by rays, or its folder.
-        folder: the folder to write, a new or an empty one. DeepMIMO takes its name as the scenario's.
-        force: it may hold other files, of which those of the same names are replaced.
+        folder: the folder to write, new or empty. Its name becomes the name of the scenario.
+        force: allow a folder that holds other files; files of the same names are replaced.
 
     Raises:
-        InputError: the dataset was not simulated by rays, its files are not those that it was made with any more,
-            DeepMIMO cannot have the folder's name or so many interactions, or the folder holds other files.
+        InputError: the dataset was not simulated by rays, or its files have changed since; DeepMIMO does not allow the
+            name of the folder, or so many interactions on a path; or the folder holds other files.
 
-    >>> import bisplat, numpy as np
-    >>> bisplat.export_deepmimo("data/lab", "lab_paths")
-    >>> np.load("lab_paths/power_t000_tx000_r001.npz")["power"].shape[0]  # of [positions, paths]
-    40
+    Example:
+        >>> import bisplat, numpy as np
+        >>> bisplat.export_deepmimo("data/lab", "lab_paths")
+        >>> power = np.load("lab_paths/power_t000_tx000_r001.npz")["power"]
+        >>> len(power), bool(np.nanmax(power) < -20)
+        (40, True)
     """
     folder = Path(folder)
     _check_name(folder)
@@ -59,41 +66,41 @@ def _check_name(folder: Path) -> None:
     name = folder.absolute().name
     if name != name.lower() or set(name) & set(NOT_IN_NAMES):
         raise InputError(
-            f"{folder}: expected a name in lower case, without : * ? \" ' < > | and \\, since DeepMIMO loads no other, "
-            f"found {shown(name)}"
+            f"{folder}: expected a lower-case name without : * ? \" ' < > | and \\, as DeepMIMO requires, found "
+            f"{shown(name)}"
         )
 
 
 def _request(source: Path) -> tuple[Request, Rays]:
-    """What the dataset was simulated by."""
+    """The request and the engine that the dataset was simulated with."""
     if not source.is_dir():
         raise InputError(f"{source}: expected a dataset folder, found {what_is_at(source)}")
     path = source / "metadata.json"
     of_gateways = sorted(path.parent for path in source.glob("*/metadata.json"))
     if of_gateways and not path.exists():
-        raise InputError(f"{source}: expected one dataset, found one of each gateway; give {of_gateways[0]}")
+        raise InputError(f"{source}: expected one dataset, found one for each gateway; give {of_gateways[0]}")
     if not path.exists() or "scene_file" not in read_metadata_file(path, "the metadata of a dataset"):
         raise InputError(
-            f"{source}: expected a simulated dataset, in whose scene the paths are traced, found no metadata.json with "
-            "a scene; a measured dataset has none"
+            f"{source}: expected a simulated dataset, since its paths are traced in its scene, found one without a "
+            "scene; a measured dataset has none"
         )
     request = read_request(source)
     if not isinstance(request.engine, Rays):
         raise InputError(
-            f"{path}: expected a dataset simulated by rays, found one of the engine {request.engine.name}, which has "
+            f"{path}: expected a dataset simulated by rays, found one of the engine {request.engine.name}, which knows "
             "no paths"
         )
     depth = request.engine.propagation.max_depth
     if depth > MOST_INTERACTIONS:
         raise InputError(
-            f"{path}: expected propagation.max_depth of at most {MOST_INTERACTIONS}, since DeepMIMO counts no more "
-            f"interactions on a path, found {depth}"
+            f"{path}: expected propagation.max_depth of at most {MOST_INTERACTIONS}, the most interactions that "
+            f"DeepMIMO records for a path, found {depth}"
         )
     return request, request.engine
 
 
 def _traced(request: Request, rays: Rays) -> tuple[Float[np.ndarray, " 3"], PathList]:
-    """The element, metres, world frame, and its paths to all positions."""
+    """Position of the element, metres, world frame, and its paths to all positions."""
     positions, depth, found = request.positions, max(1, rays.propagation.max_depth), []
     with progress_bar() as progress:
         tracer = rays.tracer(request.setting, progress)

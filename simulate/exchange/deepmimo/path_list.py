@@ -1,4 +1,4 @@
-"""Paths between one element of the gateway and many positions as DeepMIMO counts them, one after another."""
+"""The paths between one element of the gateway and many positions, in DeepMIMO's terms, as one list."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ DIGITS = {
     Interaction.SCATTERING: 3,
     Interaction.TRANSMISSION: 4,
 }
-"""DeepMIMO's code of each interaction."""
+"""DeepMIMO's code for each interaction."""
 
 MOST_INTERACTIONS = 15
-"""On a path: so many digits of a number are exact in double precision."""
+"""Most interactions on a path, one digit each: so many digits are exact in double precision."""
 
 
 class PathList(NamedTuple):
@@ -30,10 +30,11 @@ class PathList(NamedTuple):
         receivers: index of each path's position.
         responses: a e^{−j2πfτ}.
         delays: τ, seconds.
-        departures: where the path leaves the element to; not of unit length, world frame.
-        arrivals: where it comes to the position from; not of unit length, world frame.
-        codes: DeepMIMO's codes of its interactions, from the element on, as the digits of one number; 0: line of sight.
-        points: where the interactions are, metres, world frame; not a number after the last one.
+        departures: direction in which the path leaves the element, world frame; not of unit length.
+        arrivals: direction from which the path reaches the position, world frame; not of unit length.
+        codes: DeepMIMO's codes of the interactions, from the element on, as the digits of one number; 0 for the line of
+            sight.
+        points: places of the interactions, metres, world frame; not a number after the last one.
     """
 
     receivers: Int[np.ndarray, " paths"]
@@ -46,16 +47,16 @@ class PathList(NamedTuple):
 
 
 def path_list(terms: Terms, depth: int) -> PathList:
-    """A batch of traced paths, without those that contribute nothing.
+    """The paths of a batch that contribute to a response.
 
     Args:
         terms: paths between one element and positions.
-        depth: largest number of interactions of any batch.
+        depth: largest number of interactions on a path of any batch.
     """
     carrying = terms.responses != 0
     terms = Terms(*(each[carrying] for each in terms))
     happened = terms.kinds != Interaction.NONE
-    last = np.arange(len(terms.targets)), happened.sum(axis=1)  # of the vertices before the position
+    last = np.arange(len(terms.targets)), happened.sum(axis=1)  # index of the last vertex before the position
     table = np.zeros(max(DIGITS) + 1)
     table[list(DIGITS)] = list(DIGITS.values())
     codes = np.zeros(len(terms.targets))
@@ -75,7 +76,7 @@ def path_list(terms: Terms, depth: int) -> PathList:
 
 
 def joined(parts: Iterable[PathList], depth: int) -> PathList:
-    """Several lists, or none, as one.
+    """Join several lists, or none, into one.
 
     Args:
         parts: the lists.
@@ -89,9 +90,9 @@ def joined(parts: Iterable[PathList], depth: int) -> PathList:
 
 
 def sorted_by_receiver(paths: PathList) -> PathList:
-    """The paths in DeepMIMO's order: by receiver, line of sight first, the others by falling power.
+    """Sort the paths as DeepMIMO needs them: by receiver, then line of sight first, then by falling power.
 
-    DeepMIMO takes a receiver to be in sight if its first path is the line of sight.
+    DeepMIMO assumes that a receiver is in sight if its first path is the line of sight.
     """
     order = np.lexsort((-np.abs(paths.responses), paths.codes != 0, paths.receivers))
     return PathList(*(each[order] for each in paths))

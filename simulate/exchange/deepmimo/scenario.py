@@ -1,4 +1,4 @@
-"""The files of a DeepMIMO 4 scenario folder: a matrix per quantity, params.json, and the scene."""
+"""The files of a DeepMIMO 4 scenario folder: a matrix for each quantity, params.json, and the scene."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ from simulate.exchange.deepmimo.path_list import PathList
 from simulate.generation.request import Request
 
 FORMAT = "4.0.5"
-"""The version of DeepMIMO whose folders these are."""
+"""The version of DeepMIMO whose folder format is written."""
 
 PAIR = "t000_tx000_r001"
-"""In the names of matrices: transmitter 0 of the set 0, and the receivers of the set 1."""
+"""Part of the matrices' file names: transmitter 0 of set 0, and the receivers of set 1."""
 
 FLAT = 1e-3
-"""Metres: what is lower is flat, as DeepMIMO's test of points on the terrain has it."""
+"""Metres. An object of less height is flat. DeepMIMO's test for points on the terrain uses the same limit."""
 
 
 def write_matrices(
@@ -46,9 +46,9 @@ def write_matrices(
 
 
 def _matrices(paths: PathList, receivers: int) -> Iterator[tuple[str, np.ndarray]]:
-    """Name and values of each matrix [receivers, paths, …], one at a time; not a number where a receiver has no more.
+    """Name and values of each matrix [receivers, paths, …]; not a number where a receiver has fewer paths.
 
-    Angles are in the world frame: the azimuth from +x towards +y, the "elevation" from +z.
+    Angles are in the world frame. The azimuth runs from +x towards +y, and the "elevation" from +z.
     """
     first = np.searchsorted(paths.receivers, paths.receivers)
     place = paths.receivers, np.arange(len(paths.receivers)) - first
@@ -71,7 +71,7 @@ def _matrices(paths: PathList, receivers: int) -> Iterator[tuple[str, np.ndarray
 
 
 def write_matrix(path: Path, arrays: dict[str, np.ndarray]) -> None:
-    """Write arrays as a compressed .npz, which is what DeepMIMO 4 itself writes for its matrices."""
+    """Write arrays as a compressed .npz, as DeepMIMO 4 itself writes its matrices."""
     with written_atomically(path) as temporary, temporary.open("wb") as file:
         np.savez_compressed(file, **arrays)  # type: ignore[arg-type]
 
@@ -81,7 +81,7 @@ def write_params(folder: Path, request: Request, rays: Rays, reached: int) -> No
 
     Args:
         folder: the scenario folder.
-        request: what the dataset was simulated by.
+        request: the request that the dataset was simulated with.
         rays: its engine.
         reached: number of positions with at least one path.
     """
@@ -105,7 +105,7 @@ def _json(content: Any) -> bytes:
 
 
 def _write_scene(folder: Path, scene: Scene, kinds: list[tuple[str, float]]) -> dict[str, Any]:
-    """Write the scene's triangles; DeepMIMO calls this the mesh representation."""
+    """Write the scene's triangles, in what DeepMIMO calls the mesh representation."""
     meshes = [item.mesh for item in scene.objects]
     starts = np.cumsum([0, *(len(mesh.vertices) for mesh in meshes)])
     numbers = [kinds.index((item.material, scene.thickness(item))) for item in scene.objects]
@@ -133,10 +133,10 @@ def _write_scene(folder: Path, scene: Scene, kinds: list[tuple[str, float]]) -> 
 
 
 def _floor(scene: Scene) -> int | None:
-    """Index of the lowest object that is flat and level; None: there is no such object.
+    """Index of the lowest object that is flat and level; None if there is no such object.
 
-    DeepMIMO tells which object turned a path only in scenes with one object that is terrain, and takes every point at
-    the height of the terrain for one of it.
+    DeepMIMO finds the object of an interaction only in scenes with one object that is terrain. It counts every point at
+    the height of the terrain as a point of it.
     """
     boxes = [(n, *item.mesh.bounds[:, 2], item.mesh.area) for n, item in enumerate(scene.objects)]
     level = [(low, -area, n) for n, low, high, area in boxes if high - low < FLAT]
@@ -144,7 +144,7 @@ def _floor(scene: Scene) -> int | None:
 
 
 def _material(scene: Scene, number: int, kind: tuple[str, float]) -> dict[str, Any]:
-    """A material of one thickness, metres."""
+    """DeepMIMO's description of a material with one thickness, metres."""
     material = scene.materials[kind[0]]
     return {
         "id": number,
@@ -159,7 +159,7 @@ def _material(scene: Scene, number: int, kind: tuple[str, float]) -> dict[str, A
 
 
 def _antennas(name: str, number: int, points: int, reached: int) -> dict[str, Any]:
-    """A set of transmitters (number 0) or receivers (1) of one antenna each."""
+    """A set of transmitters (number 0) or receivers (number 1) with one antenna each."""
     return {
         "name": name,
         "id_orig": number,
@@ -177,7 +177,7 @@ def _antennas(name: str, number: int, points: int, reached: int) -> dict[str, An
 
 
 def _ray_tracing(request: Request, rays: Rays) -> dict[str, Any]:
-    """How the paths were traced; ``raw_params`` are our own words for it, and the antennas at both ends."""
+    """How the paths were traced. ``raw_params`` has this in our own terms, with the antennas at both ends."""
     followed, scene = rays.propagation, request.scene
     depth = followed.max_depth
     diffractions = (1 if followed.sionna else 2) if followed.diffraction else 0

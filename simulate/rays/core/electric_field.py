@@ -1,6 +1,6 @@
-"""The electric field of a wave on its way: out of an antenna, through objects, and into an antenna.
+"""The electric field of a wave on its way out of an antenna, through objects, and into another antenna.
 
-Wherever a wave meets an object it is multiplied by the coefficients of a slab (ITU-R P.2040). A conductor blocks it.
+At each object the field is multiplied by the transmission coefficients of a slab [itu2023]. A conductor blocks it.
 """
 
 from __future__ import annotations
@@ -12,20 +12,20 @@ from simulate.rays.core.sionna_scene import Antennas
 from simulate.rays.core.surfaces import Surfaces
 
 NEAR = 1e-4
-"""Metres from a vertex within which a surface does not block a path: it is the vertex's own."""
+"""Metres from a vertex within which a surface does not block a path, since it is the surface of the vertex."""
 
 Field = tuple[mi.Vector3f, mi.Vector3f]
-"""Real and imaginary part of the electric field, world frame."""
+"""Real and imaginary parts of the electric field, world frame."""
 
 
 def pattern(antennas: Antennas, towards: mi.Vector3f) -> Field:
-    """The field that antennas send towards some directions of the world frame, without phase and spreading.
+    """The field that antennas radiate in some directions, without phase and spreading.
 
     Args:
-        antennas: of one pattern and orientation.
+        antennas: antennas of one pattern and orientation.
         towards: unit vectors away from them, world frame.
     """
-    # Constants would be part of Dr.Jit's kernels, which would be compiled anew for every other orientation.
+    # Constants would be part of Dr.Jit's kernels, so a new orientation would compile the kernels again.
     rotation = rotation_matrix(mi.Point3f(*(dr.opaque(mi.Float, float(angle)) for angle in antennas.angles)))
     theta, phi = theta_phi_from_unit_vec(rotation.T @ towards)
     c_theta, c_phi = antennas.pattern(theta, phi)
@@ -38,7 +38,7 @@ def component(field: Field, axis: mi.Vector3f) -> mi.Complex2f:
 
 
 def composed(first: mi.Complex2f, axis: mi.Vector3f, second: mi.Complex2f, other: mi.Vector3f) -> Field:
-    """The field that has two components along two unit vectors."""
+    """The field with given components along two unit vectors."""
     return (
         mi.Vector3f(first.real * axis + second.real * other),
         mi.Vector3f(first.imag * axis + second.imag * other),
@@ -46,14 +46,14 @@ def composed(first: mi.Complex2f, axis: mi.Vector3f, second: mi.Complex2f, other
 
 
 def across(direction: mi.Vector3f, normal: mi.Vector3f) -> mi.Vector3f:
-    """A unit vector perpendicular to both, or any that is perpendicular to the direction if they are parallel."""
+    """A unit vector perpendicular to both. If they are parallel, any one perpendicular to the direction."""
     found = dr.cross(direction, normal)
     other = dr.cross(direction, dr.select(dr.abs(direction.x) < 0.9, mi.Vector3f(1, 0, 0), mi.Vector3f(0, 1, 0)))
     return dr.normalize(dr.select(dr.squared_norm(found) > 1e-10, found, other))
 
 
 def slab(field: Field, way_in: mi.Vector3f, way_out: mi.Vector3f, normal: mi.Vector3f, te, tm) -> Field:
-    """The field after a slab with the coefficients for the electric field across (TE) and in the plane of incidence."""
+    """The field after a slab whose coefficients are TE (across the plane of incidence) and TM (in this plane)."""
     axis = across(way_in, normal)
     return composed(
         te * component(field, axis),
@@ -73,20 +73,20 @@ def pass_through(
     passes: mi.UInt,
     blocked: mi.Bool,
 ) -> tuple[Field, mi.UInt, mi.Bool]:
-    """The field behind all objects on a straight line, without the phase and the spreading of the way.
+    """The field behind all objects on a straight line, without the phase and the spreading along the line.
 
     Args:
-        surfaces: of the scene.
+        surfaces: surfaces of the scene.
         start: where the lines begin, metres.
-        direction: unit vectors.
-        length: metres.
-        field: before the objects.
+        direction: unit vectors along the lines.
+        length: lengths of the lines, metres.
+        field: the field before the objects.
         passes: how many objects a path may pass through.
-        blocked: whether a path is blocked already.
+        blocked: whether a path is already blocked.
 
     Returns:
-        The field, how many more objects may be passed, and whether the path is blocked: by a conductor, or by more
-        objects than it may pass.
+        The field, the number of further objects that the path may pass through, and whether the path is blocked. A
+        conductor blocks it, and so do more objects than it may pass through.
     """
     real, imaginary = field
     passes, blocked = mi.UInt(passes), mi.Bool(blocked)  # copies, since Dr.Jit changes arrays in place

@@ -1,9 +1,9 @@
-"""Find the libLLVM that Dr.Jit's CPU backend compiles with, before Dr.Jit is imported.
+"""Find the libLLVM with which Dr.Jit's CPU backend compiles, before Dr.Jit is imported.
 
-Dr.Jit loads libLLVM at run time. With LLVM older than 16 it does not raise: the code generator aborts the whole
-process ("Cannot select: fmaximum"), which no ``try`` can catch. So an old library is refused here, in one sentence.
+Dr.Jit loads libLLVM at run time. With LLVM older than 16 it raises no error. Instead the code generator aborts the
+process ("Cannot select: fmaximum"), which no ``try`` can catch. So an old library is refused here, with a message.
 
-Only the standard library is imported: set-up calls ``python -m simulate.rays.core.llvm --install``.
+This module needs only the standard library, because set-up calls ``python -m simulate.rays.core.llvm --install``.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ FIX = (
 
 
 def llvm_version(library: Path) -> int | None:
-    """Major version of a libLLVM, from its (resolved) file name, e.g. libLLVM-15.so.1 or libLLVM.so.19.1.
+    """Major version of a libLLVM, from its resolved file name, such as libLLVM-15.so.1 or libLLVM.so.19.1.
 
-    A library whose name has no version is loaded and asked by ``LLVMGetVersion``, which exists since LLVM 16.
+    If the name has no version, the library is loaded and ``LLVMGetVersion`` called, which exists since LLVM 16.
 
     Args:
         library: path of the library.
@@ -51,7 +51,7 @@ def llvm_version(library: Path) -> int | None:
 
 
 def installed_libraries() -> list[Path]:
-    """Every libLLVM on this machine: unpacked by our set-up, known to the loader, or in the usual folders."""
+    """Every libLLVM on this machine that our set-up unpacked, that the loader knows, or that is in a usual folder."""
     found = list(unpacked_folder().rglob("libLLVM*.so*"))
     ldconfig = shutil.which("ldconfig") or "/sbin/ldconfig"
     if os.path.exists(ldconfig):
@@ -63,12 +63,12 @@ def installed_libraries() -> list[Path]:
 
 
 def unpacked_folder() -> Path:
-    """Where set-up unpacks Debian's package when it may not install it: inside the virtual environment."""
+    """The folder in the virtual environment where set-up unpacks Debian's package if it may not install it."""
     return Path(sys.prefix) / "lib" / "llvm"
 
 
 def find_libllvm() -> Path:
-    """The libLLVM to use: the user's ``DRJIT_LIBLLVM_PATH`` if set, else the newest one that is new enough.
+    """The libLLVM to use: that of ``DRJIT_LIBLLVM_PATH`` if it is set, otherwise the newest on this machine.
 
     Raises:
         InputError: the named library is missing or too old, or none on the machine is new enough.
@@ -92,10 +92,10 @@ def find_libllvm() -> Path:
 
 
 def use_libllvm() -> None:
-    """Point Dr.Jit at a good libLLVM; call before the first ``import drjit``, ``mitsuba`` or ``sionna.rt``."""
+    """Point Dr.Jit to a suitable libLLVM. Call this before the first import of drjit, mitsuba or sionna.rt."""
     path = find_libllvm()
     if path.is_relative_to(unpacked_folder()):
-        # Debian's library finds its own dependencies by soname: once loaded, the loader need not search for them.
+        # Debian's library names its dependencies by soname. Once they are loaded, the loader need not search for them.
         for dependency in sorted(unpacked_folder().rglob("lib*.so*")):
             if not dependency.name.startswith("libLLVM"):
                 ctypes.CDLL(str(dependency), mode=ctypes.RTLD_GLOBAL)
@@ -106,11 +106,11 @@ def install_libllvm() -> None:
     """Install Debian's libLLVM as root, or else unpack it into the virtual environment.
 
     Raises:
-        InputError: no package manager, or none of the packages can be downloaded.
+        InputError: there is no package manager, or none of the packages can be downloaded.
     """
     apt = shutil.which("apt-get")
     if apt is None:
-        raise InputError(f"this machine has no apt-get to install libLLVM with; {FIX}")
+        raise InputError(f"this machine has no apt-get to install libLLVM; {FIX}")
     if os.geteuid() == 0:
         subprocess.run([apt, "update", "-qq"], check=False)
         for package in DEBIAN_PACKAGES:
@@ -123,7 +123,7 @@ def install_libllvm() -> None:
 
 
 def _unpack(packages: list[str]) -> bool:
-    """Download Debian packages and unpack their libraries without installing; the first one must succeed."""
+    """Download Debian packages and unpack their libraries without installing them. The first one must succeed."""
     with tempfile.TemporaryDirectory() as folder:
         for package in packages:
             got = subprocess.run(["apt-get", "download", "-qq", package], cwd=folder, check=False)
@@ -139,7 +139,7 @@ def _unpack(packages: list[str]) -> bool:
 
 
 def main() -> int:
-    """``python -m simulate.rays.core.llvm [--install]``: print the libLLVM in use, or install one."""
+    """``python -m simulate.rays.core.llvm [--install]`` prints the libLLVM in use, or installs one."""
     try:
         try:
             path = find_libllvm()

@@ -1,4 +1,4 @@
-"""The planes that a scene's triangles lie in: a path is identified by its planes, not by its triangles."""
+"""The planes of a scene's triangles. A path is identified by its planes, not by its triangles."""
 
 from __future__ import annotations
 
@@ -11,25 +11,25 @@ from scipy.spatial import cKDTree
 from scenes.scene.description import Scene
 
 TOLERANCE = 1e-4
-"""Triangles are coplanar when normals (unit vectors) and offsets (metres) agree this closely."""
+"""Two triangles are coplanar if their normals (unit vectors) and offsets (metres) agree this closely."""
 
 
 class Planes:
-    """Planes n·x = h, and the triangles in each.
+    """Planes n·x = h, and the triangles in each of them.
 
     Args:
-        scene: the description.
-        identifiers: the ray tracer's identifier of each of the scene's objects.
+        scene: the scene.
+        identifiers: the ray tracer's identifier of each object of the scene.
 
     Attributes:
         normals: unit vectors n, [planes, 3].
         offsets: h in metres, [planes].
-        first: plane p's triangles are ``first[p]`` … ``first[p + 1] − 1`` of ``sides``, [planes + 1].
-        sides: for each triangle and side a unit vector e pointing inwards in the plane, and a length g: a point x of
-            the plane is inside where e·x ≥ g for all three sides, [triangles, 3, 4].
-        faces: number of each of these triangles, counted through the scene's objects, [triangles].
-        first_face: for each identifier, how many triangles the objects before its own have, [identifiers].
-        of_face: the plane of each triangle, counted through the scene's objects.
+        first: the triangles of plane p are ``first[p]`` … ``first[p + 1] − 1`` of ``sides``, [planes + 1].
+        sides: for each side of each triangle, a unit vector e in the plane that points inwards, and a length g. A point
+            x of the plane is inside if e·x ≥ g for all three sides, [triangles, 3, 4].
+        faces: number of each of these triangles, counted through all objects of the scene, [triangles].
+        first_face: for each identifier, number of triangles in the objects before its own, [identifiers].
+        of_face: the plane of each triangle, counted through all objects of the scene.
         vertices: for each identifier, one vertex of each of the object's triangles, [triangles, 3], metres.
     """
 
@@ -59,8 +59,8 @@ class Planes:
         """Index of each triangle's plane.
 
         Args:
-            shapes: identifier of the triangle's object.
-            triangles: index of the triangle in its object.
+            shapes: identifier of each triangle's object.
+            triangles: index of each triangle in its object.
 
         Returns:
             Indices into ``normals`` and ``offsets``.
@@ -69,7 +69,7 @@ class Planes:
 
 
 def _group(planes: Float[np.ndarray, "n 4"]) -> Int[np.ndarray, " n"]:
-    """Label of each plane (normal, offset); a plane and its reverse are one."""
+    """Label of each plane (normal, offset). A plane and its reverse have the same label."""
     tree = cKDTree(np.concatenate([planes, -planes]))
     pairs = tree.query_pairs(TOLERANCE, output_type="ndarray") % len(planes)
     graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(planes), len(planes)))

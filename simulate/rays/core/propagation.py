@@ -7,35 +7,47 @@ from dataclasses import dataclass
 from scenes.files.errors import require_whole
 
 DEPTH_MOST, RAYS_MOST, PATCHES_MOST = 30, 10**8, 10**6
-"""Largest numbers of interactions, rays and patches; more would exhaust the memory."""
+"""Largest numbers of interactions, rays and patches. More would exhaust the memory."""
 
 
 @dataclass(frozen=True)
 class Propagation:
-    """Propagation mechanisms, and the number of rays that search for paths.
+    """The mechanisms of propagation that the ray tracer follows, and the number of rays that search for paths.
+
+    Reflection and transmission use the slab coefficients of ITU-R P.2040 [itu2023]. Diffraction at edges of conductors
+    uses the uniform theory [kouyoumjian1974]. Diffuse reflection uses the effective-roughness model
+    [degliesposti2007].
 
     Attributes:
-        max_depth: largest number of interactions on a path. With more than three, spectra were farther from full wave
-            (docs/physics.md).
+        max_depth: largest number of interactions on a path. With more than 3, spectra were farther from the full-wave
+            solution.
         los: follow the line of sight.
         specular: follow specular reflection.
         refraction: follow transmission through objects.
         diffuse: follow diffuse reflection off materials that have a scattering coefficient.
-        patches: patches that the surfaces which reflect diffusely are divided into, together.
-        diffraction: follow diffraction at edges, once or (at conductors) twice on a path.
-        slab_phase: count the way through a slab once. Otherwise it counts twice, as in Sionna RT and in version 0.1
-            (simulate/rays/core/slab_phase.py).
-        sionna: follow all of these as Sionna RT's own path solver does, its diffuse reflection and its diffraction
-            included: much slower, and its diffraction is farther from full wave (docs/sionna-diffraction.md).
-        rays: rays launched from each source; about 20000 suffice for Sionna's diffuse reflection and diffraction,
-            where every ray may become a path.
+        patches: number of patches into which all diffusely reflecting surfaces together are divided.
+        diffraction: follow diffraction at edges, once on a path, or twice at edges of conductors.
+        slab_phase: count the phase of the way through a slab once. If off, it is counted twice, as in Sionna RT and in
+            version 0.1.
+        sionna: use Sionna RT's own path solver for all of these, with its diffuse reflection and its diffraction. It is
+            much slower, and its diffraction is farther from the full-wave solution.
+        rays: number of rays launched from each source. For Sionna's diffuse reflection and diffraction about 20000
+            suffice, since there every ray may become a path.
 
     Raises:
-        ParameterError: a depth or a number of rays or patches that is no whole number, a negative depth, no rays, no
-            patches, or more than ``DEPTH_MOST``, ``RAYS_MOST`` or ``PATCHES_MOST``.
+        ParameterError: ``max_depth`` is outside 0 to 30, ``rays`` is outside 1 to 100 million, ``patches`` is outside 1
+            to 1 million, or one of them is no whole number.
 
-    >>> Propagation(sionna=True).sionna_diffraction
-    True
+    Example:
+        Line of sight and single reflections only:
+
+        >>> import bisplat
+        >>> single = bisplat.Propagation(max_depth=1, refraction=False, diffraction=False)
+        >>> single.max_depth, single.specular, single.diffraction
+        (1, True, False)
+        >>> bisplat.Propagation(max_depth=-1)
+        Traceback (most recent call last):
+        scenes.files.errors.ParameterError: max_depth: expected a whole number of at least 0, found -1
     """
 
     max_depth: int = 3
@@ -56,15 +68,15 @@ class Propagation:
 
     @property
     def sionna_diffuse(self) -> bool:
-        """Whether Sionna's diffuse reflection is followed."""
+        """Whether the tracer uses Sionna's diffuse reflection; both ``sionna`` and ``diffuse`` are on."""
         return self.sionna and self.diffuse
 
     @property
     def sionna_diffraction(self) -> bool:
-        """Whether Sionna's diffraction is followed."""
+        """Whether the tracer uses Sionna's diffraction; both ``sionna`` and ``diffraction`` are on."""
         return self.sionna and self.diffraction
 
     @property
     def counts_slabs_once(self) -> bool:
-        """Whether the phases of slabs are ours."""
+        """Whether the phase of a way through a slab counts once; ``slab_phase`` is on and ``sionna`` is off."""
         return self.slab_phase and not self.sionna

@@ -1,4 +1,4 @@
-"""A scene in the ray tracer's form, with what is followed in it: what every step of the tracing needs."""
+"""A scene in the ray tracer's form, with the propagation to follow. Every step of the tracing needs both."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from simulate.rays.core.slabs import FaceSlabs, face_slabs
 
 @dataclass(frozen=True)
 class RayScene:
-    """A scene, the same scene in Sionna RT, and the propagation that is followed in it.
+    """A scene, the same scene in Sionna RT, and the propagation to follow in it.
 
     Attributes:
         description: the scene as the user described it.
         sionna: its objects and radio materials in Sionna RT.
-        propagation: the mechanisms that are followed, and how far.
+        propagation: the mechanisms to follow, and how far.
     """
 
     description: Scene
@@ -50,21 +50,21 @@ class RayScene:
 
     @cached_property
     def object_of_identifier(self) -> Int[np.ndarray, " identifiers"]:
-        """Index of the object of each of Sionna RT's identifiers."""
+        """Index of the object that each of Sionna RT's identifiers stands for."""
         index = np.zeros(self.identifiers.max() + 1, dtype=np.int64)
         index[self.identifiers] = np.arange(len(self.identifiers))
         return index
 
     @cached_property
     def object_of_face(self) -> Int[np.ndarray, " faces"]:
-        """Index of each triangle's object; the triangles are counted through the objects of the description."""
+        """Index of each triangle's object. The triangles are numbered through all objects of the description."""
         return np.repeat(
             np.arange(len(self.description.objects)), [len(item.mesh.faces) for item in self.description.objects]
         )
 
     @cached_property
     def normals(self) -> Float[np.ndarray, "faces 3"]:
-        """Unit normal of each triangle, as the object's mesh has it."""
+        """Unit normal of each triangle, as in the object's mesh."""
         return np.concatenate([item.mesh.face_normals for item in self.description.objects])
 
     @cached_property
@@ -86,12 +86,12 @@ def first_hits(
     Args:
         ray_scene: the scene.
         starts: where the lines begin, metres.
-        steps: their directions.
-        reach: their lengths, in lengths of ``steps``.
+        steps: directions of the lines.
+        reach: lengths of the lines, in units of the length of ``steps``.
 
     Returns:
-        Numbers of triangles, counted through the objects of the description, −1 where a line meets none; and how far
-        away they are, in lengths of ``steps``.
+        Numbers of the triangles, counted through all objects of the description, −1 if a line meets none; and their
+        distances, in units of the length of ``steps``.
     """
     if not len(starts):  # the ray tracer would abort the process
         return np.zeros(0, np.int64), np.zeros(0)

@@ -1,4 +1,4 @@
-"""Dr.Jit, Mitsuba and Sionna RT, imported only after a good libLLVM has been found; import them from here."""
+"""Dr.Jit, Mitsuba and Sionna RT. Import them from here, since this module first finds a suitable libLLVM."""
 # ruff: noqa: E402  (the order matters)
 
 from simulate.rays.core.llvm import use_libllvm

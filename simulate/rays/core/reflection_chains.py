@@ -1,13 +1,13 @@
 """Chains of interactions: found once by shooting rays, then solved exactly for every element and transmitter.
 
-The gateway never moves, and a room has only some hundreds of distinct chains (sequences of interaction types and
-reflecting planes) that carry power. Shooting rays anew for every transmitter finds the same chains again and again,
-and each time misses some. Here rays are shot from the elements to anchor positions, the chains they find are
-collected, and the image method solves each (chain, element, transmitter).
+A chain is a sequence of interaction types and reflecting planes. The gateway never moves, and only some hundreds of
+chains in a room carry power. Rays that are shot anew for every transmitter find the same chains again and again, and
+miss some each time. Here rays are shot once, from the elements to anchor positions, and the chains that they find are
+collected. Then the image method solves each chain for every element and transmitter.
 
-Every path is counted once: a path is identified by its interaction types and the planes it is reflected at. Two
-triangles of one wall lie in one plane. A path counts only for the chain whose planes it really hits, so that two
-nearly coplanar surfaces never count the same path twice.
+Every path counts once. It is identified by its interaction types and the planes at which it is reflected. Two triangles
+of one wall lie in the same plane. A path counts only for the chain whose planes it really hits, so two nearly coplanar
+surfaces never count the same path twice.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from simulate.rays.core.sionna_scene import Antennas, gateway_antennas, transmit
 
 
 def reflecting_planes(planes: Planes, interactions: Interactions) -> Int[np.ndarray, "n depth"]:
-    """Plane of each specular reflection, −1 elsewhere: a chain's other interactions do not change its direction."""
+    """Plane of each specular reflection, −1 for other interactions, which do not change the direction."""
     result = np.full(interactions.types.shape, -1, dtype=np.int64)
     specular = interactions.types == SPECULAR
     result[specular] = planes.of(interactions.shapes[specular], interactions.triangles[specular])
@@ -48,11 +48,11 @@ def reflecting_planes(planes: Planes, interactions: Interactions) -> Int[np.ndar
 
 @dataclass(frozen=True)
 class Chains:
-    """Distinct chains: no two have the same interaction types and reflecting planes.
+    """Distinct chains. No two have the same interaction types and reflecting planes.
 
     Attributes:
-        interactions: each chain's interactions, source to target.
-        planes: index of the plane of each specular reflection, −1 elsewhere.
+        interactions: interactions of each chain, from source to target.
+        planes: index of the plane of each specular reflection, −1 for other interactions.
     """
 
     interactions: Interactions
@@ -62,7 +62,7 @@ class Chains:
         return len(self.interactions)
 
     def subset(self, index: Int[np.ndarray, " k"] | Bool[np.ndarray, " n"]) -> Chains:
-        """The chains at these indices, or those of a mask."""
+        """The chains with these indices, or those that a mask selects."""
         chosen = Interactions(
             self.interactions.types[index],
             self.interactions.shapes[index],
@@ -78,7 +78,7 @@ class Chains:
         return replace(self, interactions=replace(self.interactions, shapes=shapes))
 
     def merged(self, others: Chains) -> Chains:
-        """These chains, followed by those of the others that are not among them."""
+        """These chains, followed by those of the others that are new."""
         types = np.concatenate([self.interactions.types, others.interactions.types])
         planes = np.concatenate([self.planes, others.planes])
         keys = np.concatenate([types.astype(np.int64), planes], axis=1)
@@ -89,45 +89,46 @@ class Chains:
 
 
 def line_of_sight(propagation: Propagation) -> Chains:
-    """The chain without interactions where line of sight is followed, otherwise no chain."""
+    """The chain without interactions if the line of sight is followed, otherwise no chain."""
     shape = (int(propagation.los), max(1, propagation.max_depth))
     nothing = np.full(shape, NONE, np.uint32)
     return Chains(Interactions(nothing, nothing, nothing), np.full(shape, -1))
 
 
 ANCHORS, MOST_ROUNDS = 2, 32
-"""Anchors per round of shooting, and rounds. Two anchors, since Sionna drops candidates whose hashes collide, and
-collisions grow in number with the anchors."""
+"""Anchors per round of shooting, and largest number of rounds. There are only two anchors, since Sionna drops
+candidates whose hashes collide, and more anchors make more collisions."""
 
 HASH_TABLE = 1_000_003
-"""Size of Sionna's table of known chains. Each round takes another size: a chain that is lost to a collision in one
-round is found in the next."""
+"""Size of Sionna's table of known chains. Each round uses another size, so that a chain that is lost to a collision in
+one round is found in the next."""
 
 TRIALS = 200
-"""Positions a candidate is tried at, from every element: it is kept where it is a path to one of them. 200, since some
-chains carry power only within centimetres of one place in the region, or only to one column of the array."""
+"""Number of positions at which a candidate is tried, from every element. It is kept if it is a path to one of them. The
+number is large, since some chains carry power only within centimetres of one place in the region, or only to one column
+of the array."""
 
 QUIET_ROUNDS, TOLERANCE = 4, 1e-4
-"""Shooting ends when so many rounds in a row each bring less than this share of the power over the trials."""
+"""Shooting ends after this many rounds in a row that each bring less than this share of the power at the trials."""
 
 NEGLIGIBLE = 1e-6
-"""A chain is dropped if it brings less than this share of the power at every trial and every element."""
+"""A chain is dropped if its share of the power is smaller than this at every trial and every element."""
 
 
 def find_chains(
     ray_scene: RayScene, region: Float[np.ndarray, "2 3"], seed: int, report: Callable[[str], None]
 ) -> Chains:
-    """The chains that carry power from the gateway to anywhere in a region.
+    """Find the chains that carry power from the gateway to anywhere in a region.
 
-    Each round shoots rays from another element to new anchors in the region, then lets the image method try the
-    candidates that were not seen before between all elements and positions all over the region. The search ends when
-    rounds bring no new power. The result depends on nothing but the arguments.
+    Each round shoots rays from another element to new anchors in the region. The image method then tries the new
+    candidates between all elements and positions all over the region. The search ends when rounds bring no new power.
+    The result depends only on the arguments.
 
     Args:
         ray_scene: the scene, with the propagation to follow.
-        region: lowest and highest corner, metres, world frame.
+        region: lowest and highest corner of the region, metres, world frame.
         seed: seed of the rays, the anchors and the trial positions.
-        report: called with a sentence on the progress after each round.
+        report: gets a sentence on the progress after each round.
 
     Returns:
         The chains, line of sight first.
@@ -136,11 +137,11 @@ def find_chains(
     generator = np.random.default_rng(seed)
     elements = gateway_antennas(scene)
     trials = transmitter_antennas(scene, free_positions(scene, region, TRIALS, generator))
-    # Line of sight is a chain of its own, so the rays look for the others only.
+    # The line of sight is added as a chain, so the rays need to find only the others.
     reflected = replace(ray_scene, propagation=replace(propagation, los=False))
 
     def tried(chains: Chains) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Every path of the chains to a trial: its chain, its (trial, element) as one number, its power."""
+        """Chain, pair of trial and element (as one number) and power of every path between elements and trials."""
         found = [(np.zeros(0, int), np.zeros(0, int), np.zeros(0))]
         for chain, buffer in solve_chains(ray_scene, chains, elements, trials):
             paths = fields(ray_scene, buffer, elements, trials)
@@ -176,12 +177,12 @@ def find_chains(
 def largest_shares(
     chain: Int[np.ndarray, " paths"], pair: Int[np.ndarray, " paths"], power: Float[np.ndarray, " paths"], chains: int
 ) -> Float[np.ndarray, " chains"]:
-    """The largest share of the power between two antennas that each chain brings.
+    """The largest share of the power between two antennas that each chain carries.
 
     Args:
         chain: index of each path's chain.
         pair: number of each path's pair of antennas.
-        power: of each path.
+        power: power of each path.
         chains: number of chains.
     """
     share = power / np.maximum(np.bincount(pair, power)[pair], 1e-30)
@@ -191,15 +192,15 @@ def largest_shares(
 
 
 LANES = 400_000
-"""Candidate paths solved at once: bounds the memory at some 200 MB."""
+"""Candidate paths solved at a time. This bounds the memory at some 200 MB."""
 
 
 def solve_chains(
     ray_scene: RayScene, chains: Chains, sources: Antennas, targets: Antennas
 ) -> Iterator[tuple[Int[np.ndarray, " paths"], PathsBuffer]]:
-    """Solve every chain between every source and target exactly.
+    """Solve every chain exactly between every source and target.
 
-    The paths are ordered by target, chain and source, and those of one target do not depend on the other targets.
+    The paths are ordered by target, chain and source. The paths of one target do not depend on the other targets.
 
     Args:
         ray_scene: the scene, with the propagation to follow.
@@ -218,7 +219,7 @@ def solve_chains(
         buffer = refine(ray_scene, buffer, sources, targets)
         chain = chain[buffer.valid.numpy()]
         buffer.discard_invalid()
-        # The image method lets a path hit another, nearly coplanar surface than its chain's. Such a path belongs to
-        # the chain of the surface it hits, and is dropped here.
+        # With the image method a path may hit a surface that is nearly coplanar with its chain's surface. Such a path
+        # belongs to the chain of the surface that it hits, and is dropped here.
         hits_own_planes = (reflecting_planes(planes, interactions_of(buffer)) == chains.planes[chain]).all(axis=1)
         yield chain[hits_own_planes], keep(buffer, hits_own_planes)

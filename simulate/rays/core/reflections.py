@@ -1,9 +1,9 @@
-"""Which chains can be a path at all: where the image method puts the reflections, and whether a surface is there.
+"""A quick test of which chains can be paths: is there a surface where the image method puts each reflection?
 
-A source mirrored at a chain's planes in turn gives its images I_1 … I_n. Backwards from the target p_{n+1}, reflection
-k lies where the line from p_{k+1} to I_k meets plane k. Unless a triangle of that plane is there, the chain is no path
-between the two. In a furnished room most combinations fail this test, which costs much less than solving them exactly.
-The test never drops a path. Whether something blocks a path is tested when the path is solved exactly.
+The source, mirrored at the planes of a chain in turn, gives its images I_1 … I_n. Going backwards from the target
+p_{n+1}, reflection k lies where the line from p_{k+1} to I_k meets plane k. If no triangle of that plane is there, the
+chain is not a path between the two. In a furnished room most combinations fail this test, which costs much less than an
+exact solution. The test never drops a path. The exact solution later tests whether something blocks the path.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from simulate.parallel import ONE_KERNEL
 from simulate.rays.core.planes import Planes
 
 MARGIN = 0.01
-"""Metres by which triangles are enlarged: rounding must not drop a path."""
+"""Metres by which triangles are enlarged, so that rounding never drops a path."""
 
 AT_ONCE = 50_000_000
-"""Combinations tested at once, a byte each."""
+"""Combinations tested at a time, one byte each."""
 
 
 def possible_paths(
@@ -28,17 +28,16 @@ def possible_paths(
     sources: Float[np.ndarray, "sources 3"],
     targets: Float[np.ndarray, "targets 3"],
 ) -> Int[np.ndarray, "3 paths"]:
-    """Combinations (target, chain, source) all of whose reflections are on a surface, in lexical order.
+    """Combinations (target, chain, source) whose reflections all lie on a surface, in lexical order.
 
     Args:
         planes: the scene's planes.
-        chains: reflecting planes from source to target; −1, an interaction that does not change the direction, is
-            skipped.
-        sources: metres, world frame.
-        targets: metres, world frame.
+        chains: reflecting planes from source to target; −1 for an interaction that does not change the direction.
+        sources: positions of the sources, metres, world frame.
+        targets: positions of the targets, metres, world frame.
 
     Returns:
-        Index of the target, of the chain and of the source of each combination.
+        Indices of the target, the chain and the source of each combination.
     """
     order = np.argsort(chains < 0, axis=1, kind="stable")
     reflecting = np.take_along_axis(chains, order, axis=1)
@@ -74,7 +73,7 @@ def mirror(normals, offsets, chains, count, sources, images):
 
 @numba.njit(cache=True, inline="always")
 def on_surface(first, sides, plane, x, y, z, margin):
-    """The first triangle of a plane that a point of the plane lies in, or within a margin of; −1, none."""
+    """The first triangle of a plane that contains a point of the plane, within a margin; −1 if there is none."""
     for triangle in range(first[plane], first[plane + 1]):
         inside = True
         for side in range(3):

@@ -1,11 +1,11 @@
-"""Everything that touches Sionna RT's internals: candidate chains in, element responses out.
+"""All code that uses internals of Sionna RT: from candidate chains to element responses.
 
-``PathSolver`` is three steps: a generator shoots rays to find candidate chains of interactions, the image method
-turns each candidate into an exact path or discards it, the field calculator gives its coefficient and delay. We call
-the steps one by one, so that chains found once serve every element and transmitter (``reflection_chains``).
+``PathSolver`` works in three steps. A generator shoots rays to find candidate chains of interactions. The image method
+turns each candidate into an exact path or discards it. The field calculator gives the path's coefficient and delay. We
+call these steps one by one, so that chains found once serve every element and transmitter (``reflection_chains``).
 
-Sionna RT is pinned to 2.2.0 for this file; tests/simulate/rays/core/test_sionna_paths.py compares it with the public
-``PathSolver``.
+Sionna RT is pinned to 2.2.0 because of this file. tests/simulate/rays/core/test_sionna_paths.py compares the results
+with those of the public ``PathSolver``.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ NONE = int(rt.InteractionType.NONE)
 
 @dataclass(frozen=True)
 class Interactions:
-    """Chains of interactions, source to target; unused depths at the end hold ``NONE``.
+    """Chains of interactions, from source to target. Unused depths at the end hold ``NONE``.
 
     Attributes:
-        types: Sionna's ``InteractionType`` of each.
-        shapes: Sionna's object identifier.
-        triangles: index of the object's triangle.
+        types: Sionna's ``InteractionType`` of each interaction.
+        shapes: Sionna's identifier of the object.
+        triangles: index of the triangle in the object.
     """
 
     types: UInt32[np.ndarray, "n depth"]
@@ -55,7 +55,7 @@ class Interactions:
 
 
 def shoot(ray_scene: RayScene, sources: Antennas, targets: Antennas, seed: int, most_paths: int) -> PathsBuffer:
-    """Shoot and bounce rays from the sources: candidate paths to the targets.
+    """Find candidate paths to the targets by shooting and bouncing rays from the sources.
 
     The same arguments give the same candidates.
 
@@ -64,9 +64,9 @@ def shoot(ray_scene: RayScene, sources: Antennas, targets: Antennas, seed: int, 
         sources: where the rays begin.
         targets: where the paths end.
         seed: seed of the rays' directions.
-        most_paths: the largest number of candidates kept per source. Above a million it is also the size of the table
-            in which Sionna tells new chains from known ones by their hash: two chains that collide in one table rarely
-            do in a table of another size.
+        most_paths: largest number of candidates kept per source. Above a million it is also the size of the hash table
+            by which Sionna recognises known chains. Two chains that collide in one table rarely collide in a table of
+            another size.
 
     Returns:
         The candidates, for ``refine``.
@@ -100,11 +100,11 @@ def candidates(
     source: Int[np.ndarray, " paths"],
     target: Int[np.ndarray, " paths"],
 ) -> PathsBuffer:
-    """Chains between sources and targets, as candidates for ``refine``.
+    """Turn chains between sources and targets into candidates for ``refine``.
 
     Args:
         interactions: the chains.
-        vertices: for each object identifier, one vertex of each of its triangles, metres.
+        vertices: for each object identifier, one vertex of each of the object's triangles, metres.
         chain: index into ``interactions`` of each path.
         source: index of each path's source.
         target: index of each path's target.
@@ -147,7 +147,7 @@ def refine(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets:
         targets: where they end.
 
     Returns:
-        The buffer, in which candidates that are blocked or miss their surfaces are marked invalid.
+        The buffer. Candidates that are blocked or miss their surfaces are marked invalid.
     """
     return ImageMethod()(
         scene=ray_scene.sionna.mi_scene,
@@ -160,12 +160,12 @@ def refine(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets:
 
 
 def interactions_of(buffer: PathsBuffer) -> Interactions:
-    """The buffer's chains as arrays; after ``refine``, the surfaces that the valid paths really hit."""
+    """The buffer's chains as arrays. After ``refine`` these are the surfaces that the valid paths really hit."""
     return Interactions(buffer.interaction_types.numpy(), buffer.shapes.numpy(), buffer.primitives.numpy())
 
 
 def keep(buffer: PathsBuffer, wanted: Bool[np.ndarray, " paths"]) -> PathsBuffer:
-    """The valid paths of the buffer that a mask selects."""
+    """Those of the buffer's valid paths that a mask selects."""
     buffer.valid = buffer.valid & mi.Bool(wanted)
     buffer.discard_invalid()
     return buffer
@@ -173,13 +173,13 @@ def keep(buffer: PathsBuffer, wanted: Bool[np.ndarray, " paths"]) -> PathsBuffer
 
 @dataclass(frozen=True)
 class Paths:
-    """Exact paths with what each contributes.
+    """Exact paths, with the contribution of each.
 
     Attributes:
         targets: index of each path's target.
-        sources: index of its source.
-        responses: a e^{-j2πfτ}, complex128. a is Sionna's coefficient, which contains the free-space factor λ/4π: |y|²
-            of a sum y of paths is the channel gain.
+        sources: index of each path's source.
+        responses: a e^{−j2πfτ}, complex128. Sionna's coefficient a contains the free-space factor λ/4π. So the sum y of
+            all paths gives the channel gain ``|y|²``.
     """
 
     targets: Int[np.ndarray, " paths"]
@@ -187,12 +187,12 @@ class Paths:
     responses: Complex[np.ndarray, " paths"]
 
     def add_to(self, total: Complex[np.ndarray, "targets sources"]) -> None:
-        """Add every path to its target's and source's response, one after another."""
+        """Add every path to the response between its target and its source, one after another."""
         np.add.at(total, (self.targets, self.sources), self.responses)
 
 
 def terms(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets: Antennas) -> Terms:
-    """What each valid path of the buffer contributes (arguments and order as in ``fields``), with its vertices."""
+    """The contribution and the vertices of each valid path, with the arguments and in the order of ``fields``."""
     paths = fields(ray_scene, buffer, sources, targets)
     hit = interactions_of(buffer)
     starts, ends = sources.positions[paths.sources][:, None], targets.positions[paths.targets][:, None]
@@ -208,7 +208,7 @@ def fields(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets:
 
     Args:
         ray_scene: the scene, with the propagation to follow.
-        buffer: exact paths, of ``refine``.
+        buffer: exact paths, from ``refine``.
         sources: where the paths begin.
         targets: where they end.
 
@@ -232,7 +232,7 @@ def fields(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets:
     )
     coefficient = buffer.a[0][0]
     amplitude = np.where(buffer.valid.numpy(), coefficient.real.numpy() + 1j * coefficient.imag.numpy(), 0)
-    # fτ is some tens of carrier periods over a room, so single precision would lose digits of the phase.
+    # Across a room fτ is some tens of periods, so single precision would lose digits of the phase.
     periods = float(ray_scene.sionna.frequency[0]) * buffer.tau.numpy().astype(np.float64)
     response = amplitude * np.exp(-2j * np.pi * periods)
     if ray_scene.propagation.counts_slabs_once:
@@ -241,12 +241,12 @@ def fields(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets:
 
 
 def with_materials_of(buffer: PathsBuffer, ray_scene: RayScene, other: RayScene) -> PathsBuffer:
-    """The buffer's paths in another scene, which differs from theirs in nothing but its materials.
+    """The buffer's paths in another scene that differs only in its materials.
 
     Args:
-        buffer: exact paths, of ``refine``; stays as it is.
-        ray_scene: their scene.
-        other: the other one.
+        buffer: exact paths, from ``refine``; it is not changed.
+        ray_scene: the scene of these paths.
+        other: the other scene.
     """
     hit = interactions_of(buffer)
     happened = hit.types != NONE
@@ -258,7 +258,7 @@ def with_materials_of(buffer: PathsBuffer, ray_scene: RayScene, other: RayScene)
 
 
 def _find_shortening(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas) -> Float[np.ndarray, " paths"]:
-    """By how much the slabs on each path of the buffer shorten it, metres."""
+    """Length by which the slabs on each path of the buffer shorten it, metres."""
     hit = interactions_of(buffer)
     reflected, passed = hit.types == SPECULAR, hit.types == REFRACTION
     faces = np.zeros(hit.types.shape, np.int64)
@@ -272,6 +272,6 @@ def _find_shortening(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas
 
 
 def _vertices(buffer: PathsBuffer) -> Float[np.ndarray, "paths depth 3"]:
-    """Where the interactions of each path of the buffer are, metres, world frame."""
+    """Places of the interactions on each path of the buffer, metres, world frame."""
     axes = buffer.vertices_x, buffer.vertices_y, buffer.vertices_z
     return np.stack([axis.numpy() for axis in axes], axis=-1).astype(float)

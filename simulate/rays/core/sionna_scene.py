@@ -1,8 +1,8 @@
 """A scene description as objects of Sionna RT [hoydis2023]: meshes with radio materials, and the antennas at both ends.
 
-Frames: Sionna's devices look along their local +x and are vertically polarised along local +z; the gateway looks
-along +z and is vertically polarised along +y (docs/physics.md, Frames). The cyclic permutation (x, y, z)_gateway =
-(y, z, x)_Sionna maps one frame on the other.
+Frames: Sionna's devices look along their local +x, and their vertical polarisation is along local +z. The gateway looks
+along its +z, and its vertical polarisation is along its +y. The cyclic permutation (x, y, z)_gateway = (y, z, x)_Sionna
+maps one frame to the other.
 """
 
 from __future__ import annotations
@@ -22,17 +22,17 @@ from simulate.rays.core.ray_tracer import dr, mi, rt
 from simulate.spectra.array import PlanarArray
 
 GATEWAY_FROM_SIONNA = Rotation.from_matrix([[0, 1, 0], [0, 0, 1], [1, 0, 0]])
-"""Rotation taking a vector's Sionna-device coordinates to gateway coordinates."""
+"""Rotation from the coordinates of a Sionna device to gateway coordinates."""
 
 
 def build_scene(scene: Scene) -> rt.Scene:
     """Build a scene's meshes and radio materials in Sionna RT.
 
     Args:
-        scene: the description.
+        scene: the scene.
 
     Returns:
-        The Sionna RT scene, whose objects have the names that ``sionna_names`` gives them.
+        The Sionna RT scene, whose objects have the names from ``sionna_names``.
     """
     sionna = rt.Scene()
     sionna.frequency = scene.frequency
@@ -51,7 +51,7 @@ def build_scene(scene: Scene) -> rt.Scene:
 
 
 def sionna_names(scene: Scene) -> list[str]:
-    """Names of the scene's objects in Sionna RT, which allows no dots (Blender's ``Cube.001`` has one).
+    """Names of the scene's objects in Sionna RT, which does not allow dots, as in Blender's ``Cube.001``.
 
     Args:
         scene: the scene.
@@ -72,9 +72,9 @@ class Antennas:
     """One end of the paths: antennas of one pattern and orientation at given positions.
 
     Attributes:
-        positions: metres, world frame.
+        positions: positions of the antennas, metres, world frame.
         angles: Sionna's orientation angles (α, β, γ), radians.
-        pattern: Sionna's antenna pattern, a single polarisation.
+        pattern: Sionna's antenna pattern, of a single polarisation.
     """
 
     positions: Float[np.ndarray, "n 3"]
@@ -85,22 +85,22 @@ class Antennas:
         return len(self.positions)
 
     def subset(self, index: Int[np.ndarray, " k"]) -> Antennas:
-        """The antennas at these indices."""
+        """The antennas with these indices."""
         return replace(self, positions=self.positions[index])
 
     @property
     def points(self) -> mi.Point3f:
-        """The positions as Sionna takes them."""
+        """The positions in Sionna's form."""
         return mi.Point3f(np.ascontiguousarray(self.positions.T, dtype=np.float32))
 
     @property
     def orientations(self) -> mi.Point3f:
-        """The angles, once per antenna."""
+        """The angles, repeated for each antenna."""
         return mi.Point3f(np.tile(np.asarray(self.angles, dtype=np.float32)[:, None], len(self)))
 
 
 def gateway_antennas(scene: Scene) -> Antennas:
-    """The gateway's elements at their true positions, numbered as ``PlanarArray`` numbers them."""
+    """The gateway's elements at their true positions, in the order of ``PlanarArray``."""
     gateway = scene.gateway
     rotation = Rotation.from_quat(gateway.orientation)
     offsets = rotation.apply(PlanarArray.of(gateway).positions) * scene.wavelength
@@ -119,9 +119,9 @@ def transmitter_antennas(scene: Scene, positions: Float[np.ndarray, "n 3"]) -> A
 
 
 def sionna_angles(rotation: Rotation) -> Float[np.ndarray, 3]:
-    """Sionna's orientation angles (α, β, γ) about z, y, x, in radians, of a device-to-world rotation."""
+    """Sionna's orientation angles (α, β, γ) about z, y, x, radians, of a device-to-world rotation."""
     with warnings.catch_warnings():
-        # With the boresight straight up or down, α and γ turn about the same axis, and any split of them is right.
+        # If the boresight is straight up or down, α and γ turn about the same axis, and any split of them is right.
         warnings.filterwarnings("ignore", message="Gimbal lock")
         return rotation.as_euler("ZYX")
 
@@ -138,7 +138,7 @@ def _radio_material(material: RadioMaterial, thickness: float) -> rt.RadioMateri
         xpd_coefficient=material.xpd_coefficient,
         color=material.color,
     )
-    # A constant would be part of Dr.Jit's kernels, which take a second to compile, for every other value anew.
+    # A constant would be part of Dr.Jit's kernels. Every new value would compile them again, which takes a second.
     sionna.thickness = dr.opaque(mi.Float, thickness)
     sionna.relative_permittivity = dr.opaque(mi.Float, material.relative_permittivity)
     sionna.conductivity = dr.opaque(mi.Float, material.conductivity)

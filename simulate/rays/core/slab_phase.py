@@ -1,9 +1,10 @@
-"""By how much the slabs on a path shorten it.
+"""The length by which the slabs on a path shorten it.
 
-The coefficients of a slab (ITU-R P.2040) are the ratio of the fields at its two faces, or at its front. A path's length
-is counted to the surface, which has no thickness. A wave that passes through a slab of thickness t at the angle of
-incidence θ has gone t cos θ of its way inside, which the transmission coefficient counts, too; one that is reflected at
-a slab whose front is f before the surface turns back earlier and has a way that is 2 f cos θ shorter.
+The coefficients of a slab [itu2023] refer to its faces: transmission from face to face, reflection at the front. The
+length of a path, however, is counted to the surface, which has no thickness. A wave that passes through a slab of
+thickness t at the angle of incidence θ travels t cos θ of its length inside the slab, and the transmission coefficient
+counts this, too. A wave that is reflected at a slab whose front lies f before the surface turns back earlier, and its
+way is 2 f cos θ shorter.
 """
 
 from __future__ import annotations
@@ -27,12 +28,12 @@ def find_shortening(
 
     Args:
         reflected: whether each interaction is a reflection.
-        passed: whether each is a transmission.
-        faces: number of the triangle of each, counted through the scene's objects.
-        vertices: of the interactions, metres.
+        passed: whether each interaction is a transmission.
+        faces: number of the triangle of each interaction, counted through the scene's objects.
+        vertices: places of the interactions, metres.
         starts: where the paths begin, metres.
-        normals: of the triangles.
-        fronts: of the triangles (``FaceSlabs``), metres.
+        normals: unit normals of the triangles.
+        fronts: fronts of the triangles' slabs (``FaceSlabs``), metres.
     """
     result = np.zeros(len(starts))
     for path in numba.prange(len(starts)):

@@ -1,12 +1,13 @@
-"""What a scene's surfaces are made of in space: slabs of dielectric beside or around them, and conducting sheets.
+"""The slabs of dielectric that a scene's surfaces stand for, and its conducting sheets.
 
 A scene's surfaces have no thickness. The slab that a surface stands for lies
 
-- behind an outer wall: everything else, antennas included, is on one side of the wall, and the slab on the other;
-- inside a closed body, under its surface, unless the gateway and the region are within it (a room drawn as a box);
-- half on either side of every other sheet.
+- behind an outer wall, which has everything else, antennas included, on its other side;
+- inside a closed body, under its surface, unless the body is a room drawn as a box, with the gateway and the region in
+  it;
+- half on either side of any other sheet.
 
-A conductor reflects at its surface, whatever its thickness: it is a sheet of no thickness at the surface.
+A conductor reflects at its surface, whatever its thickness. So it is a sheet of no thickness at the surface.
 """
 
 from __future__ import annotations
@@ -27,15 +28,15 @@ from scenes.scene.permittivity import is_conductor
 
 @dataclass(frozen=True)
 class Slabs:
-    """Triangles of one dielectric, and where its slab lies at each.
+    """Triangles of one dielectric, and the place of the slab at each of them.
 
     Attributes:
         material: the dielectric.
-        triangles: corners, metres, world frame.
-        normals: unit normals.
+        triangles: corners of the triangles, metres, world frame.
+        normals: unit normals of the triangles.
         start: where the slab begins along the normal, metres from the triangle.
-        stop: where it ends.
-        outer: whether the slab is that of an outer wall, which is continued around the corners of the scene.
+        stop: where the slab ends along the normal, metres from the triangle.
+        outer: whether the slab is that of an outer wall, which continues around the corners of the scene.
     """
 
     material: RadioMaterial
@@ -53,7 +54,7 @@ def conducting_triangles(scene: Scene) -> Float[np.ndarray, "n 3 3"]:
 
 
 def dielectric_slabs(scene: Scene) -> list[Slabs]:
-    """The slabs of all objects that are no conductors."""
+    """The slabs of all objects that are not conductors."""
     return [
         _slabs_of(scene, item) for item in scene.objects if not is_conductor(_material(scene, item), scene.frequency)
     ]
@@ -69,7 +70,7 @@ def _slabs_of(scene: Scene, item: SceneObject) -> Slabs:
     closed = closed_parts(item.mesh)
     pieces = [_of_closed_part(scene, part, thickness) for part in closed]
     if sum(len(part.faces) for part in closed) < len(item.mesh.faces):
-        parts = merge_corners(item.mesh).split(only_watertight=False, repair=False)  # repairing would close open boxes
+        parts = merge_corners(item.mesh).split(only_watertight=False, repair=False)  # repair would close open boxes
         open_parts = [part for part in parts if not part.is_watertight]
         pieces += [_of_sheet(scene, part.triangles, thickness) for part in open_parts]
     triangles, normals, start, stop, outer = (np.concatenate(values) for values in zip(*pieces, strict=True))
@@ -77,7 +78,7 @@ def _slabs_of(scene: Scene, item: SceneObject) -> Slabs:
 
 
 def _of_closed_part(scene: Scene, part: Trimesh, thickness: float) -> tuple[np.ndarray, ...]:
-    """The slab under a body's surface, or behind a room's."""
+    """The slab under the surface of a body, or behind the surface of a room."""
     room = holds_antennas(scene, part)
     normals = part.face_normals * np.sign(part.volume)
     zero, full = np.zeros(len(normals)), np.full(len(normals), thickness)
@@ -87,7 +88,7 @@ def _of_closed_part(scene: Scene, part: Trimesh, thickness: float) -> tuple[np.n
 
 
 def _of_sheet(scene: Scene, triangles: Float[np.ndarray, "n 3 3"], thickness: float) -> tuple[np.ndarray, ...]:
-    """The slab behind an outer wall's sheet, or on both sides of another's."""
+    """The slab behind the sheet of an outer wall, or on both sides of another sheet."""
     normals, front, back = _scene_beyond(scene, triangles)
     outer = in_outer_wall(scene, triangles)
     away = np.where(front < back, 1.0, -1.0)  # the normal points away from the scene
@@ -101,9 +102,9 @@ class FaceSlabs:
     """The slab of every triangle of a scene, counted through its objects.
 
     Attributes:
-        fronts: how far it reaches to the side that the mesh's normal points to, and to the other side, metres; 0 for
+        fronts: how far the slab reaches in the direction of the mesh's normal, and in the opposite one, metres; 0 for
             conductors.
-        outer: whether it is that of an outer wall.
+        outer: whether the slab is that of an outer wall.
     """
 
     fronts: Float[np.ndarray, "faces 2"]
@@ -111,7 +112,7 @@ class FaceSlabs:
 
 
 def face_slabs(scene: Scene) -> FaceSlabs:
-    """The slab of every triangle.
+    """The slab of every triangle of a scene.
 
     Args:
         scene: the scene.
@@ -132,11 +133,11 @@ def face_slabs(scene: Scene) -> FaceSlabs:
 
 
 def in_outer_wall(scene: Scene, triangles: Float[np.ndarray, "n 3 3"]) -> Bool[np.ndarray, " n"]:
-    """Whether the scene is on one side of each triangle's plane, to within ``WALL_REACH``.
+    """Whether all of the scene is on one side of each triangle's plane, to within ``WALL_REACH``.
 
     Args:
         scene: the scene.
-        triangles: corners, metres, world frame.
+        triangles: corners of the triangles, metres, world frame.
     """
     _, front, back = _scene_beyond(scene, triangles)
     return np.minimum(front, back) < WALL_REACH
@@ -145,7 +146,7 @@ def in_outer_wall(scene: Scene, triangles: Float[np.ndarray, "n 3 3"]) -> Bool[n
 def _scene_beyond(
     scene: Scene, triangles: Float[np.ndarray, "n 3 3"]
 ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
-    """Unit normals, and how far objects and antennas reach to either side, metres."""
+    """Unit normals of triangles, and how far objects and antennas reach to either side of them, metres."""
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     normals = normals / np.linalg.norm(normals, axis=1, keepdims=True).clip(1e-30)
     gateways = [gateway.position for gateway in (scene.gateway, *scene.further_gateways.values())]

@@ -1,4 +1,4 @@
-"""What the surfaces of a scene are made of, on the ray tracer's device."""
+"""The materials of a scene's surfaces, on the ray tracer's device."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from simulate.rays.core.ray_tracer import dr, mi
 
 
 class Surfaces:
-    """What the triangles of a scene are made of, on the ray tracer's device.
+    """The materials of a scene's triangles, on the ray tracer's device.
 
     Args:
         ray_scene: the scene.
@@ -33,7 +33,7 @@ class Surfaces:
         self._first_face = mi.UInt(ray_scene.planes.first_face)
 
     def face(self, hit: mi.PreliminaryIntersection3f, active: mi.Bool) -> mi.UInt:
-        """Number of the triangle that a ray has hit."""
+        """Number of the triangle that a ray hit."""
         shape = dr.reinterpret_array(mi.UInt, hit.shape)
         return dr.gather(mi.UInt, self._first_face, shape, active) + hit.prim_index
 
@@ -42,22 +42,22 @@ class Surfaces:
         return mi.Vector3f(*(dr.gather(mi.Float, axis, face, active) for axis in self._normals))
 
     def conducts(self, face: mi.UInt, active: mi.Bool | bool = True) -> mi.Bool:
-        """Whether a triangle is of a conductor."""
+        """Whether a triangle belongs to a conductor."""
         return dr.gather(mi.Bool, self._conducts, dr.gather(mi.UInt, self._object, face, active), active)
 
     def scattering(self, face: mi.UInt) -> mi.Float:
-        """S of a triangle's material: the fraction of the reflected amplitude that is scattered diffusely."""
+        """Scattering coefficient S of a triangle: the share of the reflected amplitude that is scattered diffusely."""
         return dr.gather(mi.Float, self._scattering, dr.gather(mi.UInt, self._object, face))
 
     def coefficients(
         self, face: mi.UInt, way: mi.Vector3f, active: mi.Bool | bool = True
     ) -> tuple[mi.Complex2f, mi.Complex2f, mi.Complex2f, mi.Complex2f]:
-        """Reflection TE and TM, transmission TE and TM of a smooth slab, with the phase of the way it shortens.
+        """Coefficients of a smooth slab (reflection TE, TM, transmission TE, TM), with the phase of the shortened way.
 
         Args:
             face: number of the triangle.
-            way: direction of the wave that comes to it.
-            active: for which lanes.
+            way: direction of the incident wave.
+            active: lanes to compute.
         """
         along = dr.dot(way, self.normal(face, active))
         r_te, r_tm, t_te, t_tm = self._slab(face, dr.abs(along), active)
@@ -69,23 +69,23 @@ class Surfaces:
     def centred_coefficients(
         self, face: mi.UInt, cosine: mi.Float
     ) -> tuple[mi.Complex2f, mi.Complex2f, mi.Complex2f, mi.Complex2f]:
-        """The same of a slab whose middle is at the triangle.
+        """The same coefficients for a slab whose middle is at the triangle.
 
         Args:
             face: number of the triangle.
-            cosine: of the angle of incidence.
+            cosine: cosine of the angle of incidence.
         """
         turned = self._turned(cosine, dr.gather(mi.Float, self._thickness, dr.gather(mi.UInt, self._object, face)))
         r_te, r_tm, t_te, t_tm = self._slab(face, cosine)
         return turned * r_te, turned * r_tm, turned * t_te, turned * t_tm
 
     def _slab(self, face: mi.UInt, cosine: mi.Float, active: mi.Bool | bool = True):
-        """Coefficients of ITU-R P.2040, with the faces of the slab as the places of phase 0."""
+        """Coefficients of ITU-R P.2040 [itu2023], whose phase is 0 at the faces of the slab."""
         item = dr.gather(mi.UInt, self._object, face, active)
         permittivity = mi.Complex2f(*(dr.gather(mi.Float, part, item, active) for part in self._permittivity))
         thickness = dr.gather(mi.Float, self._thickness, item, active)
         return itu_coefficients_single_layer_slab(cosine, permittivity, thickness, self.wavelength)
 
     def _turned(self, cosine: mi.Float, shortened: mi.Float) -> mi.Complex2f:
-        """Phase factor of a way that is shorter along the normal, metres."""
+        """Phase factor of a way that is shorter by some metres along the normal."""
         return dr.exp(mi.Complex2f(0, 2 * dr.pi / self.wavelength * cosine * shortened))

@@ -1,9 +1,9 @@
-"""The terms of responses, one for each path: what it touches, and how its length changes when things move a little.
+"""The terms of a response, one for each path, and how their lengths change when things move a little.
 
-A response is y = Σ a e^{−jkL} over paths of length L. Where an end of a path, or a surface or an edge that it touches,
-moves by a small δ, its length changes to first order by δ·(u − u′), with the unit vectors u and u′ of the wave before
-and behind that point. The point's own movement along the surface or the edge changes nothing, since the length of a
-path is stationary there (Fermat). The amplitude a changes little within a fraction of a wavelength.
+A response is y = Σ a e^{−jkL} over paths of length L. An end of a path, or a surface or edge that it touches, may move
+by a small δ. To first order, the length then changes by δ·(u − u′), with the unit vectors u and u′ of the wave before
+and behind that point. The point also slides along the surface or edge, but this changes nothing, since the length of a
+path is stationary there (Fermat). The amplitude a changes little over a fraction of a wavelength.
 """
 
 from __future__ import annotations
@@ -15,11 +15,11 @@ import numpy as np
 from jaxtyping import Complex, Float, Int
 
 STRAIGHT = -1
-"""In place of an object: nothing turns the wave here."""
+"""Stands for no object: nothing changes the direction of the wave here."""
 
 
 class Interaction(IntEnum):
-    """What happens to a wave on its way; the numbers are those of Sionna RT's ``InteractionType``."""
+    """What happens to a wave on its way. The numbers are those of Sionna RT's ``InteractionType``."""
 
     NONE = 0
     REFLECTION = 1
@@ -29,17 +29,17 @@ class Interaction(IntEnum):
 
 
 class Terms(NamedTuple):
-    """Paths between elements and transmitters, with what each contributes.
+    """Paths between elements and transmitters, with the contribution of each.
 
     Attributes:
         targets: index of each path's transmitter.
-        sources: index of its element.
+        sources: index of each path's element.
         responses: a e^{−jkL}.
         vertices: element, interactions, transmitter; metres, world frame. A path with fewer interactions than others
-            has its last vertex several times.
-        objects: index of the object of each interaction, ``STRAIGHT`` where the wave passes through or there is none.
-        kinds: the ``Interaction`` at each vertex between the ends, ``NONE`` after the path's last one. What a path with
-            diffraction or diffuse reflection passes through is not among them.
+            repeats its last vertex.
+        objects: index of the object of each interaction; ``STRAIGHT`` for a transmission, or if there is none.
+        kinds: the ``Interaction`` at each vertex between the ends, ``NONE`` after the last one. Transmissions of a path
+            with diffraction or diffuse reflection are left out.
     """
 
     targets: Int[np.ndarray, " paths"]
@@ -54,11 +54,11 @@ class Terms(NamedTuple):
         return np.linalg.norm(np.diff(self.vertices, axis=1), axis=-1).sum(axis=1)
 
     def length_derivatives(self) -> tuple[Float[np.ndarray, "paths 3"], Float[np.ndarray, "paths n 3"]]:
-        """Derivatives of each path's length.
+        """Derivatives of each path's length with respect to positions.
 
         Returns:
-            By the position of its element, and by that of the object at each interaction; zero where the wave goes
-            straight on.
+            Derivatives with respect to the position of the element, and to that of the object at each interaction. The
+            latter are zero where the wave goes straight on.
         """
         steps = np.diff(self.vertices, axis=1)
         size = np.linalg.norm(steps, axis=-1, keepdims=True)

@@ -1,1 +1,1 @@
-"""Diffraction at edges: chains with one or two edges, found, solved and evaluated."""
+"""Diffraction at edges: find, solve and evaluate chains with one or two edges."""

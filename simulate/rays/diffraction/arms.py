@@ -1,4 +1,4 @@
-"""Arms: the ways from an antenna to an edge, straight or by reflections."""
+"""Arms: the ways from an antenna to an edge, straight or with reflections."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ class Arms:
     """Sequences of reflections between an antenna and an edge.
 
     Attributes:
-        planes: planes of the reflections, from the antenna on; −1 after the last.
-        edges: index of the edge.
+        planes: planes of the reflections, from the antenna on; −1 after the last one.
+        edges: index of each arm's edge.
     """
 
     planes: Int[np.ndarray, "arms most"]
@@ -27,7 +27,7 @@ class Arms:
         return len(self.edges)
 
     def subset(self, index: Int[np.ndarray, " k"] | Bool[np.ndarray, " arms"]) -> Arms:
-        """The arms at these indices, or those of a mask."""
+        """The arms with these indices, or those that a mask selects."""
         return Arms(self.planes[index], self.edges[index])
 
     @property
@@ -37,10 +37,10 @@ class Arms:
 
 
 PASSES = 2
-"""Objects that a ray passes through at most."""
+"""Most objects that a ray passes through."""
 
 NEAR = 1e-4
-"""Metres by which a ray starts behind the surface that it left."""
+"""Metres behind a surface at which a ray that leaves it starts."""
 
 
 def reflection_sequences(
@@ -50,19 +50,19 @@ def reflection_sequences(
     rays: int,
     generator: np.random.Generator,
 ) -> Int[np.ndarray, "sequences most"]:
-    """Sequences of planes that waves from some points can be reflected at, with the one without reflections first.
+    """Sequences of planes that can reflect waves from some points, first the sequence without reflections.
 
-    Rays are shot in random directions. At a conductor a ray is reflected; elsewhere it is reflected or goes on.
+    Rays are shot in random directions. A conductor reflects a ray. At other objects it is reflected or goes on.
 
     Args:
         ray_scene: the scene.
         origins: where the rays begin, metres.
-        most: number of reflections.
+        most: largest number of reflections.
         rays: number of rays.
         generator: draws the directions.
 
     Returns:
-        Planes in the order of the reflections, −1 after the last, in lexical order.
+        Planes in the order of the reflections, −1 after the last one; the sequences are in lexical order.
     """
     planes = ray_scene.planes
     conducts = conducting_objects(ray_scene.description)[ray_scene.object_of_face]

@@ -1,8 +1,8 @@
-"""What the uniform theory needs to know of a chain's way around its edges.
+"""The quantities of a chain's way around its edges that the uniform theory needs.
 
-Of every edge: the angles φ′ and φ, the sine of β₀, the detours through the edge's start and its end, the excess, and L,
-as ``PathGeometry`` explains them; of the whole way: its length, and the spreading of the wave, whose amplitude behind
-the edges is that times λ/4π.
+For every edge these are the angles φ′ and φ, the sine of β₀, the detours through the start and the end of the edge, the
+excess, and L. ``PathGeometry`` explains them. For the whole way they are its length and the spreading of the wave. The
+amplitude behind the edges is λ/4π times the spreading.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from simulate.rays.diffraction.cylindrical import (
 from simulate.rays.diffraction.links import THROUGH_SPACE
 
 APART = 1 / 4
-"""Wavelengths. Two points of diffraction that are nearer belong to a corner, which two edges do not describe; from
-there to twice as far the wave's weight rises from 0 to 1."""
+"""Wavelengths. Two points of diffraction that are nearer to each other belong to a corner, which two edges do not
+describe. From this distance to twice as far the wave's weight rises from 0 to 1."""
 
 
 @numba.njit(cache=True)
 def around_one(wedge, begin, end, phi_begin, phi_end):
-    """Length of the way by an edge, its spreading, and the edge's figures, twice (as ``around_two`` has two).
+    """Length of the way by one edge, its spreading, and the edge's quantities, twice as in ``around_two``.
 
     Args:
         wedge: the edge.
@@ -47,18 +47,18 @@ def around_one(wedge, begin, end, phi_begin, phi_end):
 
 @numba.njit(cache=True)
 def around_two(first, second, faces, s, t, begin, end, phi_begin, phi_end, wavelength):
-    """Length of the way by two edges, its spreading, and each edge's figures.
+    """Length of the way by two edges, its spreading, and the quantities of each edge.
 
     Args:
-        first: the edge that the wave comes to first.
+        first: the edge that the wave reaches first.
         second: the other edge.
-        faces: the face of each edge that the way between them runs along, or ``THROUGH_SPACE``.
-        s: the point of diffraction along the first edge's line.
-        t: that along the second one's.
+        faces: the face of each edge along which the way between them runs, or ``THROUGH_SPACE``.
+        s: the point of diffraction along the line of the first edge.
+        t: the point of diffraction along the line of the second edge.
         begin: image of the source.
         end: image of the target.
         phi_begin: angle of ``begin`` about the first edge.
-        phi_end: angle of ``end`` about the second one.
+        phi_end: angle of ``end`` about the second edge.
         wavelength: metres.
     """
     p, q = on_edge(first, s), on_edge(second, t)
@@ -73,18 +73,18 @@ def around_two(first, second, faces, s, t, begin, end, phi_begin, phi_end, wavel
     whole = before + apart + behind
     weight = min(max(apart / (APART * wavelength) - 1, 0.0), 1.0)
     if faces[0] != THROUGH_SPACE:
-        weight /= 2  # the field on a face is the incident and the reflected one, which are one wave here
+        weight /= 2  # the field on a face consists of the incident and the reflected wave, which are one wave here
     # Behind the first edge the wavefront has the radii s₁₂ across it and s′ + s₁₂ along it.
     twist = _sine_between(first, second, p, q)
     spreading = weight / np.sqrt(before * behind * (apart * whole + before * behind * twist**2))
-    # Near a boundary of the second edge (share 1) the first is as for a wave that goes on to the target, and the second
-    # has its wavefront; near one of the first edge it is the other way round.
+    # Near a boundary of the second edge (share 1), L of the first edge is as for a wave that goes on to the target, and
+    # the second edge gets the first one's wavefront. Near a boundary of the first edge it is the other way round.
     share = excess / (excess + other_excess + 1e-12)
     length = share * before * (apart + behind) / whole + (1 - share) * _length_between(behind, apart, before, twist)
     other_length = (
         share * _length_between(before, apart, behind, twist) + (1 - share) * (before + apart) * behind / whole
     )
-    # At a shadow boundary the other edge's wave has the ends that it has alone.
+    # At a shadow boundary of one edge, the ends of the other edge act as if it were alone.
     wavenumber = 2 * np.pi / wavelength
     here = share * np.exp(-wavenumber * (apart + behind - distance(p, end)))
     there = (1 - share) * np.exp(-wavenumber * (before + apart - distance(begin, q)))
@@ -108,7 +108,7 @@ def around_two(first, second, faces, s, t, begin, end, phi_begin, phi_end, wavel
 
 @numba.njit(cache=True)
 def _around_edge(wedge, before, behind, angle, other_angle):
-    """Distances s′ and s to the edge, sin β₀, the detours by the edge's start and end, and the excess."""
+    """Distances s′ and s to the edge, sin β₀, the detours by the start and the end of the edge, and the excess."""
     z1, rho1 = about(wedge, before)
     z2, rho2 = about(wedge, behind)
     z, by_start, by_end = diffraction_point(z1, rho1, z2, rho2, wedge[4])
@@ -123,7 +123,7 @@ def _around_edge(wedge, before, behind, angle, other_angle):
 
 @numba.njit(cache=True)
 def _sine_between(first, second, p, q):
-    """Sine of the angle between two edges as seen along the way between points on them."""
+    """Sine of the angle between two edges, seen along the way between points on them."""
     way = minus(q, p)
     a, b = cross(way, first[1]), cross(way, second[1])
     squares = dot(a, a) * dot(b, b)
@@ -132,9 +132,9 @@ def _sine_between(first, second, p, q):
 
 @numba.njit(cache=True)
 def _length_between(before, apart, behind, twist):
-    """L at the second of two edges, over sin² β₀ ([kouyoumjian1974], equation 33).
+    """L / sin² β₀ at the second of two edges ([kouyoumjian1974], equation 33).
 
-    The wavefront has the radii ρ₁ = s₁₂ and ρ₂ = s′ + s₁₂, and ρ along the second edge.
+    The wavefront has the radii ρ₁ = s₁₂ and ρ₂ = s′ + s₁₂, and the radius ρ along the second edge.
     """
     whole = before + apart
     along = 1 / ((1 - twist**2) / whole + twist**2 / apart)

@@ -1,16 +1,17 @@
-"""Where a chain with one or two diffractions touches its surfaces and its edges.
+"""The points where a chain with one or two diffractions touches its surfaces and its edges.
 
 The antenna at the end of an arm, mirrored at the arm's planes in turn, has the image I. Seen from the edge, the wave
-comes straight from there. With the edge as the axis of cylindrical coordinates, source image (z₁, ρ₁) and target image
-(z₂, ρ₂), the angles to the edge are equal (Keller's cone) at
+comes straight from I. Take the edge as the axis of cylindrical coordinates, with the source image at (z₁, ρ₁) and the
+target image at (z₂, ρ₂). Then the angles to the edge are equal (Keller's cone) at
 
     z = z₁ + (z₂ − z₁) ρ₁ / (ρ₁ + ρ₂).
 
-Two points of diffraction are where the whole way is shortest, which Newton's method finds.
+With two diffractions, Newton's method finds the two points for which the whole way is shortest.
 
-A chain is a path if both antennas' waves are in the open space around their edges, and every reflection is on a
-surface. Whether something blocks a path is tested later. A point beyond an end of the edge counts, too, as long as the
-way by the end is not much longer (see ``simulate.rays.diffraction.corners``); the path then passes through the end.
+A chain is a path if the waves of both antennas are in the open space around their edges, and every reflection is on a
+surface. Whether something blocks the path is tested later. A point of diffraction may lie beyond an end of the edge if
+the way through the end is not much longer (see ``simulate.rays.diffraction.corners``). The path then passes through the
+end.
 """
 
 from __future__ import annotations
@@ -34,28 +35,28 @@ from simulate.rays.diffraction.links import THROUGH_SPACE, lift_of
 from simulate.rays.diffraction.points import points_of_diffraction, shortest
 
 BLOCK = 1024
-"""Paths that one thread places at a time."""
+"""Number of paths that one thread handles at a time."""
 
 
 @dataclass(frozen=True)
 class PathGeometry:
-    """The ways of paths that have as many reflections and diffractions, in single precision.
+    """The ways of paths with equal numbers of reflections and diffractions, in single precision.
 
     Attributes:
         sources: index of each path's source.
-        targets: index of its target.
-        vertices: reflections, points on edges, reflections, in the order from source to target, metres.
+        targets: index of each path's target.
+        vertices: reflections, points on edges and reflections, in the order from source to target, metres.
         faces: number of the triangle of each reflection, counted through the scene's objects; meaningless at an edge.
         edges: index of each edge.
-        angles: φ′ and φ at it, radians.
-        length: L at it (wedge.py), metres.
+        angles: φ′ and φ at each edge, radians.
+        length: L at each edge (wedge.py), metres.
         sin_beta: sine of the angle β₀ between path and edge.
-        detours: by how much the ways through the edge's start and end are longer, from the vertex before the edge to
-            the one after it; negative where the point of diffraction lies beyond that end, metres.
-        excess: by how much the way by the edge is longer than that of a wave that goes straight or is reflected at a
-            face of the edge, whichever is the longest; 0 at a shadow or reflection boundary, metres.
-        propagation: λ/4π, the spreading, and e^{−jk(length of the path)}, in double precision, since the path is many
-            wavelengths long.
+        detours: how much longer the ways through the start and the end of the edge are, from the vertex before the edge
+            to the vertex after it, metres; negative if the point of diffraction lies beyond that end.
+        excess: how much longer the way by the edge is than the way of a wave that goes straight or is reflected at a
+            face of the edge, whichever is longest, metres; 0 at a shadow or reflection boundary.
+        propagation: λ/4π times the spreading times e^{−jk(length of the path)}; in double precision, since a path is
+            many wavelengths long.
     """
 
     sources: UInt32[np.ndarray, " paths"]
@@ -78,9 +79,9 @@ class Combinations:
     Attributes:
         planes: the scene's planes.
         edges: the scene's edges.
-        chains: the chains, all of one shape.
-        near: the sources' images by the near arms.
-        far: the targets' images by the far arms.
+        chains: the chains, all of the same shape.
+        near: the images of the sources by the near arms.
+        far: the images of the targets by the far arms.
         wavelength: metres.
     """
 
@@ -92,7 +93,7 @@ class Combinations:
     wavelength: float
 
     def possible(self) -> Int[np.ndarray, "3 paths"]:
-        """Those whose vertices are all where they should be: target, chain and source, in lexical order."""
+        """The combinations (target, chain, source) whose vertices are all in valid places, in lexical order."""
         possible = np.zeros((len(self.far.last), len(self.chains), len(self.near.last)), np.bool_)
         with ONE_KERNEL:
             _mark(*self._arrays, possible)  # type: ignore[call-arg]
@@ -102,7 +103,7 @@ class Combinations:
         """The ways of some of the possible combinations.
 
         Args:
-            paths: of ``possible``.
+            paths: combinations from ``possible``.
             first_target: index of target 0 among all targets.
         """
         before, diffractions, after = (int(number) for number in self.chains.shapes[0])
@@ -128,7 +129,7 @@ class Combinations:
 
     @cached_property
     def _arrays(self) -> tuple:
-        """What the kernels need."""
+        """The arguments of the kernels."""
         chains = self.chains
         twice = chains.link != NO_LINK
         faces = np.full((len(chains), 2), THROUGH_SPACE)
@@ -142,11 +143,11 @@ class Combinations:
 
 
 ALIGNMENT = 64
-"""Bytes. Dr.Jit uses numpy's memory as it is, and compiles a kernel anew for arrays that begin elsewhere."""
+"""Bytes. Dr.Jit uses NumPy's memory directly, and compiles a kernel again for arrays with another alignment."""
 
 
 def _aligned(kind: type, *shape: int) -> np.ndarray:
-    """An array of four-byte numbers, each row of which begins at a multiple of ``ALIGNMENT``."""
+    """An array of four-byte numbers whose rows all begin at a multiple of ``ALIGNMENT``."""
     columns = -(-shape[-1] * 4 // ALIGNMENT) * ALIGNMENT
     size = int(np.prod(shape[:-1])) * columns
     memory = np.empty(size + ALIGNMENT, np.uint8)
@@ -180,7 +181,7 @@ class _Wedges(NamedTuple):
 
 
 class _Route(NamedTuple):
-    """Arrays of ``DiffractedChains``: arms, edges, and the face that the way between the edges runs along."""
+    """Arrays of ``DiffractedChains``: arms, edges, and the face along which the way between the edges runs."""
 
     pairs: np.ndarray
     edges: np.ndarray

@@ -1,21 +1,22 @@
-"""What is left of a diffracted wave at the ends of an edge.
+"""The effect of the ends of an edge on a diffracted wave.
 
-Behind an opening with a corner, x, y > 0 seen from there, Kirchhoff's integral gives the wave F(x)F(y), where F is the
-Fresnel integral from −∞, and geometric optics the product of steps θ(x)θ(y). For any λ
+Consider an opening with a corner, which is open for x, y > 0. Behind it, Kirchhoff's integral gives the wave F(x)F(y),
+where F is the Fresnel integral from −∞. Geometric optics gives the product of steps θ(x)θ(y). For any λ
 
     θ(x)θ(y) − F(x)F(y) = [θ(x) − F(x)] · [λ F(y) + (1 − λ) θ(y)] + [θ(y) − F(y)] · [λ θ(x) + (1 − λ) F(x)].
 
-The first bracket of each term is the wave diffracted at an edge that has no end, the second what its end leaves of it.
-We weight the waves of the uniform theory so, with λ = p/(p + q): p is the detour that the diffracted wave makes over
-the direct or reflected one, 0 at the boundary where that ends, and q the detour by the end of the edge. Each wave then
-is continuous where its point of diffraction passes the end, and whole where it makes up for a direct or reflected wave.
+The first bracket of each term is the wave diffracted at an edge without an end. The second is the share of this wave
+that the end leaves. We weight the waves of the uniform theory in this way, with λ = p/(p + q). Here p is the detour of
+the diffracted wave compared to the direct or reflected one; it is 0 at the boundary where the latter ends. q is the
+detour by the end of the edge. Each wave is then continuous where its point of diffraction passes the end, and complete
+where it makes up for a direct or reflected wave.
 
 The Fresnel integral of an end is
 
     f(u) = e^{jπ/4}/√π · ∫_{−∞}^{u} e^{−jt²} dt,    u² = kq,
 
-u positive where the point of diffraction is on the edge's side of the end. A distant end has little effect, and f(u) is
-drawn towards the step in proportion to q, which it is beyond ``REACH``.
+where u is positive if the point of diffraction is on the edge. A distant end has little effect. So f(u) approaches the
+step in proportion to q, and equals it beyond ``REACH``.
 """
 
 from __future__ import annotations
@@ -27,20 +28,21 @@ from sionna.rt.utils import fresnel
 from simulate.rays.core.ray_tracer import dr, mi
 
 REACH = 0.5
-"""Wavelengths; ends with a longer detour are not felt."""
+"""Wavelengths. Ends with a longer detour have no effect."""
 
 
 def end_weight(detours: Sequence[mi.Float], excess: mi.Float, wavelength: float) -> mi.Complex2f:
-    """What both ends of an edge leave of a wave.
+    """The share of a wave that both ends of an edge leave.
 
     Args:
-        detours: q of start and end, metres; negative where the point of diffraction lies beyond that end.
+        detours: q of the start and of the end, metres; negative if the point of diffraction lies beyond that end.
         excess: p, metres.
         wavelength: metres.
 
-    >>> start, end = mi.Float([9.0, 0.0, -9.0]), mi.Float([9.0, 9.0, 9.0])
-    >>> end_weight((start, end), mi.Float([1.0, 1.0, 1.0]), 0.3).real.numpy().round(2).tolist()
-    [1.0, 0.5, 0.0]
+    Example:
+        >>> start, end = mi.Float([9.0, 0.0, -9.0]), mi.Float([9.0, 9.0, 9.0])
+        >>> end_weight((start, end), mi.Float([1.0, 1.0, 1.0]), 0.3).real.numpy().round(2).tolist()
+        [1.0, 0.5, 0.0]
     """
     weight = mi.Complex2f(-1)
     for detour in detours:

@@ -1,7 +1,7 @@
 """Points in the cylindrical coordinates (ρ, φ, z) of an edge: z from its start along it, φ from face 0 on.
 
-All functions take single numbers and tuples of them, not arrays: numba counts references to arrays at every call. A
-wedge is a tuple here: start, direction, normal and tangent of face 0, length, exterior angle (``Edges``).
+All functions take single numbers and tuples of numbers, not arrays, since numba counts references to arrays at every
+call. A wedge is a tuple here: start, direction, normal and tangent of face 0, length, exterior angle (``Edges``).
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def cross(a, b):
 
 @numba.njit(cache=True)
 def hypotenuse(a, b):
-    """√(a² + b²); np.hypot is slower, since it is safe from overflow."""
+    """√(a² + b²). np.hypot is slower, since it avoids overflow."""
     return np.sqrt(a * a + b * b)
 
 
@@ -78,13 +78,13 @@ def on_edge(wedge, along):
 
 @numba.njit(cache=True)
 def on_edge_or_end(wedge, along):
-    """The point of an edge nearest to one of its line."""
+    """The point of an edge that is nearest to a point of its line."""
     return on_edge(wedge, min(max(along, 0.0), wedge[4]))
 
 
 @numba.njit(cache=True)
 def diffraction_point(z1, rho1, z2, rho2, length):
-    """z, and how much longer the ways through the edge's start and end are, negative if z lies beyond."""
+    """z, and how much longer the ways through the start and the end of the edge are; negative if z lies beyond."""
     z = z1 + (z2 - z1) * rho1 / (rho1 + rho2)
     shortest = hypotenuse(rho1 + rho2, z2 - z1)
     by_start = hypotenuse(rho1, z1) + hypotenuse(rho2, z2) - shortest

@@ -1,6 +1,6 @@
 """Chains with diffractions: an arm from the source to an edge, perhaps a link to another edge, an arm to the target.
 
-Objects that a path passes through straight are not part of the chain; they are found when the path is solved.
+Objects that a path passes through are not part of the chain. They are found when the path is solved.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class DiffractedChains:
         far: the arms from the targets.
         links: the links between edges.
         pairs: index of each chain's near arm and far arm.
-        link: index of its link, or ``NO_LINK``.
+        link: index of each chain's link, or ``NO_LINK``.
     """
 
     near: Arms
@@ -38,7 +38,7 @@ class DiffractedChains:
         return len(self.pairs)
 
     def subset(self, index: Int[np.ndarray, " k"] | Bool[np.ndarray, " chains"]) -> DiffractedChains:
-        """The chains at these indices, or those of a mask, with the arms and links that they need."""
+        """The chains with these indices, or those that a mask selects, with the arms and links that they need."""
         near, near_index = np.unique(self.pairs[index, 0], return_inverse=True)
         far, far_index = np.unique(self.pairs[index, 1], return_inverse=True)
         link = self.link[index]
@@ -52,24 +52,24 @@ class DiffractedChains:
 
     @property
     def edges(self) -> Int[np.ndarray, "chains 2"]:
-        """Index of each chain's edges; one edge twice where there is no link."""
+        """Indices of the two edges of each chain; without a link, one edge twice."""
         return np.column_stack([self.near.edges[self.pairs[:, 0]], self.far.edges[self.pairs[:, 1]]])
 
     @property
     def shapes(self) -> Int[np.ndarray, "chains 3"]:
-        """Number of reflections before each chain's edges, of diffractions, and of reflections after its edges."""
+        """Numbers of reflections before each chain's edges, of diffractions, and of reflections after its edges."""
         before, after = self.near.reflections[self.pairs[:, 0]], self.far.reflections[self.pairs[:, 1]]
         return np.column_stack([before, 1 + (self.link != NO_LINK), after])
 
 
 def chains_of(near: Arms, far: Arms, links: Links, most_reflections: tuple[int, int]) -> DiffractedChains:
-    """All chains of so many reflections at most: pairs of arms at an edge, then pairs at the ends of a link.
+    """All chains up to a number of reflections: pairs of arms at an edge, then pairs at the ends of a link.
 
     Args:
         near: arms from the sources.
         far: arms from the targets.
         links: the links between edges.
-        most_reflections: of a chain with one diffraction, and of one with two.
+        most_reflections: most reflections of a chain with one diffraction, and of a chain with two.
     """
     edges = np.intersect1d(near.edges, far.edges)
     once, _ = _pairs(near, far, np.column_stack([edges, edges]), most_reflections[0])
@@ -81,7 +81,7 @@ def chains_of(near: Arms, far: Arms, links: Links, most_reflections: tuple[int, 
 def _pairs(
     near: Arms, far: Arms, edges: Int[np.ndarray, "n 2"], most_reflections: int
 ) -> tuple[Int[np.ndarray, "pairs 2"], Int[np.ndarray, " pairs"]]:
-    """Pairs of arms at so many pairs of edges, in lexical order, and which pair of edges each is at."""
+    """Pairs of arms at some pairs of edges, in lexical order, and the pair of edges that each belongs to."""
     found, where = [np.zeros((0, 2), np.int64)], [np.zeros(0, np.int64)]
     for number, (begin, end) in enumerate(edges):
         a, b = np.nonzero(near.edges == begin)[0], np.nonzero(far.edges == end)[0]

@@ -1,11 +1,11 @@
-"""The edges of a scene that diffract: of conductors, wedges and free edges of sheets; of all else, edges of sheets.
+"""The edges of a scene that diffract: wedges and free edges of conductors, and edges of dielectric sheets.
 
-Two triangles of one plane meet in no edge, and neither do facets of a curved surface, whose normals differ by less than
-``SMOOTH``. An edge ends where another body touches it (a cabinet on the floor, a panel against a wall): there is no
-open space around it.
+Two triangles of one plane have no edge between them. Neither have facets of a curved surface, whose normals differ by
+less than ``SMOOTH``. An edge ends where another body touches it (a cabinet on the floor, a panel against a wall), since
+there is no open space around it.
 
-Waves pass through a sheet, so that the whole space is around its edge: each of two sheets that meet at an angle is a
-half-plane of its own. Outer walls are left out, with their openings and what fills these.
+Waves pass through a sheet, so the whole space surrounds its edge. If two sheets meet at an angle, each is a half-plane
+of its own. Outer walls are left out, together with their openings and the objects that fill these.
 """
 
 from __future__ import annotations
@@ -22,19 +22,19 @@ from scenes.scene.shapes import union
 from simulate.rays.core.ray_scene import RayScene, first_hits
 
 SMOOTH = np.radians(30)
-"""Faces whose normals differ by less are parts of a curved surface."""
+"""Faces whose normals differ by less than this are parts of a curved surface."""
 
 TOUCHING = 1 / 50
-"""Wavelengths: another body that comes nearer than this to an edge touches it."""
+"""Wavelengths. Another body that is nearer to an edge than this touches it."""
 
 SHORTEST = 1 / 4
-"""Wavelengths: shorter edges are left out."""
+"""Wavelengths. Shorter edges are left out."""
 
 PIECES = 16
-"""Pieces of an edge that are each examined for a body that touches them."""
+"""Number of pieces of an edge, each of which is tested for a body that touches it."""
 
 MOST = 300
-"""Edges that are followed; of more, those that matter most."""
+"""Largest number of edges to follow. If a scene has more, only those that matter most are followed."""
 
 
 @dataclass(frozen=True)
@@ -44,12 +44,12 @@ class Edges:
     Attributes:
         starts: one end of each edge, metres, world frame.
         directions: unit vectors from there along the edge.
-        lengths: metres.
-        exterior: the angle of the open space, radians: 2π at the edge of a sheet, 3π/2 at that of a box.
+        lengths: lengths of the edges, metres.
+        exterior: angle of the open space, radians: 2π at the edge of a sheet, 3π/2 at the edge of a box.
         normals: unit normals of face 0, towards the open space.
         tangents: unit vectors from the edge along face 0, perpendicular to the edge.
-        faces: number of one of face 0's triangles, counted through the scene's objects.
-        sheets: whether the edge is that of a sheet, which is no conductor.
+        faces: number of a triangle of face 0, counted through the scene's objects.
+        sheets: whether the edge belongs to a dielectric sheet.
     """
 
     starts: Float[np.ndarray, "edges 3"]
@@ -65,31 +65,32 @@ class Edges:
         return len(self.lengths)
 
     def subset(self, index: Int[np.ndarray, " k"] | Bool[np.ndarray, " edges"]) -> Edges:
-        """The edges at these indices, or those of a mask."""
+        """The edges with these indices, or those that a mask selects."""
         return Edges(**{name: values[index] for name, values in vars(self).items()})
 
     def points(self, share: Float[np.ndarray, " k"]) -> Float[np.ndarray, "edges k 3"]:
-        """Points of the edges at shares of their lengths from the start, metres."""
+        """Points of the edges at some shares of their lengths, from the start, metres."""
         return self.starts[:, None] + (self.lengths[:, None] * share)[..., None] * self.directions[:, None]
 
     def around(self, angles: Float[np.ndarray, "edges k"]) -> Float[np.ndarray, "edges k 3"]:
-        """Unit vectors perpendicular to each edge at angles from its face 0 on, radians."""
+        """Unit vectors perpendicular to each edge, at some angles from its face 0 on, radians."""
         cosine, sine = np.cos(angles)[..., None], np.sin(angles)[..., None]
         return cosine * self.tangents[:, None] + sine * self.normals[:, None]
 
 
 def diffracting_edges(ray_scene: RayScene) -> Edges:
-    """The edges of the scene's conductors, then those of its sheets.
+    """The edges of the scene's conductors, then those of its dielectric sheets.
 
     Args:
         ray_scene: the scene.
 
-    >>> from scenes.places.closet import closet
-    >>> from simulate.rays.core.propagation import Propagation
-    >>> edges = diffracting_edges(RayScene.of(closet(), Propagation()))
-    >>> metal = edges.subset(~edges.sheets)
-    >>> len(metal), np.unique(np.degrees(metal.exterior).round()).tolist()  # all but the four on the floor
-    (12, [270.0, 360.0])
+    Example:
+        >>> from scenes.places.closet import closet
+        >>> from simulate.rays.core.propagation import Propagation
+        >>> edges = diffracting_edges(RayScene.of(closet(), Propagation()))
+        >>> metal = edges.subset(~edges.sheets)
+        >>> len(metal), np.unique(np.degrees(metal.exterior).round()).tolist()  # all but the four on the floor
+        (12, [270.0, 360.0])
     """
     scene = ray_scene.description
     conducts = conducting_objects(scene)
@@ -97,7 +98,7 @@ def diffracting_edges(ray_scene: RayScene) -> Edges:
     mesh = union(*(item.mesh for item in scene.objects))
     mesh.update_faces(chosen)
     mesh.merge_vertices(digits_vertex=4)
-    body_of_face = -1 - ray_scene.object_of_face  # of what is no conductor: its object
+    body_of_face = -1 - ray_scene.object_of_face  # for all but conductors: the object
     body_of_face[chosen] = trimesh.graph.connected_component_labels(mesh.face_adjacency, node_count=len(mesh.faces))
     found = [_edges_of(mesh, np.nonzero(chosen)[0], sheets=False)]
     for number in np.nonzero(~conducts)[0]:
@@ -110,19 +111,19 @@ def diffracting_edges(ray_scene: RayScene) -> Edges:
 
 
 def _together(*pieces: Edges) -> Edges:
-    """Several sets of edges as one."""
+    """Join several sets of edges into one."""
     return Edges(**{name: np.concatenate([getattr(each, name) for each in pieces]) for name in vars(pieces[0])})
 
 
 def _edges_of(mesh: trimesh.Trimesh, numbers: Int[np.ndarray, " faces"], sheets: bool) -> Edges:
-    """Every edge of one triangle or of two that meet at an angle.
+    """Every edge that belongs to one triangle, or to two triangles that meet at an angle.
 
-    Edges of three triangles or more are left out: where a sheet stands on another, no angle is open by more than 180°.
+    Edges of three or more triangles are left out. Where one sheet stands on another, no open angle exceeds 180°.
 
     Args:
-        mesh: conductors, or sheets.
-        numbers: the numbers of its triangles in the scene.
-        sheets: whether each face of an edge is a half-plane of its own, with the whole space around it.
+        mesh: conductors or sheets.
+        numbers: numbers of its triangles in the scene.
+        sheets: whether each face of an edge is a half-plane of its own, surrounded by the whole space.
     """
     corners, index, count = np.unique(mesh.edges_sorted, axis=0, return_inverse=True, return_counts=True)
     order = np.argsort(index.ravel(), kind="stable")
@@ -135,7 +136,7 @@ def _edges_of(mesh: trimesh.Trimesh, numbers: Int[np.ndarray, " faces"], sheets:
     directions = (ends - starts) / lengths[:, None].clip(1e-12)
 
     def inwards(which: Int[np.ndarray, " k"], of: Int[np.ndarray, " k"]) -> Float[np.ndarray, "k 3"]:
-        """Unit vectors perpendicular to edges ``of``, along the triangles that are entries ``which`` of ``faces``."""
+        """Unit vectors perpendicular to the edges ``of``, along the triangles ``faces[which]``."""
         towards = vertices[third[which]] - starts[of]
         towards = towards - (towards * directions[of]).sum(1, keepdims=True) * directions[of]
         return towards / np.linalg.norm(towards, axis=1, keepdims=True).clip(1e-12)
@@ -145,7 +146,7 @@ def _edges_of(mesh: trimesh.Trimesh, numbers: Int[np.ndarray, " faces"], sheets:
     interior = np.arccos(np.clip((along * across).sum(axis=1), -1, 1))
     sharp = interior < np.pi - SMOOTH
     shared, along, across, interior = shared[sharp], along[sharp], across[sharp], interior[sharp]
-    # Half-planes: free edges, and of sheets both faces of the shared ones.
+    # Half-planes: free edges, and both faces of the shared edges of sheets.
     of = np.concatenate([free, shared, shared]) if sheets else free
     which = np.concatenate([first[free], first[shared], first[shared] + 1]) if sheets else first[free]
     tangents = inwards(which, of)
@@ -161,7 +162,7 @@ def _edges_of(mesh: trimesh.Trimesh, numbers: Int[np.ndarray, " faces"], sheets:
     )
     if sheets:
         return planes.subset(planes.lengths > 0)
-    # Of the two normals of face 0, the one that points away from the other face.
+    # The normal of face 0 that points away from the other face.
     normals = np.cross(along, directions[shared])
     normals *= np.where((normals * across).sum(axis=1) > 0, -1, 1)[:, None]
     wedges = Edges(
@@ -179,7 +180,7 @@ def _edges_of(mesh: trimesh.Trimesh, numbers: Int[np.ndarray, " faces"], sheets:
 
 
 def _joined(edges: Edges, body_of_face: Int[np.ndarray, " faces"]) -> Edges:
-    """Edges of one body that continue one another in a line, between the same faces, as one."""
+    """Join edges of one body that continue one another in a line between the same faces."""
     if not len(edges):
         return edges
     largest = np.abs(edges.directions).argmax(axis=1)
@@ -198,13 +199,14 @@ def _joined(edges: Edges, body_of_face: Int[np.ndarray, " faces"]) -> Edges:
     kept = order[begins]
     starts, lengths = feet[kept] + first[begins][:, None] * directions[kept], last[ends] - first[begins]
     joined = replace(edges.subset(kept), starts=starts, directions=directions[kept], lengths=lengths)
-    return joined.subset(kept.argsort())  # as the given edges, whose order does not depend on where objects stand
+    return joined.subset(kept.argsort())  # in the given order, which does not depend on where objects are
 
 
 def _untouched(edges: Edges, body_of_face: Int[np.ndarray, " faces"], ray_scene: RayScene) -> Edges:
-    """The stretches of edges around which no other body is nearer than ``TOUCHING``.
+    """The stretches of edges to which no other body is nearer than ``TOUCHING``.
 
-    The sides of a polygon around each piece of an edge, from near face 0 to near face n, must meet no other body.
+    The test draws a polygon around each piece of an edge, from near face 0 to near face n. Its sides must not meet
+    another body.
     """
     shares = (np.arange(PIECES) + 0.5) / PIECES
     around = edges.around(edges.exterior[:, None] * np.linspace(0.05, 0.95, 9))
@@ -213,7 +215,7 @@ def _untouched(edges: Edges, body_of_face: Int[np.ndarray, " faces"], ray_scene:
     face, _ = first_hits(ray_scene, starts.reshape(-1, 3), sides.reshape(-1, 3), 1.0)
     face = face.reshape(starts.shape[:3])
     touched = ((face >= 0) & (body_of_face[face] != body_of_face[edges.faces][:, None, None])).any(axis=2)
-    # Where each stretch of untouched pieces begins and ends.
+    # The beginning and the end of each stretch of untouched pieces.
     change = np.diff(np.pad(~touched, ((0, 0), (1, 1))).astype(int), axis=1)
     edge, begin = np.nonzero(change == 1)
     end = np.nonzero(change == -1)[1]
@@ -225,14 +227,15 @@ def _untouched(edges: Edges, body_of_face: Int[np.ndarray, " faces"], ray_scene:
 
 
 def foremost(edges: Edges, scene: Scene) -> Edges:
-    """The ``MOST`` edges that matter most, in their order.
+    """The ``MOST`` edges that matter most, in their given order.
 
-    The field of a wave behind an edge falls with its distances d₁ from the gateway and d₂ from the transmitter about
-    like 1/√(d₁ d₂ (d₁ + d₂)), and grows with the edge's length up to about √(λ d₁ d₂/(d₁ + d₂)) (Fresnel's zone).
+    The field of a wave behind an edge is about proportional to 1/√(d₁ d₂ (d₁ + d₂)), with the edge's distances d₁ from
+    the gateway and d₂ from the transmitter. It grows with the length of the edge up to about √(λ d₁ d₂/(d₁ + d₂)), the
+    Fresnel zone.
 
     Args:
         edges: all edges of the scene.
-        scene: tells where the gateway is, and the middle of the transmitters' region.
+        scene: the scene, for the place of the gateway and the middle of the transmitters' region.
     """
     if len(edges) <= MOST:
         return edges

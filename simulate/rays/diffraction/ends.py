@@ -1,4 +1,4 @@
-"""The images of antennas that arms mirror, and where an arm's reflections lie."""
+"""The images of antennas mirrored by arms, and the places of an arm's reflections."""
 
 from __future__ import annotations
 
@@ -19,10 +19,11 @@ MARGIN = 1e-6
 """Metres by which triangles are enlarged, so that no point is lost between two of them."""
 
 TOO_NEAR = 1e-4
-"""Metres and radians: an antenna that is nearer to an edge or to the plane of its face is not diffracted there."""
+"""Metres and radians. The wave of an antenna that is nearer to an edge, or to the plane of its face, is not diffracted
+there."""
 
 POINTS = 16
-"""Points of an edge at which an arm is tried."""
+"""Number of points of an edge at which an arm is tried."""
 
 
 @dataclass(frozen=True)
@@ -30,10 +31,10 @@ class Ends:
     """The images of antennas by arms, seen from the arms' edges.
 
     Attributes:
-        images: antenna mirrored at the first, the first two … planes of each arm, metres.
-        last: the image by all planes, metres.
-        angle: φ of the last image around the edge, from face 0 on, radians.
-        open: whether the last image's direction is in the open space around the edge.
+        images: antenna mirrored at the first plane, the first two planes and so on of each arm, metres.
+        last: image by all planes, metres.
+        angle: φ of the last image about the edge, from face 0 on, radians.
+        open: whether the direction of the last image is in the open space around the edge.
     """
 
     images: Float[np.ndarray, "antennas arms most 3"]
@@ -49,7 +50,7 @@ def ends_of(planes: Planes, edges: Edges, arms: Arms, antennas: Float[np.ndarray
         planes: the scene's planes.
         edges: the scene's edges.
         arms: the arms.
-        antennas: metres, world frame.
+        antennas: positions of the antennas, metres, world frame.
     """
     images = np.empty((len(arms), len(antennas), arms.planes.shape[1], 3))
     mirror(planes.normals, planes.offsets, arms.planes, arms.reflections, antennas, images)
@@ -67,7 +68,7 @@ def ends_of(planes: Planes, edges: Edges, arms: Arms, antennas: Float[np.ndarray
 
 
 def reaches(planes: Planes, edges: Edges, arms: Arms, ends: Ends) -> Bool[np.ndarray, " arms"]:
-    """Whether each arm's reflections are on surfaces for one of the antennas and one of some points of its edge.
+    """Whether the reflections of each arm are on surfaces, for one of the antennas and some point of the arm's edge.
 
     Args:
         planes: the scene's planes.
@@ -109,15 +110,15 @@ def surfaces_of(planes: Planes) -> Surfaces:
 
 
 def legs_of(arms: Arms, ends: Ends) -> Legs:
-    """Arms and the images by them, for the kernels."""
+    """Arms, and the images by them, for the kernels."""
     return Legs(arms.planes, arms.reflections, ends.images, ends.last, ends.angle, ends.open)
 
 
 @numba.njit(cache=True, inline="always")
 def follow(surfaces, legs, antenna, arm, x, y, z, vertices, hit, where, step):
-    """Follow an arm from a point on its edge to the antenna; False where a reflection is on no surface.
+    """Follow an arm from a point on its edge to the antenna; False if a reflection is on no surface.
 
-    Fills ``vertices[where]`` and ``hit[where]``, ``vertices[where + step]`` …, unless ``step`` is 0.
+    Unless ``step`` is 0, this fills ``vertices`` and ``hit`` at ``where``, ``where + step`` and so on.
     """
     for k in range(legs.reflections[arm] - 1, -1, -1):
         plane = legs.planes[arm, k]
@@ -126,7 +127,7 @@ def follow(surfaces, legs, antenna, arm, x, y, z, vertices, hit, where, step):
         dx, dy, dz = ix - x, iy - y, iz - z
         rise = nx * dx + ny * dy + nz * dz
         distance = surfaces.offsets[plane] - (nx * x + ny * y + nz * z)
-        # The plane must lie between the point and the image; an edge is on no plane that it sees a reflection of.
+        # The plane must lie between the point and the image. An edge is not on a plane whose reflection it sees.
         if distance * rise <= 0 or abs(distance) >= abs(rise) or abs(distance) < TOO_NEAR:
             return False
         share = distance / rise

@@ -1,8 +1,8 @@
-"""The response that a path with diffractions contributes: the electric field, followed from the source on.
+"""The response that a path with diffractions contributes, from the electric field along the path.
 
-At every reflection and wherever the path passes through an object the field is multiplied by the coefficients of a slab
-(ITU-R P.2040), at an edge by those of the wedge or the sheet. A path that meets a conductor on its way contributes
-nothing.
+At every reflection, and where the path passes through an object, the field is multiplied by the coefficients of a slab
+[itu2023]. At an edge it is multiplied by the coefficients of the wedge or the sheet. A path that a conductor blocks
+contributes nothing.
 """
 
 from __future__ import annotations
@@ -36,13 +36,13 @@ def _diffracted(
     """The field behind an edge, without the phase and the spreading on the way.
 
     Args:
-        surfaces: of the scene.
+        surfaces: surfaces of the scene.
         edges: the scene's edges.
         geometry: the ways of the paths.
-        number: which of the paths' diffractions.
-        field: before the edge.
+        number: index of the diffraction among those of the path.
+        field: field before the edge.
         way_in: direction of the wave before the edge.
-        way_out: behind it.
+        way_out: direction of the wave behind the edge.
     """
     which = geometry.edges[number]
     edge = mi.UInt(which.astype(np.uint32))
@@ -51,7 +51,7 @@ def _diffracted(
     angle_in, angle_out = (mi.Float(angle) for angle in geometry.angles[number])
     length, sin_beta = mi.Float(geometry.length[number]), mi.Float(geometry.sin_beta[number])
     direct, reflected = transition_pairs(angle_out, angle_in, n, length, k)
-    # Unit vectors across the planes of edge and ray, before and behind.
+    # Unit vectors perpendicular to the plane of edge and ray, before and behind the edge.
     along = dr.gather(mi.Vector3f, _vectors(edges.directions), edge)
     phi_in, phi_out = dr.normalize(dr.cross(way_in, along)), dr.normalize(dr.cross(along, way_out))
     found = composed(
@@ -92,19 +92,19 @@ def path_responses(
     first_edge: int,
     propagation: Propagation,
 ) -> Complex[np.ndarray, " paths"]:
-    """What each path contributes to the response of its target to its source, 0 if it is blocked.
+    """The contribution of each path to the response between its source and its target, 0 if it is blocked.
 
     Args:
-        surfaces: of the scene.
+        surfaces: surfaces of the scene.
         edges: the scene's edges.
-        sources: the antennas that the paths begin at.
-        targets: the antennas that they end at.
+        sources: the antennas where the paths begin.
+        targets: the antennas where the paths end.
         geometry: the ways of the paths.
-        first_edge: which of the interactions is the first diffraction.
-        propagation: whether, and how often, a path may pass through an object.
+        first_edge: index of the first diffraction among the interactions.
+        propagation: the mechanisms to follow, which limit how many objects a path may pass through.
 
     Returns:
-        a e^{-j2πfτ} as in ``simulate.rays.core.sionna_paths``, complex128.
+        a e^{−j2πfτ} as in ``simulate.rays.core.sionna_paths``, complex128.
     """
     interactions = len(geometry.vertices)
     passes = mi.UInt(propagation.max_depth - interactions if propagation.refraction else 0)

@@ -1,6 +1,6 @@
 """Links: the ways from one edge to another, for waves that are diffracted twice.
 
-A way leads through open space, or along a face that both edges bound: over the top of a cabinet, or on either side of a
+A way leads through open space, or along a face that both edges bound, such as the top of a cabinet or either side of a
 sheet.
 """
 
@@ -15,19 +15,19 @@ from simulate.rays.core.ray_scene import RayScene, first_hits
 from simulate.rays.diffraction.edges import Edges
 
 THROUGH_SPACE = -1
-"""Stands for the face of a link that runs along none."""
+"""Stands for the face of a link that runs along no face."""
 
 LIFT = 1e-3
-"""Metres by which a way along a face is off the face."""
+"""Distance of a way along a face from the face, metres."""
 
 POINTS = 6
-"""Points of an edge at which a link is tried."""
+"""Number of points of an edge at which a link is tried."""
 
 FLAT = 1e-3
-"""Tolerance: metres for distances, radians for angles, and for the cosine between normals."""
+"""Tolerance of distances (metres), of angles (radians), and of the cosine between normals."""
 
 PAIRS_AT_ONCE = 50_000
-"""Pairs of edges examined at once, with ``POINTS``² rays each: bounds the memory."""
+"""Pairs of edges examined at a time, with ``POINTS``² rays each. This bounds the memory."""
 
 
 @dataclass(frozen=True)
@@ -35,8 +35,9 @@ class Links:
     """Ordered pairs of edges.
 
     Attributes:
-        edges: index of the edge that a link begins and ends at.
-        faces: the face that it runs along, as numbered at each of the two edges: 0, or 1 for face n; or THROUGH_SPACE.
+        edges: indices of the edges where each link begins and ends.
+        faces: the face along which it runs, as numbered at each of the two edges: 0, or 1 for face n; or
+            ``THROUGH_SPACE``.
     """
 
     edges: Int[np.ndarray, "links 2"]
@@ -46,7 +47,7 @@ class Links:
         return len(self.edges)
 
     def subset(self, index: Int[np.ndarray, " k"] | Bool[np.ndarray, " links"]) -> Links:
-        """The links at these indices, or those of a mask."""
+        """The links with these indices, or those that a mask selects."""
         return Links(self.edges[index], self.faces[index])
 
 
@@ -54,9 +55,9 @@ NO_LINKS = Links(np.zeros((0, 2), np.int64), np.zeros((0, 2), np.int64))
 
 
 def links_between(edges: Edges, ray_scene: RayScene) -> Links:
-    """The links along which some point of a conductor's edge sees some point of another.
+    """The links along which some point of a conductor's edge sees some point of another conductor's edge.
 
-    Waves that are diffracted at sheets are so weak that a second diffraction does not matter.
+    Waves diffracted at dielectric sheets are so weak that a second diffraction does not matter.
 
     Args:
         edges: the scene's edges.
@@ -74,7 +75,7 @@ def links_between(edges: Edges, ray_scene: RayScene) -> Links:
 
 
 def lift_of(edges: Edges, faces: Int[np.ndarray, " k"]) -> Float[np.ndarray, "k 3"]:
-    """How far from each of some edges a way along its face begins, metres; 0 for THROUGH_SPACE."""
+    """Distance from each of some edges at which a way along its face begins, metres; 0 for ``THROUGH_SPACE``."""
     normal = np.where((faces == 1)[:, None], _face(edges, 1)[0], edges.normals)
     return np.where((faces == THROUGH_SPACE)[:, None], 0.0, LIFT * normal)
 
@@ -82,7 +83,7 @@ def lift_of(edges: Edges, faces: Int[np.ndarray, " k"]) -> Float[np.ndarray, "k 
 def _open_links(
     edges: Edges, first: Int[np.ndarray, " k"], second: Int[np.ndarray, " k"], ray_scene: RayScene
 ) -> list[Links]:
-    """The links from each first edge to the second one that nothing blocks: through space, then along each face."""
+    """The links between first and second edges that nothing blocks, first those through space, then along faces."""
     pairs = np.column_stack([first, second])
     candidates = [Links(pairs, np.full(pairs.shape, THROUGH_SPACE))]
     for face in (0, 1):
@@ -95,7 +96,7 @@ def _open_links(
 def _bound_one_face(
     edges: Edges, first: Int[np.ndarray, " k"], second: Int[np.ndarray, " k"], face: int, other: int
 ) -> Bool[np.ndarray, " k"]:
-    """Whether face ``face`` of each first edge and face ``other`` of the second one lie in one plane, face to face."""
+    """Whether ``face`` of each first edge and ``other`` of the second edge lie in one plane and face each other."""
     normal, tangent = _face(edges, face)
     other_normal, other_tangent = _face(edges, other)
     ends = edges.points(np.array([0.0, 1.0]))
@@ -109,14 +110,14 @@ def _bound_one_face(
 
 
 def _face(edges: Edges, face: int) -> tuple[Float[np.ndarray, "edges 3"], Float[np.ndarray, "edges 3"]]:
-    """Unit normal of a face of every edge, and the direction along it away from the edge."""
+    """Unit normal of a face of every edge, and the direction along the face away from the edge."""
     if face == 0:
         return edges.normals, edges.tangents
     return edges.around(edges.exterior[:, None] - np.pi / 2)[:, 0], edges.around(edges.exterior[:, None])[:, 0]
 
 
 def _sees(edges: Edges, links: Links, ray_scene: RayScene) -> Bool[np.ndarray, " links"]:
-    """Whether a straight line between some points of each link's edges meets nothing."""
+    """Whether a straight line between some points of each link's two edges meets nothing."""
     shares = (np.arange(POINTS) + 0.5) / POINTS
     points = edges.points(shares)
     begin, end = edges.subset(links.edges[:, 0]), edges.subset(links.edges[:, 1])

@@ -1,4 +1,4 @@
-"""Where the shortest way from one antenna's image to the other's, by one edge or two, touches the edges."""
+"""The points where the shortest way between two antennas' images, by one edge or two, touches the edges."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ from simulate.rays.diffraction.ends import TOO_NEAR
 from simulate.rays.diffraction.links import THROUGH_SPACE
 
 CORNER = 1 / 50
-"""Wavelengths; a point of diffraction that is nearer to the other edge's line is at their common corner."""
+"""Wavelengths. A point of diffraction that is nearer to the line of the other edge is at their common corner."""
 
 ROUNDS = 12
-"""Steps of Newton's method; five or six suffice."""
+"""Most steps of Newton's method. Five or six suffice."""
 
 CONVERGED = 1e-7
-"""Metres; the next step is of the order of its square."""
+"""Metres. Newton's method ends at a shorter step, since the next step is of the order of its square."""
 
 
 @numba.njit(cache=True)
 def _two_points(first, second, source, target):
-    """Where the way from a source by two edges to a target is shortest, along each edge; nan if Newton fails."""
+    """The points along two edges for which the way from source to target is shortest; nan if the method fails."""
     z1, rho1 = about(first, source)
     z2, rho2 = about(second, target)
     between = minus(second[0], first[0])
     between_d, between_e = dot(between, first[1]), dot(between, second[1])
     parallel, square = dot(first[1], second[1]), dot(between, between)
-    # Begin where Keller's cone is right for the middle of the other edge.
+    # Begin where Keller's cone holds for the middle of the other edge.
     along, away = about(first, on_edge(second, second[4] / 2))
     s = z1 + (along - z1) * rho1 / (rho1 + away)
     along, away = about(second, on_edge(first, s))
@@ -62,7 +62,7 @@ def _two_points(first, second, source, target):
 
 @numba.njit(cache=True)
 def shortest(first, second, twice, face, source, target):
-    """The points of diffraction along the edges of a chain; nan where no wave goes from edge to edge."""
+    """The points of diffraction along the edges of a chain; nan if no wave goes from edge to edge."""
     if not twice:
         z1, rho1 = about(first, source)
         z2, rho2 = about(first, target)
@@ -78,7 +78,7 @@ def shortest(first, second, twice, face, source, target):
 
 @numba.njit(cache=True)
 def _beyond(wedge, before, along, behind):
-    """How much longer the way through the edge's nearer end is than the shortest; −1 if the shortest is on the edge."""
+    """How much longer the way through the nearer end of the edge is than the shortest; −1 if that is on the edge."""
     if 0 <= along <= wedge[4]:
         return -1.0
     z1, rho1 = about(wedge, before)
@@ -89,7 +89,7 @@ def _beyond(wedge, before, along, behind):
 
 @numba.njit(cache=True)
 def points_of_diffraction(first, second, twice, face, begin, end, wavelength):
-    """The points of diffraction along the edges of a chain; nan where they are too far beyond the edges' ends."""
+    """The points of diffraction along the edges of a chain; nan if they are too far beyond the ends of the edges."""
     s, t = shortest(first, second, twice, face, begin, end)
     if np.isnan(s):
         return s, t

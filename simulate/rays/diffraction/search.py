@@ -1,8 +1,8 @@
 """Find the chains with diffractions that carry power from the gateway into a region.
 
-Rays shot from the elements, and from positions in the region, find the sequences of planes that waves are reflected
-at. Those after which a wave can reach an edge are arms. Two arms at one edge, or at two edges that a link joins, are a
-candidate; it is kept if it brings power to one of some trial positions.
+Rays from the elements, and from positions in the region, find the sequences of planes that reflect waves. A sequence
+after which a wave can reach an edge is an arm. Two arms at one edge, or at two edges that a link joins, make a
+candidate. A candidate is kept if it carries power to one of some trial positions.
 """
 
 from __future__ import annotations
@@ -23,32 +23,31 @@ from simulate.rays.diffraction.solve import EdgeScene, diffracted_paths
 from simulate.spectra.spectrum import evenly
 
 MOST_REFLECTIONS = 2
-"""Reflections before and after an edge together. With a third the spectra came no nearer to full wave."""
+"""Most reflections before and after an edge together. With a third one, spectra came no nearer to full wave."""
 
 MOST_REFLECTIONS_TWICE = 1
-"""Reflections of a chain with two diffractions."""
+"""Most reflections of a chain with two diffractions."""
 
 TRIALS = 64
-"""Positions in the region from which rays are shot, and at which candidates are tried."""
+"""Number of positions in the region from which rays are shot, and at which candidates are tried."""
 
 ELEMENTS = 4
-"""Number of the gateway's elements at which candidates with two diffractions are tried; those with one are tried at
-all."""
+"""Number of elements at which candidates with two diffractions are tried. Those with one are tried at all elements."""
 
 NEGLIGIBLE = 1e-4
-"""A chain is dropped if it brings less than this share of the diffracted power at every trial and every element."""
+"""A chain is dropped if its share of the diffracted power is smaller than this at every trial and every element."""
 
 
 def find_diffracted_chains(
     edge_scene: EdgeScene, region: Float[np.ndarray, "2 3"], seed: int, report: Callable[[str], None]
 ) -> DiffractedChains:
-    """The chains with diffractions that carry power from the gateway to anywhere in a region.
+    """Find the chains with diffractions that carry power from the gateway to anywhere in a region.
 
     Args:
         edge_scene: the scene and its edges.
-        region: lowest and highest corner, metres, world frame.
+        region: lowest and highest corner of the region, metres, world frame.
         seed: seed of the rays and the trial positions.
-        report: called with a sentence on the progress.
+        report: gets a sentence on the progress.
     """
     ray_scene = edge_scene.ray_scene
     scene, propagation = ray_scene.description, ray_scene.propagation
@@ -71,7 +70,7 @@ def find_diffracted_chains(
     chains = candidates.subset(kept)
     twice = int((chains.link != NO_LINK).sum())
     if edge_scene.left_out:
-        report(f"the {edge_scene.left_out} least of the edges are left out")
+        report(f"the {edge_scene.left_out} least important edges are left out")
     report(
         f"{len(edge_scene.edges)} edges: {len(chains) - twice} chains with a diffraction and {twice} with two, of "
         f"{len(candidates)} tried"
@@ -82,7 +81,7 @@ def find_diffracted_chains(
 def _shares(
     edge_scene: EdgeScene, chains: DiffractedChains, sources: Antennas, targets: Antennas
 ) -> Float[np.ndarray, " chains"]:
-    """The largest share of the diffracted power between a source and a target that each chain brings."""
+    """The largest share of the diffracted power between a source and a target that each chain carries."""
     found = [(np.zeros(0, int), np.zeros(0, int), np.zeros(0))]
     for index, paths in diffracted_paths(edge_scene, chains, sources, targets):
         found.append((index, paths.targets * len(sources) + paths.sources, np.abs(paths.responses) ** 2))
@@ -93,7 +92,7 @@ def _shares(
 def _possible_arms(
     edge_scene: EdgeScene, sequences: Int[np.ndarray, "sequences most"], antennas: Float[np.ndarray, "antennas 3"]
 ) -> Arms:
-    """The sequences of reflections after which a wave from one of some antennas reaches an edge."""
+    """The sequences of reflections after which the wave of some antenna reaches an edge."""
     planes, edges = edge_scene.ray_scene.planes, edge_scene.edges
     found = [Arms(sequences[:0], np.zeros(0, np.int64))]
     for edge in range(len(edges)):

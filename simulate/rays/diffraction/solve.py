@@ -19,10 +19,10 @@ from simulate.rays.diffraction.ends import ends_of
 from simulate.rays.diffraction.fields import path_responses
 
 LANES = 400_000
-"""Paths solved at once: bounds the memory."""
+"""Paths solved at a time. This bounds the memory."""
 
 AT_ONCE = 50_000_000
-"""Combinations of target, chain and source examined at once, a byte each."""
+"""Combinations of target, chain and source examined at a time, one byte each."""
 
 
 class EdgeScene:
@@ -33,9 +33,9 @@ class EdgeScene:
 
     Attributes:
         ray_scene: the scene, with the propagation to follow.
-        edges: the edges that diffract, as far as they are followed.
-        left_out: number of edges that are not, since there are too many.
-        surfaces: what its triangles are made of.
+        edges: the diffracting edges that are followed.
+        left_out: number of edges that are not followed, since there are too many.
+        surfaces: the materials of the scene's triangles.
     """
 
     def __init__(self, ray_scene: RayScene):
@@ -51,8 +51,8 @@ def diffracted_paths(
 ) -> Iterator[tuple[Int[np.ndarray, " paths"], Paths]]:
     """Solve every chain between every source and target.
 
-    The paths are ordered by the chains' shapes (numbers of reflections, diffractions, reflections), then by target,
-    chain and source, and those of one target do not depend on the other targets.
+    The paths are ordered by the shapes of their chains (numbers of reflections, diffractions, reflections), then by
+    target, chain and source. The paths of one target do not depend on the other targets.
 
     Args:
         edge_scene: the scene and its edges.
@@ -75,14 +75,14 @@ def diffracted_paths_with(
     targets: Antennas,
     surfaces: Sequence[Surfaces],
 ) -> Iterator[list[Paths]]:
-    """The paths of ``diffracted_paths`` with their responses for each of several materials; blocked ones have 0.
+    """The paths of ``diffracted_paths``, with their responses for each of several sets of materials; 0 if blocked.
 
     Args:
-        edge_scene: the scene and its edges; the others are those of ``diffracted_paths``.
+        edge_scene: the scene and its edges.
         chains: the chains to solve.
         sources: where the paths begin.
         targets: where they end.
-        surfaces: of the same scene with other materials.
+        surfaces: surfaces of the same scene with other materials, once for each set.
     """
     for _, paths, _ in _solved(edge_scene, chains, sources, targets, surfaces):
         yield paths
@@ -91,7 +91,7 @@ def diffracted_paths_with(
 def diffracted_terms(
     edge_scene: EdgeScene, chains: DiffractedChains, sources: Antennas, targets: Antennas
 ) -> Iterator[Terms]:
-    """The same paths, with their geometry: arguments and order as those of ``diffracted_paths``."""
+    """The paths of ``diffracted_paths`` with their vertices, from the same arguments and in the same order."""
     objects_of = edge_scene.ray_scene.object_of_face
     for number, (paths,), geometry in _solved(edge_scene, chains, sources, targets, [edge_scene.surfaces]):
         kept = paths.responses != 0
@@ -114,7 +114,7 @@ def _solved(
     targets: Antennas,
     surfaces: Sequence[Surfaces],
 ) -> Iterator[tuple[Int[np.ndarray, " paths"], list[Paths], PathGeometry]]:
-    """Batches of paths that are blocked or not: each one's chain, the paths with each of the surfaces, their ways."""
+    """Batches of paths, blocked or not: the chain of each path, the paths with each of the surfaces, and their ways."""
     planes, edges = edge_scene.ray_scene.planes, edge_scene.edges
     wavelength = edge_scene.ray_scene.description.wavelength
     shapes = chains.shapes

@@ -1,23 +1,24 @@
-"""Diffraction at the edge of a sheet: a half-plane that waves are reflected at and pass through.
+"""Diffraction at the edge of a dielectric sheet: a half-plane that reflects waves and lets them pass.
 
-A thin sheet scatters by currents in it. A wave with the angle of incidence θ drives four kinds, which the coefficients
-of reflection R and transmission T tell apart by the waves that they send to both sides:
+A thin sheet scatters by the currents in it. A wave with the angle of incidence θ drives four kinds of currents. They
+send different waves to the two sides, so their amplitudes follow from the coefficients R of reflection and T of
+transmission:
 
     along the sheet, E across the plane of incidence (TE)    a² = (1 − T − R)/2 · cos θ,
     along it, in the plane of incidence (TM)                 b² = (1 − T + R)/2 / cos θ,
     across it (TM)                                           c² = (1 − T − R)/2 · cos θ / sin² θ,
     loops of current, which a magnetic current stands for    d² = (1 − T + R)/2 / cos θ    (TE).
 
-A piece of a weakly scattering sheet sends a wave on in proportion to a a′ and so on, where a is of the wave that comes
-and a′ of the one that leaves, times the product of both waves' unit vectors along the current. This is Born's
-approximation for a thin sheet (a² = jkt(ε − 1)/2), and right in the directions of reflection and transmission for any.
-Summed along the half-plane, with the angles φ′ and φ about its edge, it gives
+A piece of a weakly scattering sheet scatters a wave in proportion to a a′ (likewise for b, c, d) times the product of
+both waves' unit vectors along the current. Here a belongs to the incident and a′ to the outgoing wave. For a thin sheet
+this is the Born approximation (a² = jkt(ε − 1)/2). In the directions of reflection and transmission it is right for any
+sheet. Summed over the half-plane, with the angles φ′ and φ about its edge, it gives
 
     D = −e^{−jπ/4} / (2√(2πk) sin² β₀) · N / (2 cos((φ − φ′)/2) cos((φ + φ′)/2)),    N the negative sum of the four.
 
-With c∓ = cos((φ ∓ φ′)/2), N/(c₋c₊) = (N c₊/C)/c₋ + (N c₋/C)/c₊, C = c₊² + c₋²: the first term is singular at the
-shadow boundary, the second at the reflection boundary, and each is multiplied by the transition function of the uniform
-theory (wedge.py). There the sum makes up for the jump of T − 1 or R that geometric optics has.
+With c∓ = cos((φ ∓ φ′)/2) and C = c₊² + c₋², N/(c₋c₊) = (N c₊/C)/c₋ + (N c₋/C)/c₊. The first term is singular at the
+shadow boundary, the second at the reflection boundary. Each is multiplied by the transition function of the uniform
+theory (wedge.py). At these boundaries the sum then makes up for the jump of T − 1 or R in geometric optics.
 """
 
 from __future__ import annotations
@@ -28,11 +29,11 @@ from simulate.rays.core.electric_field import Field, across, component, composed
 from simulate.rays.core.ray_tracer import dr, mi
 
 GRAZING = 1e-3
-"""Least cosine of an angle of incidence."""
+"""Smallest cosine of an angle of incidence."""
 
 
 class Currents(NamedTuple):
-    """What a wave drives, or what sends a wave: a, b, c, d, and the unit vectors along the currents."""
+    """The currents that a wave drives, or that send a wave: a, b, c, d, and the unit vectors along the currents."""
 
     a: mi.Complex2f
     b: mi.Complex2f
@@ -46,12 +47,12 @@ def currents(way: mi.Vector3f, normal: mi.Vector3f, r_te, r_tm, t_te, t_tm) -> C
     """The currents of a plane wave.
 
     Args:
-        way: its direction.
-        normal: of the sheet.
-        r_te: reflection coefficients of the sheet at this angle, with the sheet's middle as the place of phase 0.
-        r_tm: the same for TM.
-        t_te: its transmission coefficients, over that of the air that it takes the place of.
-        t_tm: the same for TM.
+        way: direction of the wave.
+        normal: unit normal of the sheet.
+        r_te: TE reflection coefficient of the sheet at this angle, whose phase is 0 at the middle of the sheet.
+        r_tm: TM reflection coefficient, likewise.
+        t_te: TE transmission coefficient of the sheet, divided by that of the air that the sheet replaces.
+        t_tm: TM transmission coefficient, likewise.
     """
     cosine = dr.maximum(dr.abs(dr.dot(way, normal)), GRAZING)
     sine_squared = dr.maximum(1 - cosine**2, GRAZING)
@@ -77,17 +78,17 @@ def behind_sheet(
     pairs: tuple[mi.Complex2f, mi.Complex2f],
     sin_beta: mi.Float,
 ) -> Field:
-    """The field that the edge of a sheet sends on, over the common factor of wedge.py, without phase and spreading.
+    """The field diffracted at the edge of a sheet, over the common factor of wedge.py, without phase and spreading.
 
     Args:
-        field: before the edge.
+        field: field before the edge.
         way_in: direction of the wave before the edge.
-        way_out: behind it.
-        normal: of the sheet.
-        driven: by the wave before the edge.
-        sending: the wave behind it.
+        way_out: direction of the wave behind the edge.
+        normal: unit normal of the sheet.
+        driven: currents that the wave before the edge drives.
+        sending: currents that send the wave behind the edge.
         angles: φ′ and φ, radians.
-        pairs: of ``transition_pairs``.
+        pairs: result of ``transition_pairs``.
         sin_beta: sin β₀.
     """
     te_in = component(field, driven.across)

@@ -1,13 +1,13 @@
 """The uniform theory of diffraction at a conducting wedge [kouyoumjian1974].
 
-Around an edge with the open angle nπ, the source is at the angle φ′ from face 0, the target at φ. With the distances s′
-and s to the edge, the angle β₀ between ray and edge, and L = s s′/(s + s′) · sin² β₀,
+The open space around the edge has the angle nπ. The source is at the angle φ′ from face 0, and the target at φ. With
+the distances s′ and s to the edge, the angle β₀ between ray and edge, and L = s s′/(s + s′) · sin² β₀,
 
     D_s, D_h = −e^{−jπ/4} / (2n √(2πk) sin β₀) · [d₁ + d₂ ∓ (d₃ + d₄)],
     d₁, d₂ = cot((π ± (φ − φ′))/2n) F(kL a±(φ − φ′)),    d₃, d₄ = cot((π ± (φ + φ′))/2n) F(kL a±(φ + φ′)),
 
-with the transition function F and a±(β) = 2 cos²((2nπN± − β)/2), N± the integer nearest to (β ± π)/2πn. D_s is that of
-an electric field along the edge (soft), D_h that of one across it (hard).
+with the transition function F and a±(β) = 2 cos²((2nπN± − β)/2), where N± is the integer nearest to (β ± π)/2πn. D_s
+belongs to an electric field along the edge (soft), D_h to one across it (hard).
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from simulate.rays.core.ray_tracer import dr, mi
 def transition_pairs(
     phi: mi.Float, phi_source: mi.Float, n: mi.Float, length: mi.Float, wavenumber: float
 ) -> tuple[mi.Complex2f, mi.Complex2f]:
-    """d₁ + d₂, which is singular but for F at the shadow boundary, and d₃ + d₄, at the reflection boundary.
+    """The sums d₁ + d₂ and d₃ + d₄. Without F they would be singular at the shadow and the reflection boundary.
 
     Args:
         phi: φ, radians.

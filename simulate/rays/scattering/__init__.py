@@ -1,1 +1,1 @@
-"""Diffuse reflection off rough surfaces."""
+"""Diffuse reflection at rough surfaces."""

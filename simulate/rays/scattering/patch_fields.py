@@ -1,12 +1,12 @@
 """The waves between antennas and the patches of rough surfaces.
 
-The effective-roughness model [degliesposti2007] with Lambert's pattern, as Sionna RT has it. A wave of the
-field strength E that meets a patch of area A at the angle of incidence θ is scattered into every direction of the side
-that it came from, at the angle θ' and the distance r with the field strength
+This is the effective-roughness model [degliesposti2007] with Lambert's pattern, as in Sionna RT. A wave of field
+strength E meets a patch of area A at the angle of incidence θ. It is scattered in all directions on the side that it
+came from. At the angle θ' and the distance r the scattered wave has the field strength
 
     E S Γ √(A cos θ) √(cos θ' / π) / r,
 
-where Γ² is the share of its power that a smooth surface would reflect. Its polarisation, in the spherical unit vectors
+where Γ² is the share of the power that a smooth surface would reflect. The polarisation, in the spherical unit vectors
 of the world frame, is turned by arcsin √K_x.
 """
 
@@ -32,12 +32,12 @@ def _power(amplitude: mi.Complex2f) -> mi.Float:
 
 @dataclass(frozen=True)
 class PatchFields:
-    """What antennas send to patches, or receive from them.
+    """The fields that patches scatter from sources, or that targets receive from patches.
 
     Attributes:
-        components: along θ̂ and φ̂, with amplitude and phase of the way: what a patch scatters from each source, or what
-            each target receives of a unit wave that a patch scatters; 0 where the way is blocked.
-        side: 1 where the antenna is on the side that the patch's normal points to, otherwise −1.
+        components: components along θ̂ and φ̂, with the amplitude and phase of the way: of the wave that a patch scatters
+            from each source, or of a unit wave from a patch that each target receives; 0 if the way is blocked.
+        side: 1 if the antenna is on the side to which the patch's normal points, otherwise −1.
         passed: number of objects that the way passes through.
     """
 
@@ -64,10 +64,10 @@ class PatchScene:
         self._turn = np.arcsin(np.sqrt(turned[ray_scene.object_of_face[patches.faces]]))
 
     def scattered(self, sources: Antennas) -> PatchFields:
-        """The waves that the patches scatter when each source sends, with the phases of the patches.
+        """The waves that the patches scatter when each source transmits, with the phases of the patches.
 
         Args:
-            sources: the antennas that send.
+            sources: the antennas that transmit.
         """
         field, way, face, cosine, passes = self._at_patches(sources, pattern)
         te, tm, _, _ = self._surfaces.coefficients(face, way)
@@ -82,7 +82,7 @@ class PatchScene:
         return PatchFields(turned * np.exp(-1j * self.patches.phases)[:, None], found.side, found.passed)
 
     def received(self, targets: Antennas) -> PatchFields:
-        """What each target receives of a unit wave that a patch scatters.
+        """The field that each target receives from a unit wave that a patch scatters.
 
         Args:
             targets: the antennas that receive.
@@ -92,12 +92,12 @@ class PatchScene:
             real, imaginary = pattern(antennas, towards)
             return real, -imaginary
 
-        # By reciprocity the wave passes the objects from the target to the patch.
+        # By reciprocity the wave may be followed from the target to the patch.
         field, way, _, cosine, passes = self._at_patches(targets, receiving)
         return self._fields(targets, field, -way, dr.sqrt(dr.abs(cosine) / np.pi), cosine, passes)
 
     def _at_patches(self, antennas, send):
-        """The antennas' fields at the patches, their direction, the triangle, cos θ, and the objects passed."""
+        """The antennas' fields at the patches, directions, triangles, cos θ, and the number of objects passed."""
         count = len(self.patches)
         patch = dr.tile(dr.arange(mi.UInt, count), len(antennas))
         points = np.ascontiguousarray(self.patches.points.T, dtype=np.float32)
@@ -114,14 +114,14 @@ class PatchScene:
         return field, way, face, -dr.dot(way, self._surfaces.normal(face)), most - left
 
     def _fields(self, antennas, field, direction, weight, cosine, passes) -> PatchFields:
-        """Components in the spherical unit vectors of a direction, with amplitude and phase of the way."""
+        """Components along the spherical unit vectors of a direction, with the amplitude and phase of the way."""
         theta, phi = theta_phi_from_unit_vec(direction)
         parts = [weight * component(field, axis) for axis in (theta_hat(theta, phi), phi_hat(phi))]
         dr.eval(parts, cosine, passes)
         shape = (len(antennas), len(self.patches))
         components = np.stack([(part.real.numpy() + 1j * part.imag.numpy()).reshape(shape) for part in parts], axis=-1)
         distance = np.linalg.norm(self.patches.points - antennas.positions[:, None], axis=-1)
-        # The share of a patch's power that meets a small surface before it is A cos θ' / π (r² + A/π) for a disc.
+        # A small surface in front of a disc-shaped patch of area A receives power as cos θ' / π (r² + A/π).
         spreading = 1 / np.sqrt(distance**2 + self.patches.area / np.pi)
         phase = -2j * np.pi * (distance / self.wavelength % 1)
         side = np.where(cosine.numpy() > 0, 1, -1).reshape(shape)

@@ -17,10 +17,10 @@ class Patches:
     """Pieces of rough surfaces, all of one area.
 
     Attributes:
-        points: the middle of each, metres, world frame.
-        faces: number of its triangle, counted through the scene's objects.
-        phases: by how much it delays the waves that it scatters, radians.
-        area: of each, m².
+        points: middle of each patch, metres, world frame.
+        faces: number of each patch's triangle, counted through the scene's objects.
+        phases: phase by which each patch delays the waves that it scatters, radians.
+        area: area of each patch, m².
     """
 
     points: Float[np.ndarray, "patches 3"]
@@ -33,17 +33,17 @@ class Patches:
 
 
 def patches_of(ray_scene: RayScene, count: int, seed: int) -> Patches:
-    """Points spread at random, evenly by area, over the objects whose material has a scattering coefficient.
+    """Draw patches at random, uniformly by area, on the objects whose material has a scattering coefficient.
 
-    The roughness of a surface is unknown, so that the phase of each patch is drawn at random, from 0 to 2π.
+    The roughness of a surface is unknown, so the phase of each patch is drawn at random from 0 to 2π.
 
     Args:
         ray_scene: the scene.
         count: number of patches.
-        seed: of points and phases.
+        seed: seed of the points and phases.
 
     Returns:
-        The patches; none in a scene of smooth surfaces.
+        The patches; none if all surfaces are smooth.
     """
     scene = ray_scene.description
     rough = np.array([scene.materials[item.material].scattering_coefficient > 0 for item in scene.objects])

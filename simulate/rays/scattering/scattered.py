@@ -1,4 +1,4 @@
-"""What diffuse reflection adds to the responses: every source, patch and target once."""
+"""The part of diffuse reflection in the responses: one path for every source, patch and target."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ from simulate.rays.scattering.patch_fields import PatchFields, PatchScene
 from simulate.rays.scattering.patches import patches_of
 
 LANES = 400_000
-"""Ways between a target and a patch followed at once: bounds the memory."""
+"""Ways between a target and a patch that are followed at a time. This bounds the memory."""
 
 
 class Scattering:
-    """Waves that are reflected diffusely once on their way, and otherwise go straight, also through objects.
+    """Waves that are reflected diffusely once, and otherwise go straight, also through objects.
 
-    The field at a target is a function of its position alone: the patches and their phases are drawn once.
+    The patches and their phases are drawn once, so the field at a target depends only on its position.
 
     Args:
         ray_scene: the scene, with the propagation to follow.
-        seed: of the patches.
+        seed: seed of the patches.
     """
 
     def __init__(self, ray_scene: RayScene, seed: int):
@@ -47,7 +47,7 @@ class Scattering:
         return result * self._scene.wavelength / (4 * np.pi)
 
     def terms(self, sources: Antennas, targets: Antennas) -> Iterator[Terms]:
-        """Batches of the paths whose sum ``responses`` returns.
+        """The single paths whose sum ``responses`` returns, in batches.
 
         Args:
             sources: where the paths begin.
@@ -72,7 +72,7 @@ class Scattering:
     ) -> Iterator[
         tuple[int, Int[np.ndarray, " k"], Complex[np.ndarray, "sources k 2"], Complex[np.ndarray, "batch k 2"]]
     ]:
-        """What ``_pairs`` yields for batches of targets, and the index of the first of these."""
+        """The results of ``_pairs`` for batches of targets, each with the index of the first target."""
         if not len(self._scene.patches):
             return
         scattered = self._scene.scattered(sources)
@@ -85,9 +85,9 @@ class Scattering:
     def _pairs(
         self, scattered: PatchFields, received: PatchFields
     ) -> Iterator[tuple[Int[np.ndarray, " k"], Complex[np.ndarray, "sources k 2"], Complex[np.ndarray, "targets k 2"]]]:
-        """Patches, what they scatter and what of it is received, for all ways that are allowed.
+        """Patches, the waves that they scatter, and the share that targets receive, for all allowed ways.
 
-        A patch scatters to the side that its wave came from, and a path passes through so many objects at most.
+        A patch scatters to the side from which the wave came, and a path may pass through a limited number of objects.
         """
         for side in (1, -1):
             for passed in range(self._most_passes + 1):

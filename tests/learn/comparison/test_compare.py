@@ -206,7 +206,7 @@ def test_model_that_was_trained_for_a_few_steps_only_is_named(tiny, tmp_path):
     steps = {row["label"]: row.get("steps") for row in comparison}
     assert steps == {"nearest": None, "mlp": 1, "helmholtz": None, CEILING: None}
     remark = comparison.remark()
-    assert remark.startswith("trained for few steps only, all that fit into 1e-06 minutes: mlp (1); ")
+    assert remark.startswith("only a few training steps fit into 1e-06 minutes: mlp (1); ")
     assert str(comparison).endswith(remark)
     write_comparison(comparison, tmp_path / "out")
     assert remark in (tmp_path / "out" / "table.html").read_text()

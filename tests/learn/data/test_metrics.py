@@ -197,7 +197,7 @@ def test_ssim_of_single_precision_is_the_reported_figure(pictures):
     [
         (lambda p: np.round(255 * p).astype(np.uint8), "prediction: expected numbers from 0 to 1"),
         (lambda p: p[..., :180], "prediction: expected spectra of 90 x 360, found shape"),
-        (lambda p: p[:2], "prediction: expected shape"),
+        (lambda p: p[:2], "prediction: expected the shape of truth"),
     ],
 )
 def test_grey_levels_and_other_shapes_are_refused(pictures, metric, change, words):

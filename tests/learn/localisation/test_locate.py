@@ -122,7 +122,7 @@ def test_black_test_spectra_are_not_located(runs, monkeypatch):
     monkeypatch.setattr(type(runs[0]), "dataset", lambda self: replace(data, pictures=pictures))
     assert evaluate_locations([runs[0]]).names == [data.names[each] for each in test[:2]]
     pictures[test] = 0
-    with pytest.raises(InputError, match="expected test spectra that are not black, found 30 black ones"):
+    with pytest.raises(InputError, match="expected test spectra that are not black, found only 30 black ones"):
         evaluate_locations([runs[0]])
 
 
@@ -146,7 +146,7 @@ def test_bad_input_is_refused(folder, runs, tmp_path):
 def test_a_run_trained_on_anothers_test_spectra_is_refused(folder, runs, tmp_path):
     dataset = bisplat.read_dataset(folder / "two")
     other = bisplat.train(dataset, tmp_path / "run", split="random", model="mlp", steps=1)
-    with pytest.raises(InputError, match="not trained on the test spectra"):
+    with pytest.raises(InputError, match="not trained on test spectra"):
         evaluate_locations([runs[0], other])
 
 

@@ -171,7 +171,7 @@ def test_command_writes_a_csv_that_simulate_reads(scene, traced_run, command, tm
         ("nowhere", '"nowhere": expected a run folder, a scene YAML or one of lab, .*, found nothing there'),
         ("no\nwhere", r'"no\\nwhere": expected a run folder'),
         ("folder", "expected a run folder made by bisplat train, found no config.json in it"),
-        ("data.csv", "not a scene description"),
+        ("data.csv", "expected a .yaml file or one of"),
     ],
 )
 def test_bad_input_is_one_sentence(subject, found, tmp_path, monkeypatch):

@@ -106,5 +106,5 @@ def test_what_is_no_spectrum_is_refused(draw, spectrum):
 
 
 def test_polar_spectrum_needs_a_polar_axis(spectrum):
-    with pytest.raises(InputError, match="ax: expected a polar axis"):
+    with pytest.raises(InputError, match="ax: expected an axis with projection="):
         plot_polar(spectrum, Figure().subplots())

@@ -60,7 +60,7 @@ def test_evaluation_shows_how_often_the_intervals_hold(run, tmp_path, no_ceiling
     assert metrics["within_90_percent_interval"] == pytest.approx(within.mean())
     with Image.open(tmp_path / "reliability.png") as image:
         image.verify()
-    assert "How far the model says" in (tmp_path / "report.html").read_text()
+    assert "Reliability: how many of the true values" in (tmp_path / "report.html").read_text()
 
 
 @pytest.mark.slow

@@ -212,7 +212,7 @@ def test_folder_of_something_else_is_refused_and_left_alone(tiny_config, tmp_pat
 
 def test_second_process_is_refused_and_a_finished_run_needs_no_lock(tiny_config, finished_run, tmp_path):
     (tmp_path / "run").mkdir()
-    with locked(tmp_path / "run"), pytest.raises(InputError, match=f"process {os.getpid()} .* writes to"):
+    with locked(tmp_path / "run"), pytest.raises(InputError, match=f"process {os.getpid()} .* is writing to"):
         train_run(tiny_config, tmp_path / "run")
     assert not list((tmp_path / "run").iterdir())
     with locked(finished_run):
@@ -364,7 +364,7 @@ def test_index_that_names_a_spectrum_the_run_has_seen_is_refused(tmp_path, tiny,
     seen = json.loads((finished_run / "split.json").read_text())[part][0]
     write_index(tmp_path / "index.txt", ["00003", seen])
     for dataset in (None, tiny):
-        with pytest.raises(InputError, match=f"not trained on, found {seen}"):
+        with pytest.raises(InputError, match=f"trained on, such as {seen}"):
             evaluate(finished_run, dataset, tmp_path / "index.txt")
 
 
@@ -450,9 +450,8 @@ def test_two_processes_have_the_loss_curve_of_one(tiny_config, changed, small, t
 
 
 def test_batch_that_the_devices_cannot_share_is_refused(tiny_config, tmp_path):
-    with pytest.raises(
-        InputError, match=f"batch_size: expected a multiple of the 3 devices, found {tiny_config.by_steps.batch_size}"
-    ):
+    expected = f"batch_size: expected a multiple of the number of devices, 3, found {tiny_config.by_steps.batch_size}"
+    with pytest.raises(InputError, match=expected):
         train_run(tiny_config, tmp_path / "run", Processes(devices=3))
     assert not (tmp_path / "run").exists()
 

@@ -39,7 +39,7 @@ EXACT = Tolerances(position=0, rotation=0, objects=0, materials=0)
         ),
         ({}, PlanarArray(spacing=0.4), Tolerances(), "whose elements are 0.5 λ apart, found 0.4 λ"),
         ({}, PlanarArray(2, 4), Tolerances(), "the scene's array of 4 × 4 elements, found 2 × 4"),
-        ({}, PlanarArray(), EXACT, "something that may be wrong, found tolerances that are all 0"),
+        ({}, PlanarArray(), EXACT, "expected a tolerance above 0, found nothing that may be wrong"),
     ],
 )
 def test_what_was_not_measured_there_is_refused(tiny, of_scene, array, tolerances, expected):
@@ -62,7 +62,7 @@ def test_spectra_are_taken_evenly_from_those_that_are_not_held_out(tiny, monkeyp
 
 
 def test_random_phases_are_refused(tiny):
-    with pytest.raises(ParameterError, match="diffuse: expected none where a scene is corrected"):
+    with pytest.raises(ParameterError, match="diffuse: expected no diffuse reflection"):
         calibrate_by(small_scene(CABINET), read_dataset(tiny), np.arange(3), propagation=Propagation(diffuse=True))
 
 

@@ -174,6 +174,6 @@ def test_it_is_not_exported_since_it_traces_rays(run, tmp_path):
 
 
 def test_training_without_a_scene_is_refused_before_any_folder_is_made(data, tmp_path):
-    with pytest.raises(ParameterError, match="scene: expected one for the model twin"):
+    with pytest.raises(ParameterError, match="scene: expected a value, which the model twin needs"):
         train_run(Config(dataset=str(data.folder), model="twin"), tmp_path / "run")
     assert not (tmp_path / "run").exists()

@@ -79,7 +79,7 @@ def test_common_phase_is_no_difference(wave):
     assert np.abs(drawn[2].values).max() < 1e-6
     np.testing.assert_allclose(in_phase_with(turned.field, wave.field), wave.field, atol=1e-9)
     pictures = panels("m", Spectrum(wave.values), "x", wave, GRID, in_phase=True, in_db=False)
-    assert len(pictures) == 2 and pictures[0].values is None and "no phase" in pictures[0].title
+    assert len(pictures) == 2 and pictures[0].values is None and "its phase is not known" in pictures[0].title
 
 
 def test_numbers_name_the_maxima_and_what_is_between(wave, plane_waves):
@@ -124,7 +124,7 @@ def test_primitives_on_the_sphere_are_as_wide_as_on_the_chart(small, region):
 
 def test_dataset_alone_has_pictures_positions_and_copying(tiny):
     found = subject(str(tiny))
-    assert found.run is None and found.scene is None and "which scene" in found.missing[0]
+    assert found.run is None and found.scene is None and "names no scene" in found.missing[0]
     assert list(found.predictors) == ["inverse-distance", "nearest"]
     test = found.parts.test
     copied = found.predictors["nearest"](found.dataset.positions[found.parts.known[3]])
@@ -159,7 +159,7 @@ def test_run_without_its_dataset_is_shown_with_a_note(finished_run, small_models
     config = json.loads((run / "config.json").read_text())
     (run / "config.json").write_text(json.dumps({**config, "dataset": str(tmp_path / "gone")}))
     found = subject(str(run))
-    assert found.dataset is None and "dataset of this run is not there" in found.missing[0]
+    assert found.dataset is None and "dataset of this run cannot be read" in found.missing[0]
     assert list(found.predictors) == ["bisplat-aperture"] and len(found.tested) == 0 == len(found.scores)
 
 
@@ -167,7 +167,7 @@ def test_dataset_whose_scene_is_gone_is_shown_with_a_note(tiny, tmp_path):
     folder = shutil.copytree(tiny, tmp_path / "data")
     (folder / "metadata.json").write_text(json.dumps({"scene_file": "scene/scene.yaml"}))
     found = subject(str(folder))
-    assert found.scene is None and "scene of this dataset is not there" in found.missing[0]
+    assert found.scene is None and "scene of this dataset cannot be read" in found.missing[0]
 
 
 def test_scene_alone_has_a_region_and_nothing_to_predict():

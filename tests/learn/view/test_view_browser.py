@@ -159,7 +159,7 @@ def test_scene_or_dataset_alone(what, room, run, tiny, tmp_path, serve, open_tab
     else:
         served = serve("view", str(tiny))
         page = open_tab(served.url, "recorded: dominant direction")
-        expect(page.get_by_text("does not say which scene")).to_be_visible()
+        expect(page.get_by_text("names no scene")).to_be_visible()
         expect(page.get_by_role("combobox", name="predicted by")).to_have_value("inverse-distance")
     page.context.close()
     assert served.end() == (0, "")
@@ -173,6 +173,6 @@ def test_run_without_its_scene_says_so_on_another_port_until_interrupted(run, vi
     (copy / "config.json").write_text(json.dumps({**config, "dataset": str(data)}))
     other = serve("view", str(copy), "--port", str(viewer.port))
     assert other.port != viewer.port
-    open_tab(other.url, "The scene of this dataset is not there").context.close()
+    open_tab(other.url, "The scene of this dataset cannot be read").context.close()
     status, errors = other.end()
     assert status == 0 and f"port {viewer.port} is taken" in errors and "Traceback" not in errors

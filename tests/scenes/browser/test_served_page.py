@@ -108,7 +108,7 @@ def test_without_the_token_nobody_is_let_in(address, join, tabs, token):
     assert refused.value.response.status_code == 403
     if path.isascii() and path:
         status, sentence = get(address, path)
-        assert status == 403 and sentence.startswith("Open the whole address that bisplat printed")
+        assert status == 403 and sentence.startswith("Open the complete address that bisplat printed")
     assert not tabs.opened
 
 
@@ -192,7 +192,7 @@ def test_error_of_building_a_tab_is_shown(join):
 
 
 def test_a_server_that_is_started_in_another_way_is_refused():
-    with pytest.raises(InputError, match="cannot be guarded"), guard("token"):
+    with pytest.raises(InputError, match="cannot be protected"), guard("token"):
         pass
 
 

@@ -39,8 +39,8 @@ def test_second_process_is_told_who_has_the_folder_until_that_one_is_killed(hold
     with pytest.raises(InputError) as error, locked(tmp_path):
         pass
     found = re.fullmatch(
-        rf"{tmp_path}: expected a folder that no other process writes to, found one that process {holder.pid} of "
-        r"\S+ \('-c /.*', since \d{4}-\d\d-\d\d \d\d:\d\d:\d\d\) writes to",
+        rf"{tmp_path}: expected a folder that no other process writes to, found that process {holder.pid} of "
+        r"\S+ \('-c /.*', since \d{4}-\d\d-\d\d \d\d:\d\d:\d\d\) is writing to it",
         str(error.value),
     )
     assert found, error.value

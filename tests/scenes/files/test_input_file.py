@@ -39,7 +39,7 @@ def a_large_file(path: Path) -> None:
         (lambda path: path.symlink_to("nowhere"), "found no such file"),
         (lambda path: path.symlink_to(path.name), "cannot be read"),
         (a_large_file, "of at most 1 MB, found 1e.06 MB"),
-        (lambda path: path.write_bytes(b"Caf\xe9"), "found no UTF-8 text"),
+        (lambda path: path.write_bytes(b"Caf\xe9"), "found text that is not UTF-8"),
     ],
 )
 def test_anything_else_is_refused_in_a_sentence(tmp_path, make, found):

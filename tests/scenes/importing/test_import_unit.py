@@ -34,19 +34,19 @@ def test_right_unit_is_not_doubted(unit):
 @pytest.mark.parametrize(("true", "read"), [("mm", "m"), ("mm", "ft"), ("m", "mm"), ("m", "cm"), ("ft", "mm")])
 def test_wrong_unit_is_impossible_and_the_right_one_is_named(true, read):
     found = doubt(true, read)
-    assert found.impossible and f"by the unit {true} it would be 5 x 4 x 3 m" in found.sentence
+    assert found.impossible and f"with the unit {true} it would be 5 x 4 x 3 m" in found.sentence
 
 
 @pytest.mark.parametrize("read", ["m", "mm"])
 def test_centimetres_read_as_metres_or_millimetres_are_doubted(read):
     found = doubt("cm", read)
-    assert not found.impossible and found.sentence.endswith("by the unit cm it would be 5 x 4 x 3 m")
+    assert not found.impossible and found.sentence.endswith("with the unit cm it would be 5 x 4 x 3 m")
 
 
 def test_place_smaller_than_the_wavelength_is_impossible():
     close = np.array([[0.05, 0.0, 0.0], [0.01, 0.02, 0.0]])
     found = unit_doubt(ROOM / 50, close, "m", 0.33)
-    assert found.impossible and found.sentence.startswith("expected a place larger than the wavelength, 0.33 m")
+    assert found.impossible and found.sentence.startswith("expected a scene larger than the wavelength, 0.33 m")
     assert unit_doubt(ROOM / 50, close, "m", 0.01) is None
 
 
@@ -66,7 +66,7 @@ def test_street_of_a_kilometre_is_not_doubted():
 def test_import_refuses_the_unit_before_it_looks_at_the_gateway(tmp_path):
     box((0, 0, 0), (5000, 4000, 3000)).export(tmp_path / "room.stl")
     with pytest.raises(
-        InputError, match=r"room.stl: expected a place about the gateway .* by the unit mm it would be 5 x"
+        InputError, match=r"room.stl: expected a scene about as large as .* with the unit mm it would be 5 x"
     ):
         import_scene(tmp_path / "room.stl", [("*", "brick")], gateway=GATEWAY, transmitter=REGION)
     _, report = import_scene(tmp_path / "room.stl", [("*", "brick")], unit="mm", gateway=GATEWAY, transmitter=REGION)
@@ -78,7 +78,7 @@ def test_antennas_beside_the_place_are_a_warning_about_the_up_axis(tmp_path):
     rules = [("*", "brick")]
     _, report = import_scene(tmp_path / "room.stl", rules, up="y", gateway=GATEWAY, transmitter=REGION)
     (warning,) = report.warnings
-    assert "at x 0 to 5 and y -3 to 0 m, found the gateway and the transmitter region beside it; is the up" in warning
+    assert "x 0 to 5 m and y -3 to 0 m, found the gateway and the transmitter region outside it; is the up" in warning
     above = Gateway((4.7, 2.0, 9.0), facing((-1, 0, 0)))
     roof = Transmitter((1.0, 1.0, 5.0), (6.0, 3.0, 6.0))
     assert import_scene(tmp_path / "room.stl", rules, gateway=above, transmitter=roof)[1].warnings == ()
@@ -114,7 +114,7 @@ def bisplat_scene(tmp_path, monkeypatch, capsys):
 def test_command_writes_nothing_by_a_unit_that_cannot_be(bisplat_scene, monkeypatch):
     monkeypatch.setattr(import_unit, "REFUSED", (1 / 30, 100.0))
     status, err, folder = bisplat_scene("m", "--frequency", "915e6")
-    assert status == 1 and err.count("\n") == 1 and "by the unit cm it would be 5 x 4 x 3 m" in err
+    assert status == 1 and err.count("\n") == 1 and "with the unit cm it would be 5 x 4 x 3 m" in err
     assert not folder.exists()
 
 
@@ -122,7 +122,7 @@ def test_command_warns_of_a_doubtful_unit_and_says_which_frequency_it_assumed(bi
     status, err, folder = bisplat_scene("m")
     warning, frequency = err.splitlines()
     assert status == 0 and (folder / "scene.yaml").exists()
-    assert warning.startswith("bisplat: warning: ") and "by the unit cm" in warning
+    assert warning.startswith("bisplat: warning: ") and "with the unit cm" in warning
     assert "assumed 915 MHz, since the file has no frequency" in frequency
     assert "frequency: 915000000.0" in (folder / "scene.yaml").read_text()
 

@@ -87,7 +87,7 @@ NAN = Trimesh([[0, 0, 0], [1, 0, 0], [0, np.nan, 0]], [[0, 1, 2]], process=False
         (second_object(SceneObject("", BOX, "wood")), ("objects[1].name", "''")),
         (second_object(SceneObject("c" * 201, BOX, "wood")), ("objects[1].name", "'ccc")),
         (second_object(SceneObject("c", FAR, "wood")), ('objects[1] ("c")', "1000000.0")),
-        (second_object(SceneObject("c", Trimesh(), "wood")), ('objects[1] ("c")', "no triangles")),
+        (second_object(SceneObject("c", Trimesh(), "wood")), ('objects[1] ("c")', "triangles", "none")),
         (second_object(SceneObject("c", NAN, "wood")), ('objects[1] ("c")', "not finite")),
         (second_object(SceneObject("c", BOX, "wood", -0.1)), ('objects[1] ("c")', "thickness", "-0.1")),
         (second_object(SceneObject("c", BOX, "wood", 1e9)), ('objects[1] ("c")', "thickness", "1000000000.0")),

@@ -162,7 +162,7 @@ def test_convert_opens_no_pipe(file, folder, tmp_path):
 
 def test_convert_of_an_index_of_5000_digits(folder, tmp_path):
     (folder / "train_index.txt").write_text("1" * 5000)
-    refused(lambda: convert(folder, tmp_path / "new"), "something else")
+    refused(lambda: convert(folder, tmp_path / "new"), "found other words")
     assert [path.name for path in tmp_path.iterdir()] == ["data"]
 
 

@@ -88,10 +88,10 @@ def test_its_part_of_metadata_is_checked(known, tmp_path):
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [
-        ({"engine": "light"}, "engine: expected the name of an engine, found 'light'; known are"),
+        ({"engine": "light"}, "engine: expected the name of an engine, found 'light'; valid names are"),
         ({"loss": 3}, "loss: expected none, or the engine freespace, found 3 for rays"),
         ({"engine": "freespace", "loss": -1}, "loss: expected a loss in dB from 0 to 100, found -1"),
-        ({"engine": FreeSpace(), "cell": 0.1}, "cell: expected it among the engine's own options, found 0.1"),
+        ({"engine": FreeSpace(), "cell": 0.1}, "cell: expected it as an argument of the engine, found 0.1"),
         ({"engine": "freespace", "lost": 3}, "lost: expected the name of an option, found 'lost'"),
     ],
 )

@@ -69,12 +69,12 @@ def indices_from_0(folder):
 
 
 SPOILT = {
-    upside_down: "found pictures upside down",
-    transposed: "bisplat convert turns it; 7 more pictures have the same fault",
+    upside_down: "found upside-down pictures",
+    transposed: "bisplat convert transposes it back; 7 more pictures have the same fault",
     in_colour: "found 360 × 90 of mode RGB",
-    in_16_bits: "bisplat convert makes 8-bit grey of it",
+    in_16_bits: "bisplat convert turns it into 8-bit grey",
     numbered_from_0: "found 0.png",
-    indices_from_0: "as GSRF writes them: bisplat convert pads them",
+    indices_from_0: "as GSRF writes them: bisplat convert adds them",
 }
 
 
@@ -133,7 +133,7 @@ def test_other_resolution_is_sampled_at_the_directions_it_has(foreign, tmp_path)
     """A ramp over elevation 0…90° (91 rows) and azimuth −90…90° (181 columns); elsewhere there is nothing."""
     ramp = (np.arange(91)[:, None] + np.arange(181)[None]).astype(np.uint8)  # elevation + azimuth + 90
     save(foreign, np.stack([ramp] * COUNT))
-    with pytest.raises(InputError, match="expected 360 × 90 pixels, found 181 × 91; give the directions"):
+    with pytest.raises(InputError, match="expected 360 × 90 pixels, found 181 × 91; give the angles"):
         convert(foreign, tmp_path / "mended")
     assert not (tmp_path / "mended").exists()
     convert(foreign, tmp_path / "mended", Conversion(False, elevations=(0, 90), azimuths=(-90, 90)))
@@ -148,7 +148,7 @@ def test_only_new_folders_are_written_and_ours_are_not_converted(foreign, tmp_pa
     with pytest.raises(InputError, match="expected a new folder"):
         convert(foreign, tmp_path / "old")
     (foreign / "metadata.json").write_text("{}")
-    with pytest.raises(InputError, match=r"our metadata\.json"):
+    with pytest.raises(InputError, match=r"metadata\.json of bisplat"):
         convert(foreign, tmp_path / "new")
 
 

@@ -206,10 +206,10 @@ def test_what_has_no_paths_is_refused_in_one_sentence(plain, tmp_path):
     for source, sentence in (
         (measured, r"measured: expected a simulated dataset, .*; a measured dataset has none"),
         (plain / "spectrum", r"spectrum: expected a simulated dataset, .*; a measured dataset has none"),
-        (several, r"several: expected one dataset, found one of each gateway; give .*several/door"),
+        (several, r"several: expected one dataset, found one for each gateway; give .*several/door"),
         (tmp_path / "nowhere", r"nowhere: expected a dataset folder, found nothing there"),
         (edited(plain, tmp_path / "deep", propagation=depth), r"max_depth of at most 15, .* found 16"),
-        (edited(plain, tmp_path / "other", positions_sha256="x"), r"expected the files the dataset was made with"),
+        (edited(plain, tmp_path / "other", positions_sha256="x"), r"expected the files that the dataset was made with"),
         (
             edited(plain, tmp_path / "waves", engine="fullwave", fullwave=fullwave),
             r"simulated by rays, found one of the engine fullwave",
@@ -222,7 +222,7 @@ def test_what_has_no_paths_is_refused_in_one_sentence(plain, tmp_path):
 
 @pytest.mark.parametrize("name", ["Yard", "a:b", "a?"])
 def test_name_that_deepmimo_cannot_load_is_refused(plain, tmp_path, name):
-    with pytest.raises(InputError, match="expected a name in lower case"):
+    with pytest.raises(InputError, match="expected a lower-case name"):
         export_deepmimo(plain, tmp_path / name)
     assert not list(tmp_path.iterdir())
 

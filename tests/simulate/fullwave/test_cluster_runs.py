@@ -48,7 +48,7 @@ def test_cluster_and_threads_leave_the_same_field(scene, address, tmp_path):
 def test_failure_in_the_cluster_is_one_sentence(scene, address, tmp_path):
     planned = plan(scene, scene.transmitter.region, 0.03)
     outside = replace(planned, box=planned.box + 1000)
-    with pytest.raises(InputError, match=r"model\.in: expected gprMax to run it, found that it stopped with"):
+    with pytest.raises(InputError, match=r"model\.in: expected gprMax to run to its end, found that it stopped with"):
         stored_field(scene, outside, tmp_path, solver="gprMax 4.0.1", ray=address)
 
 

@@ -142,7 +142,7 @@ def test_settings_that_do_not_fit_are_refused_before_anything_is_written(scene, 
         simulate(scene, tmp_path / "a", n=4, engine="fullwave", cell=0.1)
     with pytest.raises(ParameterError, match="cell: expected metres from 1e-05 to 10, found"):
         simulate(scene, tmp_path / "a", n=4, engine="fullwave", cell=-0.1)
-    with pytest.raises(InputError, match="expected a folder that was simulated with --engine fullwave"):
+    with pytest.raises(InputError, match="expected the folder of a finished simulation with --engine fullwave"):
         simulate(scene, tmp_path / "a", n=4, engine="fullwave", field=tmp_path)
     assert not (tmp_path / "a").exists()
 
@@ -150,7 +150,7 @@ def test_settings_that_do_not_fit_are_refused_before_anything_is_written(scene, 
 def test_element_near_a_conductor_needs_small_cells(scene, solver, tmp_path):
     fin = SceneObject("fin", sheet((0.98, 0.3, 0.3), (0, 0.4, 0), (0, 0, 0.4)), "metal")
     materials = p2040_materials(["concrete", "metal"], 915e6)
-    with pytest.raises(ParameterError, match=r"cell: expected at most 0\.01 m, element 1 being 0\.02 m from a cond"):
+    with pytest.raises(ParameterError, match=r"cell: expected at most 0\.01 m, since element 1 is 0\.02 m from a cond"):
         simulate(
             replace(scene, objects=(*scene.objects, fin), materials=materials), tmp_path / "a", n=4, engine="fullwave",
             cell=0.03,
@@ -179,7 +179,7 @@ def test_field_of_another_scene_is_refused(scene, solver, tmp_path):
     write_scene(scene, tmp_path / "scene")
     text = (tmp_path / "scene" / "scene.yaml").read_text().replace("915", "920")
     (tmp_path / "scene" / "scene.yaml").write_text(text)
-    with pytest.raises(InputError, match="expected the field of the same scene, found that of 'small' with"):
+    with pytest.raises(InputError, match="expected the field of the same scene, found that of 'small', which differs"):
         simulate(tmp_path / "scene" / "scene.yaml", tmp_path / "b", n=4, engine="fullwave", field=tmp_path / "small")
 
 

@@ -239,7 +239,7 @@ def test_damaged_file_of_a_finished_dataset_is_made_again_and_the_rest_kept(
 def test_second_process_is_refused_while_the_first_one_simulates(request_of, tmp_path, quick):
     folder = tmp_path / "dataset"
     folder.mkdir()
-    with locked(folder), pytest.raises(InputError, match=rf"{folder}: .* process {os.getpid()} .* writes to"):
+    with locked(folder), pytest.raises(InputError, match=rf"{folder}: .* process {os.getpid()} .* is writing to"):
         generate(request_of, folder)
     generate(request_of, folder)
     with locked(folder):

@@ -96,7 +96,7 @@ def test_a_seed_decides_the_positions(kind, scene):
 
 @pytest.mark.parametrize("kind", KINDS)
 def test_region_without_room_is_refused(kind, full_scene):
-    with pytest.raises(InputError, match="no room outside the objects"):
+    with pytest.raises(InputError, match="expected room outside the objects"):
         place(full_scene, kind, 10, seed=1)
 
 

@@ -1,0 +1,66 @@
+"""The figures that the commands draw, for the gallery of the documentation.
+
+python benchmarks/gallery.py --figures docs/generated --json
+
+Measured: seconds of each command. The place is the closet in full wave, whose field is in tests/data/closet.
+"""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+from pathlib import Path
+from typing import Annotated
+
+import tyro
+from ledger.commands import measured
+from ledger.printing import print_figures
+
+FIELD = Path(__file__).parents[1] / "tests" / "data" / "closet"
+
+FIGURES = {
+    "evaluate-examples": "run/evaluation/examples.png",
+    "evaluate-polar": "run/evaluation/examples_polar.png",
+    "evaluate-cdf": "run/evaluation/ssim_cdf.png",
+    "evaluate-reliability": "run/evaluation/reliability.png",
+    "evaluate-locations": "run/evaluation/location_errors.png",
+    "crossvalidate-map": "run/crossvalidation_map.png",
+    "crossvalidate-examples": "run/crossvalidation_examples.png",
+    "engines-map": "engines/engines_map.png",
+    "engines-plane": "engines/engines_plane.png",
+}
+"""Name of a picture of the documentation -> the file that a command writes."""
+
+
+def main(
+    figures: Path | None = None,
+    smallest: bool = False,
+    json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
+) -> None:
+    """Run the commands, and copy their figures.
+
+    Args:
+        figures: folder for the figures; None: they are not kept.
+        smallest: a run of seconds that shows that the benchmark works; its figures mean nothing.
+        json_output: print one JSON object.
+    """
+    spectra, fresh = ("40", "6") if smallest else ("600", "150")
+    with tempfile.TemporaryDirectory() as folder:
+        data, run, engines = (f"{folder}/{name}" for name in ("data", "run", "engines"))
+        commands = {
+            "simulate": ["closet", "-o", data, "-n", spectra, "--engine", "fullwave", "--field", str(FIELD)],
+            "train": [data, "-o", run, "--split", "random"],
+            "evaluate": [run],
+            "evaluate --locate": [run, "--locate"],
+            "crossvalidate": [run, "--scene", "closet", "-n", fresh, "--field", data],
+            "engines": [data, "-o", engines, "-n", fresh],
+        }
+        seconds = {name: measured(*name.split(), *given)["seconds"] for name, given in commands.items()}
+        if figures is not None:
+            for name, path in FIGURES.items():
+                shutil.copyfile(Path(folder) / path, figures / f"{name}.png")
+    print_figures(seconds, json_output, smallest)
+
+
+if __name__ == "__main__":
+    tyro.cli(main)
