@@ -1,5 +1,6 @@
 """A reader's machine: ``bisplat`` and ``python`` on the path, and the files that a reader brings."""
 
+import math
 import os
 import shutil
 import stat
@@ -54,8 +55,9 @@ def folder(tmp_path, write_folder) -> Path:
     (tmp_path / "tests").symlink_to(ROOT / "tests")  # tests/data has fields in full wave, which pages use
     place = lab()
     room = trimesh.Scene()
+    y_up = trimesh.transformations.rotation_matrix(-math.pi / 2, [1, 0, 0])  # glTF has y up
     for each in place.objects:
-        room.add_geometry(each.mesh, node_name=each.name, geom_name=each.name)
+        room.add_geometry(each.mesh, node_name=each.name.capitalize(), geom_name=each.name, transform=y_up)
     room.export(tmp_path / "room.glb")
     (tmp_path / "places.csv").write_text("x,y,z\n2.1,2.9,1.2\n2.4,3.1,1.1\n")
     write_folder(tmp_path / "data" / "rfid-s23-160", count=60)

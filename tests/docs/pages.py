@@ -2,7 +2,7 @@
 
 A fenced block of ``bash`` holds commands that a reader types, and one of ``python`` a program. Other blocks (``text``,
 ``yaml``, ``matlab``, …) are not run. A comment before a block says why it is not run, such as
-``<!-- not run: needs a GPU -->``.
+``<!-- not run: needs a GPU -->``, or that the reader saves the program: ``<!-- saved as: level.py -->``.
 """
 
 from __future__ import annotations
@@ -18,7 +18,9 @@ GENERATED = {"docs/generated/measurements.md"}
 """Its commands measure for hours; tests/benchmarks runs each at its smallest size."""
 
 BLOCK = re.compile(
-    r"^(?:<!-- not run: (?P<reason>.*?) -->\n+)?^```(?P<language>bash|python)\n(?P<text>.*?)^```$", re.M | re.S
+    r"^(?:<!-- not run: (?P<reason>[^\n]*?) -->\n+|<!-- saved as: (?P<file>[\w.]+) -->\n+)?"
+    r"^```(?P<language>bash|python)\n(?P<text>.*?)^```$",
+    re.M | re.S,
 )
 
 
@@ -31,12 +33,14 @@ class Block:
         text: what it says.
         line: number of its first line in the page.
         reason: why tests do not run it; empty if they do.
+        file: name of the file that the reader saves it as, instead of running it; empty if the reader does not.
     """
 
     language: str
     text: str
     line: int
     reason: str
+    file: str = ""
 
     def commands(self) -> list[str]:
         """The commands of a block of bash, without comments, each on one line."""
@@ -48,6 +52,18 @@ def blocks(page: str) -> list[Block]:
     """The blocks of a page (a key of ``PAGES``) that are commands or programs."""
     text = PAGES[page].read_text()
     return [
-        Block(found["language"], found["text"], text.count("\n", 0, found.start("text")) + 1, found["reason"] or "")
+        Block(
+            found["language"],
+            found["text"],
+            text.count("\n", 0, found.start("text")) + 1,
+            found["reason"] or "",
+            found["file"] or "",
+        )
         for found in BLOCK.finditer(text)
     ]
+
+
+def saved(page: str, file: str) -> str:
+    """The program of a page that its reader saves as a file of this name."""
+    (text,) = (block.text for block in blocks(page) if block.file == file)
+    return text

@@ -24,6 +24,9 @@ def test_a_reader_can_do_what_the_page_says(page, folder, shell, monkeypatch, un
         if block.language == "bash":
             shell("\n".join(block.commands()))
             continue
+        if block.file:
+            (folder / block.file).write_text(block.text)
+            continue
         use_small_functions()
         program = compile("\n" * (block.line - 1) + block.text, str(PAGES[page]), "exec")
         with contextlib.redirect_stdout(io.StringIO()):

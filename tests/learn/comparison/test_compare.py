@@ -2,12 +2,10 @@
 
 import csv
 import json
-import re
 import sys
 import tempfile
 from dataclasses import replace
 from inspect import signature
-from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
@@ -39,6 +37,7 @@ from scenes.files.folder_lock import locked
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import evenly, normalise, spectrum_of
+from tests.docs.pages import blocks, saved
 
 pytestmark = pytest.mark.usefixtures("small_models", "no_ceiling")
 
@@ -116,9 +115,9 @@ def test_unknown_method_is_refused_before_anything_is_written(tiny, tmp_path, na
     assert not (tmp_path / "out").exists()
 
 
-PYTHON_EXAMPLE, METHOD = re.findall(
-    r"```python\n(.*?)```", (Path(__file__).parents[3] / "docs/compare.md").read_text(), re.DOTALL
-)
+PAGE = "docs/how-to/add-my-own-model.md"
+METHOD = saved(PAGE, "mymethod.py")
+(PYTHON_EXAMPLE,) = (block.text for block in blocks(PAGE) if block.language == "python" and not block.file)
 
 
 @pytest.mark.slow

@@ -1,8 +1,10 @@
-"""A model of the user's own, the example of docs/model.md: trained, resumed, evaluated, viewed and used to predict."""
+"""A model of the user's own, the example of docs/how-to/add-my-own-model.md.
+
+It is trained, resumed, evaluated, viewed, and used to predict.
+"""
 
 import json
 import os
-import re
 import subprocess
 import sys
 from pathlib import Path
@@ -16,9 +18,10 @@ from learn.comparison.methods import method_named
 from learn.training.lightning_module import Training
 from learn.view.subject import subject
 from scenes.files.errors import InputError, ParameterError
+from tests.docs.pages import saved
 
 ROOT = Path(__file__).parents[3]
-(EXAMPLE,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "model.md").read_text(), re.DOTALL)
+EXAMPLE = saved("docs/how-to/add-my-own-model.md", "level.py")
 
 CLOSED = """
 import torch

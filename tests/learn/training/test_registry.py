@@ -1,7 +1,6 @@
 """A new model is one file and one line: the command line, ``compare`` and ``load_run`` find it in the table."""
 
 import os
-import re
 import subprocess
 import sys
 from pathlib import Path
@@ -20,11 +19,12 @@ from learn.models.capabilities import (
 from learn.training.registry import DEFAULT_MODEL, MODELS, ModelEntry, check_options, model_class, model_entry
 from scenes.files.errors import ParameterError
 from simulate.spectra.beamformer import Beamformer
+from tests.docs.pages import saved
 
 ROOT = Path(__file__).parents[3]
 
-(NEW_MODEL,) = re.findall(r"```python\n(.*?)```", (ROOT / "docs" / "model.md").read_text(), re.DOTALL)
-"""The one file: the example of docs/model.md, a model that predicts one learned level everywhere."""
+NEW_MODEL = saved("docs/how-to/add-my-own-model.md", "level.py")
+"""The one file: the example of docs/how-to/add-my-own-model.md, a model that predicts one learned level everywhere."""
 
 NEW_LINE = (
     'MODELS["level"] = ModelEntry(builds="level_model:Level", summary="one level everywhere", options={"start": 0.5})'
