@@ -29,7 +29,7 @@ extensions = [
     "sphinxcontrib.bibtex",
     "from_code",  # ours: tables made from the parser and the materials, and citations in docstrings
 ]
-exclude_patterns = ["_build", "_old"]
+exclude_patterns = ["_build"]
 smartquotes = False  # they would make one dash of the two of an option
 
 html_theme = "furo"

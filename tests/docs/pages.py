@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-FILES = [ROOT / "README.md", *(path for path in sorted((ROOT / "docs").rglob("*.md")) if "_old" not in path.parts)]
+FILES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 PAGES = {str(path.relative_to(ROOT)): path for path in FILES}
 GENERATED = {"docs/generated/measurements.md"}
 """Its commands measure for hours; tests/benchmarks runs each at its smallest size."""
