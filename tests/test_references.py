@@ -1,4 +1,4 @@
-"""docs/references.bib has what docstrings and docs cite as [key], and nothing else."""
+"""docs/references.bib has what docstrings and pages cite, and nothing else."""
 
 import re
 from pathlib import Path
@@ -11,7 +11,9 @@ FOLDERS = ("bisplat", "scenes", "simulate", "learn", "benchmarks")
 PATHS = [*(path for folder in FOLDERS for path in (ROOT / folder).rglob("*.py")), *ROOT.glob("docs/**/*.md")]
 TEXTS = {str(path.relative_to(ROOT)): path.read_text() for path in PATHS}
 
-KEY = re.compile(r"\[([a-z]+\d{4}[a-z]?)\]")
+KEY = re.compile(r"(?:\[|\{cite:\w\}`)([a-z]+\d{4}[a-z]?)[\]`]")
+"""As docstrings and as pages cite: [key], {cite:p}`key`."""
+
 NAME_AND_YEAR = re.compile(r"[A-Z]\w+(?: et al\.)?,? \(?(?:19|20)\d\d\)")
 """Such as (Yee 1966) or Yee (1966)."""
 
