@@ -67,3 +67,8 @@ def saved(page: str, file: str) -> str:
     """The program of a page that its reader saves as a file of this name."""
     (text,) = (block.text for block in blocks(page) if block.file == file)
     return text
+
+
+def words_of_readme() -> int:
+    """Words of README.md without its blocks of code."""
+    return len(re.sub(r"```.*?```|<!--.*?-->", "", PAGES["README.md"].read_text(), flags=re.S).split())

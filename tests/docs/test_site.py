@@ -1,18 +1,13 @@
 """The documentation builds without a warning, and is complete."""
 
-import inspect
 import re
 import subprocess
 import sys
-from pathlib import Path
-from types import ModuleType
 
 import pytest
 
-import bisplat
-from tests.docs.pages import PAGES, ROOT
-
-KINDS = ("start", "how-to", "understand", "reference")
+from tests.docs.api_pages import documented, undocumented, without_example
+from tests.docs.pages import PAGES, ROOT, words_of_readme
 
 
 @pytest.mark.slow
@@ -23,26 +18,12 @@ def test_the_site_builds_without_a_warning(tmp_path):
 
 
 def test_every_public_name_is_documented_once():
-    text = "".join(path.read_text() for path in (ROOT / "docs" / "reference" / "api").glob("*.md"))
-    named = re.findall(r"^\.\. auto(?:function|class|exception):: ([\w.]+)$", text, re.M)
-    assert len(named) == len(set(named))
-    assert not set(bisplat.__all__) - {"shapes", *(name.partition(".")[0] for name in named)}
-    assert {f"scenes.scene.shapes.{name}" for name in public(bisplat.shapes)} <= set(named)
+    assert len(documented()) == len(set(documented()))
+    assert not undocumented()
 
 
 def test_every_public_name_has_an_example():
-    assert not [name for name in bisplat.__all__ if ">>> " not in example_of(name)]
-
-
-def public(module: ModuleType) -> list[str]:
-    """Names of the functions that a module defines for others."""
-    functions = inspect.getmembers(module, inspect.isfunction)
-    return [name for name, each in functions if each.__module__ == module.__name__ and not name.startswith("_")]
-
-
-def example_of(name: str) -> str:
-    thing = getattr(bisplat, name)
-    return Path(inspect.getsourcefile(thing)).read_text() if inspect.ismodule(thing) else thing.__doc__ or ""
+    assert not without_example()
 
 
 def test_no_page_points_out_of_the_repository():
@@ -62,5 +43,4 @@ def test_relative_links_lead_to_files():
 
 
 def test_the_readme_is_short():
-    words = re.sub(r"```.*?```|<!--.*?-->", "", PAGES["README.md"].read_text(), flags=re.S).split()
-    assert len(words) <= 600
+    assert words_of_readme() <= 600
