@@ -14,9 +14,8 @@ beamformer = bisplat.Beamformer()
 elements = beamformer.array.positions * WAVELENGTH
 responses = np.zeros((400, 16), complex)
 for x, y, amplitude in IMAGES:
-    distance = np.linalg.norm(
-        ((positions + np.array([3, 2, 0])) * [x, y, 1] - [3 * x, 2, 0])[:, None] - elements, axis=-1
-    )
+    images = (positions + np.array([3, 2, 0])) * np.array([x, y, 1]) - np.array([3 * x, 2, 0])
+    distance = np.linalg.norm(images[:, None] - elements, axis=-1)
     responses += amplitude * np.exp(-2j * np.pi * distance / WAVELENGTH) / distance
 spectra = beamformer.spectrum(responses)
 spectra -= spectra.min(axis=(1, 2), keepdims=True)

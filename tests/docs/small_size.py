@@ -127,7 +127,8 @@ def close_when_shown() -> None:
 if __name__ == "__main__":
     signal.signal(signal.SIGINT, signal.default_int_handler)
     asks_for_help = len(sys.argv) < 2 or {"-h", "--help", "--version"} & set(sys.argv)
-    sys.argv[:] = ["bisplat", *(sys.argv[1:] if asks_for_help else smaller(sys.argv[1:]))]
+    # Training on several devices starts the program of this name once more for each.
+    sys.argv[:] = [__file__, *(sys.argv[1:] if asks_for_help else smaller(sys.argv[1:]))]
     if not asks_for_help:
         use_small_sizes()
     serves = sys.argv[1:2] == ["view"] or "--view" in sys.argv
