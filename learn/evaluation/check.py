@@ -65,6 +65,9 @@ class Check:
         array, grid = dataset.array, dataset.grid
         found, residual = SOURCES[dataset.identification.source], dataset.identification.residual
         corners = bounding_box(dataset.positions)
+        responses = "no" if dataset.retrieved is None else "found behind the pictures, each with a phase of its own"
+        if dataset.responses is not None:
+            responses = "yes"
         return {
             "spectra": str(len(dataset.names)),
             "training / test": f"{len(dataset.train)} / {len(dataset.test)}",
@@ -74,8 +77,8 @@ class Check:
             "array": f"{array.rows} × {array.columns}, {array.spacing:.3f} λ apart ({found})",
             "rows (elevation)": f"{grid.elevations_deg[0]:g}° to {grid.elevations_deg[-1]:g}° ({found})",
             "left unexplained": "not computed" if residual is None else f"{residual:.2f} grey levels of 255 (median)",
-            "complex responses": "yes" if dataset.responses is not None else "no",
-            "split": self.leakage.sentence() if self.leakage is not None else "none",
+            "complex responses": responses,
+            "split": self.leakage.facts() if self.leakage is not None else "none",
         }
 
     def beamformer(self) -> dict[str, Any]:
@@ -117,7 +120,7 @@ def check(folder: Path | str) -> Check:
     split_leakage = None if inspection.dataset is None else leakage(inspection.dataset)
     warnings = list(inspection.warnings)
     if split_leakage is not None and split_leakage.leaks:
-        warnings.append(split_leakage.sentence())
+        warnings.append(split_leakage.warning())
     if inspection.dataset is not None:
         warnings += _of_array(inspection.dataset)
     return Check(inspection.problems, warnings, inspection.dataset, split_leakage)

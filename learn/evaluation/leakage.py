@@ -46,7 +46,7 @@ class Leakage:
         """Whether this median is at least 0.9, so that a score on this split says little about new positions."""
         return self.ssim_median >= LEAKING_SSIM
 
-    def sentence(self) -> str:
+    def facts(self) -> str:
         """Distances and similarity in one sentence."""
         distance_median, distance_p90 = 100 * np.quantile(self.distance, [0.5, 0.9])
         ssim_p10, ssim_p90 = np.quantile(self.ssim, [0.1, 0.9])
@@ -54,8 +54,11 @@ class Leakage:
             f"half of the test positions have a training position within {distance_median:.1f} cm (nine of ten within "
             f"{distance_p90:.1f} cm), and copying its spectrum scores a median SSIM of {self.ssim_median:.3f} (eight "
             f"of ten between {ssim_p10:.3f} and {ssim_p90:.3f})"
-            + ("; a score on this split says little about new positions: use the split blocked" if self.leaks else "")
         )
+
+    def warning(self) -> str:
+        """The same, with what follows if the split leaks."""
+        return f"{self.facts()}; a score on this split says little about new positions: use the split blocked"
 
 
 def leakage(dataset: Dataset) -> Leakage | None:

@@ -74,6 +74,10 @@ def _memory(planned: Plan, count: int, at_once: int) -> int:
     return at_once * planned.memory(len(groups(list(range(count)), at_once)[0]))
 
 
+def _time(minutes: float) -> str:
+    return f"{minutes:.2g} minutes" if minutes < 90 else f"{minutes / 60:.2g} hours"
+
+
 def description(scene: Scene, planned: Plan, at_once: int | None) -> str:
     """A sentence for the user on the runs, and on what coarser cells would change.
 
@@ -98,8 +102,8 @@ def description(scene: Scene, planned: Plan, at_once: int | None) -> str:
     if at_once is not None:
         minutes, memory = planned.seconds / 60 * count / at_once, _memory(planned, count, at_once)
         cost = (
-            f"{memory / 1e9:.2g} GB and at most about {minutes:.2g} minutes on {at_once} core{'s' * (at_once > 1)}; "
-            f"{minutes / 1.25**4:.2g} minutes with cells of {1e3 * coarser:.3g} mm; "
+            f"{memory / 1e9:.2g} GB and at most about {_time(minutes)} on {at_once} core{'s' * (at_once > 1)}; "
+            f"{_time(minutes / 1.25**4)} with cells of {1e3 * coarser:.3g} mm; "
         )
     return (
         f"full wave: {planned.grid.cells / 1e6:.1f} million cells of {1e3 * cell:g} mm, at most {planned.steps} time "

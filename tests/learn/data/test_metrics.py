@@ -133,7 +133,7 @@ def test_inverse_distance_does_with_fewer_than_four_pictures(known):
 def test_leak_is_found_in_a_split_that_interleaves_a_path_and_not_in_one_that_cuts_it(tmp_path, write_folder):
     folder = write_folder(tmp_path / "path", count=60)
     found = leakage(read_dataset(folder))
-    assert found.leaks and "blocked" in found.sentence()
+    assert found.leaks and "blocked" in found.warning()
     dataset = read_dataset(folder)
     step = np.linalg.norm(np.diff(dataset.positions, axis=0), axis=1)
     assert step.min() <= np.median(found.distance) <= step.max()
@@ -142,7 +142,7 @@ def test_leak_is_found_in_a_split_that_interleaves_a_path_and_not_in_one_that_cu
     write_index(folder / "train_index.txt", names[:40])
     write_index(folder / "test_index.txt", names[40:])
     cut = leakage(read_dataset(folder))
-    assert not cut.leaks and "blocked" not in cut.sentence()
+    assert not cut.leaks and "blocked" not in cut.facts()
     # nearest of all is the last training position, for every test position
     copied = ssim(np.stack([dataset.spectra[39]] * 20).astype(float), dataset.spectra[40:].astype(float))
     assert cut.ssim_median == pytest.approx(np.median(copied), abs=1e-6)
