@@ -47,7 +47,7 @@ def compare(
 
     Args:
         output: folder for the table, its figure, the scores and the runs.
-        models: models and baselines (documentation: Comparing methods), or module:Class for your own (default: all).
+        models: names (documentation: Train and compare models), or module:Class for your own. Default: all.
     """
     from learn.comparison.compare import compare as compare_methods
     from learn.reports.comparison_report import write_comparison

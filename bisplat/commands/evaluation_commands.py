@@ -49,7 +49,9 @@ def evaluate(
         print(json_format.dumps(evaluation.metrics(), indent=2))
     else:
         columns = {shown_name(name): scores.summary() for name, scores in evaluation.scores.items()}
-        print_table(f"{len(evaluation.test)} test spectra", columns)
+        known = len(evaluation.known_positions)
+        print_table(f"{len(evaluation.test)} test spectra, predicted from {known} known ones", columns)
+        print(f"report: {run / 'evaluation' / 'report.html'}")
 
 
 def _evaluate_locations(

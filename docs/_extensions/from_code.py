@@ -46,6 +46,8 @@ def command_section(command: Callable[..., Any]) -> Iterator[str]:
         actions = [action for action in group._group_actions if action.dest != "help"]
         if actions:
             title = "argument" if not actions[0].option_strings else "option"
+            named = group.title not in ("options", "positional arguments")
+            yield from [f"*{group.title}*", ""] if named else []
             yield from [f"| {title} | meaning | default |", "|---|---|---|"]
             yield from map(_row, actions)
             yield ""
@@ -58,11 +60,15 @@ def _row(action: argparse.Action) -> str:
         meaning, default = text, "required" if action.required else ""
     metavar = (action.metavar or "").removeprefix("{None}|")  # type: ignore[union-attr]
     names = list(action.option_strings) or [metavar]
-    if names[-1].startswith("--no-"):  # a switch: the name that changes the default
-        names, default = ([names[-1]], "on") if default == "True" else ([names[0]], "off")
+    if names[-1].startswith("--no-"):  # a switch
+        default = {"True": "on", "False": "off"}.get(default, default)
     shown = ", ".join(f"`{name}`" for name in names)
     values = f" `{_cell(metavar)}`" if action.option_strings and metavar else ""
-    value = f"`{default}`" if default not in ("", "required", "on", "off", "None") else default.replace("None", "")
+    value = (
+        f"`{default}`"
+        if default not in ("", "required", "on", "off", "None", "['None']")
+        else default.strip("[]'").replace("None", "")
+    )
     return f"| {shown}{values} | {_escaped(meaning)} | {_cell(value)} |"
 
 

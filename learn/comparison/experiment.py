@@ -24,7 +24,7 @@ from learn.data.metrics import Scores, score
 from learn.data.splits import SplitKind, split
 from learn.training.training_file import device_name
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import require_whole
+from scenes.files.errors import InputError, require_whole
 from scenes.files.input_file import MEGABYTE, read_text
 from scenes.files.json_file import parse_json, read_json
 from scenes.files.output_folder import own_folder
@@ -93,6 +93,26 @@ class Row(Struct, frozen=True, kw_only=True):
     ssim_median: float
 
 
+def checked_spectra(label: str, given: Any, count: int) -> Float[np.ndarray, "K 90 360"]:
+    """What a method predicts, if it is spectra.
+
+    Args:
+        label: name of the method.
+        given: what its ``predict`` returned.
+        count: number K of positions.
+
+    Raises:
+        InputError: it has another shape, or numbers that are complex or not finite.
+    """
+    spectra = np.asarray(given)
+    found = f"an array {list(spectra.shape)} of {spectra.dtype}"
+    if spectra.shape == (count, 90, 360) and np.isrealobj(spectra) and spectra.dtype != object:
+        if np.isfinite(spectra).all():
+            return spectra
+        found = "some that are not finite"
+    raise InputError(f"{label}: expected predict to return real, finite spectra [{count}, 90, 360], found {found}")
+
+
 class Experiment:
     """A folder with protocol.json, results.jsonl, per_sample/, and the methods' own folders in runs/.
 
@@ -138,9 +158,11 @@ class Experiment:
 
     def _measure_row(self, label: str, make: Callable[[], Method], seed: int, train_size: int | None) -> None:
         key = {"label": label, "seed": seed, "train_size": train_size}
-        if self._has(key):
-            return
         name = row_name(key)
+        if self._has(key):
+            if ":" in label:
+                say(f"{name}: measured before and kept; if the class has changed, give another folder")
+            return
         say(name)
         settings, folder = self.settings, self.folder / "runs" / name
         task = Task(
@@ -160,7 +182,7 @@ class Experiment:
         test = settings.tested(task.parts.test)
         positions = self.dataset.positions[test]
         began = time.perf_counter()
-        prediction = method.predict(positions)
+        prediction = checked_spectra(label, method.predict(positions), len(positions))
         milliseconds = 1e3 * (time.perf_counter() - began) / len(positions)
         scores = score(np.clip(prediction, 0, 1), self._spectra(test), self.dataset.grid)
         cost = {

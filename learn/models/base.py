@@ -45,7 +45,7 @@ class SpectrumModel(nn.Module):
         ...         self.level = torch.nn.Parameter(torch.tensor(0.25))
         ...
         ...     def forward(self, positions):
-        ...         return self.level.expand(len(positions), 90, 360)
+        ...         return self.level.expand(positions.shape[0], 90, 360)
         >>> Level(np.array([[0, 0, 0], [4, 3, 2]]), bisplat.Beamformer(), 0.33)(torch.zeros(2, 3)).shape
         torch.Size([2, 90, 360])
     """

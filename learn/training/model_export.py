@@ -44,7 +44,8 @@ def export(run: Run, path: Path | str) -> None:
         path: the file to write; its suffix determines the format.
 
     Raises:
-        InputError: the suffix is neither .onnx nor .pt2, or the model traces rays, as ``twin`` does.
+        InputError: the suffix is neither .onnx nor .pt2, the model traces rays, as ``twin`` does, or it works for one
+            number of positions only.
         MissingExtraError: the packages for ONNX are not installed.
 
     Example:
@@ -74,7 +75,13 @@ def export(run: Run, path: Path | str) -> None:
         logging.getLogger(name).setLevel(logging.ERROR)  # their messages about the model's operators help no user
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        program = torch.export.export(model, (torch.zeros(2, 3),), dynamic_shapes=(batch,))
+        try:
+            program = torch.export.export(model, (torch.zeros(2, 3),), dynamic_shapes=(batch,))
+        except torch._dynamo.exc.UserError as error:
+            raise InputError(
+                f"{run.config.model}: expected a model of any number of positions, found one that fixes it; write "
+                f"positions.shape[0] instead of len(positions) ({str(error).splitlines()[0]})"
+            ) from error
         path.parent.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=path.parent, prefix=".bisplat-") as folder:
             content = Path(folder) / path.name

@@ -115,6 +115,27 @@ def test_unknown_method_is_refused_before_anything_is_written(tiny, tmp_path, na
     assert not (tmp_path / "out").exists()
 
 
+@pytest.mark.parametrize(
+    ("predict", "found"),
+    [
+        (lambda positions: np.zeros((len(positions), 32400)), r"an array \[5, 32400\] of float64"),
+        (lambda positions: np.zeros((len(positions), 90, 360), complex), r"of complex128"),
+        (lambda positions: np.full((len(positions), 90, 360), np.nan), "some that are not finite"),
+    ],
+)
+def test_a_method_that_predicts_no_spectra_is_refused_and_leaves_no_row(tiny, tmp_path, predict, found):
+    class Wrong:
+        def fit(self, task):
+            self.predict = predict
+
+        def predict(self, positions):
+            raise NotImplementedError
+
+    with pytest.raises(InputError, match=f"wrong: expected predict to return real, finite spectra .*{found}"):
+        compare(tiny, {"wrong": Wrong}, budget=INSTANT, output=tmp_path / "out")
+    assert not (tmp_path / "out" / "results.jsonl").is_file() and not list(tmp_path.rglob("*.csv"))
+
+
 PAGE = "docs/how-to/add-my-own-model.md"
 METHOD = saved(PAGE, "mymethod.py")
 (PYTHON_EXAMPLE,) = (block.text for block in blocks(PAGE) if block.language == "python" and not block.file)
