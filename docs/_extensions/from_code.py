@@ -113,8 +113,16 @@ def cite(app: Sphinx, what: str, name: str, thing: object, options: object, line
     lines[:] = [KEY.sub(r":cite:p:`\1`", line) for line in lines]
 
 
+def lengthen_dashes(app: Sphinx, doctree: nodes.document) -> None:
+    """Write the `` -- `` that Sphinx puts after a parameter's name as a dash."""
+    for text in list(doctree.findall(nodes.Text)):
+        if text == " -- ":
+            text.parent.replace(text, nodes.Text(" – "))
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
     app.add_directive("commands", Commands)
     app.add_directive("materials", Materials)
     app.connect("autodoc-process-docstring", cite)
+    app.connect("doctree-read", lengthen_dashes)
     return {"parallel_read_safe": True}
