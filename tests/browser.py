@@ -114,6 +114,9 @@ def keep_screenshot() -> Callable[..., np.ndarray]:
         folder = os.environ.get("BISPLAT_SCREENSHOTS")
         if folder:
             page.wait_for_timeout(5000)  # the scene fades in
+            for button in page.locator(".mantine-Notification-closeButton").all():  # that WebGL runs in software
+                button.click()
+            page.wait_for_timeout(1000)
         shot = page.screenshot(timeout=PATIENCE)
         if folder:
             (Path(folder) / f"{name}.png").write_bytes(shot)
