@@ -8,7 +8,7 @@ from typing import Annotated, Any, get_args, get_origin, get_type_hints
 
 from hypothesis import strategies as st
 
-from bisplat import __main__ as program
+from bisplat.commands.command_groups import COMMANDS as OF_THE_PROGRAM
 from tests.attack.changes import TEXTS
 from tests.attack.victims import PLACE
 
@@ -64,7 +64,7 @@ ABSURD = ("", "0", "-1", "nan", "1e9", "9" * 20, "9" * 400, "x", "\x1b[2J", "[]"
 
 def options_of(command: str) -> dict[str, Any]:
     """Name and type of each option of a command, as its function has them, or the dataclasses that this takes."""
-    hints = get_type_hints(getattr(program, command), include_extras=True)
+    hints = get_type_hints(OF_THE_PROGRAM[command], include_extras=True)
     return _options({name: kind for name, kind in hints.items() if name != "return"})
 
 
