@@ -60,7 +60,7 @@ def main(
         seconds = {name: measured(*name.split(), *given)["seconds"] for name, given in commands.items()}
         if figures is not None:
             for name, path in FIGURES.items():
-                if not smallest or path.startswith("run/evaluation/") and "location" not in path:
+                if not smallest or (path.startswith("run/evaluation/") and "location" not in path):
                     shutil.copyfile(Path(folder) / path, figures / f"{name}.png")
     print_figures(seconds, json_output, smallest)
 
