@@ -59,7 +59,7 @@ def test_report_is_written_apart_from_the_comparison(run, hall, tmp_path):
     expected = {f"crossvalidation_{name}.{suffix}" for name in figures for suffix in ("png", "pdf")}
     found = {path.name for path in (tmp_path / "report").iterdir()}
     assert found == expected | {"crossvalidation.html", "crossvalidation.json"}
-    assert "run against fresh ray tracing of lab" in (tmp_path / "report" / "crossvalidation.html").read_text()
+    assert "run against fresh ray tracing in lab" in (tmp_path / "report" / "crossvalidation.html").read_text()
 
 
 def test_of_several_gateways_the_datasets_is_taken(run, hall):
