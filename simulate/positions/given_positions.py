@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 
 from scenes.files.errors import InputError, ParameterError, reason, shown
 from scenes.files.input_file import MEGABYTE, read_text
+from scenes.files.number_text import parse_number
 
 FARTHEST = 1e5
 """Metres; largest magnitude of a coordinate. Models store positions in single precision, which is exact to 4 mm there:
@@ -75,7 +76,7 @@ def _points(path: Path, rows: Iterator[list[str]]) -> Float[np.ndarray, "n 3"]:
         where = f"{path}, position {number} (line {number + 1})"
         found = shown(",".join(row)) if row else "an empty line"
         try:
-            point = [float(value) for value in row]
+            point = [parse_number(value) for value in row]
         except ValueError:
             point = []
         if len(point) != 3 or not np.isfinite(point).all():
