@@ -140,13 +140,15 @@ def crossvalidate(
     known = dataset.positions[run.split(dataset).known]
     region = bounding_box(known)
     drawn = free_positions(scene, region, positions, np.random.default_rng(seed))
+    setting = Setting(scene, region, seed_of_rays(dataset.metadata))
     source: ResponseSource
     if field is not None:
-        source, truth_by = FullWave.kept(Path(field)), FullWave.called
+        FullWave(field=Path(field)).for_scene(scene)  # refuses the field of another scene
+        source, truth_by = FullWave.kept(setting, Path(field)), FullWave.called
     elif tracer is not None:
         source, truth_by = tracer, Rays.called
     else:
-        source, truth_by = _source(dataset, Setting(scene, region, seed_of_rays(dataset.metadata)), run, engine)
+        source, truth_by = _source(dataset, setting, run, engine)
     responses = source.responses(drawn)
     truth = spectrum_of(picture(run.beamformer.spectrum(responses)))
     prediction = run.predict(drawn)
@@ -173,12 +175,12 @@ def _source(dataset: Dataset, setting: Setting, run: Run, engine: str | Engine |
         by, folder = engine_class(engine)() if isinstance(engine, str) else engine, run.folder
     if not by.keeps_source:
         by = by.for_scene(setting.scene)
-        by.require(Machines())
+        by.require(setting, Machines())
         with progress_bar() as progress:
             return by.source(setting, folder, Machines(), progress), by.called
     if folder != dataset.folder:
         folder = simulate(setting.scene, run.folder / by.name, LEAST_SPECTRA, engine=by).folder
-    return by.kept(folder), by.called
+    return by.kept(setting, folder), by.called
 
 
 def seen_by(dataset: Dataset, scene: Scene) -> Scene:

@@ -140,14 +140,15 @@ class Engine(ABC):
         """
         return {name: version(name) for name in self.packages}
 
-    def require(self, machines: Machines) -> None:
+    def require(self, setting: Setting, machines: Machines) -> None:
         """Make sure that the engine can run, before anything is written.
 
         Args:
+            setting: the scene, region and seed.
             machines: where it is to run.
 
         Raises:
-            InputError: a package or library is missing.
+            InputError: a package or library is missing, or a file that the engine uses does not fit the setting.
             ParameterError: there is no Ray cluster at the address.
         """
         if machines != Machines():
@@ -181,26 +182,28 @@ class Engine(ABC):
             InputError: the computation failed.
         """
 
-    def is_whole(self, folder: Path) -> bool:
+    def is_whole(self, setting: Setting, folder: Path) -> bool:
         """Whether a finished dataset folder still has what ``source`` stored in it.
 
         Args:
+            setting: the scene, region and seed.
             folder: the dataset folder.
         """
         return True
 
     @classmethod
-    def kept(cls, folder: Path) -> ResponseSource:
+    def kept(cls, setting: Setting, folder: Path) -> ResponseSource:
         """Read what ``source`` stored in a dataset folder; only for engines with ``keeps_source``.
 
         Args:
+            setting: the scene, region and seed.
             folder: the dataset folder.
 
         Returns:
             The same as ``source`` returns.
 
         Raises:
-            InputError: it is missing or damaged.
+            InputError: it is missing or damaged, or does not fit the setting.
         """
         raise NotImplementedError
 
