@@ -10,16 +10,17 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 from msgspec import Meta, Struct
 
 from learn.data.splits import Split, SplitKind
 from learn.models.steps import Steps
 from learn.training.registry import DEFAULT_MODEL
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError
+from scenes.files.errors import InputError, ParameterError, shown
 from scenes.files.json_file import read_json
+from scenes.files.options import check_kinds
 from scenes.files.schema import Count, conform
-from scenes.scene.description import MOST_ELEMENTS
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
@@ -63,13 +64,21 @@ class Config:
     by_steps: Steps | None = None
 
     def __post_init__(self) -> None:
+        check_kinds(self)
         # Options are converted as JSON converts them (tuples to lists), so that settings equal those read back.
-        object.__setattr__(self, "options", json.loads(json.dumps(self.options)))
+        object.__setattr__(self, "options", {name: _as_json(name, value) for name, value in self.options.items()})
 
     def settings(self) -> dict[str, Any]:
         """All settings in one flat dictionary, by the names of the parameters of ``train``."""
         content = asdict(self)
         return {**content.pop("options"), **(content.pop("by_steps") or {}), **content}
+
+
+def _as_json(option: str, value: Any) -> Any:
+    try:
+        return json.loads(json.dumps(value.item() if isinstance(value, np.generic) else value))
+    except (TypeError, ValueError):
+        raise ParameterError(option, f"expected a number, a text, a switch or a list, found {shown(value)}") from None
 
 
 def write_config(folder: Path, config: Config, beamformer: Beamformer, split: Split, names: Sequence[str]) -> None:
@@ -114,6 +123,4 @@ def read_config(folder: Path) -> tuple[Config, Beamformer]:
     settings = {key: content[key] for key in content if key in known} if isinstance(content, dict) else content
     config = conform(settings, Config, str(path), complete=True)
     receiver = conform(content, Receiver, str(path))
-    if receiver.array.elements > MOST_ELEMENTS:
-        raise InputError(f"{path}: array: expected at most {MOST_ELEMENTS} elements, found {receiver.array}")
     return config, Beamformer(receiver.array, receiver.grid)

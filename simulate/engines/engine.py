@@ -19,6 +19,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from scenes.files.errors import require_whole
+from scenes.files.options import check_kinds
 from simulate.parallel.ray_cluster import require_ray
 
 if TYPE_CHECKING:  # their imports take long, and the help of the command line does not need them
@@ -67,6 +68,7 @@ class Machines:
     ray: str | None = None
 
     def __post_init__(self) -> None:
+        check_kinds(self)
         if self.workers is not None:
             require_whole(1, WORKERS_MOST, workers=self.workers)
 

@@ -14,6 +14,7 @@ from tyro.conf import Suppress
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, require_within, shown
 from scenes.files.json_file import read_json
+from scenes.files.options import check_kinds
 from scenes.files.schema import Positive, conform
 from scenes.storage.scene_digest import scene_digest
 from simulate.engines.engine import Engine, Machines, Setting
@@ -49,6 +50,7 @@ class Solver:
     solver: Annotated[str, Suppress] = OURS
 
     def __post_init__(self) -> None:
+        check_kinds(self)
         if self.cell is not None:
             require_within(*CELLS, "metres", cell=self.cell)
 
