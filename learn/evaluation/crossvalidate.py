@@ -11,12 +11,20 @@ from jaxtyping import Complex, Float
 
 from learn.data.metrics import Scores, score
 from learn.training.run_folder import Run, load_run
-from scenes.files.errors import InputError, require_seed, require_whole
+from scenes.files.errors import (
+    InputError,
+    ParameterError,
+    require_instance,
+    require_path,
+    require_seed,
+    require_whole,
+    shown,
+)
 from scenes.files.progress import progress_bar
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_yaml import load_scene
-from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.dataset_folder import Dataset
 from simulate.engines.engine import Engine, Machines, ResponseSource, Setting
 from simulate.engines.engine_table import engine_class, engine_of
 from simulate.engines.fullwave_engine import FullWave
@@ -115,7 +123,7 @@ def crossvalidate(
     Raises:
         InputError: the run, its dataset, the field or the scene cannot be read; no gateway of the scene has the
             position and orientation of the dataset's gateway; or this gateway has another array than the run.
-        ParameterError: ``positions`` or ``seed`` is not a whole number in its range.
+        ParameterError: ``positions`` or ``seed`` is not a whole number in its range, or no engine has this name.
 
     Example:
         >>> fresh = crossvalidate("runs/lab", "lab", positions=5)
@@ -126,8 +134,16 @@ def crossvalidate(
     """
     require_whole(1, MOST_POSITIONS, positions=positions)
     require_seed(seed=seed)
-    run = run if isinstance(run, Run) else load_run(Path(run))
-    dataset = read_dataset(run.config.dataset)
+    if engine is not None:
+        require_instance(str, Engine, engine=engine)
+    if isinstance(engine, str):
+        engine_class(engine)  # refuses an unknown name
+    if field is not None:
+        require_path(field=field)
+    if tracer is not None and not hasattr(tracer, "responses"):
+        raise ParameterError("tracer", f"expected a Tracer, found {shown(tracer)}")
+    run = run if isinstance(run, Run) else load_run(run)
+    dataset = run.dataset()
     scene = seen_by(dataset, scene if isinstance(scene, Scene) else load_scene(scene))
     gateway = scene.gateway
     array, expected = PlanarArray.of(gateway), run.beamformer.array

@@ -66,6 +66,9 @@ class Processes:
     devices: int = 1
     nodes: int = 1
 
+    def __post_init__(self) -> None:
+        check_kinds(self)
+
     @property
     def count(self) -> int:
         """Number of devices on all machines together."""

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from jaxtyping import Complex, Int
 
-from learn.data.splits import SplitKind
+from learn.data.splits import SPLITS, SplitKind
 from learn.data.splits import split as split_dataset
 from learn.models.retrieved_field import retrieved_responses
 from learn.twin.gauss_newton import Calibration, most_likely
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError, ParameterError, require_seed, require_whole
+from scenes.files.errors import InputError, ParameterError, require_instance, require_seed, require_whole, require_word
 from scenes.scene.description import Scene
 from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import OF_MATERIALS, Unknown, unknowns
@@ -83,6 +84,10 @@ def calibrate(
     """
     require_whole(1, MOST_POSITIONS, n=n)
     require_seed(seed=seed)
+    require_word(SPLITS, split=split)
+    require_instance(Tolerances, tolerances=tolerances)
+    require_instance(Propagation, propagation=propagation)
+    require_instance(Scene, str, PathLike, scene=scene)
     place = scene if isinstance(scene, Scene) else load_scene(scene)
     measured = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
     known = evenly(split_dataset(measured, split, seed).known, n)

@@ -129,7 +129,7 @@ def check_kinds(options: Any) -> None:
     Traceback (most recent call last):
     scenes.files.errors.ParameterError: filled: expected true or false, found 'no'
     """
-    for name, kind in _hints(type(options)).items():
+    for name, kind in _hints(options.__class__).items():
         value = getattr(options, name)
         if isinstance(value, np.generic):
             value = value.item()
@@ -138,7 +138,7 @@ def check_kinds(options: Any) -> None:
             require_flag(**{name: value})
         elif get_origin(kind) is Literal:
             require_word(get_args(kind), **{name: value})
-        elif is_dataclass(kind):
+        elif isinstance(kind, type) and is_dataclass(kind):
             require_instance(kind, **{name: value})
 
 

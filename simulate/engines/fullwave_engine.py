@@ -12,7 +12,7 @@ from msgspec import Meta, Struct
 from tyro.conf import Suppress
 
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError, require_within, shown
+from scenes.files.errors import InputError, require_path, require_within, shown
 from scenes.files.json_file import read_json
 from scenes.files.options import check_kinds
 from scenes.files.schema import Positive, conform
@@ -105,6 +105,11 @@ class FullWave(Solver, Engine):
 
     field: Path | None = None
     gpu: bool = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.field is not None:
+            require_path(field=self.field)
 
     name: ClassVar[str] = "fullwave"
     called: ClassVar[str] = "full wave"

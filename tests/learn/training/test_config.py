@@ -40,7 +40,7 @@ def write(folder, name, content):
 
 
 def test_settings_are_read(tmp_path):
-    config, beamformer = read_config(write(tmp_path, "config.json", CONFIG))
+    config, beamformer, *_ = read_config(write(tmp_path, "config.json", CONFIG))
     assert config.by_steps is not None and config.by_steps.steps == 3 and beamformer.array.elements == 16
 
 
