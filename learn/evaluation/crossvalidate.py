@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from learn.data.metrics import Scores, score
+from learn.data.same_receiver import in_megahertz, other_frequency
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import (
     InputError,
@@ -122,7 +123,8 @@ def crossvalidate(
 
     Raises:
         InputError: the run, its dataset, the field or the scene cannot be read; no gateway of the scene has the
-            position and orientation of the dataset's gateway; or this gateway has another array than the run.
+            position and orientation of the dataset's gateway; or this gateway has another array or frequency than the
+            run.
         ParameterError: ``positions`` or ``seed`` is not a whole number in its range, or no engine has this name.
 
     Example:
@@ -145,6 +147,11 @@ def crossvalidate(
     run = run if isinstance(run, Run) else load_run(run)
     dataset = run.dataset()
     scene = seen_by(dataset, scene if isinstance(scene, Scene) else load_scene(scene))
+    if other_frequency(dataset.wavelength, scene.wavelength):
+        raise InputError(
+            f"{scene.name}: expected a scene at the frequency of {run.folder}, {in_megahertz(dataset.wavelength)}, "
+            f"found {in_megahertz(scene.wavelength)}"
+        )
     gateway = scene.gateway
     array, expected = PlanarArray.of(gateway), run.beamformer.array
     alike = (array.rows, array.columns) == (expected.rows, expected.columns)

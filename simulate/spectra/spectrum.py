@@ -98,6 +98,21 @@ def check_stack(parameter: str, spectra: Float[np.ndarray, "K 90 360"]) -> Float
     return stack
 
 
+def check_pictures(
+    parameter: str, pictures: UInt8[np.ndarray, "K 90 360"] | Float[np.ndarray, "K 90 360"]
+) -> UInt8[np.ndarray, "K 90 360"] | Float[np.ndarray, "K 90 360"]:
+    """Check a stack of pictures, grey levels 0…255, or of spectra, 0…1.
+
+    Raises:
+        ParameterError: as ``check_stack``.
+    """
+    if not (isinstance(pictures, np.ndarray) and pictures.dtype == np.uint8) or np.ma.isMaskedArray(pictures):
+        return check_stack(parameter, pictures)
+    if pictures.ndim != 3 or pictures.shape[1:] != (ROWS, COLUMNS) or not len(pictures):
+        raise ParameterError(parameter, f"expected pictures [K, {ROWS}, {COLUMNS}], found shape {pictures.shape}")
+    return pictures
+
+
 def evenly(values: Shaped[np.ndarray, "n *shape"], most: int) -> Shaped[np.ndarray, "m *shape"]:
     """At most ``most`` of the values, spread evenly over all of them.
 

@@ -121,7 +121,7 @@ def test_absurd_numbers(command, option, refuse):
         ((*SIMULATE.split(), "--ray", f"127.0.0.1:{'9' * 1000}"), "--ray: "),
         (("simulate", "x" * 200, "-o", "out"), "unknown scene"),
         (("scene", "x.obj", "--material", "y" * 10_000), "needs --output"),
-        (("locate", "x" * 5000, "--pictures", "y" * 5000, "-o", "out.csv"), "yyy…yyy"),
+        (("locate", "x" * 5000, "--pictures", "y" * 5000, "-o", "out.csv"), "xxx…xxx"),
         (("evaluate", "no\nwhere\x1b[2J"), r"no\nwhere\x1b[2J"),
     ],
 )
