@@ -159,8 +159,9 @@ def require_word(known: Iterable[str], **values: str) -> None:
     *others, last = known
     for name, value in values.items():
         if not (isinstance(value, str) and value in (*others, last)):
-            hint = f"; {did_you_mean(value, (*others, last))}" if isinstance(value, str) else ""
-            raise ParameterError(name, f"expected {', '.join(others)} or {last}, found {shown(value)}{hint}")
+            hint = did_you_mean(value, (*others, last))
+            nearest = f"; {hint}" if hint.endswith("?") else ""  # the others are listed already
+            raise ParameterError(name, f"expected {', '.join(others)} or {last}, found {shown(value)}{nearest}")
 
 
 def require_path(**values: object) -> None:
