@@ -14,6 +14,7 @@ from scenes.checks.occupancy import closed_parts
 from scenes.drawing.floor_plan import REGION, draw_plan, section_height
 from scenes.drawing.perspective import draw_view
 from scenes.files.atomic import write_atomically
+from scenes.files.errors import require_instance, require_path
 from scenes.files.plain_text import in_figure
 from scenes.scene.description import Gateway, Scene
 
@@ -97,6 +98,8 @@ def draw_scene(scene: Scene, path: str | Path) -> None:
         >>> import bisplat
         >>> bisplat.draw_scene(bisplat.load_scene("closet"), "closet.png")
     """
+    require_instance(Scene, scene=scene)
+    require_path(path=path)
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch

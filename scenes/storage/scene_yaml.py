@@ -12,7 +12,7 @@ from msgspec.structs import asdict
 
 from scenes.checks.validation import validate
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError, cut, did_you_mean, shown
+from scenes.files.errors import InputError, cut, did_you_mean, require_instance, require_path, shown
 from scenes.files.folder_lock import locked
 from scenes.files.input_file import beside
 from scenes.files.schema import conform
@@ -280,6 +280,8 @@ def write_scene(scene: Scene, folder: str | Path, replaceable: Mapping[Path, str
         >>> bisplat.load_scene(path) == bisplat.load_scene("closet")
         True
     """
+    require_instance(Scene, scene=scene)
+    require_path(folder=folder)
     folder = Path(folder)
     path = folder / "scene.yaml"
     validate(scene, str(path))
