@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from scenes.files.errors import InputError, ParameterError, did_you_mean, is_number, named, require_positive, shown
+from scenes.files.errors import InputError, ParameterError, did_you_mean, is_number, named, shown
 
 RGB = tuple[float, float, float]
 
@@ -173,7 +173,8 @@ def p2040_material(
         >>> brick.relative_permittivity, round(brick.conductivity, 4), brick.thickness
         (3.91, 0.0274, 0.24)
     """
-    require_positive(frequency=frequency)
+    if not is_number(frequency):
+        raise ParameterError("frequency", f"expected a number of hertz, found {shown(frequency)}")
     if not isinstance(name, str) or name not in P2040:
         raise InputError(f"unknown material {named(name)}; {did_you_mean(name, P2040)}")
     row = P2040[name]
