@@ -19,7 +19,7 @@ from scenes.files.errors import InputError, cut, did_you_mean, named
 from scenes.files.extras import require_extra
 from scenes.files.input_file import beside
 from scenes.files.xml_file import read_xml
-from scenes.importing.mesh_files import read_meshes, require_ordinary
+from scenes.importing.mesh_files import read_mesh_file, require_ordinary
 from scenes.scene.materials import RadioMaterial, material_names, p2040_material
 from scenes.scene.shapes import box, sheet, union
 
@@ -203,7 +203,7 @@ def _shape(element: Element, index: int, path: Path, bsdfs: dict[str, Element]) 
         if Path(filename).suffix.lower() != f".{kind}":
             raise InputError(f"{label}: expected the filename of a .{kind} mesh, found {named(filename)}")
         try:
-            mesh = union(*(part for _, part in read_meshes(beside(path, filename))))
+            mesh = union(*(part.mesh for part in read_mesh_file(beside(path, filename)).parts))
         except InputError as error:
             raise InputError(f"{label}: mesh: {error}") from None
     else:
