@@ -11,8 +11,8 @@ import pytest
 from scenes.files import extras
 from scenes.files.errors import InputError
 from scenes.importing import mitsuba_xml
+from scenes.importing.formats.mesh_part import MeshFile, MeshPart
 from scenes.importing.mesh_import import import_mitsuba, import_scene
-from scenes.importing.mesh_part import MeshFile, MeshPart
 from scenes.importing.mitsuba_xml import SIONNA, read_mitsuba, sionna_scene
 from scenes.scene.description import Gateway, Transmitter, facing
 from scenes.scene.materials import p2040_material
