@@ -18,9 +18,11 @@ from jaxtyping import Complex
 
 from scenes.files.atomic import sync_folder
 from scenes.files.errors import InputError
-from scenes.files.folder_lock import LOCK, locked
+from scenes.files.folder_lock import locked
+from scenes.files.output_folder import has_other_files
 from scenes.files.plain_text import say
 from scenes.files.progress import progress_bar
+from scenes.files.temporary import remove_left, temporary_folder
 from scenes.storage.scene_yaml import write_scene
 from simulate.dataset.dataset_writer import (
     write_gateway,
@@ -66,6 +68,7 @@ def generate(request: Request, folder: Path, machines: Machines = Machines()) ->
     with locked(folder):
         if not _begun(folder, metadata):  # again, since another process may have begun in the meantime
             write_metadata(folder / "metadata.json", metadata)
+        remove_left(folder, deep=True)
         if not _is_finished(request, folder):
             _generate(request, folder, machines)
 
@@ -75,9 +78,9 @@ def _generate(request: Request, folder: Path, machines: Machines) -> None:
     (folder / "spectrum").mkdir(exist_ok=True)
     (folder / "parts").mkdir(exist_ok=True)
     if not (folder / "scene").exists():
-        shutil.rmtree(folder / "scene.tmp", ignore_errors=True)
-        write_scene(request.scene, folder / "scene.tmp")
-        (folder / "scene.tmp").rename(folder / "scene")
+        with temporary_folder(folder) as unfinished:
+            write_scene(request.scene, unfinished)
+            unfinished.rename(folder / "scene")
     parts = WrittenParts(request, folder, PART)
     kept = parts.whole()
     for sentence in parts.damage:
@@ -115,8 +118,7 @@ def _has_content(path: Path) -> bool:
 
 def _begun(folder: Path, metadata: dict[str, Any]) -> bool:
     """Whether a request with the same metadata began the folder; False if it is new or empty."""
-    # A run that was killed at its very beginning leaves only these files.
-    if not folder.exists() or (folder.is_dir() and {p.name for p in folder.iterdir()} <= {"metadata.json.tmp", LOCK}):
+    if not folder.exists() or (folder.is_dir() and not has_other_files(folder)):
         return False
     path = folder / "metadata.json"
     if not path.is_file():
