@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Complex
 
-from scenes.files.atomic import sync_folder
+from scenes.files.atomic import require_writable, sync_folder
 from scenes.files.errors import InputError
 from scenes.files.folder_lock import locked
 from scenes.files.output_folder import has_other_files
@@ -59,18 +59,35 @@ def generate(request: Request, folder: Path, machines: Machines = Machines()) ->
         InputError: the folder holds something else or a dataset of another request, or another process writes to it.
         ParameterError: there is no Ray cluster at the address.
     """
-    metadata = request.metadata()
-    if _begun(folder, metadata) and _is_finished(request, folder):
+    if not has_work(request, folder, machines):
         return
-    request.engine.require(machines)
-
-    folder.mkdir(parents=True, exist_ok=True)
+    metadata = request.metadata()
     with locked(folder):
         if not _begun(folder, metadata):  # again, since another process may have begun in the meantime
             write_metadata(folder / "metadata.json", metadata)
         remove_left(folder, deep=True)
         if not _is_finished(request, folder):
             _generate(request, folder, machines)
+
+
+def has_work(request: Request, folder: Path, machines: Machines) -> bool:
+    """Whether ``generate`` has anything to do. If several datasets are wanted, this is called for all of them first.
+
+    Args:
+        request: the dataset to make.
+        folder: the dataset folder.
+        machines: where to run.
+
+    Raises:
+        InputError: the folder holds something else or a dataset of another request, or the engine cannot run.
+        ParameterError: there is no Ray cluster at the address.
+        OSError: the folder cannot be written to.
+    """
+    if _begun(folder, request.metadata()) and _is_finished(request, folder):
+        return False
+    require_writable(folder / LAST_FILE)
+    request.engine.require(request.setting, folder, machines)
+    return True
 
 
 def _generate(request: Request, folder: Path, machines: Machines) -> None:
