@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
@@ -14,7 +13,7 @@ from msgspec.structs import asdict
 from scenes.checks.material_frequency import doubts
 from scenes.checks.validation import validate
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError, cut, did_you_mean, named, shown
+from scenes.files.errors import InputError, ParameterError, cut, did_you_mean, named
 from scenes.files.folder_lock import locked
 from scenes.files.input_file import beside
 from scenes.files.plain_text import say
@@ -29,6 +28,7 @@ from scenes.places.lab import lab
 from scenes.places.office import office
 from scenes.places.workshop import workshop
 from scenes.scene.description import Gateway, Quaternion, Scene, SceneObject, Transmitter, Vector3
+from scenes.scene.frequency import read_frequency
 from scenes.scene.materials import P2040, RGB, OutsideP2040, RadioMaterial, material_names, p2040_material
 from scenes.scene.shapes import union
 from scenes.storage.scene_files import FilesInTheWay, digest, digest_of_file, mesh_names, ply_of, yaml_of
@@ -39,10 +39,6 @@ BUILT_IN: dict[str, Callable[[], Scene]] = {
     place.__name__: place for place in (lab, conference, bedroom, office, closet, workshop)
 }
 """The built-in scenes. To add one, write a file in scenes/places and list its function here."""
-
-LONGEST_FREQUENCY = 50
-"""Most characters of a frequency. The time of the regular expression grows with the square of the length."""
-HERTZ = {"hz": 1.0, "khz": 1e3, "mhz": 1e6, "ghz": 1e9}
 
 
 def load_scene(name_or_path: str | Path) -> Scene:
@@ -155,18 +151,10 @@ def _conform(value: object, schema: type[T], place: str) -> T:
 
 
 def _frequency(value: float | str, place: str) -> float:
-    """Read a frequency in Hz from a number or from a text such as "915 MHz"."""
-    text = str(value) if len(str(value)) <= LONGEST_FREQUENCY else ""
-    match = re.fullmatch(r"\s*([-+.\deE]+?)\s*([kKmMgG]?[hH][zZ])?\s*", text)
     try:
-        frequency = float(match[1]) * HERTZ[(match[2] or "Hz").lower()] if match else 0.0
-    except ValueError:
-        frequency = 0.0
-    if frequency <= 0:
-        raise InputError(
-            f'{place}: expected a positive number of hertz, or one with a unit such as "915 MHz", found {shown(value)}'
-        )
-    return frequency
+        return read_frequency(value)
+    except ParameterError as error:
+        raise InputError(f"{place}: {error}") from None
 
 
 def _material(name: str, value: object, frequency: float, source: str) -> RadioMaterial:
@@ -176,7 +164,7 @@ def _material(name: str, value: object, frequency: float, source: str) -> RadioM
     entry = _conform(value, P2040Material if of_table else OwnMaterial, place)
     given = {key: each for key, each in asdict(entry).items() if each is not UNSET}
     if "frequency" in given:
-        given["frequency"] = _frequency(given["frequency"], f"{place}.frequency")
+        given["frequency"] = _frequency(given["frequency"], place)
     try:
         if isinstance(entry, P2040Material):
             given = vars(p2040_material(given.pop("p2040"), frequency)) | given
@@ -248,7 +236,7 @@ def read_scene(path: str | Path) -> Scene:
     path = Path(path)
     source = str(path)
     file = _conform(read_yaml(path, "a scene"), SceneFile, source)
-    frequency = _frequency(file.frequency, f"{source}: frequency")
+    frequency = _frequency(file.frequency, source)
     objects = tuple(_object(value, i, path, source) for i, value in enumerate(file.objects))
 
     known = {

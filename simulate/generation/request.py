@@ -128,6 +128,6 @@ def read_request(folder: Path) -> Request:
         if key.endswith("sha256") and value != metadata[key]:
             raise InputError(f"{path}: expected the files that the dataset was made with, found another {key[:-7]}")
         if key in ("frequency_hz", "array") and value != metadata.get(key, value):
-            found = shown(metadata[key])
-            raise InputError(f"{path}: {key}: expected {value}, as in {metadata['scene_file']}, found {found}")
+            stored = shown(metadata[key])
+            raise InputError(f"{path}: {key}: expected {value}, as in {metadata['scene_file']}, found {stored}")
     return request

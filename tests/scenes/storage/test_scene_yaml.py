@@ -245,6 +245,8 @@ BAD = [
     # what to replace, by what, and what the sentence has to have: the place, what was found, what was perhaps meant
     ("frequency: 915 MHz\n", "", "outdoors.yaml: ", "frequency"),
     ("915 MHz", "915 MHzz", "outdoors.yaml: frequency", "'915 MHzz'"),
+    ("915 MHz", "915", "outdoors.yaml: frequency", "found 915", "915 MHz are 915e6"),
+    ("915 MHz", "2.4", "outdoors.yaml: frequency", "found 2.4", "2.4 GHz are 2.4e9"),
     ("915 MHz", "-915e6", "outdoors.yaml: frequency", "'-915e6'"),
     ("915 MHz", "[915]", "outdoors.yaml: frequency", "[915]"),
     ("915 MHz", "9" * 400, "outdoors.yaml: frequency", "99"),
@@ -267,12 +269,7 @@ BAD = [
     ("conductivity: 1e-3, ", "", "outdoors.yaml: materials.felt", "conductivity"),
     ("permittivity: 1.3", "permittivity: 0.3", "outdoors.yaml: materials.felt", "relative_permittivity", "0.3"),
     ("p2040: concrete", "p2040: concret", "outdoors.yaml: materials.block", '"concret"', '"concrete"'),
-    (
-        "conductivity: 1e-3, ",
-        "conductivity: 1e-3, frequency: 1 Hzz, ",
-        "outdoors.yaml: materials.felt.frequency",
-        "Hzz",
-    ),
+    ("1e-3, ", "1e-3, frequency: 1 Hzz, ", "outdoors.yaml: materials.felt: frequency", "'1 Hzz'"),
     ("p2040: concrete", "p2040: concrete, sigma: 1", "outdoors.yaml: materials.block", "'sigma'"),
     ("material: wood", "material: wod", 'outdoors.yaml: objects[0] ("crate")', '"wod"', '"wood"'),
     ("material: wood", "material: floorboard", 'outdoors.yaml: objects[0] ("crate")', '"floorboard"', "0.915 GHz"),
