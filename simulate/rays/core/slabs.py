@@ -20,7 +20,8 @@ from scipy.spatial import ConvexHull, cKDTree
 from trimesh import Trimesh
 
 from scenes.checks.enclosure import WALL_REACH
-from scenes.checks.occupancy import closed_parts, holds_antennas, merge_corners
+from scenes.checks.occupancy import holds_antennas
+from scenes.scene.closed_parts import merge_corners
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import RadioMaterial
 from scenes.scene.permittivity import is_conductor
@@ -67,7 +68,7 @@ def _material(scene: Scene, item: SceneObject) -> RadioMaterial:
 def _slabs_of(scene: Scene, item: SceneObject) -> Slabs:
     material = _material(scene, item)
     thickness = scene.thickness(item)
-    closed = closed_parts(item.mesh)
+    closed = item.closed_parts
     pieces = [_of_closed_part(scene, part, thickness) for part in closed]
     if sum(len(part.faces) for part in closed) < len(item.mesh.faces):
         parts = merge_corners(item.mesh).split(only_watertight=False, repair=False)  # repair would close open boxes
