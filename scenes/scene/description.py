@@ -279,7 +279,8 @@ class Scene:
         >>> round(yard.wavelength, 3), yard.bounds.tolist()
         (0.328, [[-5.0, -5.0, 0.0], [5.0, 5.0, 0.0]])
 
-        The same yard at another frequency needs the materials at that frequency:
+        The same yard at another frequency needs the materials at that frequency. Those of ITU-R P.2040 for another one
+        are refused:
 
         >>> from dataclasses import replace
         >>> wifi = replace(yard, frequency=2.4e9, materials=bisplat.p2040_materials(["concrete"], 2.4e9))
