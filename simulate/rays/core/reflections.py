@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from simulate.parallel import ONE_KERNEL
+from simulate.parallel.compiled import compiled
 from simulate.rays.core.planes import Planes
 
 MARGIN = 0.01
@@ -57,7 +58,7 @@ def possible_paths(
     return np.concatenate(found, axis=1)
 
 
-@numba.njit(cache=True)
+@compiled
 def mirror(normals, offsets, chains, count, sources, images):
     """Fill ``images`` [chains, sources, depth, 3]: image k is image k − 1 mirrored at plane k."""
     for chain in range(len(chains)):
@@ -71,7 +72,7 @@ def mirror(normals, offsets, chains, count, sources, images):
                 images[chain, source, k] = x, y, z
 
 
-@numba.njit(cache=True, inline="always")
+@compiled(inline="always")
 def on_surface(first, sides, plane, x, y, z, margin):
     """The first triangle of a plane that contains a point of the plane, within a margin; −1 if there is none."""
     for triangle in range(first[plane], first[plane + 1]):
@@ -84,7 +85,7 @@ def on_surface(first, sides, plane, x, y, z, margin):
     return -1
 
 
-@numba.njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _backtrack(normals, offsets, first, sides, chains, count, images, targets, possible):
     """Fill ``possible`` [targets, chains, sources]."""
     for target in numba.prange(len(targets)):

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from simulate.parallel import ONE_KERNEL
+from simulate.parallel.compiled import compiled
 from simulate.rays.core.planes import Planes
 from simulate.rays.core.reflections import mirror, on_surface
 from simulate.rays.diffraction.arms import Arms
@@ -114,7 +115,7 @@ def legs_of(arms: Arms, ends: Ends) -> Legs:
     return Legs(arms.planes, arms.reflections, ends.images, ends.last, ends.angle, ends.open)
 
 
-@numba.njit(cache=True, inline="always")
+@compiled(inline="always")
 def follow(surfaces, legs, antenna, arm, x, y, z, vertices, hit, where, step):
     """Follow an arm from a point on its edge to the antenna; False if a reflection is on no surface.
 
@@ -142,7 +143,7 @@ def follow(surfaces, legs, antenna, arm, x, y, z, vertices, hit, where, step):
     return True
 
 
-@numba.njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _try(surfaces, legs, points, found):
     """Fill ``found`` [arms]."""
     nothing, none = np.empty((0, 3), np.float32), np.empty(0, np.uint32)
