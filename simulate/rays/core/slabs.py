@@ -26,6 +26,9 @@ from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import RadioMaterial
 from scenes.scene.permittivity import is_conductor
 
+AT_ONCE = 10_000_000
+"""Pairs of a triangle and a corner of the scene that are compared at a time. This bounds the memory."""
+
 
 @dataclass(frozen=True)
 class Slabs:
@@ -56,8 +59,11 @@ def conducting_triangles(scene: Scene) -> Float[np.ndarray, "n 3 3"]:
 
 def dielectric_slabs(scene: Scene) -> list[Slabs]:
     """The slabs of all objects that are not conductors."""
+    around = _outline(scene)
     return [
-        _slabs_of(scene, item) for item in scene.objects if not is_conductor(_material(scene, item), scene.frequency)
+        _slabs_of(scene, item, around)
+        for item in scene.objects
+        if not is_conductor(_material(scene, item), scene.frequency)
     ]
 
 
@@ -65,7 +71,7 @@ def _material(scene: Scene, item: SceneObject) -> RadioMaterial:
     return scene.materials[item.material]
 
 
-def _slabs_of(scene: Scene, item: SceneObject) -> Slabs:
+def _slabs_of(scene: Scene, item: SceneObject, around: Float[np.ndarray, "n 3"]) -> Slabs:
     material = _material(scene, item)
     thickness = scene.thickness(item)
     closed = item.closed_parts
@@ -73,7 +79,7 @@ def _slabs_of(scene: Scene, item: SceneObject) -> Slabs:
     if sum(len(part.faces) for part in closed) < len(item.mesh.faces):
         parts = merge_corners(item.mesh).split(only_watertight=False, repair=False)  # repair would close open boxes
         open_parts = [part for part in parts if not part.is_watertight]
-        pieces += [_of_sheet(scene, part.triangles, thickness) for part in open_parts]
+        pieces += [_of_sheet(part.triangles, thickness, around) for part in open_parts]
     triangles, normals, start, stop, outer = (np.concatenate(values) for values in zip(*pieces, strict=True))
     return Slabs(material, triangles, normals, start, stop, outer)
 
@@ -88,10 +94,12 @@ def _of_closed_part(scene: Scene, part: Trimesh, thickness: float) -> tuple[np.n
     return part.triangles, normals, start, stop, np.full(len(normals), room)
 
 
-def _of_sheet(scene: Scene, triangles: Float[np.ndarray, "n 3 3"], thickness: float) -> tuple[np.ndarray, ...]:
+def _of_sheet(
+    triangles: Float[np.ndarray, "n 3 3"], thickness: float, around: Float[np.ndarray, "points 3"]
+) -> tuple[np.ndarray, ...]:
     """The slab behind the sheet of an outer wall, or on both sides of another sheet."""
-    normals, front, back = _scene_beyond(scene, triangles)
-    outer = in_outer_wall(scene, triangles)
+    normals, front, back = _beyond(triangles, around)
+    outer = np.minimum(front, back) < WALL_REACH
     away = np.where(front < back, 1.0, -1.0)  # the normal points away from the scene
     normals = np.where(outer[:, None], away[:, None] * normals, normals)
     start = np.where(outer, 0.0, -thickness / 2)
@@ -118,13 +126,13 @@ def face_slabs(scene: Scene) -> FaceSlabs:
     Args:
         scene: the scene.
     """
-    fronts, outer = [], []
+    fronts, outer, around = [], [], _outline(scene)
     for item in scene.objects:
         if is_conductor(_material(scene, item), scene.frequency):
             fronts.append(np.zeros((len(item.mesh.faces), 2)))
-            outer.append(in_outer_wall(scene, item.mesh.triangles))
+            outer.append(_in_outer_wall(item.mesh.triangles, around))
             continue
-        slabs = _slabs_of(scene, item)
+        slabs = _slabs_of(scene, item, around)
         _, which = cKDTree(slabs.triangles.mean(axis=1)).query(item.mesh.triangles_center)
         along = (slabs.normals[which] * item.mesh.face_normals).sum(axis=1) > 0
         reach = np.column_stack([slabs.stop[which], -slabs.start[which]])
@@ -140,18 +148,33 @@ def in_outer_wall(scene: Scene, triangles: Float[np.ndarray, "n 3 3"]) -> Bool[n
         scene: the scene.
         triangles: corners of the triangles, metres, world frame.
     """
-    _, front, back = _scene_beyond(scene, triangles)
+    return _in_outer_wall(triangles, _outline(scene))
+
+
+def _in_outer_wall(
+    triangles: Float[np.ndarray, "n 3 3"], around: Float[np.ndarray, "points 3"]
+) -> Bool[np.ndarray, " n"]:
+    _, front, back = _beyond(triangles, around)
     return np.minimum(front, back) < WALL_REACH
 
 
-def _scene_beyond(
-    scene: Scene, triangles: Float[np.ndarray, "n 3 3"]
-) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
-    """Unit normals of triangles, and how far objects and antennas reach to either side of them, metres."""
-    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    normals = normals / np.linalg.norm(normals, axis=1, keepdims=True).clip(1e-30)
+def _outline(scene: Scene) -> Float[np.ndarray, "points 3"]:
+    """Corners of the convex hull of all objects and antennas, metres, world frame."""
     gateways = [gateway.position for gateway in (scene.gateway, *scene.further_gateways.values())]
     points = np.vstack([*(item.mesh.vertices for item in scene.objects), scene.transmitter.corners(), gateways])
-    points = points[ConvexHull(points, qhull_options="QJ").vertices]
-    beyond = normals @ points.T - (normals * triangles[:, 0]).sum(axis=1, keepdims=True)
-    return normals, beyond.max(axis=1), -beyond.min(axis=1)
+    return points[ConvexHull(points, qhull_options="QJ").vertices]
+
+
+def _beyond(
+    triangles: Float[np.ndarray, "n 3 3"], around: Float[np.ndarray, "points 3"]
+) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+    """Unit normals of triangles, and how far some points reach to either side of them, metres."""
+    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
+    normals = normals / np.linalg.norm(normals, axis=1, keepdims=True).clip(1e-30)
+    front, back = np.zeros(len(normals)), np.zeros(len(normals))
+    step = max(1, AT_ONCE // len(around))
+    for start in range(0, len(normals), step):
+        part = slice(start, start + step)
+        beyond = normals[part] @ around.T - (normals[part] * triangles[part, 0]).sum(axis=1, keepdims=True)
+        front[part], back[part] = beyond.max(axis=1), -beyond.min(axis=1)
+    return normals, front, back
