@@ -18,7 +18,7 @@ from jaxtyping import Float, Int
 from trimesh import Trimesh
 
 from scenes.checks.enclosure import WALL_REACH
-from scenes.checks.outer_walls import scene_beyond
+from scenes.checks.outer_walls import beyond, outline
 from scenes.scene.closed_parts import merge_corners
 from scenes.scene.description import LONGEST_NAME, Scene, SceneObject
 from scenes.scene.permittivity import is_conductor
@@ -190,9 +190,8 @@ def _placed(scene: Scene, found: dict[str, list[Plate]]) -> dict[str, list[Float
     """Move the sheets of outer walls from the middle to the inner face. Outer walls are found among the sheets."""
     items = (replace(item, mesh=_in_the_middle(item.mesh, found[item.name])) for item in scene.objects)
     every = [plate for of_item in found.values() for plate in of_item]
-    normals, front, back = scene_beyond(
-        replace(scene, objects=tuple(items)), np.stack([plate.sheet[0] for plate in every])
-    )
+    around = outline(replace(scene, objects=tuple(items)))
+    normals, front, back = beyond(np.stack([plate.sheet[0] for plate in every]), around)
     half = np.array([plate.thickness / 2 for plate in every])
     inward = np.where(front > back, half, -half)
     moved = np.where(np.minimum(front, back) + half < WALL_REACH, inward, 0.0)

@@ -91,6 +91,8 @@ class Surfaces(NamedTuple):
     offsets: np.ndarray
     first: np.ndarray
     sides: np.ndarray
+    first_box: np.ndarray
+    boxes: np.ndarray
     faces: np.ndarray
 
 
@@ -107,7 +109,7 @@ class Legs(NamedTuple):
 
 def surfaces_of(planes: Planes) -> Surfaces:
     """A scene's planes for the kernels."""
-    return Surfaces(planes.normals, planes.offsets, planes.first, planes.sides, planes.faces)
+    return Surfaces(*(getattr(planes, name) for name in Surfaces._fields))
 
 
 def legs_of(arms: Arms, ends: Ends) -> Legs:
@@ -133,7 +135,9 @@ def follow(surfaces, legs, antenna, arm, x, y, z, vertices, hit, where, step):
             return False
         share = distance / rise
         x, y, z = x + share * dx, y + share * dy, z + share * dz
-        triangle = on_surface(surfaces.first, surfaces.sides, plane, x, y, z, MARGIN)
+        triangle = on_surface(
+            surfaces.first, surfaces.sides, surfaces.first_box, surfaces.boxes, plane, x, y, z, MARGIN
+        )
         if triangle < 0:
             return False
         if step != 0:
