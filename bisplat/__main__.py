@@ -44,6 +44,7 @@ def _run(given: list[str]) -> None:
     import tyro
 
     from bisplat.commands.command_groups import COMMANDS, overview, stated_version
+    from bisplat.commands.number_options import REGISTRY
     from scenes.files.errors import InputError, ParameterError
     from scenes.files.extras import MissingExtraError
 
@@ -54,7 +55,7 @@ def _run(given: list[str]) -> None:
             print(stated_version())
         else:
             check_spelling(COMMANDS)
-            tyro.extras.subcommand_cli_from_dict(COMMANDS, prog=PROGRAM)
+            tyro.extras.subcommand_cli_from_dict(COMMANDS, prog=PROGRAM, registry=REGISTRY)
     except ParameterError as error:
         refuse(error.as_option())
     except MissingExtraError as error:
@@ -81,13 +82,14 @@ def check_spelling(named: Mapping[str, Callable[..., None]]) -> None:
 
     import tyro
 
+    from bisplat.commands.number_options import REGISTRY
     from scenes.files.errors import printable
 
     escaped = [printable(argument) for argument in sys.argv[1:]]
     if escaped == sys.argv[1:]:
         return
     idle: dict[str, Any] = {name: functools.wraps(command)(lambda *_, **__: None) for name, command in named.items()}
-    tyro.extras.subcommand_cli_from_dict(idle, prog=PROGRAM, args=escaped)
+    tyro.extras.subcommand_cli_from_dict(idle, prog=PROGRAM, args=escaped, registry=REGISTRY)
 
 
 def refuse(sentence: str, hint: str = " (BISPLAT_TRACEBACK=1 shows the traceback)") -> None:
