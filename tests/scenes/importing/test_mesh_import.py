@@ -5,9 +5,9 @@ import pytest
 import trimesh
 from trimesh import Trimesh
 
-from scenes.checks.occupancy import closed_parts
 from scenes.files.errors import InputError
 from scenes.importing.mesh_import import import_mesh
+from scenes.scene.closed_parts import closed_parts
 from scenes.scene.shapes import box
 
 OBJ = """\
