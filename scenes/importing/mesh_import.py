@@ -14,7 +14,7 @@ from trimesh import Trimesh
 from scenes.checks.validation import validate
 from scenes.files.errors import InputError, did_you_mean, named, require_positive
 from scenes.importing.import_unit import METRES, unit_doubt
-from scenes.importing.mesh_files import MESH_SUFFIXES, default_up, read_meshes
+from scenes.importing.mesh_files import MESH_SUFFIXES, default_up, read_mesh_file
 from scenes.importing.mitsuba_xml import SIONNA, read_mitsuba, sionna_scene
 from scenes.scene.description import LONGEST_NAME, Gateway, Scene, SceneObject, Transmitter
 from scenes.scene.materials import RadioMaterial, material_names, p2040_materials
@@ -113,12 +113,12 @@ def import_mesh(
         The objects in the order of their names, with repeated names numbered, and the report.
 
     Raises:
-        InputError: ``read_meshes`` refuses the file, the unit, the axis or a material is unknown, an object has no
+        InputError: ``read_mesh_file`` refuses the file, the unit, the axis or a material is unknown, an object has no
             material, or no triangle of an object has an area.
     """
     path = Path(path)
     _check_options(path, materials, default_material, unit, up)
-    meshes = [(plain_name(name), mesh) for name, mesh in read_meshes(path)]
+    meshes = [(plain_name(part.name), part.mesh) for part in read_mesh_file(path).parts]
     chosen = {name: _material_of(name, path.stem, materials, default_material) for name, _ in meshes}
     unmatched = [name for name, material in chosen.items() if material is None]
     if unmatched:

@@ -20,7 +20,8 @@ from scenes.files.extras import require_extra
 from scenes.files.input_file import beside
 from scenes.files.number_text import parse_number
 from scenes.files.xml_file import read_xml
-from scenes.importing.mesh_files import read_meshes, require_ordinary
+from scenes.importing.formats.mesh_checks import require_ordinary
+from scenes.importing.mesh_files import read_mesh_file
 from scenes.scene.materials import RadioMaterial, material_names, p2040_material
 from scenes.scene.shapes import box, sheet, union
 
@@ -204,7 +205,7 @@ def _shape(element: Element, index: int, path: Path, bsdfs: dict[str, Element]) 
         if Path(filename).suffix.lower() != f".{kind}":
             raise InputError(f"{label}: expected the filename of a .{kind} mesh, found {named(filename)}")
         try:
-            mesh = union(*(part for _, part in read_meshes(beside(path, filename))))
+            mesh = union(*(part.mesh for part in read_mesh_file(beside(path, filename)).parts))
         except InputError as error:
             raise InputError(f"{label}: mesh: {error}") from None
     else:
@@ -221,7 +222,7 @@ def _shape(element: Element, index: int, path: Path, bsdfs: dict[str, Element]) 
         raise InputError(f"{label}: expected one bsdf, found {len(made_of)}")
     with np.errstate(all="ignore"):  # numbers that are not finite are refused below
         mesh.apply_transform(_to_world(element, label))
-    require_ordinary(mesh, label)
+    require_ordinary(mesh.vertices, label)
     return MitsubaShape(name, mesh, made_of[0] if made_of else None, label)
 
 

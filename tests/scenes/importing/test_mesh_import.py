@@ -67,9 +67,10 @@ def test_obj_groups_are_objects(tmp_path):
     objects, _ = import_mesh(tmp_path / "room.obj", [("chair*", "plywood")], "wood")
     assert [(o.name, o.material, len(o.mesh.faces)) for o in objects] == [
         ("chair_seat", "plywood", 1),
-        ("table_top", "wood", 2),
+        ("table_top/oak", "wood", 1),
+        ("table_top/pine", "wood", 1),
     ]
-    np.testing.assert_allclose(objects[1].mesh.bounds, [[0, 0, 0], [2, 3, 1]])  # z up, as it is
+    np.testing.assert_allclose(objects[2].mesh.bounds, [[0, 0, 0], [2, 0, 1]])  # z up, as it is
 
 
 @pytest.mark.parametrize("suffix", [".stl", ".ply", ".off"])
@@ -112,7 +113,7 @@ def test_solids_of_one_stl_are_numbered(tmp_path):
 
 def test_unmatched_objects_are_listed(tmp_path):
     (tmp_path / "room.obj").write_text(OBJ)
-    with pytest.raises(InputError, match=r"found none for chair_seat, table_top; add a rule"):
+    with pytest.raises(InputError, match=r"found none for chair_seat, table_top/oak, table_top/pine; add a rule"):
         import_mesh(tmp_path / "room.obj", [("sofa*", "wood")])
 
 
@@ -121,7 +122,9 @@ def test_rule_that_matches_nothing_is_a_warning(tmp_path):
     rules = [("sofa*", "wood"), ("chair*", "plywood"), ("chair_seat", "metal"), ("room", "wood")]
     _, report = import_mesh(tmp_path / "room.obj", rules)
     (warning,) = report.warnings  # not of one that an earlier rule leaves nothing to, nor of one for the whole file
-    assert warning.endswith('the material rule "sofa*=wood" matches no object; the objects are chair_seat, table_top')
+    assert warning.endswith(
+        'rule "sofa*=wood" matches no object; the objects are chair_seat, table_top/oak, table_top/pine'
+    )
 
 
 def test_long_lists_of_objects_are_cut(tmp_path):

@@ -11,6 +11,7 @@ import pytest
 from scenes.files import extras
 from scenes.files.errors import InputError
 from scenes.importing import mitsuba_xml
+from scenes.importing.formats.mesh_part import MeshFile, MeshPart
 from scenes.importing.mesh_import import import_mitsuba, import_scene
 from scenes.importing.mitsuba_xml import SIONNA, read_mitsuba, sionna_scene
 from scenes.scene.description import Gateway, Transmitter, facing
@@ -289,8 +290,8 @@ def test_load_scene_says_to_import_it_first(name):
 def test_built_in_scenes_of_sionna(name, monkeypatch):
     path = sionna_scene(SIONNA + name)
     # Meshes of a city take seconds to read, and etoile's are read below: here only whether each is there.
-    cube = [("", box((0, 0, 0), (1, 1, 1)))]
-    monkeypatch.setattr(mitsuba_xml, "read_meshes", lambda path: cube * path.is_file())
+    cube = MeshPart("", box((0, 0, 0), (1, 1, 1)))
+    monkeypatch.setattr(mitsuba_xml, "read_mesh_file", lambda path: MeshFile([cube] * path.is_file()))
     shapes = read_mitsuba(path)
     assert {shape.radio_material(GHZ).conductivity > 0 for shape in shapes} == {True}
 
