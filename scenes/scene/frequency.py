@@ -50,7 +50,10 @@ def read_frequency(value: float | str) -> float:
 def _parts(value: object) -> tuple[float, str]:
     """Return the number and the unit in lower case, or (0, "") for what is not a frequency."""
     if isinstance(value, Real) and not isinstance(value, bool):
-        return (float(value) if abs(value) < HERTZ["ghz"] ** 2 else 0.0), ""  # an integer may be too large for a float
+        try:
+            return float(value), ""
+        except OverflowError:  # a huge integer
+            return 0.0, ""
     if not isinstance(value, str) or len(value) > LONGEST_TEXT:
         return 0.0, ""
     match = re.fullmatch(r"\s*([-+]?[0-9]*\.?[0-9]*(?:[eE][-+]?[0-9]+)?)\s*([kKmMgG]?[hH][zZ])?\s*", value)

@@ -1,0 +1,76 @@
+"""List the parts of a file before an import: names, sizes, and the materials that they would get."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from scenes.importing.imported_file import read_file
+from scenes.importing.lengths import METRES
+from scenes.importing.material_rules import Rule, choose_materials, rule_warnings
+from scenes.importing.up_axis import Y_UP_TO_Z_UP, up_evidence
+from scenes.scene.materials import RadioMaterial
+from scenes.scene.shapes import bounding_box
+
+
+def list_parts(
+    path: str,
+    rules: Sequence[Rule],
+    default: str | None,
+    unit: str,
+    up: str | None,
+    frequency: float,
+    own: Mapping[str, RadioMaterial],
+) -> dict[str, Any]:
+    """Return what ``import_scene`` would make of a file, for ``json.dumps``.
+
+    Args:
+        path: the file, as for ``import_scene``.
+        rules: the material rules.
+        default: the default material.
+        unit: the file's unit.
+        up: the file's vertical axis, or None for the usual one.
+        frequency: Hz.
+        own: materials whose values the user gives, by name.
+
+    Returns:
+        ``parts``, a list with names, size along x, y and z (metres, z up), area (square metres), triangles, the
+        material (None if there is none) and what chose it; ``size``, the size of the whole in each unit; the up axis,
+        what speaks for another one, and warnings.
+
+    Raises:
+        InputError: the file cannot be read, or a rule has an unknown material.
+    """
+    file = read_file(path)
+    choices = choose_materials(file, rules, default, frequency, own)
+    axis, metres = up or file.up, METRES[unit]
+    turn = Y_UP_TO_Z_UP[:3, :3] if axis == "y" else np.eye(3)
+    evidence = up_evidence(file, None, metres)
+    parts = []
+    for part, choice in zip(file.parts, choices, strict=True):
+        parts.append(
+            {
+                "name": part.name,
+                "node": part.node,
+                "material in the file": part.material or "",
+                "mesh file": part.mesh_file or "",
+                "size": [round(float(length), 4) for length in np.abs(turn) @ part.mesh.extents * metres],
+                "area": float(part.mesh.area) * metres**2,
+                "triangles": len(part.mesh.faces),
+                "material": choice.material.name if choice.material else None,
+                "by": choice.by,
+            }
+        )
+    extents = np.abs(turn) @ np.ptp(bounding_box(np.vstack([part.mesh.bounds for part in file.parts])), axis=0)
+    return {
+        "file": str(file.path),
+        "frequency": frequency,
+        "up": axis,
+        "evidence": {} if evidence is None else {"axis": evidence.axis, "reasons": list(evidence.reasons)},
+        "unit": unit,
+        "size": {other: [float(f"{length:.4g}") for length in extents * METRES[other]] for other in METRES},
+        "parts": parts,
+        "warnings": [*file.left_out, *rule_warnings(file, rules)],
+    }
