@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from scenes.files.errors import InputError, shown
 from scenes.files.plain_text import say
-from scenes.files.text_tables import print_rows, print_table
+from scenes.files.text_tables import print_rows
+from scenes.importing.lengths import plain
 
 if TYPE_CHECKING:  # slow imports that the help of the command line does not need
     from scenes.scene.materials import RadioMaterial
@@ -76,7 +77,7 @@ def print_list(listing: dict[str, Any]) -> None:
             "node": part["node"],
             "material in the file": part["material in the file"],
             "mesh file": part["mesh file"],
-            "size (m)": " x ".join(f"{length:.4g}" for length in part["size"]),
+            "size (m)": " ".join(map(plain, part["size"])),
             "area (m²)": part["area"],
             "triangles": part["triangles"],
             "becomes": part["material"] or "–",
@@ -85,14 +86,17 @@ def print_list(listing: dict[str, Any]) -> None:
         for part in listing["parts"]
     ]
     for optional in ("node", "material in the file", "mesh file"):
-        if not any(row[optional] for row in rows):
+        if all(row[optional] in ("", row["object"]) for row in rows):
             rows = [{key: value for key, value in row.items() if key != optional} for row in rows]
     print_rows("objects", rows)
-    sizes = {unit: " x ".join(f"{length:.4g}" for length in size) for unit, size in listing["size"].items()}
-    print_table("size in metres by the file's unit", {"x, y, z": sizes})
+    rows = [
+        {"unit of the file": unit} | {name: " ".join(map(plain, corner)) for name, corner in bounds.items()}
+        for unit, bounds in listing["bounds"].items()
+    ]
+    print_rows("size, lowest and highest corner (m)", rows)
     say(f"{listing['file']}: up axis {listing['up']}, unit {listing['unit']}, {listing['frequency'] / 1e6:g} MHz")
     if listing["evidence"]:
-        reasons = " and ".join(listing["evidence"]["reasons"])
+        reasons = ", and ".join(listing["evidence"]["reasons"])
         say(f"{listing['file']}: for --up {listing['evidence']['axis']} speaks that {reasons}")
     for sentence in listing["warnings"]:
         say(f"warning: {listing['file']}: {sentence}")

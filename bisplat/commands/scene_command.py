@@ -95,9 +95,11 @@ def scene(
         rules = [read_rule(text) for text in material]
         own = {each.name: each for each in map(read_own_material, own_material)}
         if list_parts:
-            for option in [name for name, value in ({"--output": output} | places).items() if value is not None]:
+            refused = {"--output": output, "--pattern": pattern, "--view": view or None, **places}
+            for option in [name for name, value in refused.items() if value is not None]:
                 raise InputError(f"{option}: expected no such option with --list, which writes nothing, found it")
-            listing = listed_parts(scene, rules, default_material, unit or "m", up, hertz, own)
+            shifted = shift or (0.0, 0.0, 0.0)
+            listing = listed_parts(scene, rules, default_material, unit or "m", up, hertz, own, shifted)
             print(json_format.dumps(listing, indent=2)) if json else print_list(listing)
             return
         missing = [name for name, value in ({"--output": output} | places).items() if value is None]

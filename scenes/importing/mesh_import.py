@@ -225,7 +225,10 @@ def _triple(shift: object) -> Float[np.ndarray, " 3"]:
 
 
 def _moved(point: Vector3, shift: Float[np.ndarray, " 3"]) -> Vector3:
-    x, y, z = (float(coordinate + step) for coordinate, step in zip(point, shift, strict=True))
+    """Shift an antenna. The sum is rounded to a micrometre, since map coordinates have no more digits."""
+    if not shift.any():
+        return point
+    x, y, z = (round(float(coordinate + step), 6) for coordinate, step in zip(point, shift, strict=True))
     return x, y, z
 
 

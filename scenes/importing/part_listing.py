@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from scenes.importing.imported_file import read_file
 from scenes.importing.lengths import METRES
@@ -23,6 +24,7 @@ def list_parts(
     up: str | None,
     frequency: float,
     own: Mapping[str, RadioMaterial],
+    shift: Sequence[float] = (0.0, 0.0, 0.0),
 ) -> dict[str, Any]:
     """Return what ``import_scene`` would make of a file, for ``json.dumps``.
 
@@ -34,11 +36,13 @@ def list_parts(
         up: the file's vertical axis, or None for the usual one.
         frequency: Hz.
         own: materials whose values the user gives, by name.
+        shift: what is added to all coordinates, metres.
 
     Returns:
         ``parts``, a list with names, size along x, y and z (metres, z up), area (square metres), triangles, the
-        material (None if there is none) and what chose it; ``size``, the size of the whole in each unit; the up axis,
-        what speaks for another one, and warnings.
+        material (None if there is none) and what chose it; ``bounds``, the lowest and highest corner of all parts and
+        their distance, metres, by each unit that the file could have; the up axis, what speaks for an axis, and
+        warnings.
 
     Raises:
         InputError: the file cannot be read, or a rule has an unknown material.
@@ -56,21 +60,29 @@ def list_parts(
                 "node": part.node,
                 "material in the file": part.material or "",
                 "mesh file": part.mesh_file or "",
-                "size": [round(float(length), 4) for length in np.abs(turn) @ part.mesh.extents * metres],
+                "size": _plain(np.abs(turn) @ part.mesh.extents * metres),
                 "area": float(part.mesh.area) * metres**2,
                 "triangles": len(part.mesh.faces),
                 "material": choice.material.name if choice.material else None,
                 "by": choice.by,
             }
         )
-    extents = np.abs(turn) @ np.ptp(bounding_box(np.vstack([part.mesh.bounds for part in file.parts])), axis=0)
+    box = bounding_box(np.vstack([part.mesh.bounds for part in file.parts]) @ turn.T)
+    bounds = {}
+    for other, scale in METRES.items():
+        low, high = box * scale + np.array(shift)
+        bounds[other] = {"size": _plain(high - low), "lowest": _plain(low), "highest": _plain(high)}
     return {
         "file": str(file.path),
         "frequency": frequency,
         "up": axis,
         "evidence": {} if evidence is None else {"axis": evidence.axis, "reasons": list(evidence.reasons)},
         "unit": unit,
-        "size": {other: [float(f"{length:.4g}") for length in extents * METRES[other]] for other in METRES},
+        "bounds": bounds,
         "parts": parts,
         "warnings": [*file.left_out, *rule_warnings(file, rules)],
     }
+
+
+def _plain(vector: Float[np.ndarray, " 3"]) -> list[float]:
+    return [round(float(value), 4) + 0.0 for value in vector]

@@ -85,7 +85,7 @@ def up_doubt(file: ImportedFile, up: str | None, antennas: Float[np.ndarray, "n 
     evidence, axis = up_evidence(file, antennas, metres), up or file.up
     if evidence is None or evidence.axis == axis or (up and evidence.weight < DECISIVE):
         return None
-    reasons = " and ".join(evidence.reasons)
+    reasons = ", and ".join(evidence.reasons)
     if up is None and evidence.weight >= DECISIVE:
         return UpDoubt(
             f"expected {axis} to point up, as usual for {file.path.suffix[1:].upper()}, found that {reasons}; add "
@@ -152,7 +152,7 @@ def _by_names(file: ImportedFile, areas: Float[np.ndarray, "parts 3"]) -> tuple[
     if sum(level[most].values()) <= 3 * sum(level[least].values()):
         return None
     verb = "is" if len(level[most]) == 1 else "are"
-    return most, f"{listed(level[most], 3)} {verb} level if {most} points up and upright if {least} does"
+    return most, f"{listed(level[most], 3)} {verb} level with {most} up, but upright with {least} up"
 
 
 def _words(name: str) -> list[str]:
