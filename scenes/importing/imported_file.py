@@ -122,7 +122,8 @@ def _numbered(parts: Sequence[ImportedPart]) -> list[ImportedPart]:
         unique = part.name
         while unique in used or (unique != part.name and unique in names):
             seen[part.name] += 1
-            unique = f"{part.name}_{seen[part.name] + 1}"
+            number = f"_{seen[part.name] + 1}"
+            unique = part.name[: LONGEST_NAME - len(number)] + number
         used.add(unique)
         numbered.append(replace(part, name=unique))
     return numbered

@@ -15,7 +15,7 @@ METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
 def plain(length: float) -> str:
     """Format a length for a message: three digits, without an exponent, at most to a micrometre.
 
-    >>> plain(412.3), plain(3.775), plain(1e-16), plain(0.00012), plain(5334569.0), plain(-0.25)
+    >>> plain(412.3), plain(3.776), plain(1e-16), plain(0.00012), plain(5334569.0), plain(-0.25)
     ('412', '3.78', '0', '0.00012', '5334569', '-0.25')
     """
     decimals = 6 if abs(length) < 1e-4 else max(0, 2 - math.floor(math.log10(abs(length))))

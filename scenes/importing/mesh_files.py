@@ -15,8 +15,8 @@ from trimesh.resolvers import Resolver
 
 from scenes.files.errors import InputError, named, shown
 from scenes.files.input_file import MEGABYTE, beside, read_bytes
-from scenes.importing.gltf_header import check_gltf
-from scenes.importing.mesh_part import MeshFile, MeshPart
+from scenes.importing.formats.gltf_header import check_gltf
+from scenes.importing.formats.mesh_part import MeshFile, MeshPart
 from scenes.scene.description import MOST_TRIANGLES
 
 MESH_SUFFIXES = (".glb", ".gltf", ".obj", ".off", ".ply", ".stl")

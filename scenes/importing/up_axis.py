@@ -29,7 +29,7 @@ LEVEL = set(
 )
 """Words in the names of surfaces that are level, or nearly so."""
 
-UPRIGHT = set("wall walls window door lamp light column pillar stair stairs heater wand tür fenster mur".split())
+UPRIGHT = set("wall window door lamp light column pillar stair heater wand tür fenster mur".split())
 """Words that make another thing of such a name: floor lamp, ground floor wall."""
 
 FLAT = 0.7
@@ -156,12 +156,14 @@ def _by_names(file: ImportedFile, areas: Float[np.ndarray, "parts 3"]) -> tuple[
 
 
 def _words(name: str) -> list[str]:
-    """Split a name into words in lower case.
+    """Split a name into words in lower case, without the s of a plural.
 
-    >>> _words("ground_floor-Wall2"), _words("mat-itu_ceilingBoard.001")
+    >>> _words("ground_floor-Walls2"), _words("mat-itu_ceilingBoard.001")
     (['ground', 'floor', 'wall'], ['mat', 'itu', 'ceiling', 'board'])
     """
-    return [word.lower() for word in re.findall(r"[^\W\d_]+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name))]
+    return [
+        word.lower().removesuffix("s") for word in re.findall(r"[^\W\d_]+", re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name))
+    ]
 
 
 def _by_area(areas: Float[np.ndarray, " 3"]) -> tuple[Axis, str] | None:

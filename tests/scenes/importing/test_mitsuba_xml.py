@@ -11,9 +11,9 @@ import pytest
 from scenes.files import extras
 from scenes.files.errors import InputError
 from scenes.importing import mitsuba_xml
+from scenes.importing.formats.mesh_part import MeshFile, MeshPart
 from scenes.importing.imported_file import read_file
 from scenes.importing.mesh_import import import_objects, import_scene
-from scenes.importing.mesh_part import MeshFile, MeshPart
 from scenes.importing.mitsuba_xml import SIONNA, read_mitsuba, sionna_scene
 from scenes.scene.description import Gateway, Transmitter, facing
 from scenes.scene.materials import p2040_material
@@ -268,7 +268,7 @@ def test_other_files_are_refused(tmp_path):
 
 
 def test_unknown_material_of_a_rule(write):
-    with pytest.raises(InputError, match='outdoors.xml: unknown material "wod"; did you mean "wood"'):
+    with pytest.raises(InputError, match=r'outdoors.xml: unknown material "wod"; did you mean "wood"'):
         import_mitsuba(write(shape(CONCRETE)), GHZ, [("*", "wod")])
 
 
