@@ -8,6 +8,7 @@ from typing import Annotated, Literal
 
 from tyro.conf import Positional, arg
 
+from bisplat.commands.given_options import refuse_given
 from bisplat.commands.output_file import Force, require_new
 from scenes.files.errors import InputError, printable, shown
 from scenes.files.extras import require_extra
@@ -16,6 +17,11 @@ from scenes.files.plain_text import say
 from scenes.files.text_tables import print_rows, print_table
 
 Triple = tuple[float, float, float]
+
+OF_AN_IMPORT = (
+    *("--material", "--default-material", "--unit", "--up", "--frequency"),
+    *("--gateway", "--boresight", "--pattern", "--region-min", "--region-max"),
+)
 
 HEADINGS = {
     "size": "size (m)",
@@ -66,7 +72,10 @@ def scene(
         port: with --view: port of the page. If it is taken, the next free port.
     """
     if view:
+        refuse_given(["--json"], "none beside --view, which prints no description")
         require_extra("viewer", "the viewer")
+    else:
+        refuse_given(["--port"], "--view beside it, found none")
     from scenes.drawing.scene_drawing import describe_scene, draw_scene
     from scenes.importing.mesh_import import DEFAULT_FREQUENCY, import_scene, is_importable
     from scenes.scene.description import Gateway, Transmitter, facing
@@ -110,6 +119,9 @@ def scene(
             )
         drawing = output / "scene.png"
     else:
+        refuse_given(OF_AN_IMPORT, f"a file to import, found the scene {scene}")
+        if view:
+            refuse_given(["--force"], "none beside --view, which asks before it replaces a scene")
         place = load_scene(scene)
         drawing = output or Path(f"{file_stem(place.name)}.png")
         if not view:
