@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 from scenes.files.errors import InputError, shown
@@ -15,20 +14,6 @@ if TYPE_CHECKING:  # slow imports that the help of the command line does not nee
     from scenes.scene.materials import RadioMaterial
 
 NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
-
-
-def refuse_for_scenes(scene: str, given: Iterable[str]) -> None:
-    """Refuse options of an import for what is a scene already.
-
-    Args:
-        scene: a built-in name or a scene YAML.
-        given: the options that were given.
-
-    Raises:
-        InputError: there is such an option.
-    """
-    for option in given:
-        raise InputError(f"{option}: expected only with a file to import, found the scene {shown(scene)}")
 
 
 def read_rule(text: str) -> tuple[str, str]:
@@ -66,7 +51,7 @@ def read_own_material(text: str) -> RadioMaterial:
 
 
 def print_list(listing: dict[str, Any]) -> None:
-    """Print what ``list_parts`` returns.
+    """Print what ``parts_of`` returns.
 
     Args:
         listing: the parts of a file, and what speaks for its axis and unit.

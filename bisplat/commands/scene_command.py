@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json as json_format
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from tyro.conf import Positional, arg
 
-from bisplat.commands.import_options import print_list, read_own_material, read_rule, refuse_for_scenes
+from bisplat.commands.given_options import refuse_given
+from bisplat.commands.import_options import print_list, read_own_material, read_rule
 from bisplat.commands.output_file import Force, require_new
 from scenes.files.errors import InputError, printable, reason
 from scenes.files.extras import require_extra
@@ -20,6 +21,13 @@ if TYPE_CHECKING:  # a slow import that the help of the command line does not ne
     from scenes.scene.description import Scene
 
 Triple = tuple[float, float, float]
+
+PLACES = ("--gateway", "--boresight", "--region-min", "--region-max")
+OF_AN_IMPORT = (
+    *("--list", "--material", "--own-material", "--default-material", "--unit", "--up", "--shift", "--frequency"),
+    *("--pattern", *PLACES),
+)
+"""Options that a scene has no use for."""
 
 HEADINGS = {
     "size": "size (m)",
@@ -37,13 +45,13 @@ def scene(
     material: tuple[str, ...] = (),
     own_material: tuple[str, ...] = (),
     default_material: str | None = None,
-    unit: Literal["m", "cm", "mm", "in", "ft"] | None = None,
+    unit: Literal["m", "cm", "mm", "in", "ft"] = "m",
     up: Literal["y", "z"] | None = None,
-    shift: Triple | None = None,
+    shift: Triple = (0.0, 0.0, 0.0),
     frequency: str | None = None,
     gateway: Triple | None = None,
     boresight: Triple | None = None,
-    pattern: Literal["iso", "dipole", "hw_dipole", "tr38901"] | None = None,
+    pattern: Literal["iso", "dipole", "hw_dipole", "tr38901"] = "iso",
     region_min: Triple | None = None,
     region_max: Triple | None = None,
     json: bool = False,
@@ -64,14 +72,14 @@ def scene(
         own_material: import only: NAME=PERMITTIVITY,CONDUCTIVITY,THICKNESS: a material for rules, or instead of one of
             this name. The permittivity is relative, the conductivity in S/m, the thickness in metres.
         default_material: import only: material of the other objects, if the file names none.
-        unit: import only: unit of length of the mesh (default: m).
+        unit: import only: unit of length of the mesh.
         up: import only: axis of the mesh that points up (default: y for glTF, z for others).
         shift: import only: what is added to x, y and z of the objects, the gateway and the region, metres. For meshes
             in map coordinates.
         frequency: import only: frequency in hertz, or such as "3.5 GHz" (default: 915e6, the RFID and LoRa band).
         gateway: import only: position of the gateway, metres.
         boresight: import only: direction in which the gateway looks.
-        pattern: import only: antenna pattern of the gateway's elements. iso, the default, cannot tell front from back.
+        pattern: import only: antenna pattern of the gateway's elements. iso cannot tell front from back.
         region_min: import only: lowest corner of the transmitter region, metres.
         region_max: import only: highest corner of the transmitter region, metres.
         json: print the description as JSON.
@@ -79,48 +87,51 @@ def scene(
         port: with --view: port of the page. If it is taken, the next free port.
     """
     if view:
+        refuse_given(["--json"], "none beside --view, which prints no description")
         require_extra("viewer", "the viewer")
-    from scenes.drawing.scene_drawing import describe_scene
+    else:
+        refuse_given(["--port"], "--view beside it, found none")
     from scenes.importing.imported_file import is_importable
     from scenes.importing.mesh_import import DEFAULT_FREQUENCY, import_scene
-    from scenes.importing.part_listing import list_parts as listed_parts
+    from scenes.importing.part_listing import parts_of
     from scenes.scene.description import Gateway, Transmitter, facing
     from scenes.scene.frequency import read_frequency
     from scenes.storage.scene_files import file_stem
     from scenes.storage.scene_yaml import load_scene, write_scene
 
-    places = {"--gateway": gateway, "--boresight": boresight, "--region-min": region_min, "--region-max": region_max}
-    if is_importable(scene):
-        hertz = DEFAULT_FREQUENCY if frequency is None else read_frequency(frequency)
-        rules = [read_rule(text) for text in material]
-        own = {each.name: each for each in map(read_own_material, own_material)}
+    importable = is_importable(scene)
+    if importable:
+        options: dict[str, Any] = {
+            "materials": [read_rule(text) for text in material],
+            "default_material": default_material,
+            "own_materials": {each.name: each for each in map(read_own_material, own_material)},
+            "unit": unit,
+            "up": up,
+            "frequency": DEFAULT_FREQUENCY if frequency is None else read_frequency(frequency),
+            "shift": shift,
+        }
         if list_parts:
-            refused = {"--output": output, "--pattern": pattern, "--view": view or None, **places}
-            for option in [name for name, value in refused.items() if value is not None]:
-                raise InputError(f"{option}: expected no such option with --list, which writes nothing, found it")
-            shifted = shift or (0.0, 0.0, 0.0)
-            listing = listed_parts(scene, rules, default_material, unit or "m", up, hertz, own, shifted)
+            refuse_given(["--output", "-o", "--pattern", "--view", "--force", *PLACES], "none beside --list")
+            listing = parts_of(scene, **options)
             print(json_format.dumps(listing, indent=2)) if json else print_list(listing)
             return
-        missing = [name for name, value in ({"--output": output} | places).items() if value is None]
         if output is None or gateway is None or boresight is None or region_min is None or region_max is None:
+            values = (output, gateway, boresight, region_min, region_max)
+            missing = [name for name, value in zip(("--output", *PLACES), values, strict=True) if value is None]
             raise InputError(
                 f"{scene}: an import also needs {', '.join(missing)}; --list alone shows what the file contains"
             )
         with new_folder(output, force) as unfinished:
             place, report = import_scene(
                 scene,
-                rules,
-                default_material,
-                unit or "m",
-                up,
-                hertz,
-                gateway=Gateway(gateway, facing(boresight), pattern=pattern or "iso"),
+                **options,
+                gateway=Gateway(gateway, facing(boresight), pattern=pattern),
                 transmitter=Transmitter(region_min, region_max),
-                shift=shift or (0.0, 0.0, 0.0),
-                own_materials=own,
             )
             write_scene(place, unfinished)
+            record = {name: options[name] for name in ("unit", "frequency", "shift")}
+            record = {"file": scene, "up": report.up, **record}
+            (unfinished / "import.json").write_text(json_format.dumps(record, indent=2) + "\n")
         for name, count in report.degenerate.items():
             say(f"{name}: dropped {count} triangles without area")
         for sentence in report.assumed:
@@ -134,38 +145,48 @@ def scene(
                 "--frequency 3.5e9"
             )
         drawing = output / "scene.png"
-        if not view and not _drawn(place, drawing):
-            say(f"{output}: the scene itself is complete")
     else:
-        given = {
-            "--list": list_parts,
-            "--material": material,
-            "--own-material": own_material,
-            "--default-material": default_material,
-            "--unit": unit,
-            "--up": up,
-            "--shift": shift,
-            "--frequency": frequency,
-            "--pattern": pattern,
-            **places,
-        }
-        refuse_for_scenes(scene, [name for name, value in given.items() if value])
+        refuse_given(OF_AN_IMPORT, f"a file to import, found the scene {scene}")
+        if view:
+            refuse_given(["--force"], "none beside --view, which asks before it replaces a scene")
         place = load_scene(scene)
         drawing = output or Path(f"{file_stem(place.name)}.png")
-        if not view:
-            require_new(drawing, force=force)
-            _drawn(place, drawing)
     if view:
         from scenes.browser.scene_editor import Editor
         from scenes.browser.served_page import serve
 
-        folder = Path(f"{file_stem(place.name)}-edited") if output is None or is_importable(scene) else output
+        folder = Path(f"{file_stem(place.name)}-edited") if output is None or importable else output
 
         def open_tab(client) -> None:
             Editor(client, place, folder)
 
         serve(f"bisplat: {place.name}", port, open_tab)
         return
+    if not importable:
+        require_new(drawing, force=force)
+    failure = _draw(place, drawing)
+    if failure and not importable:
+        raise InputError(failure)
+    if failure:
+        say(f"warning: {failure}; the scene itself is complete")
+    _describe(place, json, None if failure else drawing)
+
+
+def _draw(place: Scene, drawing: Path) -> str | None:
+    """Draw a scene, and return why it cannot be drawn. A drawing must not cost the scene."""
+    from scenes.drawing.scene_drawing import draw_scene
+
+    try:
+        draw_scene(place, drawing)
+    except Exception as error:  # noqa: BLE001 - whatever fails, the scene is not lost
+        return f"{drawing}: expected to draw the scene, found that it cannot be drawn ({reason(error)})"
+    return None
+
+
+def _describe(place: Scene, json: bool, drawing: Path | None) -> None:
+    """Print the description of a scene."""
+    from scenes.drawing.scene_drawing import describe_scene
+
     description = describe_scene(place)
     if json:
         print(json_format.dumps(description, indent=2))
@@ -181,16 +202,5 @@ def scene(
     region = description.pop("transmitter region")
     description |= {f"transmitter region {name}": value for name, value in region.items()}
     print_table("scene (metres, hertz)", {"": description})
-    print(printable(f"drawing: {drawing}"))
-
-
-def _drawn(place: Scene, drawing: Path) -> bool:
-    """Draw a scene; if that fails, say why. A drawing never decides over what it shows."""
-    from scenes.drawing.scene_drawing import draw_scene
-
-    try:
-        draw_scene(place, drawing)
-    except Exception as error:  # noqa: BLE001 - whatever fails, the scene is not lost
-        say(f"{drawing}: expected to draw the scene, found that it cannot be drawn ({reason(error)})")
-        return False
-    return True
+    if drawing is not None:
+        print(printable(f"drawing: {drawing}"))

@@ -40,12 +40,14 @@ class ImportReport:
         warnings: sentences about possible mistakes, such as a material rule that matches no object, or a unit with
             which the scene is much larger or smaller than the space between gateway and transmitter.
         assumed: sentences about what was assumed or taken from the file: the up axis, the unit, and materials.
+        up: the file's vertical axis, "y" or "z".
     """
 
     sizes: dict[str, tuple[float, float, float]]
     degenerate: dict[str, int]
     warnings: tuple[str, ...] = ()
     assumed: tuple[str, ...] = ()
+    up: str = "z"
 
 
 def import_scene(
@@ -203,6 +205,7 @@ def import_objects(
         degenerate,
         tuple(f"{file.path}: {sentence}" for sentence in warnings),
         (f"{file.path}: {stated}",) if stated else (),
+        up,
     )
     return objects, resolved, report
 

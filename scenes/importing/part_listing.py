@@ -16,26 +16,26 @@ from scenes.scene.materials import RadioMaterial
 from scenes.scene.shapes import bounding_box
 
 
-def list_parts(
+def parts_of(
     path: str,
-    rules: Sequence[Rule],
-    default: str | None,
+    materials: Sequence[Rule],
+    default_material: str | None,
+    own_materials: Mapping[str, RadioMaterial],
     unit: str,
     up: str | None,
     frequency: float,
-    own: Mapping[str, RadioMaterial],
-    shift: Sequence[float] = (0.0, 0.0, 0.0),
+    shift: Sequence[float],
 ) -> dict[str, Any]:
     """Return what ``import_scene`` would make of a file, for ``json.dumps``.
 
     Args:
         path: the file, as for ``import_scene``.
-        rules: the material rules.
-        default: the default material.
+        materials: the material rules.
+        default_material: the default material.
+        own_materials: materials whose values the user gives, by name.
         unit: the file's unit.
         up: the file's vertical axis, or None for the usual one.
         frequency: Hz.
-        own: materials whose values the user gives, by name.
         shift: what is added to all coordinates, metres.
 
     Returns:
@@ -48,7 +48,7 @@ def list_parts(
         InputError: the file cannot be read, or a rule has an unknown material.
     """
     file = read_file(path)
-    choices = choose_materials(file, rules, default, frequency, own)
+    choices = choose_materials(file, materials, default_material, frequency, own_materials)
     axis, metres = up or file.up, METRES[unit]
     turn = Y_UP_TO_Z_UP[:3, :3] if axis == "y" else np.eye(3)
     evidence = up_evidence(file, None, metres)
@@ -80,7 +80,7 @@ def list_parts(
         "unit": unit,
         "bounds": bounds,
         "parts": parts,
-        "warnings": [*file.left_out, *rule_warnings(file, rules)],
+        "warnings": [*file.left_out, *rule_warnings(file, materials)],
     }
 
 

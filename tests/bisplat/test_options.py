@@ -116,7 +116,7 @@ def test_absurd_numbers(command, option, refuse):
         ((*SWEEP.split(), "--models"), "--models: expected at least one"),
         ((*ABLATE.split(), "--models"), "--models: expected at least one"),
         ((*COMPARE.split(), "--models", "\x1b[2J:x" * 1000), "--models: "),
-        ((*SIMULATE.split(), "--cell", "1"), "--cell: expected none"),
+        ((*SIMULATE.split(), "--cell", "1"), "--cell: expected the engine fullwave, found rays"),
         ((*TRAIN.split(), "--scene", "closet"), "--scene: expected an option of the model mlp"),
         ((*SIMULATE.split(), "--ray", f"127.0.0.1:{'9' * 1000}"), "--ray: "),
         (("simulate", "x" * 200, "-o", "out"), "unknown scene"),
