@@ -56,7 +56,7 @@ def import_scene(
     default_material: str | None = None,
     unit: str = "m",
     up: str | None = None,
-    frequency: float = DEFAULT_FREQUENCY,
+    frequency: float | str = DEFAULT_FREQUENCY,
     *,
     gateway: Gateway,
     transmitter: Transmitter,
@@ -115,7 +115,7 @@ def import_scene(
         >>> scene.objects[0].material, report.sizes, report.warnings
         ('concrete', {'yard': (4.0, 3.0, 0.1)}, ())
     """
-    frequency = read_frequency(frequency)
+    hertz = read_frequency(frequency)
     own = _own_materials(own_materials)
     moved = _triple(shift)
     file = read_file(path)
@@ -130,9 +130,9 @@ def import_scene(
     antennas = np.vstack([gateway.position, transmitter.corners()])
     axis = up or file.up
     objects, resolved, report = import_objects(
-        file, materials, default_material, unit, axis, frequency, shift=moved, own_materials=own
+        file, materials, default_material, unit, axis, hertz, shift=moved, own_materials=own
     )
-    scene = Scene(plain_name(file.path.stem), frequency, gateway, transmitter, tuple(objects), resolved)
+    scene = Scene(plain_name(file.path.stem), hertz, gateway, transmitter, tuple(objects), resolved)
     # Before other checks: if the scene has the wrong place or size, they would blame the gateway.
     far = far_from_origin(scene.bounds, antennas, moved)
     if far is not None:
@@ -143,8 +143,8 @@ def import_scene(
     validate(scene, label)
     doubts = [each.sentence for each in (doubt, size) if each is not None]
     warnings = [f"{label}: {sentence}" for sentence in (*doubts, *antenna_warnings(scene))]
-    assumed = [f"{label}: {sentence}" for sentence in (_conventions(file, unit, up, moved),)]
-    return scene, replace(report, warnings=(*report.warnings, *warnings), assumed=(*assumed, *report.assumed))
+    conventions = f"{label}: {_conventions(file, unit, up, moved)}"
+    return scene, replace(report, warnings=(*report.warnings, *warnings), assumed=(conventions, *report.assumed))
 
 
 def import_objects(
@@ -199,12 +199,12 @@ def import_objects(
         objects.append(SceneObject(part.name, mesh, material))
     sizes = {each.name: _size(each.mesh) for each in objects}
     warnings = [*file.left_out, *rule_warnings(file, materials), *rounding_warnings(file, METRES[unit])]
-    stated = stated_materials(file, choices)
+    assumed = stated_materials(file, choices)
     report = ImportReport(
         sizes,
         degenerate,
         tuple(f"{file.path}: {sentence}" for sentence in warnings),
-        (f"{file.path}: {stated}",) if stated else (),
+        tuple(f"{file.path}: {sentence}" for sentence in assumed),
         up,
     )
     return objects, resolved, report

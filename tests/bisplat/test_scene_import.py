@@ -77,9 +77,10 @@ def test_own_material_and_what_was_assumed(run, tmp_path):
     assert [each.material for each in place.objects] == ["concrete", "absorber"] and place.frequency == 3.5e9
     absorber = place.materials["absorber"]
     assert (absorber.relative_permittivity, absorber.conductivity, absorber.thickness) == (1.2, 0.3, 0.1)
-    read, taken = err.splitlines()
+    read, taken, thickness = err.splitlines()
     assert read == "bisplat: room.xml: read with up axis z (as usual for XML) and unit m"
-    assert taken == "bisplat: room.xml: took materials that the file names: concrete (elm__1); absorber (elm__2)"
+    assert taken == "bisplat: room.xml: took materials that the file names: concrete (elm__1)"
+    assert thickness == "bisplat: room.xml: assumed a thickness of 0.1 m, as Sionna RT does, for concrete"
     assert status == 0 and (tmp_path / "room/scene.png").read_bytes() == b"a drawing"
 
 
