@@ -16,6 +16,7 @@ from typing import Any
 import tyro
 
 from bisplat.commands.command_groups import COMMANDS, overview, stated_version
+from bisplat.commands.given_options import refuse_repeated
 from scenes.files.errors import InputError, ParameterError, printable
 from scenes.files.extras import MissingExtraError
 from scenes.files.plain_text import say
@@ -33,6 +34,7 @@ def main() -> None:
             print(stated_version())
         else:
             check_spelling(COMMANDS)
+            refuse_repeated()
             tyro.extras.subcommand_cli_from_dict(COMMANDS, prog=PROGRAM)
     except ParameterError as error:
         refuse(error.as_option())

@@ -19,8 +19,9 @@ from scenes.files.input_file import beside
 from scenes.files.plain_text import say
 from scenes.files.schema import conform
 from scenes.files.yaml_file import read_yaml
-from scenes.importing.mesh_files import default_up, read_meshes
-from scenes.importing.mesh_import import Y_UP_TO_Z_UP, is_importable
+from scenes.importing.imported_file import is_importable
+from scenes.importing.mesh_files import default_up, read_mesh_file
+from scenes.importing.up_axis import Y_UP_TO_Z_UP
 from scenes.places.bedroom import bedroom
 from scenes.places.closet import closet
 from scenes.places.conference import conference
@@ -207,7 +208,7 @@ def _object(value: object, index: int, file: Path, source: str) -> SceneObject:
     entry = _conform(value, ObjectEntry, place)
     try:
         path = beside(file, entry.mesh)
-        meshes = [mesh for _, mesh in read_meshes(path)]
+        meshes = [part.mesh for part in read_mesh_file(path).parts]
     except InputError as error:
         raise InputError(f"{place}: mesh: {error}") from None
     mesh = union(*meshes)
