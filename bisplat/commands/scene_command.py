@@ -25,7 +25,7 @@ Triple = tuple[float, float, float]
 PLACES = ("--gateway", "--boresight", "--region-min", "--region-max")
 OF_AN_IMPORT = (
     *("--list", "--material", "--own-material", "--default-material", "--unit", "--up", "--shift", "--frequency"),
-    *("--pattern", *PLACES),
+    *("--walls", "--pattern", *PLACES),
 )
 """Options that a scene has no use for."""
 
@@ -48,6 +48,7 @@ def scene(
     unit: Literal["m", "cm", "mm", "in", "ft"] = "m",
     up: Literal["y", "z"] | None = None,
     shift: Triple = (0.0, 0.0, 0.0),
+    walls: Literal["as-sheets", "as-drawn"] = "as-sheets",
     frequency: str | None = None,
     gateway: Triple | None = None,
     boresight: Triple | None = None,
@@ -76,6 +77,8 @@ def scene(
         up: import only: axis of the mesh that points up (default: y for glTF, z for others).
         shift: import only: what is added to x, y and z of the objects, the gateway and the region, metres. For meshes
             in map coordinates.
+        walls: import only: whether walls and boards that are drawn as closed boxes become one sheet each, or keep both
+            faces, of which each is a slab.
         frequency: import only: frequency in hertz, or such as "3.5 GHz" (default: 915e6, the RFID and LoRa band).
         gateway: import only: position of the gateway, metres.
         boresight: import only: direction in which the gateway looks.
@@ -111,7 +114,7 @@ def scene(
             "shift": shift,
         }
         if list_parts:
-            refuse_given(["--output", "-o", "--pattern", "--view", "--force", *PLACES], "none beside --list")
+            refuse_given(["--output", "-o", "--walls", "--pattern", "--view", "--force", *PLACES], "none beside --list")
             listing = parts_of(scene, **options)
             print(json_format.dumps(listing, indent=2)) if json else print_list(listing)
             return
@@ -125,12 +128,13 @@ def scene(
             place, report = import_scene(
                 scene,
                 **options,
+                walls=walls,
                 gateway=Gateway(gateway, facing(boresight), pattern=pattern),
                 transmitter=Transmitter(region_min, region_max),
             )
             write_scene(place, unfinished)
             record = {name: options[name] for name in ("unit", "frequency", "shift")}
-            record = {"file": scene, "up": report.up, **record}
+            record = {"file": scene, "up": report.up, **record, "walls": walls}
             (unfinished / "import.json").write_text(json_format.dumps(record, indent=2) + "\n")
         for name, count in report.degenerate.items():
             say(f"{name}: dropped {count} triangles without area")
@@ -141,8 +145,7 @@ def scene(
         if frequency is None:
             say(
                 f"{scene}: assumed {DEFAULT_FREQUENCY / 1e6:g} MHz, since the file has no frequency and --frequency is "
-                "not given. For another frequency, import the file again into a new folder, for example with "
-                "--frequency 3.5e9"
+                f"not given. For another one, change it in {output / 'scene.yaml'}; the materials follow"
             )
         drawing = output / "scene.png"
     else:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from scenes.files.errors import InputError, did_you_mean, named
-from scenes.scene.materials import RadioMaterial, material_names, p2040_material
+from scenes.scene.materials import OutsideP2040, RadioMaterial, material_names, p2040_material
 
 BLENDERS_NUMBER = re.compile(r"\.\d{3}$", re.ASCII)
 """Blender numbers copies: Wall, Wall.001, Wall.002."""
@@ -80,8 +80,9 @@ def material_at(name: str, frequency: float, own: Mapping[str, RadioMaterial]) -
         return replace(own[name], name=name)
     try:
         return p2040_material(name, frequency)
-    except InputError as error:
-        raise InputError(f"{error}: --own-material {quoted(f'{name}={VALUES}')}") from None
+    except OutsideP2040 as error:
+        advice = f"for another one, give its values: --own-material {quoted(f'{name}={VALUES}')}"
+        raise OutsideP2040(error.name, error.frequency, advice) from None
 
 
 def proposed_rule(name: str) -> str:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 from jaxtyping import Float
@@ -13,6 +14,7 @@ from trimesh import Trimesh
 from scenes.checks.validation import validate
 from scenes.files.errors import InputError, ParameterError, did_you_mean, named, shown
 from scenes.importing.antenna_places import antenna_warnings
+from scenes.importing.drawn_walls import Walls, drawn_walls
 from scenes.importing.import_unit import unit_doubt
 from scenes.importing.imported_file import ImportedFile, plain_name, read_file
 from scenes.importing.lengths import METRES, plain
@@ -41,6 +43,7 @@ class ImportReport:
             which the scene is much larger or smaller than the space between gateway and transmitter.
         assumed: sentences about what was assumed or taken from the file: the up axis, the unit, and materials.
         up: the file's vertical axis, "y" or "z".
+        sheets: thickness of the slab, metres, of each object that was drawn as closed boxes and is now sheets, by name.
     """
 
     sizes: dict[str, tuple[float, float, float]]
@@ -48,6 +51,7 @@ class ImportReport:
     warnings: tuple[str, ...] = ()
     assumed: tuple[str, ...] = ()
     up: str = "z"
+    sheets: dict[str, float] = field(default_factory=dict)
 
 
 def import_scene(
@@ -62,6 +66,7 @@ def import_scene(
     transmitter: Transmitter,
     shift: Sequence[float] = (0.0, 0.0, 0.0),
     own_materials: Mapping[str, RadioMaterial] | None = None,
+    walls: Walls = "as-sheets",
 ) -> tuple[Scene, ImportReport]:
     """Import a mesh or scene file of another program as a scene.
 
@@ -91,11 +96,15 @@ def import_scene(
         shift: what is added to all coordinates x, y, z, also those of the gateway and the region, metres, world frame.
             For files in map coordinates.
         own_materials: materials whose values you give, by name. They take precedence over others of the same name.
+        walls: "as-sheets" makes walls and boards that are drawn as closed boxes, at most twice as thick as the slab of
+            their material, one sheet each, whose slab is as thick as the box. "as-drawn" keeps both faces, and waves
+            pass a slab at each.
 
     Returns:
         The scene, and a report with ``sizes`` (metres along x, y and z, by name of the object), ``degenerate`` (number
-        of dropped triangles, by name of the object), ``warnings`` (sentences about possible mistakes) and ``assumed``
-        (sentences about what was assumed or taken from the file).
+        of dropped triangles, by name of the object), ``warnings`` (sentences about possible mistakes), ``assumed``
+        (sentences about what was assumed or taken from the file) and ``sheets`` (thickness in metres, by name of the
+        object that was drawn as boxes and is now sheets).
 
     Raises:
         InputError: the file cannot be read, an object has no material, a material is unknown at the frequency, the unit
@@ -112,15 +121,15 @@ def import_scene(
         ...     gateway=bisplat.Gateway(position=(0.5, 1.5, 1.5), orientation=bisplat.facing((1, 0, 0))),
         ...     transmitter=bisplat.Transmitter(region_min=(2, 1, 0.5), region_max=(3, 2, 1.5)),
         ... )
-        >>> scene.objects[0].material, report.sizes, report.warnings
-        ('concrete', {'yard': (4.0, 3.0, 0.1)}, ())
+        >>> scene.objects[0].material, report.sizes, report.sheets, report.warnings
+        ('concrete', {'yard': (4.0, 3.0, 0.0)}, {'yard': 0.1}, ())
     """
     hertz = read_frequency(frequency)
     own = _own_materials(own_materials)
     moved = _triple(shift)
     file = read_file(path)
     label = str(file.path)
-    _check_options(label, unit, up)
+    _check_options(label, unit, up, walls)
     doubt = up_doubt(file, up, np.vstack([gateway.position, transmitter.corners()]), METRES[unit])
     if doubt is not None and doubt.decisive:
         raise InputError(f"{label}: {doubt.sentence}")
@@ -140,11 +149,19 @@ def import_scene(
     size = unit_doubt(scene.bounds, antennas, unit, scene.wavelength)
     if size is not None and size.impossible:
         raise InputError(f"{label}: {size.sentence}")
-    validate(scene, label)
+    validate(scene, label)  # as drawn, since the inside of a box is where no antenna can be
+    found = drawn_walls(scene, walls)
     doubts = [each.sentence for each in (doubt, size) if each is not None]
-    warnings = [f"{label}: {sentence}" for sentence in (*doubts, *antenna_warnings(scene))]
-    conventions = f"{label}: {_conventions(file, unit, up, moved)}"
-    return scene, replace(report, warnings=(*report.warnings, *warnings), assumed=(conventions, *report.assumed))
+    warnings = [f"{label}: {sentence}" for sentence in (*doubts, *antenna_warnings(scene), *found.warnings)]
+    assumed = [f"{label}: {sentence}" for sentence in (_conventions(file, unit, up, moved), *found.assumed)]
+    report = replace(
+        report,
+        sizes={each.name: _size(each.mesh) for each in found.scene.objects},
+        warnings=(*report.warnings, *warnings),
+        assumed=(*assumed, *report.assumed),
+        sheets=found.sheets,
+    )
+    return found.scene, report
 
 
 def import_objects(
@@ -210,11 +227,13 @@ def import_objects(
     return objects, resolved, report
 
 
-def _check_options(label: str, unit: str, up: str | None) -> None:
+def _check_options(label: str, unit: str, up: str | None, walls: str) -> None:
     if unit not in METRES:
         raise InputError(f"{label}: unknown unit {named(unit)}; {did_you_mean(unit, METRES)}")
     if up not in (None, "y", "z"):
         raise InputError(f'{label}: up: expected "y" or "z", found {named(up)}')
+    if walls not in get_args(Walls):
+        raise ParameterError("walls", f'expected "as-sheets" or "as-drawn", found {shown(walls)}')
 
 
 def _triple(shift: object) -> Float[np.ndarray, " 3"]:

@@ -5,10 +5,10 @@ import pytest
 import trimesh
 from trimesh import Trimesh
 
-from scenes.checks.occupancy import closed_parts
 from scenes.files.errors import InputError
 from scenes.importing.imported_file import read_file
 from scenes.importing.mesh_import import import_objects, import_scene
+from scenes.scene.closed_parts import closed_parts
 from scenes.scene.description import Gateway, Transmitter
 from scenes.scene.shapes import box
 
