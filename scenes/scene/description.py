@@ -32,7 +32,7 @@ LONGEST_NAME = 200
 MOST_TRIANGLES = 2_000_000
 """Most triangles of a scene. The import of 5 million took 85 s and 7 GB on one core; drawing takes 30 µs each."""
 FARTHEST = 1e5
-"""Largest coordinate, metres. Rays are traced in single precision, which rounds 100 km to 8 mm."""
+"""Largest coordinate, metres. Models compute in single precision, which rounds 100 km to 8 mm."""
 UNIT_TOLERANCE = 1e-3
 """Largest deviation of a quaternion's length from 1. Published quaternions often have only a few digits."""
 

@@ -142,8 +142,17 @@ class FullWave(Solver, Engine):
     def again(self, recorded: Engine) -> Engine:
         return replace(recorded, field=self.field, gpu=self.gpu) if isinstance(recorded, FullWave) else recorded
 
-    def require(self, machines: Machines) -> None:
-        super().require(replace(machines, workers=None))  # here workers are solver runs at a time, which need no Ray
+    def require(self, setting: Setting, folder: Path, machines: Machines) -> None:
+        from simulate.fullwave.memory import require_memory
+        from simulate.fullwave.run_plan import plan
+
+        # Here workers are solver runs at a time, which need no Ray.
+        super().require(setting, folder, replace(machines, workers=None))
+        solves_here = self.field is None and self.solver == OURS and machines.ray is None
+        if solves_here and self._damage(folder) is not None:
+            assert self.cell is not None
+            planned = plan(setting.scene, setting.region, self.cell)
+            require_memory(setting.scene, setting.region, planned, machines.workers)
 
     def source(self, setting: Setting, folder: Path, machines: Machines, progress: Progress) -> StoredField:
         """The field that is stored in the dataset folder.
