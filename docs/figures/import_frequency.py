@@ -3,8 +3,7 @@
 import matplotlib.pyplot as plt
 
 from scenes.files.errors import ParameterError
-from scenes.scene.description import HIGHEST_FREQUENCY, LOWEST_FREQUENCY
-from scenes.scene.frequency import read_frequency
+from scenes.scene.frequency import HIGHEST_FREQUENCY, LOWEST_FREQUENCY, read_frequency
 
 figure, axis = plt.subplots(figsize=(8, 2.2), layout="constrained")
 axis.axvspan(LOWEST_FREQUENCY, HIGHEST_FREQUENCY, color="tab:green", alpha=0.2)
