@@ -21,7 +21,8 @@ from scenes.files.extras import require_extra
 from scenes.files.input_file import beside
 from scenes.files.xml_file import read_xml
 from scenes.importing.file_materials import known_material, material_at, proposed_rule, short_name
-from scenes.importing.mesh_files import read_mesh_file, require_ordinary
+from scenes.importing.formats.mesh_checks import require_ordinary
+from scenes.importing.mesh_files import read_mesh_file
 from scenes.scene.materials import RadioMaterial, material_names
 from scenes.scene.shapes import box, sheet, union
 
@@ -242,7 +243,7 @@ def _shape(element: Element, index: int, path: Path, bsdfs: dict[str, Element]) 
         raise InputError(f"{label}: expected one bsdf, found {len(made_of)}")
     with np.errstate(all="ignore"):  # numbers that are not finite are refused below
         mesh.apply_transform(_to_world(element, label))
-    require_ordinary(mesh, label)
+    require_ordinary(mesh.vertices, label)
     return MitsubaShape(name, mesh, made_of[0] if made_of else None, label, mesh_file, left_out)
 
 
