@@ -26,14 +26,11 @@ from scenes.scene.permittivity import is_conductor
 SOLID = 2.0
 """Thicknesses of the material's slab up to which a body is solid."""
 
-DRAWN_THIN = 0.5
+DRAWN_THIN = 0.4
 """Thicknesses of the material's slab. A thinner body is drawn so only to have two sides, and keeps the material's."""
 
 WIDE = 2.0
 """Thicknesses of a plate that it is wide at least. Columns and beams are narrower and stay as they are drawn."""
-
-LARGE = 1.0
-"""Metres. Smaller bodies hardly matter."""
 
 PARALLEL = np.cos(np.radians(1.0))
 """Cosine of the largest angle between a plate's normal and those of its broad faces."""
@@ -162,28 +159,6 @@ def plates_of(scene: Scene, item: SceneObject) -> list[Plate]:
     if is_conductor(scene.materials[item.material], scene.frequency):
         return []
     return plates(item.mesh, SOLID * scene.thickness(item) * (1 + UNEVEN))
-
-
-def counted_twice(scene: Scene) -> dict[str, float]:
-    """Find objects with a large solid body, such as the walls of a house drawn as one body.
-
-    Args:
-        scene: the scene. Plates count, too, until they are sheets.
-
-    Returns:
-        Thickness of the thickest of these bodies in metres, by name of the object.
-    """
-    found: dict[str, float] = {}
-    for item in scene.objects:
-        if is_conductor(scene.materials[item.material], scene.frequency):
-            continue
-        large = [part for part in item.closed_parts if np.sort(part.extents)[1] > LARGE]
-        # Twice the volume over the area is nearly the thickness of a thin body, whatever its shape.
-        thicknesses = [2 * abs(part.volume) / part.area for part in large]
-        solid = [each for each in thicknesses if each < SOLID * scene.thickness(item)]
-        if solid:
-            found[item.name] = max(solid)
-    return found
 
 
 def _placed(scene: Scene, found: dict[str, list[Plate]]) -> dict[str, list[Float[np.ndarray, "k 3 3"]]]:

@@ -21,8 +21,6 @@ SPEED_OF_LIGHT = 299_792_458.0
 
 PATTERNS = ("iso", "dipole", "hw_dipole", "tr38901")
 POLARIZATIONS = ("V", "H")
-LOWEST_FREQUENCY, HIGHEST_FREQUENCY = 1e6, 1e12
-"""Hertz. The wavelength is 300 m at the lower end. Above the upper end, most surfaces are rough."""
 MOST_IN_A_ROW, MOST_ELEMENTS = 64, 1024
 """Most rows or columns, and most elements, of an array. Memory grows with the elements, or with their square."""
 WIDEST_SPACING = 100.0

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from decimal import Decimal
 
 from scenes.files.errors import InputError, did_you_mean, named, shown
+from scenes.scene.frequency import read_frequency
 
 RGB = tuple[float, float, float]
 
@@ -215,8 +216,8 @@ def p2040_material(
         The material.
 
     Raises:
-        InputError: the name is unknown, the frequency is more than 10 % outside the range that the recommendation
-            states for the material, or another value is out of its range.
+        InputError: the name is unknown, the frequency is not in hertz or more than 10 % outside the range that the
+            recommendation states for the material, or another value is out of its range.
 
     Example:
         >>> import bisplat
@@ -226,7 +227,7 @@ def p2040_material(
     """
     if name not in P2040:
         raise InputError(f"unknown material {named(name)}; {did_you_mean(name, P2040)}")
-    row = P2040[name]
+    row, frequency = P2040[name], read_frequency(frequency)
     if not row.covers(frequency):
         raise OutsideP2040(
             name,

@@ -19,8 +19,9 @@ from scenes.files.input_file import beside
 from scenes.files.plain_text import say
 from scenes.files.schema import conform
 from scenes.files.yaml_file import read_yaml
+from scenes.importing.imported_file import is_importable
 from scenes.importing.mesh_files import default_up, read_mesh_file
-from scenes.importing.mesh_import import Y_UP_TO_Z_UP, is_importable
+from scenes.importing.up_axis import Y_UP_TO_Z_UP
 from scenes.places.bedroom import bedroom
 from scenes.places.closet import closet
 from scenes.places.conference import conference

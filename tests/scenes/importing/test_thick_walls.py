@@ -7,7 +7,8 @@ import pytest
 import trimesh
 from trimesh import Trimesh
 
-from scenes.importing.thick_walls import counted_twice, plates, walls_as_sheets
+from scenes.importing.drawn_walls import counted_twice
+from scenes.importing.thick_walls import plates, walls_as_sheets
 from scenes.places.office import office
 from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
 from scenes.scene.materials import p2040_materials
@@ -111,15 +112,6 @@ def test_other_parts_and_other_thicknesses_become_objects_of_their_own():
     found = {item.name: item for item in scene.objects}
     assert found["inside"].thickness is None and len(found["inside"].mesh.faces) == 12
     assert found["inside, 0.12 m thick"].mesh.area == pytest.approx(8)
-
-
-def test_walls_in_one_body_are_told():
-    corner = trimesh.creation.extrude_triangulation(
-        [(1, 1), (4, 1), (4, 1.2), (1.2, 1.2), (1.2, 3), (1, 3)], [(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 5)], 2.5
-    )
-    scene, _ = walls_as_sheets(room(SceneObject("corner", corner, "concrete")))
-    assert counted_twice(room())["walls"] == pytest.approx(T, rel=0.1)
-    assert list(counted_twice(scene)) == ["corner"] and counted_twice(scene)["corner"] == pytest.approx(T, rel=0.15)
 
 
 def test_places_of_ours_are_drawn_right_already():

@@ -72,7 +72,7 @@ def test_several_gateways_are_refused(scene, tmp_path):
 
 
 def test_bad_scene_is_refused(scene, tmp_path):
-    with pytest.raises(InputError, match="frequency must be in hertz"):
+    with pytest.raises(InputError, match="frequency: expected hertz"):
         simulate(replace(scene, frequency=-1.0), tmp_path / "d")
 
 
