@@ -77,8 +77,8 @@ def scene(
         up: import only: axis of the mesh that points up (default: y for glTF, z for others).
         shift: import only: what is added to x, y and z of the objects, the gateway and the region, metres. For meshes
             in map coordinates.
-        walls: import only: whether walls and boards that are drawn as closed boxes become one sheet each, or keep both
-            faces, of which each is a slab.
+        walls: import only: whether walls and boards that are drawn with both faces become one sheet each, or keep both,
+            of which each is a slab.
         frequency: import only: frequency in hertz, or such as "3.5 GHz" (default: 915e6, the RFID and LoRa band).
         gateway: import only: position of the gateway, metres.
         boresight: import only: direction in which the gateway looks.

@@ -43,7 +43,7 @@ class ImportReport:
             which the scene is much larger or smaller than the space between gateway and transmitter.
         assumed: sentences about what was assumed or taken from the file: the up axis, the unit, and materials.
         up: the file's vertical axis, "y" or "z".
-        sheets: thickness of the slab, metres, of each object that was drawn as closed boxes and is now sheets, by name.
+        sheets: thickness of the slab, metres, of each object that was drawn with both faces and is now sheets, by name.
     """
 
     sizes: dict[str, tuple[float, float, float]]
@@ -96,15 +96,15 @@ def import_scene(
         shift: what is added to all coordinates x, y, z, also those of the gateway and the region, metres, world frame.
             For files in map coordinates.
         own_materials: materials whose values you give, by name. They take precedence over others of the same name.
-        walls: "as-sheets" makes walls and boards that are drawn as closed boxes, at most twice as thick as the slab of
-            their material, one sheet each, whose slab is as thick as the box. "as-drawn" keeps both faces, and waves
-            pass a slab at each.
+        walls: "as-sheets" makes walls and boards that are drawn with both faces, at most twice as far apart as the slab
+            of their material is thick, one sheet each, whose slab is as thick as they are. "as-drawn" keeps both faces,
+            and waves pass a slab at each.
 
     Returns:
         The scene, and a report with ``sizes`` (metres along x, y and z, by name of the object), ``degenerate`` (number
         of dropped triangles, by name of the object), ``warnings`` (sentences about possible mistakes), ``assumed``
         (sentences about what was assumed or taken from the file) and ``sheets`` (thickness in metres, by name of the
-        object that was drawn as boxes and is now sheets).
+        object that was drawn with both faces and is now sheets).
 
     Raises:
         InputError: the file cannot be read, an object has no material, a material is unknown at the frequency, the unit
