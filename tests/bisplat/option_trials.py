@@ -62,14 +62,15 @@ MLP = "train data -o out --model mlp-responses --steps 2 --batch-size 2"
 TRAIN = "learn.training.train:train_run"
 LOCATED = "learn.evaluation.locations:evaluate_locations"
 CROSSVALIDATED = "learn.evaluation.crossvalidate:crossvalidate"
-NEAREST = "compare data -o out --models nearest"
+NEAREST = "compare others -o out --models nearest"
 ABLATE = "ablate data -o out --models bisplat-aperture --steps 1 --seeds 1"
 CONVERTED = "simulate.exchange.convert:convert"
 ABLATED = "learn.comparison.ablate:ablate"
-SWEEP = "sweep data -o out --models nearest --sizes 3"
+SWEEP = "sweep others -o out --models nearest --sizes 3"
 SWEPT = "learn.comparison.sweep:sweep"
 CALIBRATED = "learn.twin.calibrate:calibrate"
 PLANNED = "learn.planning.next_positions:plan"
+OF_EVALUATION = "bisplat.commands.evaluation_commands"
 ENGINES = "learn.evaluation.engines:compare_engines"
 NEW_FOLDER = "bisplat.commands.uses_commands:new_folder"
 NEW_IN_USES = "bisplat.commands.uses_commands:require_new"
@@ -195,14 +196,8 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials("engines data -o out", ["-n 2", *MECHANISMS], ENGINES),
         *_trials("engines uneven -o out", ["--diffuse"], ENGINES),
         *_trials("engines uneven -o out --diffuse", ["--patches 50"], ENGINES),
-        *_trials(
-            "engines data -o out -n 2 --max-depth 0", ["--json"], "bisplat.commands.evaluation_commands:print_table"
-        ),
-        *_trials(
-            "engines data -o out",
-            [("-o out2", "-o out"), "--force"],
-            "bisplat.commands.evaluation_commands:require_new",
-        ),
+        *_trials("engines data -o out -n 2 --max-depth 0", ["--json"], f"{OF_EVALUATION}:print_table"),
+        *_trials("engines data -o out", [("-o out2", "-o out"), "--force"], f"{OF_EVALUATION}:require_new"),
     ],
     "calibrate": [
         *_trials("calibrate closet data -o out", ["-n 5", "--split random", *MECHANISMS], CALIBRATED),
