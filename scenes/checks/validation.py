@@ -11,6 +11,7 @@ from typing import NoReturn
 import numpy as np
 
 from scenes.checks.array_clearance import element_positions, obstruction
+from scenes.checks.material_frequency import outdated
 from scenes.checks.occupancy import blocking_object
 from scenes.files.errors import InputError, did_you_mean, named, shown
 from scenes.scene.description import (
@@ -42,9 +43,9 @@ def validate(scene: Scene, source: str) -> None:
     Raises:
         InputError: the message says what is wrong. A number is not finite or is out of its range. A name is empty, too
             long, unprintable or used twice. A pattern, polarisation or material is unknown. An orientation is not a
-            unit quaternion. The transmitter region is empty. There are no objects, or an object has no triangles. An
-            element of a gateway is inside an object, on a surface or behind one. The transmitter region is inside an
-            object.
+            unit quaternion. A material is that of ITU-R P.2040 at another frequency. The transmitter region is empty.
+            There are no objects, or an object has no triangles. An element of a gateway is inside an object, on a
+            surface or behind one. The transmitter region is inside an object.
     """
 
     def refuse(message: str) -> NoReturn:
@@ -134,6 +135,8 @@ def validate(scene: Scene, source: str) -> None:
             refuse(
                 f"{label}: thickness must be a positive number of metres, at most {THICKEST:g}, found {item.thickness}"
             )
+    if (sentence := outdated(scene)) is not None:
+        refuse(sentence)
     for label, gateway in gateways.items():
         _check_place(replace(scene, gateway=gateway, further_gateways={}), label, refuse)
 

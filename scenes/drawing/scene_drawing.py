@@ -8,14 +8,12 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float
-from trimesh import Trimesh
 
-from scenes.checks.occupancy import closed_parts
 from scenes.drawing.floor_plan import REGION, draw_plan, section_height
 from scenes.drawing.perspective import draw_view
 from scenes.files.atomic import write_atomically
 from scenes.files.plain_text import in_figure
-from scenes.scene.description import Gateway, Scene
+from scenes.scene.description import Gateway, Scene, SceneObject
 
 
 def describe_scene(scene: Scene) -> dict[str, Any]:
@@ -40,7 +38,7 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
                 "material": item.material,
                 "size": _round(item.mesh.extents),
                 "triangles": len(item.mesh.faces),
-                "closed": _is_closed(item.mesh),
+                "closed": _is_closed(item),
             }
             for item in scene.objects
         ],
@@ -73,9 +71,9 @@ def _round(vector: Float[np.ndarray, " 3"]) -> list[float]:
     return [round(float(c), 4) + 0.0 for c in vector]  # + 0.0 turns -0.0 into 0.0
 
 
-def _is_closed(mesh: Trimesh) -> bool:
+def _is_closed(item: SceneObject) -> bool:
     """Whether every triangle belongs to a closed part."""
-    return sum(len(part.faces) for part in closed_parts(mesh)) == len(mesh.faces)
+    return sum(len(part.faces) for part in item.closed_parts) == len(item.mesh.faces)
 
 
 def draw_scene(scene: Scene, path: str | Path) -> None:

@@ -15,7 +15,8 @@ from trimesh.resolvers import Resolver
 
 from scenes.files.errors import InputError, named, shown
 from scenes.files.input_file import MEGABYTE, beside, read_bytes
-from scenes.importing.gltf_header import check_gltf
+from scenes.importing.formats.gltf_header import check_gltf
+from scenes.importing.formats.mesh_part import MeshFile, MeshPart
 from scenes.scene.description import MOST_TRIANGLES
 
 MESH_SUFFIXES = (".glb", ".gltf", ".obj", ".off", ".ply", ".stl")
@@ -79,16 +80,13 @@ def default_up(path: Path) -> str:
     return "y" if path.suffix.lower() in (".glb", ".gltf") else "z"
 
 
-def read_meshes(path: Path) -> list[tuple[str, Trimesh]]:
-    """Read the meshes of a file, with the transforms of their nodes applied, in the file's own unit and axes.
+def read_mesh_file(path: Path) -> MeshFile:
+    """Read the parts of a mesh file, with the transforms of their nodes applied, in the file's own unit and axes.
 
-    Vertices and triangles are kept as they are in the file. Materials and textures are not read.
+    Vertices and triangles are kept as they are in the file. Textures are not read.
 
     Args:
         path: the mesh file.
-
-    Returns:
-        Pairs of the name of a node and its mesh, in the order of the names.
 
     Raises:
         InputError: the file is not a regular file, has an unsupported format, cannot be read, or has no triangles or
@@ -130,8 +128,8 @@ def read_meshes(path: Path) -> list[tuple[str, Trimesh]]:
     for name, mesh in meshes:
         require_ordinary(mesh, f"{path}: {shown(name)}")
     if suffix in (".ply", ".stl", ".off"):  # formats without names
-        meshes = [(path.stem, mesh) for _, mesh in meshes]
-    return meshes
+        return MeshFile([MeshPart(path.stem, mesh) for _, mesh in meshes])
+    return MeshFile([MeshPart(name, mesh, name) for name, mesh in meshes])
 
 
 def _name(node: tuple[Any, ...]) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
@@ -12,6 +13,7 @@ from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
 from scenes.files.errors import InputError, shown
+from scenes.scene.closed_parts import closed_parts
 from scenes.scene.materials import RadioMaterial
 
 SPEED_OF_LIGHT = 299_792_458.0
@@ -230,6 +232,11 @@ class SceneObject:
     material: str
     thickness: float | None = None
 
+    @cached_property
+    def closed_parts(self) -> list[Trimesh]:
+        """The closed parts of the mesh, such as boxes. Nothing can be inside of the other parts, which are sheets."""
+        return closed_parts(self.mesh)
+
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, SceneObject):
             return NotImplemented
@@ -272,7 +279,8 @@ class Scene:
         >>> round(yard.wavelength, 3), yard.bounds.tolist()
         (0.328, [[-5.0, -5.0, 0.0], [5.0, 5.0, 0.0]])
 
-        The same yard at another frequency needs the materials at that frequency:
+        The same yard at another frequency needs the materials at that frequency. Those of ITU-R P.2040 for another one
+        are refused:
 
         >>> from dataclasses import replace
         >>> wifi = replace(yard, frequency=2.4e9, materials=bisplat.p2040_materials(["concrete"], 2.4e9))
@@ -324,12 +332,14 @@ class Scene:
         """
         return self.materials[item.material].thickness if item.thickness is None else item.thickness
 
-    @property
+    @cached_property
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         """Lowest and highest corner of the box around all objects, [2, 3], metres, world frame."""
         low = np.min([item.mesh.bounds[0] for item in self.objects], axis=0)
         high = np.max([item.mesh.bounds[1] for item in self.objects], axis=0)
-        return np.stack([low, high])
+        bounds = np.stack([low, high])
+        bounds.flags.writeable = False  # the array is kept, since drawings ask for it once for each object
+        return bounds
 
     @property
     def extent(self) -> Float[np.ndarray, "2 3"]:

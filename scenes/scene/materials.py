@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from decimal import Decimal
 
 from scenes.files.errors import InputError, did_you_mean, named, shown
 
@@ -12,7 +14,6 @@ RGB = tuple[float, float, float]
 EXTRAPOLATION = 0.10
 """How far outside its stated range the power law may be used, as a fraction of the range's end. The bands of RFID and
 LoRa at 915 MHz are 8.5 % below 1 GHz, where most rows begin."""
-
 
 HIGHEST_PERMITTIVITY = 1e5
 """Largest relative permittivity. Ferroelectrics reach 10,000."""
@@ -44,6 +45,8 @@ class RadioMaterial:
             [degliesposti2007].
         xpd_coefficient: fraction K_x of the diffuse energy that changes its polarisation, 0 to 1.
         color: red, green and blue in drawings, each 0 to 1.
+        frequency: Hz, at which permittivity and conductivity hold. None: unknown. It does not count when materials are
+            compared.
 
     Raises:
         InputError: a value is out of its range.
@@ -62,6 +65,8 @@ class RadioMaterial:
     scattering_coefficient: float = 0.0
     xpd_coefficient: float = 0.0
     color: RGB = (0.6, 0.6, 0.6)
+    # Not in the text of a material, of which a scene's digest is made: datasets of earlier versions stay valid.
+    frequency: float | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         checks = (
@@ -78,6 +83,11 @@ class RadioMaterial:
         if len(self.color) != 3 or not all(0 <= c <= 1 for c in self.color):
             raise InputError(
                 f"material {named(self.name)}: color: expected three numbers between 0 and 1, found {shown(self.color)}"
+            )
+        if self.frequency is not None and not 0 < self.frequency < math.inf:
+            raise InputError(
+                f"material {named(self.name)}: frequency: expected a positive number of hertz, found "
+                f"{shown(self.frequency)}"
             )
 
 
@@ -102,6 +112,50 @@ class P2040Row:
     range_ghz: tuple[float, float]
     thickness: float
     color: RGB
+
+    def values(self, frequency: float) -> tuple[float, float]:
+        """ε_r and σ (S/m) at a frequency in Hz."""
+        f = frequency / 1e9
+        return self.a * _power(f, self.b), self.c * _power(f, self.d)
+
+    def covers(self, frequency: float) -> bool:
+        """Whether a frequency in Hz is in the row's range, or at most ``EXTRAPOLATION`` outside."""
+        low, high = self.range_ghz
+        return low * (1 - EXTRAPOLATION) <= frequency / 1e9 <= high * (1 + EXTRAPOLATION)
+
+    def nearest(self, frequency: float) -> float:
+        """The frequency of the row's range that is nearest to a frequency, both Hz."""
+        low, high = self.range_ghz
+        return 1e9 * min(max(frequency / 1e9, low), high)
+
+
+def _power(base: float, exponent: float) -> float:
+    """Return base^exponent, correctly rounded. The C library's last digit, and so a scene's digest, may differ between
+    machines.
+    """
+    return float(Decimal(base) ** Decimal(exponent))
+
+
+class OutsideP2040(InputError):
+    """ITU-R P.2040 does not give a material at a frequency.
+
+    Args:
+        name: the material.
+        frequency: Hz.
+        advice: the end of the sentence: how to give the material's values instead.
+
+    Attributes:
+        name: the material.
+        frequency: Hz.
+    """
+
+    def __init__(self, name: str, frequency: float, advice: str):
+        low, high = P2040[name].range_ghz
+        super().__init__(
+            f"material {named(name)}: expected a frequency within {EXTRAPOLATION:.0%} of the range of ITU-R P.2040, "
+            f"{low:g} to {high:g} GHz, found {frequency / 1e9:g} GHz; {advice}"
+        )
+        self.name, self.frequency = name, frequency
 
 
 # Where the recommendation has several rows for a material, this is the one whose range is nearest to 1 GHz.
@@ -173,21 +227,21 @@ def p2040_material(
     if name not in P2040:
         raise InputError(f"unknown material {named(name)}; {did_you_mean(name, P2040)}")
     row = P2040[name]
-    f = frequency / 1e9
-    low, high = row.range_ghz
-    if not low * (1 - EXTRAPOLATION) <= f <= high * (1 + EXTRAPOLATION):
-        raise InputError(
-            f"material {named(name)}: expected a frequency within {EXTRAPOLATION:.0%} of the range of ITU-R P.2040, "
-            f"{low:g} to {high:g} GHz, found {f:g} GHz; for other frequencies, give relative_permittivity and "
-            "conductivity"
+    if not row.covers(frequency):
+        raise OutsideP2040(
+            name,
+            frequency,
+            f'for other frequencies, give relative_permittivity and conductivity: RadioMaterial("{name}", …)',
         )
+    permittivity, conductivity = row.values(frequency)
     return RadioMaterial(
         name=name,
-        relative_permittivity=row.a * f**row.b,
-        conductivity=row.c * f**row.d,
+        relative_permittivity=permittivity,
+        conductivity=conductivity,
         thickness=row.thickness if thickness is None else thickness,
         scattering_coefficient=scattering_coefficient,
         color=row.color,
+        frequency=frequency,
     )
 
 
@@ -210,3 +264,24 @@ def p2040_materials(names: Iterable[str], frequency: float) -> dict[str, RadioMa
         ['concrete', 'wood']
     """
     return {name: p2040_material(name, frequency) for name in sorted(set(names))}
+
+
+def p2040_source(material: RadioMaterial, frequency: float) -> str | None:
+    """Return the row of ITU-R P.2040 whose power law gives exactly a material's permittivity and conductivity.
+
+    A material whose values were changed, by hand or by calibration, has none.
+
+    Args:
+        material: the material. Its name does not count, unless several rows have the same values.
+        frequency: Hz.
+
+    >>> from dataclasses import replace
+    >>> wall = p2040_material("brick", 2.4e9, thickness=0.24)
+    >>> p2040_source(wall, 2.4e9), p2040_source(wall, 5e9), p2040_source(replace(wall, conductivity=0.1), 2.4e9)
+    ('brick', None, None)
+    """
+    values = (material.relative_permittivity, material.conductivity)
+    for name in sorted(P2040, key=lambda name: name != material.name):
+        if P2040[name].covers(frequency) and P2040[name].values(frequency) == values:
+            return name
+    return None

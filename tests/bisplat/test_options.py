@@ -120,7 +120,7 @@ def test_absurd_numbers(command, option, refuse):
         ((*TRAIN.split(), "--scene", "closet"), "--scene: expected an option of the model mlp"),
         ((*SIMULATE.split(), "--ray", f"127.0.0.1:{'9' * 1000}"), "--ray: "),
         (("simulate", "x" * 200, "-o", "out"), "unknown scene"),
-        (("scene", "x.obj", "--material", "y" * 10_000), "needs --output"),
+        (("scene", "x.obj", "--material", "y" * 10_000), "--material: expected NAME=MATERIAL"),
         (("locate", "x" * 5000, "--pictures", "y" * 5000, "-o", "out.csv"), "yyy…yyy"),
         (("evaluate", "no\nwhere\x1b[2J"), r"no\nwhere\x1b[2J"),
     ],

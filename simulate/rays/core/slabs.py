@@ -16,11 +16,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy.spatial import ConvexHull, cKDTree
+from scipy.spatial import cKDTree
 from trimesh import Trimesh
 
-from scenes.checks.enclosure import WALL_REACH
-from scenes.checks.occupancy import closed_parts, holds_antennas, merge_corners
+from scenes.checks.occupancy import holds_antennas
+from scenes.checks.outer_walls import in_outer_wall, scene_beyond
+from scenes.scene.closed_parts import merge_corners
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import RadioMaterial
 from scenes.scene.permittivity import is_conductor
@@ -67,7 +68,7 @@ def _material(scene: Scene, item: SceneObject) -> RadioMaterial:
 def _slabs_of(scene: Scene, item: SceneObject) -> Slabs:
     material = _material(scene, item)
     thickness = scene.thickness(item)
-    closed = closed_parts(item.mesh)
+    closed = item.closed_parts
     pieces = [_of_closed_part(scene, part, thickness) for part in closed]
     if sum(len(part.faces) for part in closed) < len(item.mesh.faces):
         parts = merge_corners(item.mesh).split(only_watertight=False, repair=False)  # repair would close open boxes
@@ -89,7 +90,7 @@ def _of_closed_part(scene: Scene, part: Trimesh, thickness: float) -> tuple[np.n
 
 def _of_sheet(scene: Scene, triangles: Float[np.ndarray, "n 3 3"], thickness: float) -> tuple[np.ndarray, ...]:
     """The slab behind the sheet of an outer wall, or on both sides of another sheet."""
-    normals, front, back = _scene_beyond(scene, triangles)
+    normals, front, back = scene_beyond(scene, triangles)
     outer = in_outer_wall(scene, triangles)
     away = np.where(front < back, 1.0, -1.0)  # the normal points away from the scene
     normals = np.where(outer[:, None], away[:, None] * normals, normals)
@@ -130,27 +131,3 @@ def face_slabs(scene: Scene) -> FaceSlabs:
         fronts.append(np.where(along[:, None], reach, reach[:, ::-1]))
         outer.append(slabs.outer[which])
     return FaceSlabs(np.concatenate(fronts), np.concatenate(outer))
-
-
-def in_outer_wall(scene: Scene, triangles: Float[np.ndarray, "n 3 3"]) -> Bool[np.ndarray, " n"]:
-    """Whether all of the scene is on one side of each triangle's plane, to within ``WALL_REACH``.
-
-    Args:
-        scene: the scene.
-        triangles: corners of the triangles, metres, world frame.
-    """
-    _, front, back = _scene_beyond(scene, triangles)
-    return np.minimum(front, back) < WALL_REACH
-
-
-def _scene_beyond(
-    scene: Scene, triangles: Float[np.ndarray, "n 3 3"]
-) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
-    """Unit normals of triangles, and how far objects and antennas reach to either side of them, metres."""
-    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    normals = normals / np.linalg.norm(normals, axis=1, keepdims=True).clip(1e-30)
-    gateways = [gateway.position for gateway in (scene.gateway, *scene.further_gateways.values())]
-    points = np.vstack([*(item.mesh.vertices for item in scene.objects), scene.transmitter.corners(), gateways])
-    points = points[ConvexHull(points, qhull_options="QJ").vertices]
-    beyond = normals @ points.T - (normals * triangles[:, 0]).sum(axis=1, keepdims=True)
-    return normals, beyond.max(axis=1), -beyond.min(axis=1)

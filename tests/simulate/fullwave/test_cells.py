@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from scenes.importing.thick_walls import walls_as_sheets
 from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
 from scenes.scene.materials import RadioMaterial
 from scenes.scene.shapes import box, sheet
@@ -72,6 +73,20 @@ def test_body_is_filled_under_its_surface_and_a_room_behind_it(low, high, start)
     (slabs,) = dielectric_slabs(scene(SceneObject("box", box(low, high), "stone")))
     assert np.allclose(slabs.start, start)
     assert slabs.outer.all() == (start == 0)
+
+
+@pytest.mark.parametrize("low", [0.503, 0.9])  # between the antennas and an outer wall; and that
+def test_sheet_of_a_wall_that_is_drawn_as_a_box_fills_the_same_cells(low):
+    drawn = scene(
+        SceneObject("wall", box((low, 0.1, 0.1), (low + 0.1, 0.9, 0.9)), "stone"),
+        SceneObject("far", sheet((0, 0, 0), (0, 1, 0), (0, 0, 1)), "metal"),
+        *([SceneObject("behind", sheet((1.5, 0, 0), (0, 1, 0), (0, 0, 1)), "metal")] if low < 0.9 else []),
+    )
+    one_sheet, found = walls_as_sheets(drawn)
+    assert found == {"wall": 0.1}
+    for axis in range(3):
+        line = (slice(20, None), 25, 25)
+        assert np.array_equal(permittivity_along(one_sheet, axis, line), permittivity_along(drawn, axis, line))
 
 
 def test_fractions_of_a_slab_add_up_to_its_thickness():

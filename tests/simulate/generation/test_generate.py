@@ -355,6 +355,14 @@ def test_folder_whose_positions_were_changed_is_not_made_again(finished, tmp_pat
         read_request(changed)
 
 
+def test_folder_whose_metadata_contradict_its_scene_is_not_made_again(finished, tmp_path):
+    changed = shutil.copytree(finished, tmp_path / "changed")
+    path = changed / "metadata.json"
+    path.write_text(path.read_text().replace('"frequency_hz": 915000000.0', '"frequency_hz": 2400000000.0'))
+    with pytest.raises(InputError, match=r"frequency_hz: expected 915000000.0, as in scene/scene.yaml, found 24000000"):
+        read_request(changed)
+
+
 def test_folder_of_somebody_else_is_not_made_again(tmp_path):
     with pytest.raises(InputError, match=r"metadata.json: expected the metadata of a simulated dataset"):
         read_request(tmp_path)
