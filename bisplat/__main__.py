@@ -17,6 +17,7 @@ import tyro
 
 from bisplat.commands.command_groups import COMMANDS, overview, stated_version
 from bisplat.commands.given_options import refuse_repeated
+from bisplat.commands.number_options import REGISTRY
 from scenes.files.errors import InputError, ParameterError, printable
 from scenes.files.extras import MissingExtraError
 from scenes.files.plain_text import say
@@ -35,7 +36,7 @@ def main() -> None:
         else:
             check_spelling(COMMANDS)
             refuse_repeated()
-            tyro.extras.subcommand_cli_from_dict(COMMANDS, prog=PROGRAM)
+            tyro.extras.subcommand_cli_from_dict(COMMANDS, prog=PROGRAM, registry=REGISTRY)
     except ParameterError as error:
         refuse(error.as_option())
     except MissingExtraError as error:
@@ -65,7 +66,7 @@ def check_spelling(named: Mapping[str, Callable[..., None]]) -> None:
     if escaped == sys.argv[1:]:
         return
     idle: dict[str, Any] = {name: functools.wraps(command)(lambda *_, **__: None) for name, command in named.items()}
-    tyro.extras.subcommand_cli_from_dict(idle, prog=PROGRAM, args=escaped)
+    tyro.extras.subcommand_cli_from_dict(idle, prog=PROGRAM, args=escaped, registry=REGISTRY)
 
 
 def refuse(sentence: str, hint: str = " (BISPLAT_TRACEBACK=1 shows the traceback)") -> None:
