@@ -247,7 +247,7 @@ BAD = [
     ("915 MHz", "915 MHzz", "outdoors.yaml: frequency", "'915 MHzz'"),
     ("915 MHz", "915", "outdoors.yaml: frequency", "found 915", "915 MHz are 915e6"),
     ("915 MHz", "2.4", "outdoors.yaml: frequency", "found 2.4", "2.4 GHz are 2.4e9"),
-    ("915 MHz", "-915e6", "outdoors.yaml: frequency", "'-915e6'"),
+    ("915 MHz", "-915e6", "outdoors.yaml: frequency", "-915000000.0"),
     ("915 MHz", "[915]", "outdoors.yaml: frequency", "[915]"),
     ("915 MHz", "9" * 400, "outdoors.yaml: frequency", "99"),
     ("915 MHz", "400 MHz", "outdoors.yaml: materials.block", '"concrete"', "0.4 GHz"),
