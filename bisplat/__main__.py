@@ -44,6 +44,7 @@ def _run(given: list[str]) -> None:
     import tyro
 
     from bisplat.commands.command_groups import COMMANDS, overview, stated_version
+    from bisplat.commands.given_options import refuse_repeated
     from bisplat.commands.number_options import REGISTRY
     from scenes.files.errors import InputError, ParameterError
     from scenes.files.extras import MissingExtraError
@@ -55,6 +56,7 @@ def _run(given: list[str]) -> None:
             print(stated_version())
         else:
             check_spelling(COMMANDS)
+            refuse_repeated()
             tyro.extras.subcommand_cli_from_dict(COMMANDS, prog=PROGRAM, registry=REGISTRY)
     except ParameterError as error:
         refuse(error.as_option())

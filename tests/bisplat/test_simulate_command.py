@@ -91,7 +91,7 @@ def test_positions_in_millimetres_are_a_warning(two_gateways, tmp_path, capsys):
 
 
 def test_old_and_new_spellings_of_the_options_are_the_same(two_gateways, tmp_path):
-    common = [*DIRECT, "--no-specular", "--rays", "500"]
+    common = ["--max-depth", "1", "--no-diffraction", "--no-specular", "--rays", "500"]
     old = "-n 3 --snr 12 --gain-error 1 --phase-error 2 --phase-noise 3".split()
     new = "--spectra 3 --snr-db 12 --gain-error-db 1 --phase-error-deg 2 --phase-noise-deg 3".split()
     for name, options in (("old", old), ("new", new)):

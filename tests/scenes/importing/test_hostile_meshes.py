@@ -9,8 +9,9 @@ import pytest
 
 from scenes.files.errors import InputError
 from scenes.importing.formats import gltf_arrays
+from scenes.importing.imported_file import read_file
 from scenes.importing.mesh_files import read_mesh_file
-from scenes.importing.mesh_import import import_mesh, import_mitsuba, import_scene
+from scenes.importing.mesh_import import import_scene
 from scenes.importing.mitsuba_xml import read_mitsuba
 from scenes.scene.description import Gateway, Transmitter, facing
 from scenes.storage.scene_yaml import read_scene, write_scene
@@ -125,8 +126,7 @@ def test_names_of_other_programs_become_names_that_a_scene_may_have(tmp_path):
         if "\x1b" not in name
     ]  # XML cannot hold it
     (tmp_path / "outdoors.xml").write_text(hostile.xml(*shapes).replace("\n", "&#10;"))
-    objects, _, _ = import_mitsuba(tmp_path / "outdoors.xml", 3.5e9)
-    names = [item.name for item in objects]
+    names = [part.name for part in read_file(tmp_path / "outdoors.xml").parts]
     assert len(set(names)) == len(names)
     assert names[:2] == ["shape_1", "a/b"] and names[4] == "line_feed" and names[-3:] == ["wall", "wall_3", "!!!"]
     assert all(0 < len(name) <= 200 and name.isprintable() for name in names)
@@ -138,5 +138,4 @@ def test_names_of_other_programs_become_names_that_a_scene_may_have(tmp_path):
 def test_names_of_gltf_nodes_too(tmp_path):
     nodes = [{"mesh": 0, "name": name} for name in ["\x1b[2J", "x" * 500, "\n"]]
     (tmp_path / "outdoors.gltf").write_bytes(hostile.gltf_bytes(nodes=nodes, scenes=[{"nodes": [0, 1, 2]}]))
-    objects, _ = import_mesh(tmp_path / "outdoors.gltf", [], "wood")
-    assert sorted(item.name for item in objects) == ["_", "_[2J", "x" * 200]
+    assert sorted(part.name for part in read_file(tmp_path / "outdoors.gltf").parts) == ["_", "_[2J", "x" * 200]

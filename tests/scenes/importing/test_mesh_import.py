@@ -6,8 +6,10 @@ import trimesh
 from trimesh import Trimesh
 
 from scenes.files.errors import InputError
-from scenes.importing.mesh_import import import_mesh
+from scenes.importing.imported_file import read_file
+from scenes.importing.mesh_import import import_objects, import_scene
 from scenes.scene.closed_parts import closed_parts
+from scenes.scene.description import Gateway, Transmitter
 from scenes.scene.shapes import box
 
 OBJ = """\
@@ -25,6 +27,13 @@ o chair
 g seat
 f 1 3 4
 """
+
+
+def import_mesh(path, rules, default=None, unit="m", up=None):
+    """The objects of a file, and the report."""
+    file = read_file(path)
+    objects, _, report = import_objects(file, rules, default, unit, up or file.up, 2.4e9)
+    return objects, report
 
 
 @pytest.fixture
@@ -113,7 +122,8 @@ def test_solids_of_one_stl_are_numbered(tmp_path):
 
 def test_unmatched_objects_are_listed(tmp_path):
     (tmp_path / "room.obj").write_text(OBJ)
-    with pytest.raises(InputError, match=r"found none for chair_seat, table_top/oak, table_top/pine; add a rule"):
+    advice = "add a rule such as --material chair_seat=MATERIAL, or"
+    with pytest.raises(InputError, match=f"found none for chair_seat, table_top/oak, table_top/pine; {advice}"):
         import_mesh(tmp_path / "room.obj", [("sofa*", "wood")])
 
 
@@ -121,10 +131,11 @@ def test_rule_that_matches_nothing_is_a_warning(tmp_path):
     (tmp_path / "room.obj").write_text(OBJ)
     rules = [("sofa*", "wood"), ("chair*", "plywood"), ("chair_seat", "metal"), ("room", "wood")]
     _, report = import_mesh(tmp_path / "room.obj", rules)
-    (warning,) = report.warnings  # not of one that an earlier rule leaves nothing to, nor of one for the whole file
-    assert warning.endswith(
-        'rule "sofa*=wood" matches no object; the objects are chair_seat, table_top/oak, table_top/pine'
+    idle, shadowed = report.warnings  # not of the one for the whole file
+    assert idle.endswith(
+        'the material rule "sofa*=wood" matches no object; the objects are chair_seat, table_top/oak, table_top/pine'
     )
+    assert shadowed.endswith('rule "chair_seat=metal" never counts, since its objects go to "chair*=plywood"')
 
 
 def test_long_lists_of_objects_are_cut(tmp_path):
@@ -143,8 +154,9 @@ def test_long_lists_of_objects_are_cut(tmp_path):
     ],
 )
 def test_wrong_options(glb, options, sentence):
+    antennas = {"gateway": Gateway((0, 0, 0), (0, 0, 0, 1)), "transmitter": Transmitter((0, 0, 1), (1, 1, 2))}
     with pytest.raises(InputError, match=f"room.glb: {sentence}"):
-        import_mesh(glb, **options)
+        import_scene(glb, **{"up": "y", **options}, **antennas)
 
 
 def test_wrong_files(tmp_path):
