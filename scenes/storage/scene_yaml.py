@@ -216,10 +216,12 @@ def _object(value: object, index: int, file: Path, source: str) -> SceneObject:
     entry = _conform(value, ObjectEntry, place)
     try:
         path = beside(file, entry.mesh)
-        meshes = [part.mesh for part in read_mesh_file(path).parts]
+        content = read_mesh_file(path)
     except InputError as error:
         raise InputError(f"{place}: mesh: {error}") from None
-    mesh = union(*meshes)
+    for sentence in content.left_out:
+        say(f"warning: {place}: mesh: {sentence}")
+    mesh = union(*(part.mesh for part in content.parts))
     if default_up(path) == "y":
         mesh.apply_transform(Y_UP_TO_Z_UP)
     return SceneObject(entry.name, mesh, entry.material, entry.thickness)
