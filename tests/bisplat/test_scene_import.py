@@ -87,7 +87,8 @@ def test_the_shift_is_written_down(run, tmp_path):
     status, _, err = run("room.xml", "--default-material", "wood", "--shift", "10", "-20", "0.5", "-o", "room", *PLACE)
     assert status == 0 and "and unit m, shifted by 10 -20 0.5 m" in err
     assert json.loads((tmp_path / "room/import.json").read_text()) == {
-        **{"file": "room.xml", "up": "z", "unit": "m", "frequency": 915e6, "shift": [10, -20, 0.5]}
+        **{"file": "room.xml", "up": "z", "unit": "m", "frequency": 915e6, "shift": [10, -20, 0.5]},
+        "walls": "as-sheets",
     }
     place = load_scene("room/scene.yaml")
     assert place.gateway.position == (14.7, -18, 2.3) and place.bounds.tolist() == [[10, -20, 0.5], [15, -16, 3.5]]
