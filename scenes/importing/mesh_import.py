@@ -60,7 +60,7 @@ def import_scene(
     default_material: str | None = None,
     unit: str = "m",
     up: str | None = None,
-    frequency: float = DEFAULT_FREQUENCY,
+    frequency: float | str = DEFAULT_FREQUENCY,
     *,
     gateway: Gateway,
     transmitter: Transmitter,
@@ -124,7 +124,7 @@ def import_scene(
         >>> scene.objects[0].material, report.sizes, report.sheets, report.warnings
         ('concrete', {'yard': (4.0, 3.0, 0.0)}, {'yard': 0.1}, ())
     """
-    frequency = read_frequency(frequency)
+    hertz = read_frequency(frequency)
     own = _own_materials(own_materials)
     moved = _triple(shift)
     file = read_file(path)
@@ -139,9 +139,9 @@ def import_scene(
     antennas = np.vstack([gateway.position, transmitter.corners()])
     axis = up or file.up
     objects, resolved, report = import_objects(
-        file, materials, default_material, unit, axis, frequency, shift=moved, own_materials=own
+        file, materials, default_material, unit, axis, hertz, shift=moved, own_materials=own
     )
-    scene = Scene(plain_name(file.path.stem), frequency, gateway, transmitter, tuple(objects), resolved)
+    scene = Scene(plain_name(file.path.stem), hertz, gateway, transmitter, tuple(objects), resolved)
     # Before other checks: if the scene has the wrong place or size, they would blame the gateway.
     far = far_from_origin(scene.bounds, antennas, moved)
     if far is not None:
@@ -216,12 +216,12 @@ def import_objects(
         objects.append(SceneObject(part.name, mesh, material))
     sizes = {each.name: _size(each.mesh) for each in objects}
     warnings = [*file.left_out, *rule_warnings(file, materials), *rounding_warnings(file, METRES[unit])]
-    stated = stated_materials(file, choices)
+    assumed = stated_materials(file, choices)
     report = ImportReport(
         sizes,
         degenerate,
         tuple(f"{file.path}: {sentence}" for sentence in warnings),
-        (f"{file.path}: {stated}",) if stated else (),
+        tuple(f"{file.path}: {sentence}" for sentence in assumed),
         up,
     )
     return objects, resolved, report

@@ -19,7 +19,7 @@ from jaxtyping import Float
 from trimesh import Trimesh
 
 from scenes.checks.enclosure import WALL_REACH
-from scenes.checks.outer_walls import scene_beyond
+from scenes.checks.outer_walls import beyond, outline
 from scenes.importing.plates import Plate, plates
 from scenes.scene.closed_parts import merge_corners
 from scenes.scene.description import LONGEST_NAME, Scene, SceneObject
@@ -110,8 +110,8 @@ def _placed(
         found, rest = divided[item.name]
         mesh = _mesh(np.concatenate([rest, *(plate.sheet for plate in found)])) if found else item.mesh
         objects.append(replace(item, mesh=mesh))
-    in_the_middle = replace(scene, objects=tuple(objects))
-    normals, front, back = scene_beyond(in_the_middle, np.stack([plate.sheet[0] for plate in every]))
+    around = outline(replace(scene, objects=tuple(objects)))
+    normals, front, back = beyond(np.stack([plate.sheet[0] for plate in every]), around)
     half = np.array([plate.thickness / 2 for plate in every])
     inward = np.where(front > back, half, -half)
     moved = np.where(np.minimum(front, back) + half < WALL_REACH, inward, 0.0)

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import fields, is_dataclass, replace
+from os import PathLike
 from pathlib import Path
 from typing import Any, get_type_hints
 
 from scenes.checks.material_frequency import doubts
 from scenes.checks.validation import validate
-from scenes.files.errors import InputError, ParameterError, shown
-from scenes.files.options import default_of, taken, takes
+from scenes.files.errors import InputError, ParameterError, require_instance, require_path, shown
+from scenes.files.options import default_of, differs, taken, takes
 from scenes.files.plain_text import say
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import load_scene
@@ -68,10 +69,12 @@ def simulate(
         >>> dataset.positions.shape, dataset.responses.shape, dataset.pictures.shape
         ((3, 3), (3, 16), (3, 90, 360))
     """
+    require_instance(Scene, str, PathLike, scene=scene)
+    require_path(output=output)
     defaults = {each.name: default_of(each) for every in ENGINES.values() for each in fields(every)}
     others = {name: value for name, value in options.items() if name not in defaults}
     content, machines = taken({"n": n, **others}, Simulation, Machines)
-    given = {name: value for name, value in options.items() if name in defaults and value != defaults[name]}
+    given = {name: value for name, value in options.items() if name in defaults and differs(value, defaults[name])}
     kind = engine_class(name_of_engine(scene, engine))
     if isinstance(engine, Engine):
         for name, value in given.items():

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from scenes.files.folder_lock import LOCK
+from scenes.files.temporary import is_temporary
 from tests.attack.fork_server import LONGEST, MOST_MEMORY, Ended, ForkServer
 from tests.attack.victims import Victim, make_files
 
@@ -90,7 +91,7 @@ class Workplace:
         assert self._seen(output) == before, f"wrote outside of its output: {story}"
         new = {path.name for path in self.temporary.iterdir() if path not in temporary}
         assert not new, f"left temporary files {new}: {story}"
-        left = [path.name for path in self.here.rglob("*") if path.name == LOCK or path.suffix == ".tmp"]
+        left = [path.name for path in self.here.rglob("*") if path.name == LOCK or is_temporary(path.name)]
         assert not left, f"left {left}: {story}"
         self._said = ended.said
         if ended.status != 0:
