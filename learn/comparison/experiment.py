@@ -23,7 +23,7 @@ from learn.comparison.task import Method, Task
 from learn.data.metrics import Scores, score
 from learn.data.splits import SplitKind, split
 from learn.training.training_file import device_name
-from scenes.files.atomic import write_atomically
+from scenes.files.atomic import require_writable, write_atomically
 from scenes.files.errors import InputError, require_whole
 from scenes.files.input_file import MEGABYTE, read_text
 from scenes.files.json_file import parse_json, read_json
@@ -254,6 +254,8 @@ def begun(
     """
     if test_spectra is not None:
         require_whole(1, MOST_POSITIONS, test_spectra=test_spectra)
+    if output is not None:
+        require_writable(Path(output) / PROTOCOL)
     dataset = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
     settings = Settings(str(dataset.folder.resolve()), split, SPLIT_SEED, minutes, steps, device_name(), test_spectra)
     folder = Path(output or tempfile.mkdtemp(prefix="bisplat-"))

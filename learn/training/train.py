@@ -30,6 +30,7 @@ from learn.training.registry import DEFAULT_MODEL, check_options, model_entry
 from learn.training.run_folder import Run, build_model, load_run, load_weights, save_weights
 from learn.training.training_file import write_training
 from learn.training.validation_scores import validate
+from scenes.files.atomic import require_writable
 from scenes.files.errors import ParameterError, require_seed, require_whole
 from scenes.files.options import changed, optional, taken, takes
 from scenes.files.output_folder import own_folder, require_own
@@ -132,11 +133,14 @@ def train_run(
             run with other settings, or another process writes to it.
     """
     _check(config, processes)
-    dataset = dataset or read_dataset(config.dataset)
-    parts = split(dataset, config.split, config.split_seed, config.train_size)
     own: Any = (folder, "run", "config.json", config.settings(), lambda path: read_config(path.parent)[0].settings())
     require_own(*own)
-    if (folder / "weights.safetensors").exists():
+    finished = (folder / "weights.safetensors").exists()
+    if not finished:
+        require_writable(folder / "config.json")
+    dataset = dataset or read_dataset(config.dataset)
+    parts = split(dataset, config.split, config.split_seed, config.train_size)
+    if finished:
         return
     if getattr(rank_zero_only, "rank", 0) != 0:  # only the first process claims the folder and writes to it
         _train(config, folder, processes, dataset, parts, learned)
