@@ -20,15 +20,8 @@ MODES = ("L", "LA", "P", "coloured P", "1", "RGB", "RGBA", "10 bit", "12 bit", "
 SIZES = ((360, 90), (361, 91), (361, 90), (90, 360), (180, 45), (720, 180), (360, 180), (2, 2), (1, 1))
 
 LEVELS = (
-    "as they are",
-    "power",
-    "decibels",
-    "one level",
-    "one pixel",
-    "rolled",
-    "mirrored",
-    "upside down",
-    "two levels",
+    *("as they are", "power", "decibels", "one level", "one pixel", "two levels"),
+    *("rolled", "mirrored", "upside down"),
 )
 
 
@@ -69,7 +62,6 @@ def pictures(draw: Draw) -> Change:
     size = size if draw(st.booleans()) else (360, 90)
     rename = draw(st.sampled_from(("{:05d}.png", "{:05d}.PNG", "{}.png", "{:05d}.tif", "{:05d}.jpg", "x{}.png")))
     first, some = draw(st.sampled_from((1, 1, 0, 7))), draw(st.booleans())
-    suits = "png" if mode not in ("CMYK",) else "tif"
 
     def change(here: Path) -> None:
         folder = here / "measured" / "spectrum"
@@ -79,10 +71,10 @@ def pictures(draw: Draw) -> Change:
             path.unlink()
             made = stored(changed(levels, how), mode).resize(size, Image.Resampling.NEAREST)
             target = folder / rename.format(number + first)
-            made = made.convert("L") if target.suffix == ".jpg" else made
-            made.save(
-                target, format={".jpg": "jpeg", ".tif": "tiff"}.get(target.suffix, suits if suits == "png" else "tiff")
-            )
+            if target.suffix == ".jpg":
+                made.convert("L").save(target, format="jpeg")
+            else:
+                made.save(target, format="tiff" if target.suffix == ".tif" or mode in ("I", "CMYK") else "png")
 
     return change
 
@@ -92,9 +84,7 @@ KEYS: dict[str, tuple[Any, ...]] = {
     "array": (
         {"rows": 4, "columns": 4, "spacing": 0.5},
         {"rows": 1, "columns": 16, "spacing": 0.5},
-        {"rows": 0},
-        16,
-        {},
+        *({"rows": 0}, 16, {}),
     ),
     "grid": ({"elevation_first_deg": 0}, {"elevation_first_deg": 89, "elevation_step_deg": -1}, {}, "1 degree"),
     "made_by": ("bisplat-wrf 0.2.0", "bisplat convert", "NeRF2", "", 3),
@@ -108,14 +98,16 @@ KEYS: dict[str, tuple[Any, ...]] = {
 }
 
 
+FREQUENCIES = ("0.915\n", "2.4\n2.5\n", "915e6\n", "nan\n", "", "2.4 GHz\n", "x" * 5000)
+"""Contents of freq.txt."""
+
+
 @st.composite
 def metadata(draw: Draw) -> Change:
     """A metadata.json of one to three keys, as somebody writes it by hand, or a freq.txt."""
     names = draw(st.lists(st.sampled_from(sorted(KEYS)), min_size=1, max_size=3, unique=True))
     content = {name: draw(st.sampled_from(KEYS[name])) for name in names}
-    frequencies = draw(
-        st.sampled_from((None, "0.915\n", "2.4\n2.5\n", "915e6\n", "nan\n", "", "2.4 GHz\n", "x" * 5000))
-    )
+    frequencies = draw(st.sampled_from((None, *FREQUENCIES)))
 
     def change(here: Path) -> None:
         (here / "measured" / "metadata.json").write_text(json.dumps(content))
@@ -141,9 +133,10 @@ def swapped(draw: Draw, folders: tuple[str, ...], donors: tuple[str, ...]) -> Ch
     whole = draw(st.integers(0, 4)) == 0
 
     def change(here: Path) -> None:
-        for name in [path.name for path in (here / donor).iterdir()] if whole else parts:
+        everything = [path.name for path in (here / donor).iterdir()] if (here / donor).exists() else []
+        for name in everything if whole else parts:
             source, target = here / donor / name, here / folder / name
-            if not source.exists() or folder == donor:
+            if not source.exists() or not (here / folder).exists() or folder == donor:
                 continue
             if target.is_dir():
                 shutil.rmtree(target)

@@ -44,9 +44,8 @@ def attack(tally, shape: Shape, options: list[str], unit: str = "m") -> None:
             found, expected = area_of(here / "out"), shape.area * METRES[unit] ** 2
             assert np.isclose(found, expected, rtol=SAME, atol=1e-9), f"area {found}, expected {expected}: {command}"
 
-    tally.attack(
-        Victim(shape.name, command, (), ()), lambda here: (here / shape.name).write_bytes(shape.content), compare
-    )
+    victim = Victim(shape.name, command, (), ())
+    tally.attack(victim, lambda here: (here / shape.name).write_bytes(shape.content), compare)
 
 
 @pytest.mark.parametrize("group", SHAPES)
