@@ -45,6 +45,7 @@ def evaluate(
     from learn.evaluation.evaluate import evaluate as score_run
     from learn.reports.evaluation_report import write_evaluation
 
+    require_new(run / "evaluation" / "report.html", force=True)
     evaluation = score_run(run, dataset, index)
     write_evaluation(evaluation, run / "evaluation")
     if json:
@@ -67,6 +68,7 @@ def _evaluate_locations(
         raise ParameterError("further_gateways", "expected --locate with runs of further gateways, found none")
     if other is not None:
         raise ParameterError("locate", f"expected the test part of the run's own split, found {other}")
+    require_new(run / "evaluation" / "locations.csv", force=True)
     with FitProgress("location") as report:
         found = evaluate_locations([run, *further_gateways], report)
     write_locations(found, run / "evaluation")
@@ -103,6 +105,7 @@ def crossvalidate(
     from learn.evaluation.crossvalidate import crossvalidate as compare_with_truth
     from learn.reports.crossvalidation_report import write_crossvalidation
 
+    require_new(run / "crossvalidation.html", force=True)
     fresh = compare_with_truth(run, scene, positions, seed, engine=engine, field=field)
     write_crossvalidation(fresh, run)
     if json:

@@ -81,7 +81,7 @@ def print_list(listing: dict[str, Any]) -> None:
     print_rows("size, lowest and highest corner (m)", rows)
     say(f"{listing['file']}: up axis {listing['up']}, unit {listing['unit']}, {listing['frequency'] / 1e6:g} MHz")
     if listing["evidence"]:
-        reasons = ", and ".join(listing["evidence"]["reasons"])
-        say(f"{listing['file']}: for --up {listing['evidence']['axis']} speaks that {reasons}")
+        reasons = "; ".join(listing["evidence"]["reasons"])
+        say(f"{listing['file']}: evidence of {listing['evidence']['axis']} up: {reasons}")
     for sentence in listing["warnings"]:
         say(f"warning: {listing['file']}: {sentence}")

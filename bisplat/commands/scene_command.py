@@ -11,7 +11,7 @@ from tyro.conf import Positional, arg
 from bisplat.commands.given_options import refuse_given
 from bisplat.commands.import_options import print_list, read_own_material, read_rule
 from bisplat.commands.output_file import Force, require_new
-from scenes.files.errors import InputError, printable, reason
+from scenes.files.errors import InputError, printable
 from scenes.files.extras import require_extra
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import say
@@ -77,8 +77,8 @@ def scene(
         up: import only: axis of the mesh that points up (default: y for glTF, z for others).
         shift: import only: what is added to x, y and z of the objects, the gateway and the region, metres. For meshes
             in map coordinates.
-        walls: import only: whether walls and boards that are drawn as closed boxes become one sheet each, or keep both
-            faces, of which each is a slab.
+        walls: import only: whether walls and boards that are drawn with both faces become one sheet each, or keep both,
+            of which each is a slab.
         frequency: import only: frequency in hertz, or such as "3.5 GHz" (default: 915e6, the RFID and LoRa band).
         gateway: import only: position of the gateway, metres.
         boresight: import only: direction in which the gateway looks.
@@ -94,6 +94,7 @@ def scene(
         require_extra("viewer", "the viewer")
     else:
         refuse_given(["--port"], "--view beside it, found none")
+    from scenes.drawing.scene_drawing import draw_scene
     from scenes.importing.imported_file import is_importable
     from scenes.importing.mesh_import import DEFAULT_FREQUENCY, import_scene
     from scenes.importing.part_listing import parts_of
@@ -165,24 +166,27 @@ def scene(
 
         serve(f"bisplat: {place.name}", port, open_tab)
         return
-    if not importable:
+    if importable:
+        failure = _failure_to_draw(place, drawing)
+        if failure:
+            say(f"warning: {failure}; the scene itself is complete")
+    else:
         require_new(drawing, force=force)
-    failure = _draw(place, drawing)
-    if failure and not importable:
-        raise InputError(failure)
-    if failure:
-        say(f"warning: {failure}; the scene itself is complete")
+        draw_scene(place, drawing)
+        failure = None
     _describe(place, json, None if failure else drawing)
 
 
-def _draw(place: Scene, drawing: Path) -> str | None:
-    """Draw a scene, and return why it cannot be drawn. A drawing must not cost the scene."""
+def _failure_to_draw(place: Scene, drawing: Path) -> str | None:
+    """Draw an imported scene, and return why it cannot be drawn. The scene is kept all the same."""
     from scenes.drawing.scene_drawing import draw_scene
 
     try:
         draw_scene(place, drawing)
-    except Exception as error:  # noqa: BLE001 - whatever fails, the scene is not lost
-        return f"{drawing}: expected to draw the scene, found that it cannot be drawn ({reason(error)})"
+    except InputError as error:
+        return str(error)
+    except OSError as error:
+        return f"{drawing}: {error.strerror}"
     return None
 
 

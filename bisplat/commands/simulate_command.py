@@ -65,7 +65,7 @@ def simulate(
 
     from scenes.scene.shapes import bounding_box
     from scenes.storage.scene_yaml import load_scene
-    from simulate.generation.generate import generate
+    from simulate.generation.generate import generate, has_work
     from simulate.generation.simulation import name_of_engine, request_for
     from simulate.positions.given_positions import reach_warning
 
@@ -92,13 +92,19 @@ def simulate(
         folders = {output / name: seen for name, seen in place.by_gateway().items()}
         if not place.further_gateways:
             folders = {output: place}
-    for number, (folder, seen) in enumerate(folders.items()):
-        # Each array has errors of its own.
-        request = request_for(seen, wanted, by, wanted.seed + number)
+    # Each array has errors of its own.
+    requests = {
+        folder: request_for(seen, wanted, by, wanted.seed + number)
+        for number, (folder, seen) in enumerate(folders.items())
+    }
+    for number, (folder, request) in enumerate(requests.items()):
+        if len(requests) > 1:  # the last folder must not be refused after the work on the first
+            has_work(request, folder, places)
         if wanted.positions is not None and number == 0:
             box = bounding_box(np.vstack([request.scene.bounds, request.scene.transmitter.region]))
             warning = reach_warning(request.positions, box, "the scene", "are they in metres, in the scene's frame?")
             if warning is not None:
                 say(f"warning: {wanted.positions}: {warning}")
+    for folder, request in requests.items():
         generate(request, folder, places)
         print(printable(f"{len(request.positions)} spectra: {folder}"))

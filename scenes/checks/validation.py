@@ -13,12 +13,10 @@ import numpy as np
 from scenes.checks.array_clearance import element_positions, obstruction
 from scenes.checks.material_frequency import outdated
 from scenes.checks.occupancy import blocking_object
-from scenes.files.errors import InputError, did_you_mean, named, shown
+from scenes.files.errors import InputError, ParameterError, did_you_mean, named, shown
 from scenes.scene.description import (
     FARTHEST,
-    HIGHEST_FREQUENCY,
     LONGEST_NAME,
-    LOWEST_FREQUENCY,
     MOST_ELEMENTS,
     MOST_IN_A_ROW,
     MOST_TRIANGLES,
@@ -30,6 +28,7 @@ from scenes.scene.description import (
     Scene,
     Transmitter,
 )
+from scenes.scene.frequency import read_frequency
 from scenes.scene.materials import THICKEST
 
 
@@ -59,10 +58,12 @@ def validate(scene: Scene, source: str) -> None:
                 f"further_gateways: expected a name of letters, digits, - and _, except gateway1, found {named(name)}"
             )
         gateways[f"further_gateways.{name}"] = further
-    if not LOWEST_FREQUENCY <= scene.frequency <= HIGHEST_FREQUENCY:
-        refuse(
-            f"frequency must be in hertz, from {LOWEST_FREQUENCY:g} to {HIGHEST_FREQUENCY:g}, found {scene.frequency}"
-        )
+    try:
+        hertz = read_frequency(scene.frequency)
+    except ParameterError as error:
+        refuse(str(error))
+    if hertz != scene.frequency:
+        refuse(f"frequency: expected a number of hertz, found {shown(scene.frequency)}")
     for label, vector in (
         *((f"{name}.position", gateway.position) for name, gateway in gateways.items()),
         *((f"{name}.orientation", gateway.orientation) for name, gateway in gateways.items()),

@@ -10,7 +10,7 @@ from trimesh import Trimesh
 from trimesh.grouping import group_rows
 from trimesh.intersections import mesh_plane
 
-from scenes.checks.enclosure import ceiling_height, cut, enclosing, opened_ceiling
+from scenes.checks.enclosure import UNDER_CEILING, ceiling_height, cut, enclosing, opened_ceiling
 from scenes.scene.description import Scene, SceneObject
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ def section_height(scene: Scene) -> float:
     return float(scene.transmitter.region[:, 2].mean())
 
 
-def draw_plan(axes: Axes, scene: Scene) -> list[str]:
+def draw_plan(axes: Axes, scene: Scene) -> tuple[list[str], str]:
     """Draw a scene from above.
 
     Args:
@@ -36,7 +36,7 @@ def draw_plan(axes: Axes, scene: Scene) -> list[str]:
         scene: the scene.
 
     Returns:
-        The names of the numbered objects, in the order of their numbers 1, 2, …
+        The names of the numbered objects, in the order of their numbers 1, 2, …; and what the plan shows.
     """
     from matplotlib.collections import LineCollection
     from matplotlib.patches import PathPatch, Rectangle
@@ -84,7 +84,16 @@ def draw_plan(axes: Axes, scene: Scene) -> list[str]:
         axes.annotate("", (x + dx, y + dy), (x, y), arrowprops=arrow, zorder=6)
     axes.autoscale_view()
     axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
-    return names
+    return names, _caption(scene, ceiling)
+
+
+def _caption(scene: Scene, ceiling: float) -> str:
+    """Return what the plan shows of a scene with a ceiling at some height, metres."""
+    height = section_height(scene)
+    cut_off = f", cut off at z = {ceiling - UNDER_CEILING:.2f} m" if ceiling < np.inf else ""
+    if any(item.mesh.bounds[0, 2] < height < item.mesh.bounds[1, 2] for item in scene.objects):
+        return f"seen from above{cut_off}; section at z = {height:.2f} m"
+    return f"seen from above{cut_off}; nothing at z = {height:.2f} m, the height of the region"
 
 
 def _draw_from_above(axes: Axes, scene: Scene, ceiling: float, line: float) -> None:

@@ -8,18 +8,14 @@ from typing import Literal
 import numpy as np
 
 from scenes.checks.coincident_faces import drawn_twice
-from scenes.files.errors import named
 from scenes.importing.lengths import plain
 from scenes.importing.material_rules import listed
-from scenes.importing.thick_walls import plates_of, walls_as_sheets
+from scenes.importing.thick_walls import SOLID, walls_as_sheets
 from scenes.scene.description import Scene
 from scenes.scene.permittivity import is_conductor
 
 Walls = Literal["as-sheets", "as-drawn"]
 """Whether walls that are drawn as boxes become sheets, or keep both faces."""
-
-OVERLAP = 1.8
-"""Thicknesses of the slab up to which the slabs of a body's two faces clearly overlap. At 2 they share the body."""
 
 LARGE = 1.0
 """Metres. Smaller bodies that count twice hardly matter."""
@@ -49,52 +45,46 @@ def drawn_walls(scene: Scene, walls: Walls) -> DrawnWalls:
         scene: the scene, with walls as they are drawn.
         walls: what becomes of walls and boards that are drawn as boxes.
     """
+    as_sheets, sheets = walls_as_sheets(scene)
     if walls == "as-drawn":
-        twice = [item.name for item in scene.objects if plates_of(scene, item)]
+        left = {item.name: item for item in as_sheets.objects}
+        twice = [item.name for item in scene.objects if left.get(item.name) is not item]
         twice += [name for name in counted_twice(scene) if name not in twice]
-        remedy = "--walls as-sheets makes a sheet of each that is a plain box"
+        remedy = "--walls as-sheets makes sheets of those that consist of plates"
         sentence = f"waves pass a slab at both faces of {listed(twice)}, which are solid; {remedy}"
         return DrawnWalls(scene, {}, (), (*([sentence] if twice else []), *_coincident(scene)))
-    scene, sheets = walls_as_sheets(scene)
     each = listed(f"{name} ({plain(thickness)} m)" for name, thickness in sheets.items())
     made = (
-        f"made one sheet of each box that is about as thick as its material, and so is one slab: {each}; --walls "
-        "as-drawn keeps both faces"
+        f"made one sheet, with one slab, of each wall and board that is drawn with both its faces: {each}; --walls "
+        "as-drawn keeps the faces"
     )
-    return DrawnWalls(scene, sheets, (made,) if sheets else (), (*_bodies(scene), *_coincident(scene)))
+    warnings = (*_solid(as_sheets), *_coincident(as_sheets))
+    return DrawnWalls(as_sheets, sheets, (made,) if sheets else (), warnings)
 
 
-def counted_twice(scene: Scene) -> dict[str, float]:
-    """Find objects with a large solid body, such as the walls of a house drawn as one body.
+def counted_twice(scene: Scene) -> list[str]:
+    """Return the names of objects with a large solid body.
 
     Args:
         scene: the scene. Walls that are drawn as boxes count, too, until they are sheets.
-
-    Returns:
-        Thickness of the thickest of these bodies in metres, by name of the object.
     """
-    found: dict[str, float] = {}
+    found = []
     for item in scene.objects:
-        if is_conductor(scene.materials[item.material], scene.frequency):
-            continue
-        large = [part for part in item.closed_parts if np.sort(part.extents)[1] > LARGE]
-        # Twice the volume over the area is nearly the thickness of a thin body, whatever its shape.
-        thicknesses = [2 * abs(part.volume) / part.area for part in large]
-        solid = [each for each in thicknesses if each < OVERLAP * scene.thickness(item)]
-        if solid:
-            found[item.name] = max(solid)
+        if not is_conductor(scene.materials[item.material], scene.frequency):
+            large = [part for part in item.closed_parts if np.sort(part.extents)[1] > LARGE]
+            # Twice the volume over the area is nearly the thickness of a thin body, whatever its shape.
+            if any(2 * abs(part.volume) < SOLID * scene.thickness(item) * part.area for part in large):
+                found.append(item.name)
     return found
 
 
-def _bodies(scene: Scene) -> list[str]:
+def _solid(scene: Scene) -> list[str]:
     twice = counted_twice(scene)
     if not twice:
         return []
-    name, thickness = max(twice.items(), key=lambda pair: pair[1])
     return [
-        f"waves pass a slab at both faces of {listed(twice)}, which are solid but no plain boxes; draw each of their "
-        f"walls as a box or a sheet of its own, or share the slab between the faces in scene.yaml (thickness: "
-        f"{plain(thickness / 2)} for {named(name)})"
+        f"waves pass a slab at both faces of {listed(twice)}, which are solid but do not consist of plates; draw each "
+        "of their walls as a box or a sheet of its own"
     ]
 
 

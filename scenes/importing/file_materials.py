@@ -85,6 +85,18 @@ def material_at(name: str, frequency: float, own: Mapping[str, RadioMaterial]) -
         raise OutsideP2040(error.name, error.frequency, advice) from None
 
 
+def proposed_rule(name: str) -> str:
+    """Write a rule for a name, without its material, that the user can copy into a shell.
+
+    Args:
+        name: the name.
+
+    >>> print(proposed_rule("Wall [3]"), proposed_rule("-x"))
+    'Wall [3]=MATERIAL' '?x=MATERIAL'
+    """
+    return quoted(f"?{name[1:]}=MATERIAL" if name.startswith("-") else f"{name}=MATERIAL")  # no option begins with "?"
+
+
 def quoted(word: str) -> str:
     """Write a word of a command that the user can copy into a shell.
 

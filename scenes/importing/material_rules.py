@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from fnmatch import fnmatchcase
 
 from scenes.files.errors import InputError, named
-from scenes.importing.file_materials import known_material, material_at, quoted, require_known
+from scenes.importing.file_materials import known_material, material_at, proposed_rule, require_known
 from scenes.importing.imported_file import ImportedFile, ImportedPart
+from scenes.importing.mitsuba_xml import SIONNA_DEFAULTS
 from scenes.scene.materials import RadioMaterial
 
 Rule = tuple[str, str]
@@ -25,7 +26,7 @@ class Choice:
     Attributes:
         material: the material; None if there is none.
         by: what chose it, such as 'the rule "Wall*=concrete"'; or why there is none.
-        from_file: whether the file states the material.
+        from_file: whether the file states the material, and the user gives no values for it.
     """
 
     material: RadioMaterial | None
@@ -109,7 +110,7 @@ def _choice(
             known = None if part.material is None else known_material(part.material, own)
             stated = None if known is None else material_at(known, frequency, own)
         if stated is not None:
-            return Choice(stated, f'the file\'s "{part.material or stated.name}"', from_file=True)
+            return Choice(stated, f'the file\'s "{part.material or stated.name}"', stated.name not in own)
         if default is not None:
             return Choice(material_at(default, frequency, own), "the default")
     except InputError as error:
@@ -130,7 +131,7 @@ def require_materials(file: ImportedFile, choices: Sequence[Choice]) -> list[Rad
     if without:
         raise InputError(
             f"{file.path}: expected a material for every object, found none for {listed(without)}; add a rule such as "
-            f"--material {quoted(f'{without[0]}=MATERIAL')}, or --default-material MATERIAL; --list shows all names"
+            f"--material {proposed_rule(without[0])}, or --default-material MATERIAL; --list shows all names"
         )
     return [choice.material for choice in choices if choice.material is not None]
 
@@ -164,16 +165,29 @@ def _shown(rule: Rule) -> str:
     return named("=".join(rule))
 
 
-def stated_materials(file: ImportedFile, choices: Sequence[Choice]) -> str:
-    """Say which materials were taken from the file; empty if none was."""
+def stated_materials(file: ImportedFile, choices: Sequence[Choice]) -> list[str]:
+    """Say which materials were taken from the file, and which thickness was assumed for them.
+
+    Args:
+        file: the file.
+        choices: the materials of its parts.
+    """
     taken: dict[str, list[str]] = {}
     for part, choice in zip(file.parts, choices, strict=True):
         if choice.from_file and choice.material is not None:
             taken.setdefault(choice.material.name, []).append(part.name)
-    if not taken:
-        return ""
     counted = [f"{name} ({listed(parts, 3)})" for name, parts in taken.items()]
-    return f"took materials that the file names: {'; '.join(counted)}"
+    sentences = [f"took materials that the file names: {'; '.join(counted)}"] if taken else []
+    usual = SIONNA_DEFAULTS["thickness"]
+    assumed = [
+        choice.material.name
+        for part, choice in zip(file.parts, choices, strict=True)
+        if choice.from_file and choice.material and part.shape and not part.shape.states_thickness
+        if choice.material.thickness == usual
+    ]
+    if assumed:
+        sentences.append(f"assumed a thickness of {usual:g} m, as Sionna RT does, for {listed(assumed)}")
+    return sentences
 
 
 def listed(names: Iterable[str], most: int = LISTED) -> str:

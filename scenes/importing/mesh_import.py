@@ -43,7 +43,7 @@ class ImportReport:
             which the scene is much larger or smaller than the space between gateway and transmitter.
         assumed: sentences about what was assumed or taken from the file: the up axis, the unit, and materials.
         up: the file's vertical axis, "y" or "z".
-        sheets: thickness of the slab, metres, of each object that was drawn as closed boxes and is now sheets, by name.
+        sheets: thickness of the slab, metres, of each object that was drawn with both faces and is now sheets, by name.
     """
 
     sizes: dict[str, tuple[float, float, float]]
@@ -60,7 +60,7 @@ def import_scene(
     default_material: str | None = None,
     unit: str = "m",
     up: str | None = None,
-    frequency: float = DEFAULT_FREQUENCY,
+    frequency: float | str = DEFAULT_FREQUENCY,
     *,
     gateway: Gateway,
     transmitter: Transmitter,
@@ -96,15 +96,15 @@ def import_scene(
         shift: what is added to all coordinates x, y, z, also those of the gateway and the region, metres, world frame.
             For files in map coordinates.
         own_materials: materials whose values you give, by name. They take precedence over others of the same name.
-        walls: "as-sheets" makes walls and boards that are drawn as closed boxes, at most twice as thick as the slab of
-            their material, one sheet each, whose slab is as thick as the box. "as-drawn" keeps both faces, and waves
-            pass a slab at each.
+        walls: "as-sheets" makes walls and boards that are drawn with both faces, at most twice as far apart as the slab
+            of their material is thick, one sheet each, whose slab is as thick as they are. "as-drawn" keeps both faces,
+            and waves pass a slab at each.
 
     Returns:
         The scene, and a report with ``sizes`` (metres along x, y and z, by name of the object), ``degenerate`` (number
         of dropped triangles, by name of the object), ``warnings`` (sentences about possible mistakes), ``assumed``
         (sentences about what was assumed or taken from the file) and ``sheets`` (thickness in metres, by name of the
-        object that was drawn as boxes and is now sheets).
+        object that was drawn with both faces and is now sheets).
 
     Raises:
         InputError: the file cannot be read, an object has no material, a material is unknown at the frequency, the unit
@@ -124,7 +124,7 @@ def import_scene(
         >>> scene.objects[0].material, report.sizes, report.sheets, report.warnings
         ('concrete', {'yard': (4.0, 3.0, 0.0)}, {'yard': 0.1}, ())
     """
-    frequency = read_frequency(frequency)
+    hertz = read_frequency(frequency)
     own = _own_materials(own_materials)
     moved = _triple(shift)
     file = read_file(path)
@@ -139,9 +139,9 @@ def import_scene(
     antennas = np.vstack([gateway.position, transmitter.corners()])
     axis = up or file.up
     objects, resolved, report = import_objects(
-        file, materials, default_material, unit, axis, frequency, shift=moved, own_materials=own
+        file, materials, default_material, unit, axis, hertz, shift=moved, own_materials=own
     )
-    scene = Scene(plain_name(file.path.stem), frequency, gateway, transmitter, tuple(objects), resolved)
+    scene = Scene(plain_name(file.path.stem), hertz, gateway, transmitter, tuple(objects), resolved)
     # Before other checks: if the scene has the wrong place or size, they would blame the gateway.
     far = far_from_origin(scene.bounds, antennas, moved)
     if far is not None:
@@ -216,12 +216,12 @@ def import_objects(
         objects.append(SceneObject(part.name, mesh, material))
     sizes = {each.name: _size(each.mesh) for each in objects}
     warnings = [*file.left_out, *rule_warnings(file, materials), *rounding_warnings(file, METRES[unit])]
-    stated = stated_materials(file, choices)
+    assumed = stated_materials(file, choices)
     report = ImportReport(
         sizes,
         degenerate,
         tuple(f"{file.path}: {sentence}" for sentence in warnings),
-        (f"{file.path}: {stated}",) if stated else (),
+        tuple(f"{file.path}: {sentence}" for sentence in assumed),
         up,
     )
     return objects, resolved, report

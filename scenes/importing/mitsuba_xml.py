@@ -21,8 +21,9 @@ from scenes.files.extras import require_extra
 from scenes.files.input_file import beside
 from scenes.files.number_text import parse_number
 from scenes.files.xml_file import read_xml
-from scenes.importing.file_materials import known_material, material_at, quoted, short_name
-from scenes.importing.mesh_files import read_mesh_file, require_ordinary
+from scenes.importing.file_materials import known_material, material_at, proposed_rule, short_name
+from scenes.importing.formats.mesh_checks import require_ordinary
+from scenes.importing.mesh_files import read_mesh_file
 from scenes.scene.materials import RadioMaterial, material_names
 from scenes.scene.shapes import box, sheet, union
 
@@ -70,6 +71,11 @@ class MitsubaShape:
         """Id of the material, such as "mat-itu_concrete"; None if there is none."""
         return None if self.bsdf is None else self.bsdf.get("id")
 
+    @property
+    def states_thickness(self) -> bool:
+        """Whether the file has the thickness of the material."""
+        return self.bsdf is not None and any(child.get("name") == "thickness" for child in self.bsdf)
+
     def radio_material(self, frequency: float, own: Mapping[str, RadioMaterial] | None = None) -> RadioMaterial | None:
         """Return the shape's radio material, named by the id of the bsdf without "mat-", "itu_" and Blender's number.
 
@@ -104,7 +110,7 @@ class MitsubaShape:
                 suggestion = did_you_mean(wanted, material_names())
                 raise InputError(
                     f"{label}: expected a material of ITU-R P.2040, found {named(wanted)}; {suggestion} (or assign "
-                    f"one: --material {quoted(f'{self.bsdf_id or self.name}=MATERIAL')})"
+                    f"one: --material {proposed_rule(self.bsdf_id or self.name)})"
                 )
         else:
             return None
@@ -238,7 +244,7 @@ def _shape(element: Element, index: int, path: Path, bsdfs: dict[str, Element]) 
         raise InputError(f"{label}: expected one bsdf, found {len(made_of)}")
     with np.errstate(all="ignore"):  # numbers that are not finite are refused below
         mesh.apply_transform(_to_world(element, label))
-    require_ordinary(mesh, label)
+    require_ordinary(mesh.vertices, label)
     return MitsubaShape(name, mesh, made_of[0] if made_of else None, label, mesh_file, left_out)
 
 

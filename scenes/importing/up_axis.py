@@ -85,7 +85,7 @@ def up_doubt(file: ImportedFile, up: str | None, antennas: Float[np.ndarray, "n 
     evidence, axis = up_evidence(file, antennas, metres), up or file.up
     if evidence is None or evidence.axis == axis or (up and evidence.weight < DECISIVE):
         return None
-    reasons = ", and ".join(evidence.reasons)
+    reasons = "; ".join(evidence.reasons)
     if up is None and evidence.weight >= DECISIVE:
         return UpDoubt(
             f"expected {axis} to point up, as usual for {file.path.suffix[1:].upper()}, found that {reasons}; add "

@@ -12,7 +12,9 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
+from scenes.files.array_argument import check_array
 from scenes.files.errors import InputError, shown
+from scenes.files.options import check_kinds
 from scenes.scene.closed_parts import closed_parts
 from scenes.scene.materials import RadioMaterial
 
@@ -21,8 +23,6 @@ SPEED_OF_LIGHT = 299_792_458.0
 
 PATTERNS = ("iso", "dipole", "hw_dipole", "tr38901")
 POLARIZATIONS = ("V", "H")
-LOWEST_FREQUENCY, HIGHEST_FREQUENCY = 1e6, 1e12
-"""Hertz. The wavelength is 300 m at the lower end. Above the upper end, most surfaces are rough."""
 MOST_IN_A_ROW, MOST_ELEMENTS = 64, 1024
 """Most rows or columns, and most elements, of an array. Memory grows with the elements, or with their square."""
 WIDEST_SPACING = 100.0
@@ -32,7 +32,7 @@ LONGEST_NAME = 200
 MOST_TRIANGLES = 2_000_000
 """Most triangles of a scene. The import of 5 million took 85 s and 7 GB on one core; drawing takes 30 µs each."""
 FARTHEST = 1e5
-"""Largest coordinate, metres. Rays are traced in single precision, which rounds 100 km to 8 mm."""
+"""Largest coordinate, metres. Models compute in single precision, which rounds 100 km to 8 mm."""
 UNIT_TOLERANCE = 1e-3
 """Largest deviation of a quaternion's length from 1. Published quaternions often have only a few digits."""
 
@@ -42,12 +42,18 @@ Quaternion = tuple[float, float, float, float]
 
 def _unit(orientation: Sequence[float]) -> Quaternion:
     """Scale a quaternion to length 1 if its length is nearly 1. Others are left for ``validate`` to refuse."""
+    orientation = check_array("orientation", orientation, (4,), "a quaternion x, y, z, w", finite=False).tolist()
     norm = math.sqrt(sum(component * component for component in orientation))
     # A length that is 1 within rounding is left alone, so that a scene read from a file equals the one written.
     if 1e-12 < abs(norm - 1) <= UNIT_TOLERANCE:
         orientation = [component / norm for component in orientation]
     x, y, z, w = (float(component) for component in orientation)
     return x, y, z, w
+
+
+def _vector(parameter: str, given: Sequence[float]) -> Vector3:
+    x, y, z = check_array(parameter, given, (3,), "a position x, y, z", finite=False).tolist()
+    return x, y, z
 
 
 def facing(boresight: Vector3) -> Quaternion:
@@ -77,10 +83,11 @@ def facing(boresight: Vector3) -> Quaternion:
         >>> (gateway.boresight.round(6) + 0.0).tolist()
         [-1.0, 0.0, 0.0]
     """
-    length = float(np.linalg.norm(boresight))
+    direction = check_array("boresight", boresight, (3,), "a direction x, y, z", finite=False)
+    length = float(np.linalg.norm(direction))
     if not (math.isfinite(length) and length > 0):
         raise InputError(f"boresight: expected a direction, found {shown(list(boresight))}")
-    z = np.asarray(boresight) / length
+    z = direction / length
     up = np.array([0.0, 0.0, 1.0]) if abs(z[2]) < 1 - 1e-9 else np.array([0.0, 1.0, 0.0])
     x = np.cross(up, z)
     x /= np.linalg.norm(x)
@@ -146,7 +153,8 @@ class Gateway:
     polarization: str = "V"
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "position", tuple(map(float, self.position)))
+        check_kinds(self)
+        object.__setattr__(self, "position", _vector("position", self.position))
         object.__setattr__(self, "orientation", _unit(self.orientation))
 
     @property
@@ -188,7 +196,7 @@ class Transmitter:
 
     def __post_init__(self) -> None:
         for corner in ("region_min", "region_max"):
-            object.__setattr__(self, corner, tuple(map(float, getattr(self, corner))))
+            object.__setattr__(self, corner, _vector(corner, getattr(self, corner)))
         object.__setattr__(self, "orientation", _unit(self.orientation))
 
     @property

@@ -6,7 +6,9 @@ import re
 from numbers import Real
 
 from scenes.files.errors import ParameterError, shown
-from scenes.scene.description import HIGHEST_FREQUENCY, LOWEST_FREQUENCY
+
+LOWEST_FREQUENCY, HIGHEST_FREQUENCY = 1e6, 1e12
+"""Hertz. The wavelength is 300 m at the lower end. Above the upper end, most surfaces are rough."""
 
 HERTZ = {"hz": 1.0, "khz": 1e3, "mhz": 1e6, "ghz": 1e9}
 """Units of frequency, in hertz."""

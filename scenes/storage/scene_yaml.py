@@ -13,7 +13,15 @@ from msgspec.structs import asdict
 from scenes.checks.material_frequency import doubts
 from scenes.checks.validation import validate
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError, ParameterError, cut, did_you_mean, named
+from scenes.files.errors import (
+    InputError,
+    ParameterError,
+    cut,
+    did_you_mean,
+    named,
+    require_instance,
+    require_path,
+)
 from scenes.files.folder_lock import locked
 from scenes.files.input_file import beside
 from scenes.files.plain_text import say
@@ -298,6 +306,8 @@ def write_scene(scene: Scene, folder: str | Path, replaceable: Mapping[Path, str
         >>> bisplat.load_scene(path) == bisplat.load_scene("closet")
         True
     """
+    require_instance(Scene, scene=scene)
+    require_path(folder=folder)
     folder = Path(folder)
     path = folder / "scene.yaml"
     validate(scene, str(path))

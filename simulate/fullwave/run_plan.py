@@ -10,7 +10,7 @@ import trimesh
 from jaxtyping import Float, Int
 
 from scenes.checks.array_clearance import element_positions
-from scenes.checks.outer_walls import in_outer_wall
+from scenes.checks.outer_walls import in_outer_wall, outline
 from scenes.files.errors import ParameterError
 from scenes.scene.description import SPEED_OF_LIGHT, Scene
 from scenes.scene.permittivity import refractive_index
@@ -184,6 +184,6 @@ def _decay_time(scene: Scene, slabs: list[Slabs], conductors: Float[np.ndarray, 
         absorbing += (1 - reflected) * outer
         depth = -4 * np.pi / scene.wavelength * index.imag * (each.stop - each.start)
         absorbing += 2 * float(((1 - np.exp(-depth)) * area)[~each.outer].sum())
-    closed += float(trimesh.triangles.area(conductors)[in_outer_wall(scene, conductors)].sum())
+    closed += float(trimesh.triangles.area(conductors)[in_outer_wall(conductors, outline(scene))].sum())
     open_surface = max(surface - closed, 0.02 * surface)  # at least 2 %, since even metal rooms have gaps
     return 4 * volume / (SPEED_OF_LIGHT * (absorbing + open_surface)) * DECAY

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from scenes.files.folder_lock import LOCK
+from scenes.files.temporary import is_temporary
 from tests.attack.fork_server import LONGEST, MOST_MEMORY, Ended, ForkServer
 from tests.attack.victims import Victim, make_files
 
@@ -111,7 +112,7 @@ class Workplace:
 
     def _leftovers(self) -> set[str]:
         """Names of files that only unfinished work needs."""
-        return {path.name for path in self.here.rglob("*") if path.name == LOCK or path.suffix == ".tmp"}
+        return {path.name for path in self.here.rglob("*") if path.name == LOCK or is_temporary(path.name)}
 
     def _seen(self, output: tuple[str, ...]) -> dict[str, object]:
         """What is in the folder apart from the output; and, where files are huge or no files, what they are."""

@@ -132,7 +132,7 @@ def test_help_on_the_package_leaves_out_only_what_traces_rays(place):
     code = (
         "from tests.bisplat.without_extras import hide_extras; hide_extras()\n"
         "import bisplat, pydoc; print(pydoc.render_doc(bisplat)); from bisplat import *\n"
-        "print(bisplat._HOMES.keys() - globals().keys())"
+        "print(bisplat._homes().keys() - globals().keys())"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, env=ENVIRONMENT, cwd=place)
     assert done.returncode == 0, done.stderr

@@ -20,7 +20,7 @@ from scipy.spatial import cKDTree
 from trimesh import Trimesh
 
 from scenes.checks.occupancy import holds_antennas
-from scenes.checks.outer_walls import in_outer_wall, scene_beyond
+from scenes.checks.outer_walls import beyond, in_outer_wall, outline
 from scenes.scene.closed_parts import merge_corners
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import RadioMaterial
@@ -56,8 +56,11 @@ def conducting_triangles(scene: Scene) -> Float[np.ndarray, "n 3 3"]:
 
 def dielectric_slabs(scene: Scene) -> list[Slabs]:
     """The slabs of all objects that are not conductors."""
+    around = outline(scene)
     return [
-        _slabs_of(scene, item) for item in scene.objects if not is_conductor(_material(scene, item), scene.frequency)
+        _slabs_of(scene, item, around)
+        for item in scene.objects
+        if not is_conductor(_material(scene, item), scene.frequency)
     ]
 
 
@@ -65,7 +68,7 @@ def _material(scene: Scene, item: SceneObject) -> RadioMaterial:
     return scene.materials[item.material]
 
 
-def _slabs_of(scene: Scene, item: SceneObject) -> Slabs:
+def _slabs_of(scene: Scene, item: SceneObject, around: Float[np.ndarray, "n 3"]) -> Slabs:
     material = _material(scene, item)
     thickness = scene.thickness(item)
     closed = item.closed_parts
@@ -73,7 +76,7 @@ def _slabs_of(scene: Scene, item: SceneObject) -> Slabs:
     if sum(len(part.faces) for part in closed) < len(item.mesh.faces):
         parts = merge_corners(item.mesh).split(only_watertight=False, repair=False)  # repair would close open boxes
         open_parts = [part for part in parts if not part.is_watertight]
-        pieces += [_of_sheet(scene, part.triangles, thickness) for part in open_parts]
+        pieces += [_of_sheet(part.triangles, thickness, around) for part in open_parts]
     triangles, normals, start, stop, outer = (np.concatenate(values) for values in zip(*pieces, strict=True))
     return Slabs(material, triangles, normals, start, stop, outer)
 
@@ -88,10 +91,12 @@ def _of_closed_part(scene: Scene, part: Trimesh, thickness: float) -> tuple[np.n
     return part.triangles, normals, start, stop, np.full(len(normals), room)
 
 
-def _of_sheet(scene: Scene, triangles: Float[np.ndarray, "n 3 3"], thickness: float) -> tuple[np.ndarray, ...]:
+def _of_sheet(
+    triangles: Float[np.ndarray, "n 3 3"], thickness: float, around: Float[np.ndarray, "points 3"]
+) -> tuple[np.ndarray, ...]:
     """The slab behind the sheet of an outer wall, or on both sides of another sheet."""
-    normals, front, back = scene_beyond(scene, triangles)
-    outer = in_outer_wall(scene, triangles)
+    normals, front, back = beyond(triangles, around)
+    outer = in_outer_wall(triangles, around)
     away = np.where(front < back, 1.0, -1.0)  # the normal points away from the scene
     normals = np.where(outer[:, None], away[:, None] * normals, normals)
     start = np.where(outer, 0.0, -thickness / 2)
@@ -118,13 +123,13 @@ def face_slabs(scene: Scene) -> FaceSlabs:
     Args:
         scene: the scene.
     """
-    fronts, outer = [], []
+    fronts, outer, around = [], [], outline(scene)
     for item in scene.objects:
         if is_conductor(_material(scene, item), scene.frequency):
             fronts.append(np.zeros((len(item.mesh.faces), 2)))
-            outer.append(in_outer_wall(scene, item.mesh.triangles))
+            outer.append(in_outer_wall(item.mesh.triangles, around))
             continue
-        slabs = _slabs_of(scene, item)
+        slabs = _slabs_of(scene, item, around)
         _, which = cKDTree(slabs.triangles.mean(axis=1)).query(item.mesh.triangles_center)
         along = (slabs.normals[which] * item.mesh.face_normals).sum(axis=1) > 0
         reach = np.column_stack([slabs.stop[which], -slabs.start[which]])

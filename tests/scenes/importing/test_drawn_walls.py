@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import numpy as np
 import pytest
 import trimesh
 
@@ -15,11 +16,12 @@ from scenes.scene.shapes import box, union
 from tests.small_scene import small_scene
 
 WALL = SceneObject("wall", box((1, -1, 0.1), (1.2, 1, 2.5)), "concrete")
-CORNER = SceneObject(
-    "corner",
+ANGLES = np.linspace(0, np.pi / 2, 10)
+CURVED = SceneObject(
+    "curved",
     trimesh.creation.extrude_triangulation(
-        [(-4, 1), (-1, 1), (-1, 1.2), (-3.8, 1.2), (-3.8, 3), (-4, 3)],
-        [(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 4, 5)],
+        np.concatenate([r * np.column_stack([np.cos(ANGLES), np.sin(ANGLES)]) - [4, 0] for r in (1.4, 1.6)]),
+        [face for k in range(9) for face in ([k, 10 + k, 11 + k], [k, 11 + k, k + 1])],
         2.5,
     ),
     "concrete",
@@ -36,29 +38,26 @@ def test_sheets_are_said_with_their_thickness():
 
 
 def test_walls_as_drawn_are_kept_and_warned_of():
-    scene = small_scene(WALL, CORNER)
+    scene = small_scene(WALL, CURVED)
     found = drawn_walls(scene, "as-drawn")
     assert found.scene is scene and found.sheets == {} and found.assumed == ()
     (sentence,) = found.warnings
-    assert "wall, corner" in sentence and "--walls as-sheets" in sentence
+    assert "wall, curved" in sentence and "--walls as-sheets" in sentence
     assert drawn_walls(small_scene(), "as-drawn").warnings == ()
 
 
-def test_walls_in_one_body_are_told_with_what_to_write():
-    found = drawn_walls(small_scene(WALL, CORNER), "as-sheets")
-    (sentence,) = found.warnings
-    assert "faces of corner, which" in sentence and 'thickness: 0.0892 for "corner"' in sentence
-    shared = replace(found.scene.objects[-1], thickness=0.0892)  # as the sentence says
-    assert drawn_walls(replace(found.scene, objects=(*found.scene.objects[:-1], shared)), "as-sheets").warnings == ()
+def test_walls_that_cannot_be_sheets_are_told():
+    (sentence,) = drawn_walls(small_scene(WALL, CURVED), "as-sheets").warnings
+    assert "faces of curved, which" in sentence and "as a box or a sheet of its own" in sentence
 
 
 def test_rooms_houses_and_metal_do_not_count_twice():
     scene = small_scene(
         SceneObject("room", box((-2, -2, 0.1), (4, 2, 2.5)), "concrete"),
         SceneObject("house", box((5, 5, 0.1), (9, 9, 6)), "concrete"),
-        SceneObject("screen", replace(CORNER, material="metal").mesh, "metal"),
+        SceneObject("screen", CURVED.mesh, "metal"),
     )
-    assert counted_twice(scene) == {}
+    assert counted_twice(scene) == []
 
 
 def test_faces_drawn_twice_are_said():

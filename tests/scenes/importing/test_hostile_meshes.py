@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from scenes.files.errors import InputError
-from scenes.importing import mesh_files
+from scenes.importing.formats import gltf_arrays
 from scenes.importing.imported_file import read_file
 from scenes.importing.mesh_files import read_mesh_file
 from scenes.importing.mesh_import import import_scene
@@ -76,8 +76,9 @@ def test_buffers_beside_a_gltf_are_read_up_to_a_size(tmp_path, monkeypatch):
     path.write_bytes(hostile.gltf_bytes(buffers=[buffer]))
     assert [part.name for part in read_mesh_file(path).parts] == ["wall"]
     (tmp_path / "data" / "my wall.bin").write_bytes(data + bytes(1000))
-    monkeypatch.setattr(mesh_files, "LARGEST_FILE", 1500)
-    path.write_bytes(hostile.gltf_bytes(buffers=[buffer] * 2))  # each fits, and both together do not
+    monkeypatch.setattr(gltf_arrays, "LARGEST_FILE", 1500)
+    views = [{"buffer": 0, "byteLength": 36}, {"buffer": 1, "byteOffset": 36, "byteLength": 12}]
+    path.write_bytes(hostile.gltf_bytes(buffers=[buffer] * 2, bufferViews=views))  # each fits, both together do not
     assert "my wall.bin: expected a buffer of glTF of at most" in refusal(read_mesh_file, path)
 
 

@@ -92,8 +92,8 @@ def test_a_material_that_the_file_names_comes_after_rules_and_before_the_default
     assert chosen(default="wood") == ["wood", "concrete", "wood", "wood"]
     assert chosen("*=metal", default="wood") == ["metal"] * 4
     choices = choose_materials(FILE, [], "wood", 2.4e9, {})
-    assert stated_materials(FILE, choices) == "took materials that the file names: concrete (Facade.001/Concrete)"
-    assert stated_materials(FILE, choose_materials(FILE, [("*", "wood")], None, 2.4e9, {})) == ""
+    assert stated_materials(FILE, choices) == ["took materials that the file names: concrete (Facade.001/Concrete)"]
+    assert stated_materials(FILE, choose_materials(FILE, [("*", "wood")], None, 2.4e9, {})) == []
 
 
 def test_own_materials_in_rules_and_by_the_file():
@@ -115,7 +115,7 @@ def test_a_material_out_of_range_can_be_given_as_the_sentence_says():
     assert chosen("*=wet_ground", own=own, frequency=28e9) == ["wet_ground"] * 4
 
 
-@pytest.mark.parametrize("name", ["Wand 3", "it's", 'a "b"', "a=b", "$HOME", "Object [3]", "x;ls", "ü"])
+@pytest.mark.parametrize("name", ["Wand 3", "-x", "it's", 'a "b"', "a=b", "$HOME", "Object [3]", "x;ls", "ü"])
 def test_the_rule_that_a_refusal_proposes_works_in_a_shell(name):
     file = ImportedFile(Path("x.obj"), [ImportedPart(name, MESH, name)], "z")
     with pytest.raises(InputError, match="expected a material for every object") as refusal:

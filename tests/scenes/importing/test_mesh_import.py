@@ -76,9 +76,10 @@ def test_obj_groups_are_objects(tmp_path):
     objects, _ = import_mesh(tmp_path / "room.obj", [("chair*", "plywood")], "wood")
     assert [(o.name, o.material, len(o.mesh.faces)) for o in objects] == [
         ("chair_seat", "plywood", 1),
-        ("table_top", "wood", 2),
+        ("table_top/oak", "wood", 1),
+        ("table_top/pine", "wood", 1),
     ]
-    np.testing.assert_allclose(objects[1].mesh.bounds, [[0, 0, 0], [2, 3, 1]])  # z up, as it is
+    np.testing.assert_allclose(objects[2].mesh.bounds, [[0, 0, 0], [2, 0, 1]])  # z up, as it is
 
 
 @pytest.mark.parametrize("suffix", [".stl", ".ply", ".off"])
@@ -122,7 +123,7 @@ def test_solids_of_one_stl_are_numbered(tmp_path):
 def test_unmatched_objects_are_listed(tmp_path):
     (tmp_path / "room.obj").write_text(OBJ)
     advice = "add a rule such as --material chair_seat=MATERIAL, or"
-    with pytest.raises(InputError, match=f"found none for chair_seat, table_top; {advice}"):
+    with pytest.raises(InputError, match=f"found none for chair_seat, table_top/oak, table_top/pine; {advice}"):
         import_mesh(tmp_path / "room.obj", [("sofa*", "wood")])
 
 
@@ -131,7 +132,9 @@ def test_rule_that_matches_nothing_is_a_warning(tmp_path):
     rules = [("sofa*", "wood"), ("chair*", "plywood"), ("chair_seat", "metal"), ("room", "wood")]
     _, report = import_mesh(tmp_path / "room.obj", rules)
     idle, shadowed = report.warnings  # not of the one for the whole file
-    assert idle.endswith('the material rule "sofa*=wood" matches no object; the objects are chair_seat, table_top')
+    assert idle.endswith(
+        'the material rule "sofa*=wood" matches no object; the objects are chair_seat, table_top/oak, table_top/pine'
+    )
     assert shadowed.endswith('rule "chair_seat=metal" never counts, since its objects go to "chair*=plywood"')
 
 

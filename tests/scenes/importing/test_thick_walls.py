@@ -7,8 +7,8 @@ import pytest
 import trimesh
 from trimesh import Trimesh
 
-from scenes.importing.drawn_walls import counted_twice
-from scenes.importing.thick_walls import plates, walls_as_sheets
+from scenes.importing.plates import plates
+from scenes.importing.thick_walls import walls_as_sheets
 from scenes.places.office import office
 from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
 from scenes.scene.materials import p2040_materials
@@ -76,6 +76,7 @@ def test_boxes_without_ends_and_mitred_walls_are_plates():
     mitred = wall.copy()
     mitred.vertices[(wall.vertices[:, 0] > 3.1) & (wall.vertices[:, 1] > 2)] += [0, 0.2, 0]
     (plate,) = plates(mitred, 0.4)
+    assert plate.thickness == 0.2
     assert Trimesh(plate.sheet.reshape(-1, 3), np.arange(6).reshape(2, 3)).area == pytest.approx(3.2 * Z)  # no gap
 
 
@@ -114,7 +115,36 @@ def test_other_parts_and_other_thicknesses_become_objects_of_their_own():
     assert found["inside, 0.12 m thick"].mesh.area == pytest.approx(8)
 
 
+def test_house_in_one_body_is_divided_into_its_walls():
+    """Outer walls of 0.2 m around two rooms, and a wall of 0.1 m with a doorway between them."""
+    rooms = [(0.2, 3.2, 0.2, 4.2), (3.3, 6.2, 0.2, 4.2), (3.2, 3.3, 1.0, 2.0)]
+    house = prism(sheet((-T, -T, 0), (X + 2 * T, 0, 0), (0, Y + 2 * T, 0), openings=rooms), Z)
+    assert house.is_watertight
+    scene, sheets = walls_as_sheets(replace(room(), objects=(SceneObject("house", house, "concrete"),)))
+    assert (
+        sheets == {"house, 0.2 m thick": 0.2, "house, 0.1 m thick": 0.1} == {o.name: o.thickness for o in scene.objects}
+    )
+    outer, inner = (item.mesh for item in scene.objects)
+    planes = {
+        (axis, round(float(t[0, axis]), 3)) for t in outer.triangles for axis in (0, 1) if np.ptp(t[:, axis]) < 1e-9
+    }
+    assert planes == {(0, 0.0), (0, X), (1, 0.0), (1, Y)}  # their inner faces, which meet in the corners of the rooms
+    assert inner.area == pytest.approx(3 * Z)
+    np.testing.assert_allclose(inner.bounds[:, 0], 3.05)
+
+
+def test_outer_wall_of_several_thicknesses_has_a_sheet_for_each():
+    steps = trimesh.creation.extrude_triangulation(
+        [(1, 1), (3, 1), (5, 1), (5, 1.1), (3, 1.1), (3, 1.3), (1, 1.3)],
+        [(0, 1, 4), (1, 2, 3), (1, 3, 4), (0, 4, 5), (0, 5, 6)],
+        2.5,
+    )
+    scene, sheets = walls_as_sheets(room(SceneObject("steps", steps, "concrete")))
+    assert sheets == {"walls": T, "steps, 0.3 m thick": 0.3, "steps, 0.1 m thick": 0.1}
+    assert [item.mesh.area for item in scene.objects[1:]] == pytest.approx([5.0, 5.0])
+
+
 def test_places_of_ours_are_drawn_right_already():
     place = office()
-    assert walls_as_sheets(place) == (place, {}) and not counted_twice(place)
+    assert walls_as_sheets(place) == (place, {})
     assert walls_as_sheets(replace(place, objects=place.objects[:1]))[1] == {}

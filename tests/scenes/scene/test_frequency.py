@@ -1,10 +1,15 @@
 """A frequency is read with its unit, and a number in megahertz or gigahertz is refused with the hertz to write."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from scenes.files.errors import ParameterError
+from scenes.checks.validation import validate
+from scenes.files.errors import InputError, ParameterError
+from scenes.places.closet import closet
 from scenes.scene.frequency import read_frequency
+from scenes.scene.materials import p2040_materials
 
 READ = [
     *((915e6, 915e6), (np.float32(915e6), 915e6), (10**9, 1e9), ("915e6", 915e6), ("915 MHz", 915e6)),
@@ -45,3 +50,12 @@ NONE = [0, -915e6, 1e13, 10**400, float("nan"), float("inf"), "nan", "9e999", ""
 def test_what_is_no_frequency(given):
     with pytest.raises(ParameterError, match=r"^frequency: expected hertz, from 1e6 to 1e12, .*, found [^;]*$"):
         read_frequency(given)
+
+
+def test_gigahertz_given_to_python_are_recognised():
+    with pytest.raises(InputError, match=r"frequency: expected hertz, .* found 2.4; 2.4 GHz are 2.4e9"):
+        p2040_materials(["concrete"], 2.4)
+    with pytest.raises(InputError, match=r"closet: frequency: expected hertz, .* found 915; 915 MHz are 915e6"):
+        validate(replace(closet(), frequency=915), "closet")
+    with pytest.raises(InputError, match=r"closet: frequency: expected a number of hertz, found '915 MHz'"):
+        validate(replace(closet(), frequency="915 MHz"), "closet")

@@ -8,9 +8,11 @@ import pytest
 from scenes.importing.thick_walls import walls_as_sheets
 from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
 from scenes.scene.materials import RadioMaterial
-from scenes.scene.shapes import box, sheet
+from scenes.scene.shapes import box, rotate, sheet
+from scenes.scene.shifted import shifted
 from scenes.storage.scene_yaml import load_scene
 from simulate.fullwave.cells import AIR, CONDUCTOR, edge_materials
+from simulate.fullwave.run_plan import plan
 from simulate.fullwave.yee_grid import YeeGrid, dispersion_residual, numerical_permittivity
 from simulate.rays.core.slabs import conducting_triangles, dielectric_slabs
 
@@ -136,3 +138,18 @@ def test_conductors_of_built_in_places_are_metal_alone():
 
 def test_waves_on_finer_cells_are_nearer_the_truth():
     assert dispersion_residual(0.3276, 0.02) / dispersion_residual(0.3276, 0.01) == pytest.approx(4, rel=0.05)
+
+
+def test_cells_do_not_depend_on_the_place():
+    """The cells are counted from the scene's corner, and a scene in map coordinates gets the same materials."""
+    board = SceneObject("board", sheet((0.52, 0.1, 0.1), (0, 0.8, 0), (0, 0, 0.8)), "stone")
+    locker = SceneObject("locker", rotate(box((0.1, 0.1, 0.1), (0.3, 0.3, 0.7)), 20), "metal")
+    room = SceneObject("room", box((0, 0, 0), (1, 1, 1)), "stone")
+    near, step = scene(board, locker, room), np.array([98_765.43, -87_654.32, 519.7])
+    far = shifted(near, step)
+    planned, moved = (plan(each, each.transmitter.region, 0.02) for each in (near, far))
+    assert moved.grid.shape == planned.grid.shape and moved.steps == planned.steps
+    np.testing.assert_allclose(np.array(moved.grid.origin) - planned.grid.origin, step)
+    assert np.abs(moved.box - planned.box).max() <= 1  # a corner of the region on a face of a cell
+    expected, found = edge_materials(near, planned.grid), edge_materials(far, moved.grid)
+    assert (found.index != expected.index).mean() < 1e-5  # edges exactly between two levels
