@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING, Any
 
 from scenes.files.errors import InputError, shown
+from scenes.files.number_text import parse_number
 from scenes.files.plain_text import say
 from scenes.files.text_tables import print_rows
 from scenes.importing.lengths import plain
 
 if TYPE_CHECKING:  # slow imports that the help of the command line does not need
     from scenes.scene.materials import RadioMaterial
-
-NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?")
 
 
 def read_rule(text: str) -> tuple[str, str]:
@@ -37,14 +35,16 @@ def read_own_material(text: str) -> RadioMaterial:
     from scenes.scene.materials import RadioMaterial
 
     name, _, values = text.rpartition("=")
-    words = [word.strip() for word in values.split(",")]
-    if not name or "=" in name or len(words) != 3 or not all(map(NUMBER.fullmatch, words)):
+    try:
+        permittivity, conductivity, thickness = map(parse_number, values.split(","))
+    except ValueError:
+        name = ""
+    if not name or "=" in name:
         raise InputError(
             "--own-material: expected NAME=PERMITTIVITY,CONDUCTIVITY,THICKNESS, such as wet=15,2.2,0.5 for a relative "
             f"permittivity of 15, 2.2 S/m and 0.5 m, found {shown(text)}"
         )
     try:
-        permittivity, conductivity, thickness = map(float, words)
         return RadioMaterial(name, permittivity, conductivity, thickness)
     except InputError as error:
         raise InputError(f"--own-material: {error}") from None

@@ -58,11 +58,12 @@ def require_known(name: str, own: Mapping[str, RadioMaterial]) -> None:
         InputError: the material is unknown.
     """
     known = (*own, *material_names())
-    if name not in known:
-        raise InputError(
-            f"unknown material {named(name)}; {did_you_mean(name, known)} (or give its values: --own-material "
-            f"{quoted(f'{name}={VALUES}')})"
-        )
+    if name in known:
+        return
+    hint = did_you_mean(name, known)
+    if not hint.endswith("?"):
+        hint += f" (or give its values: --own-material {quoted(f'{name}={VALUES}')})"
+    raise InputError(f"unknown material {named(name)}; {hint}")
 
 
 def material_at(name: str, frequency: float, own: Mapping[str, RadioMaterial]) -> RadioMaterial:

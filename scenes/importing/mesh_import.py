@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import get_args
 
 import numpy as np
 from jaxtyping import Float
 from trimesh import Trimesh
 
 from scenes.checks.validation import validate
-from scenes.files.errors import InputError, ParameterError, did_you_mean, named, shown
+from scenes.files.errors import InputError, named
 from scenes.importing.antenna_places import antenna_warnings
 from scenes.importing.drawn_walls import Walls, drawn_walls
+from scenes.importing.import_arguments import check_import
 from scenes.importing.import_unit import unit_doubt
 from scenes.importing.imported_file import ImportedFile, plain_name, read_file
 from scenes.importing.lengths import METRES, plain
@@ -109,7 +109,7 @@ def import_scene(
     Raises:
         InputError: the file cannot be read, an object has no material, a material is unknown at the frequency, the unit
             or the up axis cannot be right, the objects are too far from the origin, or the scene has an invalid value.
-        ParameterError: the frequency is not from 1 MHz to 1 THz.
+        ParameterError: the frequency is not from 1 MHz to 1 THz, or an argument is of the wrong kind.
 
     Example:
         >>> import bisplat
@@ -125,11 +125,10 @@ def import_scene(
         ('concrete', {'yard': (4.0, 3.0, 0.0)}, {'yard': 0.1}, ())
     """
     hertz = read_frequency(frequency)
-    own = _own_materials(own_materials)
-    moved = _triple(shift)
+    check_import(path, materials, default_material, unit, up, gateway, transmitter, shift, own_materials, walls)
+    moved = np.array(shift, dtype=float)
     file = read_file(path)
     label = str(file.path)
-    _check_options(label, unit, up, walls)
     doubt = up_doubt(file, up, np.vstack([gateway.position, transmitter.corners()]), METRES[unit])
     if doubt is not None and doubt.decisive:
         raise InputError(f"{label}: {doubt.sentence}")
@@ -139,7 +138,7 @@ def import_scene(
     antennas = np.vstack([gateway.position, transmitter.corners()])
     axis = up or file.up
     objects, resolved, report = import_objects(
-        file, materials, default_material, unit, axis, hertz, shift=moved, own_materials=own
+        file, materials, default_material, unit, axis, hertz, shift=moved, own_materials=own_materials
     )
     scene = Scene(plain_name(file.path.stem), hertz, gateway, transmitter, tuple(objects), resolved)
     # Before other checks: if the scene has the wrong place or size, they would blame the gateway.
@@ -227,38 +226,12 @@ def import_objects(
     return objects, resolved, report
 
 
-def _check_options(label: str, unit: str, up: str | None, walls: str) -> None:
-    if unit not in METRES:
-        raise InputError(f"{label}: unknown unit {named(unit)}; {did_you_mean(unit, METRES)}")
-    if up not in (None, "y", "z"):
-        raise InputError(f'{label}: up: expected "y" or "z", found {named(up)}')
-    if walls not in get_args(Walls):
-        raise ParameterError("walls", f'expected "as-sheets" or "as-drawn", found {shown(walls)}')
-
-
-def _triple(shift: object) -> Float[np.ndarray, " 3"]:
-    try:
-        moved = np.array(shift, dtype=float)
-    except (TypeError, ValueError):
-        moved = np.empty(0)
-    if moved.shape != (3,) or not np.isfinite(moved).all():
-        raise ParameterError("shift", f"expected three finite numbers x, y, z in metres, found {shown(shift)}")
-    return moved
-
-
 def _moved(point: Vector3, shift: Float[np.ndarray, " 3"]) -> Vector3:
     """Shift an antenna. The sum is rounded to a micrometre, since map coordinates have no more digits."""
     if not shift.any():
         return point
     x, y, z = (round(float(coordinate + step), 6) for coordinate, step in zip(point, shift, strict=True))
     return x, y, z
-
-
-def _own_materials(own: Mapping[str, RadioMaterial] | None) -> dict[str, RadioMaterial]:
-    for name, material in (own or {}).items():
-        if not isinstance(material, RadioMaterial):
-            raise ParameterError("own_materials", f"{name}: expected a RadioMaterial, found {shown(material)}")
-    return dict(own or {})
 
 
 def _named_apart(

@@ -230,6 +230,7 @@ def _shape(element: Element, index: int, path: Path, bsdfs: dict[str, Element]) 
         except InputError as error:
             raise InputError(f"{label}: mesh: {error}") from None
         mesh, mesh_file, left_out = union(*(part.mesh for part in file.parts)), Path(filename).stem, file.left_out
+        left_out = tuple(f"shape {named(name)}: {sentence}" for sentence in left_out)
     else:
         raise InputError(f"{label}: expected one of {', '.join(SHAPES)}, found type {named(kind)}")
 

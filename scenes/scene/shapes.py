@@ -42,14 +42,14 @@ def bounding_box(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "2 3"]:
         Lowest and highest corner of the box, [2, 3], metres.
 
     Raises:
-        ParameterError: the points are not rows of three finite numbers.
+        ParameterError: the points are not rows of finite numbers.
 
     Example:
         >>> import bisplat, numpy as np
         >>> bisplat.shapes.bounding_box(np.array([[0.0, 2.0, 1.0], [1.0, 0.0, 1.0]])).tolist()
         [[0.0, 0.0, 1.0], [1.0, 2.0, 1.0]]
     """
-    points = check_array("points", points, (None, 3), "rows of x, y, z")
+    points = check_array("points", points, (None, None), "rows of coordinates")
     if not len(points):
         raise ParameterError("points", "expected at least one point, found none")
     return np.stack([points.min(axis=0), points.max(axis=0)])

@@ -328,7 +328,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene) -> dict[str, Call]
         "shapes.rotate": Call(
             bisplat.shapes.rotate, {"mesh": mesh, "degrees": 90}, {"mesh": OBJECT, "degrees": NUMBER}
         ),
-        "shapes.bounding_box": Call(bisplat.shapes.bounding_box, {}, {"points": [*POINTS[:8], POINTS[13]]}),
+        "shapes.bounding_box": Call(bisplat.shapes.bounding_box, {}, {"points": POINTS[:5] + POINTS[6:8]}),
         "shapes.union": Call(lambda part: bisplat.shapes.union(part), {}, {"part": OBJECT}),
     }  # fmt: skip
 

@@ -8,8 +8,8 @@ from jaxtyping import Float, Integer
 from scenes.files.errors import InputError
 from scenes.scene.description import MOST_TRIANGLES
 
-LARGEST = 1e9
-"""Largest coordinate, in the file's unit. Damaged files have coordinates such as 1e30."""
+LARGEST = 1e10
+"""Largest coordinate, in the file's unit: that of UTM in millimetres. Damaged files have coordinates such as 1e30."""
 
 
 def require_ordinary(vertices: Float[np.ndarray, "V 3"], label: str) -> None:

@@ -86,5 +86,16 @@ def test_single_precision_far_from_the_origin_is_a_warning(tmp_path):
 
 @pytest.mark.parametrize("shift", [(1, 2), (1, 2, np.nan), (1, 2, np.inf), "123", None, 5, ("a", 0, 0)])
 def test_wrong_shifts(room, shift):
-    with pytest.raises(ParameterError, match=r"shift: expected three finite numbers x, y, z in metres, found "):
+    with pytest.raises(ParameterError, match=r"shift: expected (metres along x, y and z|.*finite)"):
         import_scene(room(np.zeros(3)), RULES, shift=shift, gateway=GATEWAY, transmitter=REGION)
+
+
+def test_utm_in_millimetres(room):
+    antennas = {"gateway": in_map_coordinates(GATEWAY), "transmitter": in_map_coordinates(REGION)}
+    path = room(UTM)
+    lines = [line.split() for line in path.read_text().splitlines()]
+    text = [f"v {' '.join(repr(1000 * float(each)) for each in rest)}" if word == "v" else " ".join([word, *rest])
+            for word, *rest in lines]  # fmt: skip
+    path.write_text("\n".join(text))
+    scene, _ = import_scene(path, RULES, unit="mm", shift=-UTM, **antennas)
+    np.testing.assert_allclose(scene.bounds, [[0, 0, 0], [5, 4, 3]], atol=1e-8)

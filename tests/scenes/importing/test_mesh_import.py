@@ -144,19 +144,34 @@ def test_long_lists_of_objects_are_cut(tmp_path):
         import_mesh(tmp_path / "room.obj", [])
 
 
-@pytest.mark.parametrize(
-    ("options", "sentence"),
-    [
-        ({"materials": [("*", "wod")]}, 'unknown material "wod"; did you mean "wood"'),
-        ({"materials": [], "default_material": "metall"}, 'unknown material "metall"; did you mean "metal"'),
-        ({"materials": [("*", "wood")], "unit": "inch"}, 'unknown unit "inch"; did you mean "in"|valid names are'),
-        ({"materials": [("*", "wood")], "up": "x"}, 'up: expected "y" or "z", found "x"'),
-    ],
-)
+PAIRS = 'materials: expected pairs of a name and a material, such as [("Wall*", "concrete")], found '
+WRONG = [
+    ({"materials": [("*", "wod")]}, 'room.glb: unknown material "wod"; did you mean "wood"?'),
+    ({"default_material": "metall"}, 'room.glb: unknown material "metall"; did you mean "metal"?'),
+    ({"default_material": 5}, "default_material: expected str, found 5"),
+    ({"unit": "inch"}, "unit: expected m, cm, mm, in or ft, found 'inch'"),
+    ({"up": "x"}, "up: expected y or z, found 'x'"),
+    ({"walls": "sheets"}, "walls: expected as-sheets or as-drawn, found 'sheets'"),
+    ({"path": 5}, "path: expected a path, found 5"),
+    ({"gateway": (0, 0, 0)}, "gateway: expected Gateway, found (0, 0, 0)"),
+    ({"transmitter": None}, "transmitter: expected Transmitter, found nothing"),
+    ({"materials": {"*": "wood"}}, PAIRS + "{'*': 'wood'}"),
+    ({"materials": "*=wood"}, PAIRS + "'*=wood'"),
+    ({"materials": ["*=wood"]}, PAIRS + "'*=wood'"),
+    ({"materials": [("*", None)]}, PAIRS + "('*', None)"),
+    ({"materials": iter([("*", "wood")])}, PAIRS),
+    ({"own_materials": [("a", "b")]}, "own_materials: expected Mapping, found [('a', 'b')]"),
+    ({"own_materials": {"a": "wood"}}, "own_materials: expected a RadioMaterial for each name, found 'wood' for 'a'"),
+]
+
+
+@pytest.mark.parametrize(("options", "sentence"), WRONG)
 def test_wrong_options(glb, options, sentence):
-    antennas = {"gateway": Gateway((0, 0, 0), (0, 0, 0, 1)), "transmitter": Transmitter((0, 0, 1), (1, 1, 2))}
-    with pytest.raises(InputError, match=f"room.glb: {sentence}"):
-        import_scene(glb, **{"up": "y", **options}, **antennas)
+    given = {"path": glb, "up": "y", "materials": [("*", "wood")]}
+    given |= {"gateway": Gateway((0, 0, 0), (0, 0, 0, 1)), "transmitter": Transmitter((0, 0, 1), (1, 1, 2))}
+    with pytest.raises(InputError) as refusal:
+        import_scene(**{**given, **options})
+    assert sentence in str(refusal.value)
 
 
 def test_wrong_files(tmp_path):
@@ -175,3 +190,35 @@ def test_wrong_files(tmp_path):
     Trimesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]], process=False).export(tmp_path / "line.ply")
     with pytest.raises(InputError, match=r'"line": expected a triangle with an area, found none; is the unit really m'):
         import_mesh(tmp_path / "line.ply", [], "wood")
+
+
+ROOM = """\
+o Room
+v 0 0 0
+v 5 0 0
+v 5 0 2.7
+v 0 0 2.7
+v 0 4 0
+v 5 4 0
+v 5 4 2.7
+v 0 4 2.7
+usemtl Concrete.001
+f 1 2 6 5
+usemtl pane
+f 1 2 3 4
+usemtl ITU_Brick
+f 5 6 7 8
+f 1 4 8 5
+"""
+
+
+def test_parts_of_one_object_get_the_materials_that_the_file_names(tmp_path):
+    (tmp_path / "room.obj").write_text(ROOM)
+    objects, report = import_mesh(tmp_path / "room.obj", [("*pane", "glass")], "wood")
+    assert {item.name: (item.material, float(item.mesh.area)) for item in objects} == {
+        "Room/Concrete.001": ("concrete", pytest.approx(20)),
+        "Room/ITU_Brick": ("brick", pytest.approx(24.3)),
+        "Room/pane": ("glass", pytest.approx(13.5)),
+    }
+    (taken,) = report.assumed
+    assert taken.endswith("names: concrete (Room/Concrete.001); brick (Room/ITU_Brick)") and report.warnings == ()
