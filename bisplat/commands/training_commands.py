@@ -128,13 +128,14 @@ def _refuse_idle_settings(model: str, dataset: Path) -> None:
     if not {*phases, "--full-resolution"} & set(given_options()):
         return
     from learn.models.capabilities import HasOwnLoss, PredictsResponses
+    from simulate.dataset.dataset_folder import read_dataset
 
     kind = model_class(model)
     if not issubclass(kind, PredictsResponses):
         refuse_given(phases, f"a model that predicts responses, found {model}")
-    elif (dataset / "channels.npz").exists():
-        found = f"found {dataset / 'channels.npz'}, from which {model} learns"
-        refuse_given([*phases, "--full-resolution"], f"a dataset without responses, {found}")
+    elif read_dataset(dataset).responses is not None:
+        found = f"found {dataset}, from whose responses {model} learns"
+        refuse_given([*phases, "--full-resolution"], f"a dataset of pictures alone, {found}")
     if issubclass(kind, HasOwnLoss):
         refuse_given(["--full-resolution"], f"a model that can train on a few pixels, found {model}")
 

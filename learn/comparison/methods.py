@@ -31,7 +31,12 @@ def is_reduced(name: str) -> bool:
     Args:
         name: name of a method.
     """
-    return name in MODELS and bool(MODELS[name].options_without_gpu) and not torch.cuda.is_available()
+    return (
+        isinstance(name, str)
+        and name in MODELS
+        and bool(MODELS[name].options_without_gpu)
+        and not torch.cuda.is_available()
+    )
 
 
 def method_named(name: str) -> Callable[[], Method]:
@@ -43,6 +48,8 @@ def method_named(name: str) -> Callable[[], Method]:
     Raises:
         ParameterError: the method is unknown, or its module cannot be imported. The message says why.
     """
+    if not isinstance(name, str):
+        raise ParameterError("models", f"expected names of methods, found {shown(name)}")
     if name in BASELINES:
         return BASELINES[name]
     if name in MODELS:

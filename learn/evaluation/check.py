@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from learn.evaluation.leakage import Leakage, leakage
+from scenes.files.errors import require_path
 from scenes.scene.description import boresight_of
 from scenes.scene.shapes import bounding_box
 from simulate.dataset.dataset_folder import Dataset, inspect
@@ -116,6 +117,7 @@ def check(folder: Path | str) -> Check:
         >>> check("data/nothing").valid
         False
     """
+    require_path(folder=folder)
     inspection = inspect(Path(folder))
     split_leakage = None if inspection.dataset is None else leakage(inspection.dataset)
     warnings = list(inspection.warnings)

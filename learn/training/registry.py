@@ -124,7 +124,7 @@ def model_entry(name: str) -> ModelEntry:
     >>> model_entry("bisplat").by_steps.learning_rate
     0.002
     """
-    if name in MODELS:
+    if isinstance(name, str) and name in MODELS:
         return MODELS[name]
     if not isinstance(name, str) or not name.partition(":")[2]:
         raise ParameterError(

@@ -28,7 +28,7 @@ from learn.training.config import Config, of_another_version, read_config
 from learn.training.registry import check_options, model_class, model_entry
 from learn.training.training_file import read_training
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError, ParameterError, cut, reason, require_path, shown
+from scenes.files.errors import InputError, ParameterError, cut, reason, require_instance, require_path, shown
 from scenes.files.input_file import MEGABYTE, require_regular
 from scenes.files.plain_text import say
 from simulate.dataset.dataset_folder import Dataset, read_dataset
@@ -257,6 +257,7 @@ class Run:
             >>> bisplat.load_run("runs/lab").is_trained_on(bisplat.read_dataset("data/lab"))
             True
         """
+        require_instance(Dataset, dataset=dataset)
         if self.dataset_sha256 is None:
             return dataset.folder.resolve() == Path(self.config.dataset).resolve()
         return dataset.fingerprint == self.dataset_sha256
@@ -280,6 +281,7 @@ class Run:
             >>> len(parts.train), len(parts.validation), len(parts.test)
             (29, 3, 8)
         """
+        require_instance(Dataset, dataset=dataset)
         return read_split(self.folder / "split.json", dataset.names, dataset.folder)
 
 

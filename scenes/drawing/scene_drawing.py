@@ -12,7 +12,7 @@ from jaxtyping import Float
 from scenes.drawing.floor_plan import REGION, draw_plan
 from scenes.drawing.perspective import draw_view
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError, reason, shown
+from scenes.files.errors import InputError, reason, require_instance, require_path, shown
 from scenes.files.plain_text import in_figure
 from scenes.scene.description import Gateway, Scene, SceneObject
 
@@ -110,6 +110,8 @@ def draw_scene(scene: Scene, path: str | Path) -> None:
         >>> import bisplat
         >>> bisplat.draw_scene(bisplat.load_scene("closet"), "closet.png")
     """
+    require_instance(Scene, scene=scene)
+    require_path(path=path)
     path = Path(path)
     if path.suffix.lower() not in FORMATS:
         raise InputError(f"{path}: expected a drawing named {', '.join(FORMATS)}, found {shown(path.suffix)}")

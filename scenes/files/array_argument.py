@@ -59,7 +59,7 @@ def check_array(
     if finite and not np.isfinite(array).all():
         where = np.argwhere(~np.isfinite(array))[0].tolist()
         place = f" at {where}" if where else ""
-        raise ParameterError(parameter, f"expected {what} of finite numbers, found {array[tuple(where)]}{place}")
+        raise ParameterError(parameter, f"expected {what}, all finite, found {array[tuple(where)]}{place}")
     return array
 
 

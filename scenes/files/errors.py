@@ -68,7 +68,7 @@ def require_positive(**values: float) -> None:
     scenes.files.errors.ParameterError: seeds: expected a positive number, found 0
     """
     for name, value in values.items():
-        if not (_is_number(value) and 0 < value < math.inf):
+        if not (is_number(value) and 0 < value < math.inf):
             raise ParameterError(name, f"expected a positive number, found {shown(value)}")
 
 
@@ -123,7 +123,7 @@ def require_within(least: float, most: float, what: str, **values: float) -> Non
     scenes.files.errors.ParameterError: snr_db: expected an SNR in dB from -200 to 200, found nan
     """
     for name, value in values.items():
-        if not (_is_number(value) and least <= value <= most):
+        if not (is_number(value) and least <= value <= most):
             raise ParameterError(name, f"expected {what} from {least:g} to {most:g}, found {shown(value)}")
 
 
@@ -159,8 +159,9 @@ def require_word(known: Iterable[str], **values: str) -> None:
     *others, last = known
     for name, value in values.items():
         if not (isinstance(value, str) and value in (*others, last)):
-            hint = f"; {did_you_mean(value, (*others, last))}" if isinstance(value, str) else ""
-            raise ParameterError(name, f"expected {', '.join(others)} or {last}, found {shown(value)}{hint}")
+            hint = did_you_mean(value, (*others, last))
+            nearest = f"; {hint}" if hint.endswith("?") else ""  # the others are listed already
+            raise ParameterError(name, f"expected {', '.join(others)} or {last}, found {shown(value)}{nearest}")
 
 
 def require_path(**values: object) -> None:
@@ -190,7 +191,8 @@ def require_instance(*kinds: type, **values: object) -> None:
             raise ParameterError(name, f"expected {' or '.join(kind.__name__ for kind in kinds)}, found {shown(value)}")
 
 
-def _is_number(value: object) -> bool:
+def is_number(value: object) -> bool:
+    """Whether a value is a real number, and not True or False."""
     return isinstance(value, Real) and not isinstance(value, bool)
 
 

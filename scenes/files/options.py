@@ -217,10 +217,15 @@ def changed(values: Any) -> dict[str, Any]:
     ({}, {'width': 4})
     """
     differing = {
-        each.name: value for each in fields(values) if (value := getattr(values, each.name)) != default_of(each)
+        each.name: value for each in fields(values) if differs(value := getattr(values, each.name), default_of(each))
     }
     inner = [changed(value) for value in differing.values() if is_dataclass(value)]
     return {name: value for name, value in differing.items() if not is_dataclass(value)} | dict(ChainMap(*inner))
+
+
+def differs(value: Any, default: Any) -> bool:
+    """Whether the value of an option is not its default. No option is an array, so that an array always differs."""
+    return isinstance(value, np.ndarray) or value != default
 
 
 def _nested(options: type) -> dict[str, type]:

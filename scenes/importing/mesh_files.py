@@ -31,6 +31,9 @@ READERS: dict[str, Callable[[bytes, Path], MeshFile]] = {
 }
 MESH_SUFFIXES = tuple(READERS)
 
+FLAT = 1e-12
+"""Largest area, relative to the square of a part's size, that is taken for zero."""
+
 
 def default_up(path: Path) -> str:
     """Return the vertical axis of a file: "y" for glTF, as its specification says (section 3.4), else "z"."""
@@ -59,4 +62,16 @@ def read_mesh_file(path: Path) -> MeshFile:
         also = "".join(f"; {sentence}" for sentence in content.left_out[:1])
         raise InputError(f"{path}: expected a mesh with triangles, found none (is it a point cloud?){also}")
     require_few(sum(len(part.mesh.faces) for part in parts), str(path))
-    return replace(content, parts=parts)
+    return _without_flat_parts(replace(content, parts=parts))
+
+
+def _without_flat_parts(content: MeshFile) -> MeshFile:
+    """Leave out parts without area, unless all are so. Exporters hide objects by a scale of zero, for example."""
+    flat = [part.mesh.area <= FLAT * part.mesh.extents.max() ** 2 for part in content.parts]
+    if all(flat) or not any(flat):
+        return content
+    first = content.parts[flat.index(True)].name
+    objects = "1 object was" if sum(flat) == 1 else f"{sum(flat)} objects were"
+    sentence = f"{objects} left out because the triangles have no area (the first is {named(first)})"
+    parts = [part for part, without in zip(content.parts, flat, strict=True) if not without]
+    return replace(content, parts=parts, left_out=(*content.left_out, sentence))

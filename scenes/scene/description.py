@@ -12,7 +12,9 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
+from scenes.files.array_argument import check_array
 from scenes.files.errors import InputError, shown
+from scenes.files.options import check_kinds
 from scenes.scene.closed_parts import closed_parts
 from scenes.scene.materials import RadioMaterial
 
@@ -40,12 +42,18 @@ Quaternion = tuple[float, float, float, float]
 
 def _unit(orientation: Sequence[float]) -> Quaternion:
     """Scale a quaternion to length 1 if its length is nearly 1. Others are left for ``validate`` to refuse."""
+    orientation = check_array("orientation", orientation, (4,), "a quaternion x, y, z, w", finite=False).tolist()
     norm = math.sqrt(sum(component * component for component in orientation))
     # A length that is 1 within rounding is left alone, so that a scene read from a file equals the one written.
     if 1e-12 < abs(norm - 1) <= UNIT_TOLERANCE:
         orientation = [component / norm for component in orientation]
     x, y, z, w = (float(component) for component in orientation)
     return x, y, z, w
+
+
+def _vector(parameter: str, given: Sequence[float]) -> Vector3:
+    x, y, z = check_array(parameter, given, (3,), "a position x, y, z", finite=False).tolist()
+    return x, y, z
 
 
 def facing(boresight: Vector3) -> Quaternion:
@@ -75,10 +83,11 @@ def facing(boresight: Vector3) -> Quaternion:
         >>> (gateway.boresight.round(6) + 0.0).tolist()
         [-1.0, 0.0, 0.0]
     """
-    length = float(np.linalg.norm(boresight))
+    direction = check_array("boresight", boresight, (3,), "a direction x, y, z", finite=False)
+    length = float(np.linalg.norm(direction))
     if not (math.isfinite(length) and length > 0):
         raise InputError(f"boresight: expected a direction, found {shown(list(boresight))}")
-    z = np.asarray(boresight) / length
+    z = direction / length
     up = np.array([0.0, 0.0, 1.0]) if abs(z[2]) < 1 - 1e-9 else np.array([0.0, 1.0, 0.0])
     x = np.cross(up, z)
     x /= np.linalg.norm(x)
@@ -144,7 +153,8 @@ class Gateway:
     polarization: str = "V"
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "position", tuple(map(float, self.position)))
+        check_kinds(self)
+        object.__setattr__(self, "position", _vector("position", self.position))
         object.__setattr__(self, "orientation", _unit(self.orientation))
 
     @property
@@ -186,7 +196,7 @@ class Transmitter:
 
     def __post_init__(self) -> None:
         for corner in ("region_min", "region_max"):
-            object.__setattr__(self, corner, tuple(map(float, getattr(self, corner))))
+            object.__setattr__(self, corner, _vector(corner, getattr(self, corner)))
         object.__setattr__(self, "orientation", _unit(self.orientation))
 
     @property

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from decimal import Decimal
 
-from scenes.files.errors import InputError, did_you_mean, named, shown
+import numpy as np
+
+from scenes.files.errors import InputError, ParameterError, did_you_mean, is_number, named, shown
 from scenes.scene.frequency import read_frequency
 
 RGB = tuple[float, float, float]
@@ -79,9 +81,10 @@ class RadioMaterial:
         )
         for key, low, high, words in checks:
             value = getattr(self, key)
-            if not low <= value <= high:
+            if not (is_number(value) and low <= value <= high):
                 raise InputError(f"material {named(self.name)}: {key}: expected {words}, found {shown(value)}")
-        if len(self.color) != 3 or not all(0 <= c <= 1 for c in self.color):
+        color = self.color if isinstance(self.color, Sequence | np.ndarray) else ()
+        if len(color) != 3 or not all(is_number(c) and 0 <= c <= 1 for c in color):
             raise InputError(
                 f"material {named(self.name)}: color: expected three numbers between 0 and 1, found {shown(self.color)}"
             )
@@ -225,7 +228,7 @@ def p2040_material(
         >>> brick.relative_permittivity, round(brick.conductivity, 4), brick.thickness
         (3.91, 0.0274, 0.24)
     """
-    if name not in P2040:
+    if not isinstance(name, str) or name not in P2040:
         raise InputError(f"unknown material {named(name)}; {did_you_mean(name, P2040)}")
     row, frequency = P2040[name], read_frequency(frequency)
     if not row.covers(frequency):
@@ -264,6 +267,8 @@ def p2040_materials(names: Iterable[str], frequency: float) -> dict[str, RadioMa
         >>> list(bisplat.p2040_materials(["wood", "concrete", "wood"], 915e6))
         ['concrete', 'wood']
     """
+    if isinstance(names, str) or not isinstance(names, Iterable):
+        raise ParameterError("names", f"expected a list of names of materials, found {shown(names)}")
     return {name: p2040_material(name, frequency) for name in sorted(set(names))}
 
 

@@ -20,7 +20,16 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
+from scenes.files.array_argument import check_array
+from scenes.files.errors import ParameterError, require_instance, require_within
+
 Vector3 = Sequence[float] | np.ndarray
+
+ROUNDING = 1e-6
+"""Metres by which an opening may reach over the edge of its sheet."""
+
+MOST_DEGREES = 1e6
+"""Largest angle of a rotation, degrees."""
 
 
 def bounding_box(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "2 3"]:
@@ -32,11 +41,17 @@ def bounding_box(points: Float[np.ndarray, "n 3"]) -> Float[np.ndarray, "2 3"]:
     Returns:
         Lowest and highest corner of the box, [2, 3], metres.
 
+    Raises:
+        ParameterError: the points are not rows of finite numbers.
+
     Example:
         >>> import bisplat, numpy as np
         >>> bisplat.shapes.bounding_box(np.array([[0.0, 2.0, 1.0], [1.0, 0.0, 1.0]])).tolist()
         [[0.0, 0.0, 1.0], [1.0, 2.0, 1.0]]
     """
+    points = check_array("points", points, (None, None), "rows of coordinates")
+    if not len(points):
+        raise ParameterError("points", "expected at least one point, found none")
     return np.stack([points.min(axis=0), points.max(axis=0)])
 
 
@@ -50,13 +65,19 @@ def box(low: Vector3, high: Vector3) -> Trimesh:
     Returns:
         A mesh of 8 vertices and 12 triangles whose normals point outwards.
 
+    Raises:
+        ParameterError: a corner is not three finite numbers, or ``low`` is not below ``high``.
+
     Example:
         >>> import bisplat
         >>> cabinet = bisplat.shapes.box((0, 0, 0), (2, 1, 0.5))
         >>> float(cabinet.volume), len(cabinet.faces)
         (1.0, 12)
     """
-    return trimesh.creation.box(bounds=np.array([low, high], dtype=float))
+    low, high = (check_array(name, corner, (3,), "a corner x, y, z") for name, corner in (("low", low), ("high", high)))
+    if not (low < high).all():
+        raise ParameterError("low", f"expected a corner below high, {high.tolist()}, found {low.tolist()}")
+    return trimesh.creation.box(bounds=np.array([low, high]))
 
 
 def sheet(corner: Vector3, u: Vector3, v: Vector3, openings: Sequence[Sequence[float]] = ()) -> Trimesh:
@@ -75,6 +96,9 @@ def sheet(corner: Vector3, u: Vector3, v: Vector3, openings: Sequence[Sequence[f
     Returns:
         A mesh whose normals point along u × v. No two of its triangles overlap.
 
+    Raises:
+        ParameterError: a vector is not three finite numbers, the sheet has no area, or an opening is not inside it.
+
     Example:
         A wall of 4 × 2.5 m with a door of 1 × 2 m:
 
@@ -83,7 +107,12 @@ def sheet(corner: Vector3, u: Vector3, v: Vector3, openings: Sequence[Sequence[f
         >>> float(wall.area)
         8.0
     """
+    given = {"corner": corner, "u": u, "v": v}
+    corner, u, v = (check_array(name, vector, (3,), "a vector x, y, z") for name, vector in given.items())
+    if not np.linalg.norm(np.cross(u, v)) > 0:
+        raise ParameterError("v", f"expected a vector across u, {u.tolist()}, found {v.tolist()}")
     width, height = float(np.linalg.norm(u)), float(np.linalg.norm(v))
+    _check_openings(openings, width, height)
     # Cut along every edge of every opening and keep the cells outside the openings: no overlaps, no T-junctions.
     s_cuts = sorted({0.0, width, *(s for o in openings for s in o[:2])})
     t_cuts = sorted({0.0, height, *(t for o in openings for t in o[2:])})
@@ -101,6 +130,18 @@ def sheet(corner: Vector3, u: Vector3, v: Vector3, openings: Sequence[Sequence[f
     return mesh
 
 
+def _check_openings(openings: Sequence[Sequence[float]], width: float, height: float) -> None:
+    """Refuse openings that are not inside a sheet of a width and a height."""
+    if isinstance(openings, Sequence) and not openings:
+        return
+    found = check_array("openings", openings, (None, 4), "rows of s0, s1, t0, t1")
+    ends, sides = found.reshape(-1, 2, 2), np.array([width, height])
+    inside = (ends[..., 0] >= -ROUNDING) & (ends[..., 0] < ends[..., 1]) & (ends[..., 1] <= sides + ROUNDING)
+    if not inside.all():
+        wrong = found[int(np.flatnonzero(~inside.all(axis=1))[0])].tolist()
+        raise ParameterError("openings", f"expected ends within 0 to {width:g} and 0 to {height:g} m, found {wrong}")
+
+
 def union(*parts: Trimesh) -> Trimesh:
     """Join several meshes into one.
 
@@ -113,6 +154,9 @@ def union(*parts: Trimesh) -> Trimesh:
     Returns:
         A mesh with the triangles of all parts.
 
+    Raises:
+        ParameterError: there are no parts, or one is not a mesh.
+
     Example:
         >>> import bisplat
         >>> crate = bisplat.shapes.box((0, 0, 0), (1, 1, 1))
@@ -120,6 +164,10 @@ def union(*parts: Trimesh) -> Trimesh:
         >>> len(bisplat.shapes.union(crate, lid).faces)
         14
     """
+    if not parts:
+        raise ParameterError("parts", "expected at least one mesh, found none")
+    for part in parts:
+        require_instance(Trimesh, parts=part)
     offsets = np.cumsum([0, *(len(p.vertices) for p in parts[:-1])])
     faces = [p.faces + offset for p, offset in zip(parts, offsets, strict=True)]
     return Trimesh(np.vstack([p.vertices for p in parts]), np.vstack(faces), process=False)
@@ -135,12 +183,17 @@ def rotate(mesh: Trimesh, degrees: float) -> Trimesh:
     Returns:
         The rotated copy.
 
+    Raises:
+        ParameterError: the mesh is none, or the angle is not a finite number.
+
     Example:
         >>> import bisplat
         >>> table = bisplat.shapes.box((0, 0, 0), (4, 2, 1))
         >>> bisplat.shapes.rotate(table, 90).extents.round(6).tolist()
         [2.0, 4.0, 1.0]
     """
+    require_instance(Trimesh, mesh=mesh)
+    require_within(-MOST_DEGREES, MOST_DEGREES, "an angle in degrees", degrees=degrees)
     matrix = np.eye(4)
     matrix[:3, :3] = Rotation.from_euler("z", degrees, degrees=True).as_matrix()
     centre = mesh.bounds.mean(axis=0)

@@ -13,7 +13,15 @@ from msgspec.structs import asdict
 from scenes.checks.material_frequency import doubts
 from scenes.checks.validation import validate
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError, ParameterError, cut, did_you_mean, named
+from scenes.files.errors import (
+    InputError,
+    ParameterError,
+    cut,
+    did_you_mean,
+    named,
+    require_instance,
+    require_path,
+)
 from scenes.files.folder_lock import locked
 from scenes.files.input_file import beside
 from scenes.files.plain_text import say
@@ -208,10 +216,12 @@ def _object(value: object, index: int, file: Path, source: str) -> SceneObject:
     entry = _conform(value, ObjectEntry, place)
     try:
         path = beside(file, entry.mesh)
-        meshes = [part.mesh for part in read_mesh_file(path).parts]
+        content = read_mesh_file(path)
     except InputError as error:
         raise InputError(f"{place}: mesh: {error}") from None
-    mesh = union(*meshes)
+    for sentence in content.left_out:
+        say(f"warning: {place}: mesh: {sentence}")
+    mesh = union(*(part.mesh for part in content.parts))
     if default_up(path) == "y":
         mesh.apply_transform(Y_UP_TO_Z_UP)
     return SceneObject(entry.name, mesh, entry.material, entry.thickness)
@@ -298,6 +308,8 @@ def write_scene(scene: Scene, folder: str | Path, replaceable: Mapping[Path, str
         >>> bisplat.load_scene(path) == bisplat.load_scene("closet")
         True
     """
+    require_instance(Scene, scene=scene)
+    require_path(folder=folder)
     folder = Path(folder)
     path = folder / "scene.yaml"
     validate(scene, str(path))

@@ -10,7 +10,7 @@ from typing import Any, get_type_hints
 from scenes.checks.material_frequency import doubts
 from scenes.checks.validation import validate
 from scenes.files.errors import InputError, ParameterError, require_instance, require_path, shown
-from scenes.files.options import default_of, taken, takes
+from scenes.files.options import default_of, differs, taken, takes
 from scenes.files.plain_text import say
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import load_scene
@@ -74,7 +74,7 @@ def simulate(
     defaults = {each.name: default_of(each) for every in ENGINES.values() for each in fields(every)}
     others = {name: value for name, value in options.items() if name not in defaults}
     content, machines = taken({"n": n, **others}, Simulation, Machines)
-    given = {name: value for name, value in options.items() if name in defaults and value != defaults[name]}
+    given = {name: value for name, value in options.items() if name in defaults and differs(value, defaults[name])}
     kind = engine_class(name_of_engine(scene, engine))
     if isinstance(engine, Engine):
         for name, value in given.items():

@@ -33,6 +33,6 @@ def compiled(kernel: Callable | None = None, **options: Any) -> Any:
 @cache
 def _say_that_nothing_is_kept() -> None:
     say(
-        "no folder to keep compiled functions in, so every command compiles them anew, which takes up to a minute; "
+        "found no folder to keep compiled functions in, so commands that need them compile them anew, up to a minute; "
         "NUMBA_CACHE_DIR=FOLDER names one"
     )

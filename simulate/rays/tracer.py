@@ -15,7 +15,7 @@ import numpy as np
 from jaxtyping import Complex, Float, Int
 
 from scenes.files.array_argument import check_array
-from scenes.files.errors import ParameterError, require_instance, require_seed
+from scenes.files.errors import ParameterError, require_instance, require_seed, shown
 from scenes.scene.description import Scene
 from simulate.positions.given_positions import check_points
 from simulate.rays.core.propagation import Propagation
@@ -215,6 +215,10 @@ class Tracer:
             Complex responses, not normalised, complex64, [others, K, elements].
         """
         positions = check_points(positions)
+        if not isinstance(others, Sequence) or not others:
+            raise ParameterError("others", f"expected a list of scenes, found {shown(others)}")
+        for each in others:
+            require_instance(Scene, others=each)
         scenes = [RayScene.of(each, self.ray_scene.propagation) for each in others]
         result = np.zeros((len(scenes), len(positions), len(self.elements)), np.complex128)
         for start, targets, _, buffer in self._solved(self._elements, positions):

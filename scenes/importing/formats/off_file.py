@@ -53,6 +53,8 @@ def read_off(data: bytes, path: Path) -> MeshFile:
     for k in range(face_count):
         number, words = _next(lines, path, f"{face_count} faces, of which there are {k}")
         (size,) = _counts(words[:1], 1, label, number)
+        while len(words) <= size:  # libigl's test data have faces of several lines
+            words += _next(lines, path, f"{face_count} faces, of which there are {k}")[1]
         face = _counts(words[1 : size + 1], size, label, number)  # colours may follow
         if size < 3:
             others += 1

@@ -22,7 +22,7 @@ MOST_CORNERS = 10_000
 FLAT = 1e-12
 """Largest area, relative to the square of a polygon's size, that is taken for zero."""
 
-SAME_AREA = 1e-6
+SAME_AREA = 1e-4
 """Largest relative difference between the area of a polygon and that of its triangles; crossing edges exceed it."""
 
 BENT = 0.1
@@ -51,7 +51,7 @@ class Cut:
     def remarks(self) -> list[str]:
         """Return a sentence for each kind of polygon that could not be cut, or not in only one way."""
         return [
-            f"{count(numbers, 'polygon')} {fault} (the first is face {min(numbers) + 1} of the file)"
+            f"{_polygons_were(len(numbers))} {fault} (the first is face {min(numbers) + 1} of the file)"
             for numbers, fault in [
                 (self.crossing, "left out because the edges cross each other"),
                 (self.bent, "cut as if flat, although the corners are far from a plane"),
@@ -60,13 +60,8 @@ class Cut:
         ]
 
 
-def count(things: list, name: str) -> str:
-    """Return a number and a noun, which is "were" or "was".
-
-    >>> count([7], "polygon"), count([7, 8], "polygon")
-    ('1 polygon was', '2 polygons were')
-    """
-    return f"1 {name} was" if len(things) == 1 else f"{len(things)} {name}s were"
+def _polygons_were(count: int) -> str:
+    return "1 polygon was" if count == 1 else f"{count} polygons were"
 
 
 def cut_polygons(
@@ -90,12 +85,12 @@ def cut_polygons(
         InputError: a coordinate is not finite or too large, a corner refers to a vertex that does not exist, a polygon
             has too many corners, or there are too many triangles.
 
-    A square with a notch, which a fan from its first corner would cover, and a triangle:
+    A square with a notch at corner 1, and a triangle. A fan from corner 0 would fill the notch:
 
-    >>> outline = np.array([[2, 1, 0], [4, 4, 0], [0, 4, 0], [0, 0, 0], [4, 0, 0.0]])
-    >>> cut = cut_polygons(outline, np.array([0, 1, 2, 3, 4, 0, 3, 4]), np.array([5, 3]), "a.obj")
+    >>> outline = np.array([[4, 0, 0], [2, 2, 0], [4, 4, 0], [0, 4, 0], [0, 0, 0.0]])
+    >>> cut = cut_polygons(outline, np.array([0, 1, 2, 3, 4, 0, 1, 2]), np.array([5, 3]), "a.obj")
     >>> cut.triangles.tolist(), cut.polygons.tolist()
-    ([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 3, 4]], [0, 0, 0, 1])
+    ([[4, 0, 1], [1, 2, 3], [1, 3, 4], [0, 1, 2]], [0, 0, 0, 1])
     """
     require_few(int(np.sum(sizes - 2)), label)
     if len(sizes) and sizes.max() > MOST_CORNERS:

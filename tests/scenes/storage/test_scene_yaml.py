@@ -89,6 +89,13 @@ def test_gltf_is_y_up(folder):
     np.testing.assert_allclose(scene.objects[0].mesh.bounds, [[0, -3, 0], [1, 0, 2]], atol=1e-6)
 
 
+def test_what_a_mesh_has_besides_surfaces_is_said(folder, capsys):
+    with (folder / "crate.obj").open("a") as file:
+        file.write("l 1 2\n")
+    read(folder, YARD)
+    assert '("crate"): mesh: lines were left out: 1 in the file' in capsys.readouterr().err
+
+
 def test_round_trip_is_exact(scene, tmp_path):
     path = write_scene(scene, tmp_path / "out")
     assert path == tmp_path / "out" / "scene.yaml"

@@ -117,6 +117,7 @@ def test_positions_of_a_csv_are_taken_as_they_are(tmp_path, scene):
         ("x,y,z\n1,2,1_0\n", ["position 1 (line 2)", "three finite numbers", "1,2,1_0"]),
         ("x,y,z\n1,2,３\n", ["position 1 (line 2)", "three finite numbers", "1,2,３"]),
         ("x,y,z\n1,2,1:30\n", ["position 1 (line 2)", "three finite numbers", "1,2,1:30"]),
+        ("x,y,z\n-4,0,1\n-4,0,1.0000001\n", ["at least two different positions", "found 2 alike"]),
         ("x,y,z\n1,2,nan\n", ["position 1 (line 2)", "three finite numbers", "1,2,nan"]),
         ("x,y,z\n-2.5,0,1\n-3.5,0,1\n", ["line 3", "a free place", 'inside "crate"']),
     ],

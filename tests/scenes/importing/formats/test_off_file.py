@@ -33,6 +33,11 @@ def test_a_polygon_with_a_notch(head, more, colour):
     assert file.header == ("a floor\nhere" if "a floor" in head else "")
 
 
+def test_a_face_may_take_several_lines():
+    (part,) = read("\n".join(["OFF", "5 2 0", *VERTICES, "5 0 1", "2", "3 4", "3 0 1 2"])).parts
+    assert part.mesh.area == pytest.approx(6 + 4)
+
+
 def test_points_and_lines_are_named():
     file = read("\n".join(["OFF", "5 3 0", *VERTICES, "3 0 1 2", "2 0 1", "1 0"]))
     assert file.left_out == ("faces of fewer than three corners were left out: 2 in the file",)

@@ -1,0 +1,423 @@
+"""Wrong arguments of every public function, class and method are refused at once, and nothing is written."""
+
+import inspect
+import shutil
+import time
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import bisplat
+
+AT_ONCE = 2.0
+"""Seconds that a refusal may take. It may read a small dataset, but neither train nor trace."""
+
+NAN, INF = float("nan"), float("inf")
+WHOLE = (1.5, "3", True, 0, -1, NAN, None, np.array([1, 2]))
+SEED = (1.5, "3", True, -1, 2**32, None, np.array([1, 2]))
+FLAG = ("no", 1, None, np.array([True]))
+NUMBER = ("3", NAN, INF, 1j, True, np.array([1.0, 2.0]))
+WORD = ("x", 3, None, ["files"])
+OBJECT = ("x", 3, {}, np.zeros(3))
+PATH = (5, 1.5, ["a"], {})
+MASKED = np.ma.masked_array([[1.0, 2, 3]], mask=[[1, 0, 0]])
+POINTS = (
+    "x", None, 3, [], [1.0, 2, 3], [[1.0, 2]], [[1.0, 2, NAN]], [[1.0, 2, INF]], [["1", "2", "3"]], [[1, 2, 3 + 1j]],
+    [[True, False, True]], [[1e9, 0, 0]], [[1, 2, 3], [1, 2]], MASKED, np.array([[None, None, None]]), {"x": 1},
+)  # fmt: skip
+POINT = ("x", None, 3, [1.0, 2], [1.0, 2, NAN], ["1", "2", "3"], [1, 2, 3j], [[1, 2, 3]], MASKED[0])
+CORNERS = (*POINT, [[0, 0, 0]], [[0, 0, NAN], [1, 1, 1]])
+SPECTRA = (
+    "x", None, 3, np.zeros((45, 360)), np.zeros((90, 360), np.uint8), np.zeros((90, 360), complex),
+    np.ma.zeros((90, 360)), [[1.0], [1.0, 2.0]],
+)  # fmt: skip
+STACK = (*SPECTRA, np.zeros((90, 360)), np.zeros((0, 90, 360)), np.full((1, 90, 360), NAN))
+RESPONSES = ("x", None, 3, np.zeros(15), np.full(16, "1"), np.ma.zeros(16), np.zeros(16, bool))
+ANGLES = ("x", None, NAN, [NAN], 1j, np.ma.zeros(3), [True])
+NAMES = ("nearest", 3, [], ["nearst"], [3], None)
+
+
+@dataclass(frozen=True)
+class Call:
+    """A public callable with valid arguments, and values that it must refuse, by parameter.
+
+    Attributes:
+        function: the callable.
+        valid: its arguments, of which one at a time is replaced.
+        wrong: the values.
+        exempt: parameters that are not checked, with the reason.
+    """
+
+    function: Callable[..., Any]
+    valid: dict[str, Any] = field(default_factory=dict)
+    wrong: dict[str, tuple[Any, ...]] = field(default_factory=dict)
+    exempt: dict[str, str] = field(default_factory=dict)
+
+
+CALLBACK = {"report": "a function, called while the work goes on"}
+COMPARED = {"split": WORD, "test_spectra": WHOLE[:5], "output": PATH, "dataset": PATH}
+ALSO = {"seeds": WHOLE, "budget": (*NUMBER, 0, -1)}
+
+
+def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene) -> dict[str, Call]:
+    """Every public callable, by its name in ``bisplat``."""
+    dataset, spectrum = bisplat.read_dataset(data), np.zeros((90, 360))
+    tracer = bisplat.Tracer(scene, bisplat.Propagation(max_depth=0, diffraction=False, rays=100))
+    array, grid, beamformer = bisplat.PlanarArray(), bisplat.AngularGrid(), bisplat.Beamformer()
+    of_gateway = {"position": (0, 0, 1), "orientation": (0, 0, 0, 1)}
+    region = {"region_min": (0, 0, 0), "region_max": (1, 1, 1)}
+    sheet = {"corner": (0, 0, 0), "u": (1, 0, 0), "v": (0, 1, 0)}
+    mesh = bisplat.shapes.box((0, 0, 0), (1, 1, 1))
+    material = {"name": "tile", "relative_permittivity": 6.5, "conductivity": 0.02, "thickness": 0.01}
+    return {
+        "load_scene": Call(bisplat.load_scene, {}, {"name_or_path": ("x", 3, None, "x.yaml")}),
+        "read_dataset": Call(bisplat.read_dataset, {}, {"folder": (*PATH, "nowhere")}),
+        "load_run": Call(bisplat.load_run, {}, {"folder": (*PATH, "nowhere")}),
+        "check": Call(bisplat.check, {}, {"folder": PATH}),
+        "simulate": Call(
+            bisplat.simulate,
+            {"scene": scene, "output": "out", "n": 2},
+            {
+                "scene": ("x", *OBJECT[1:]), "output": PATH, "n": (*WHOLE, 1), "engine": WORD, "seed": SEED,
+                "placement": WORD, "positions": [*POINTS[2:], "nowhere.csv"], "power_db": FLAG,
+                "measurement": OBJECT, "propagation": OBJECT, "workers": WHOLE[:6], "cell": NUMBER[:4],
+                "field": PATH, "gpu": FLAG, "wrong": (1,),
+            },
+            {"ray": "an address, which Ray must answer", "solver": "set by the engine"},
+        ),
+        "Rays": Call(bisplat.Rays, {}, {"propagation": OBJECT}),
+        "FullWave": Call(
+            bisplat.FullWave, {}, {"cell": (*NUMBER, 0), "field": PATH, "gpu": FLAG}, {"solver": "set by the engine"}
+        ),
+        "Propagation": Call(
+            bisplat.Propagation,
+            {},
+            {name: FLAG for name in ("los", "specular", "refraction", "diffuse", "diffraction", "slab_phase", "sionna")}
+            | {"max_depth": (*WHOLE[:3], -1, 31, None), "rays": WHOLE, "patches": WHOLE},
+        ),
+        "Measurement": Call(
+            bisplat.Measurement,
+            {},
+            {"snr_db": NUMBER}
+            | {name: (*NUMBER, -1, None) for name in ("gain_error_db", "phase_error_deg", "phase_noise_deg")},
+        ),
+        "Measurement.apply": Call(
+            bisplat.Measurement(snr_db=20).apply,
+            {"responses": np.ones((2, 16), complex), "numbers": np.arange(2), "seed": 0},
+            {"responses": [*RESPONSES, np.full((2, 16), NAN)], "numbers": ("x", [0], [0, NAN], None), "seed": SEED},
+        ),
+        "Tolerances": Call(
+            bisplat.Tolerances,
+            {},
+            {name: (*NUMBER, -1, None) for name in ("position", "rotation", "objects", "materials", "frequency")},
+        ),
+        "Tracer": Call(
+            bisplat.Tracer,
+            {"scene": scene, "propagation": tracer.ray_scene.propagation},
+            {"scene": OBJECT, "propagation": OBJECT, "region": CORNERS[:1] + CORNERS[2:], "seed": SEED},
+            {**CALLBACK, "found": "from another tracer"},
+        ),
+        "Tracer.responses": Call(
+            tracer.responses,
+            {"positions": [[0.9, 1.3, 1.1]]},
+            {"positions": POINTS, "factors": ("x", np.ones(tracer.chains + 1), np.full(tracer.chains, NAN))},
+        ),
+        "Tracer.responses_by_chain": Call(tracer.responses_by_chain, {}, {"positions": POINTS}),
+        "Tracer.responses_with": Call(
+            tracer.responses_with,
+            {"others": [scene], "positions": [[0.9, 1.3, 1.1]]},
+            {"positions": POINTS, "others": (*OBJECT, None, scene, [], ["closet"])},
+        ),
+        "Tracer.path_counts": Call(tracer.path_counts, {}, {"positions": POINTS}),
+        "Tracer.paths": Call(tracer.paths, {}, {"position": POINT}),
+        "PlanarArray": Call(
+            bisplat.PlanarArray,
+            {},
+            {"rows": (*WHOLE, 65), "columns": (*WHOLE, 65), "spacing": (*NUMBER, 0, -1, None)},
+        ),
+        "PlanarArray.manifold": Call(
+            array.manifold,
+            {"azimuth": [0.0, 1.0], "elevation": 0.5},
+            {"azimuth": ANGLES, "elevation": [*ANGLES, [1.0] * 3]},
+        ),
+        "AngularGrid": Call(
+            bisplat.AngularGrid,
+            {},
+            {
+                "elevation_first_deg": (*NUMBER, None), "elevation_step_deg": (*NUMBER, 0, None),
+                "azimuth_step_deg": (*NUMBER, 0, None),
+            },
+        ),
+        "AngularGrid.dominant_angles": Call(grid.dominant_angles, {}, {"spectrum": SPECTRA[:4]}),
+        "AngularGrid.dominant_direction": Call(grid.dominant_direction, {}, {"spectrum": SPECTRA[:4]}),
+        "Beamformer": Call(bisplat.Beamformer, {}, {"array": OBJECT, "grid": OBJECT}),
+        "Beamformer.spectrum": Call(beamformer.spectrum, {}, {"responses": RESPONSES}),
+        "Beamformer.power_db": Call(beamformer.power_db, {}, {"responses": RESPONSES}),
+        "fit_lags": Call(
+            bisplat.fit_lags,
+            {"spectra": dataset.spectra[:1], "beamformer": beamformer},
+            {"spectra": STACK, "beamformer": (*OBJECT, None)},
+        ),
+        "retrieve_responses": Call(
+            bisplat.retrieve_responses,
+            {"spectra": dataset.spectra[:1], "beamformer": beamformer},
+            {"spectra": STACK, "beamformer": (*OBJECT, None), "seed": SEED},
+        ),
+        "ssim": Call(
+            bisplat.ssim,
+            {"prediction": spectrum, "truth": spectrum},
+            {"prediction": [*SPECTRA, np.zeros((2, 90, 360))], "truth": SPECTRA},
+        ),
+        "aoa_error": Call(
+            bisplat.aoa_error,
+            {"prediction": spectrum, "truth": spectrum},
+            {"prediction": SPECTRA, "truth": SPECTRA, "grid": (*OBJECT, None)},
+        ),
+        "plot_spectrum": Call(
+            bisplat.plot_spectrum,
+            {"spectrum": spectrum},
+            {"spectrum": SPECTRA, "ax": OBJECT, "grid": (*OBJECT, None), "difference": FLAG},
+        ),
+        "plot_polar": Call(
+            bisplat.plot_polar,
+            {"spectrum": spectrum},
+            {"spectrum": SPECTRA, "ax": OBJECT, "grid": (*OBJECT, None), "difference": FLAG},
+        ),
+        "plot_cdf": Call(
+            bisplat.plot_cdf,
+            {"scores": [0.1, 0.2]},
+            {"scores": ("x", None, 3, [], [NAN], {"a": ["x"]}, MASKED), "ax": OBJECT},
+            {"quantity": "any text"},
+        ),
+        "train": Call(
+            bisplat.train,
+            {"dataset": data, "output": "out", "model": "mlp"},
+            {
+                "dataset": (*PATH, "nowhere"), "output": PATH, "model": WORD, "split": WORD, "seed": SEED,
+                "options": ("x", 3, {"wrong": 1}, {"pixels": object()}), "steps": WHOLE[:6], "batch_size": WHOLE[:6],
+                "learning_rate": (*NUMBER, 0), "weight_decay": (*NUMBER, -1), "full_resolution": (*NUMBER, 2),
+                "find_phases": FLAG[:1], "init": PATH, "devices": WHOLE, "nodes": WHOLE, "wrong": (1,),
+            },
+        ),
+        "evaluate": Call(
+            bisplat.evaluate,
+            {"run": run},
+            {"run": (*PATH, "nowhere"), "dataset": (*PATH, "nowhere"), "index": (*PATH, "nowhere")},
+        ),
+        "crossvalidate": Call(
+            bisplat.crossvalidate,
+            {"run": run, "scene": scene},
+            {
+                "run": (*PATH, "nowhere"), "scene": OBJECT, "positions": WHOLE, "seed": SEED, "tracer": OBJECT,
+                "engine": (*OBJECT, "ray"), "field": (*PATH, "nowhere"),
+            },
+        ),
+        "compare": Call(
+            bisplat.compare, {"dataset": data, "models": ["nearest"]}, COMPARED | ALSO | {"models": NAMES[:5]}
+        ),
+        "ablate": Call(
+            bisplat.ablate,
+            {"dataset": data},
+            COMPARED | {"seeds": WHOLE, "models": NAMES, "steps": WHOLE, "primitives": WHOLE[:6]},
+        ),
+        "sweep": Call(
+            bisplat.sweep,
+            {"dataset": data, "sizes": [5], "models": ["nearest"]},
+            COMPARED | ALSO | {"models": NAMES, "sizes": ("5", 5, [], [5, 5], [0], [1.5], None), "init": (*PATH, "x")},
+        ),
+        "locate": Call(
+            bisplat.locate,
+            {"runs": [run], "pictures": [dataset.pictures[:1]]},
+            {
+                "runs": (run, "x", None, [], ["x"], [run, run]), "known": POINTS[:1] + POINTS[2:],
+                "pictures": (
+                    "x", None, [], dataset.pictures[:1], [dataset.pictures[0]], [dataset.pictures[:1, :45]],
+                    [dataset.pictures[:0]], [dataset.pictures[:1]] * 2, [np.ma.masked_array(dataset.pictures[:1])],
+                    [dataset.pictures[:1].astype(complex)],
+                ),
+            },
+            CALLBACK,
+        ),
+        "plan": Call(
+            bisplat.plan,
+            {"run_or_scene": run, "n": 2},
+            {"run_or_scene": OBJECT, "n": (*WHOLE, 1001), "tour": FLAG, "seed": SEED, "propagation": OBJECT},
+            CALLBACK,
+        ),
+        "calibrate": Call(
+            bisplat.calibrate,
+            {"scene": scene, "dataset": data},
+            {
+                "scene": OBJECT, "dataset": (*PATH, "nowhere"), "n": WHOLE, "split": WORD, "seed": SEED,
+                "tolerances": OBJECT, "propagation": OBJECT,
+            },
+            CALLBACK,
+        ),
+        "export": Call(bisplat.export, {"run": run, "path": "a.onnx"}, {"run": OBJECT, "path": (*PATH, "a.txt")}),
+        "export_hdf5": Call(
+            bisplat.export_hdf5, {"dataset": data, "path": "a.h5"}, {"dataset": (*PATH, "nowhere"), "path": PATH}
+        ),
+        "export_deepmimo": Call(
+            bisplat.export_deepmimo,
+            {"dataset": data, "folder": "paths"},
+            {"dataset": (*PATH, "nowhere"), "folder": (*PATH, "Paths"), "force": FLAG},
+        ),
+        "Run.predict": Call(run.predict, {}, {"positions": POINTS}),
+        "Run.deviation": Call(run.deviation, {}, {"positions": POINTS}),
+        "Run.split": Call(run.split, {}, {"dataset": OBJECT}),
+        "Run.is_trained_on": Call(run.is_trained_on, {}, {"dataset": OBJECT}),
+        "draw_scene": Call(bisplat.draw_scene, {"scene": scene, "path": "a.png"}, {"scene": OBJECT, "path": PATH}),
+        "write_scene": Call(
+            bisplat.write_scene,
+            {"scene": scene, "folder": "out"},
+            {"scene": OBJECT, "folder": PATH},
+            {"replaceable": "for the editor"},
+        ),
+        "facing": Call(bisplat.facing, {}, {"boresight": (*POINT, (0, 0, 0))}),
+        "Gateway": Call(
+            bisplat.Gateway,
+            of_gateway,
+            {"position": POINT[:4] + POINT[5:], "orientation": ("x", None, (0, 0, 1), (0, 0, 0, "1"))},
+            {name: "checked with the scene" for name in ("rows", "columns", "spacing", "pattern", "polarization")},
+        ),
+        "Transmitter": Call(
+            bisplat.Transmitter,
+            region,
+            {name: POINT[:4] + POINT[5:] for name in region} | {"orientation": ("x", None, (0, 0, 1), (0, 0, 0, "1"))},
+            {name: "checked with the scene" for name in ("pattern", "polarization")},
+        ),
+        "RadioMaterial": Call(
+            bisplat.RadioMaterial,
+            material,
+            {name: (*NUMBER, -1, None) for name in material if name != "name"}
+            | {name: (*NUMBER, -1, 2, None) for name in ("scattering_coefficient", "xpd_coefficient")}
+            | {"color": ("x", None, 3, (0, 0), (0, 0, 2), (0, 0, "x"), (0, 0, NAN))},
+            {"name": "checked with the scene"},
+        ),
+        "p2040_material": Call(
+            bisplat.p2040_material,
+            {"name": "concrete", "frequency": 1e9},
+            {
+                "name": WORD, "frequency": (*NUMBER, 0, -1, None, 1e15), "thickness": (*NUMBER, 0),
+                "scattering_coefficient": (*NUMBER, 2, None),
+            },
+        ),
+        "p2040_materials": Call(
+            bisplat.p2040_materials,
+            {"names": ["concrete"], "frequency": 1e9},
+            {"names": ("concrete", 3, None, ["x"], [3]), "frequency": (*NUMBER, 0, None)},
+        ),
+        "shapes.box": Call(
+            bisplat.shapes.box, {"low": (0, 0, 0), "high": (1, 1, 1)}, {"low": [*POINT, (1, 0, 0)], "high": POINT}
+        ),
+        "shapes.sheet": Call(
+            bisplat.shapes.sheet,
+            sheet,
+            {
+                "corner": POINT, "u": [*POINT, (0, 0, 0)], "v": [*POINT, (0, 0, 0), (2, 0, 0)],
+                "openings": (
+                    "x", 3, [(0, 1)], [(0, 0.5, 0, "1")], [(0, 2, 0, 1)], [(0.5, 0.1, 0, 1)], [(0, NAN, 0, 1)],
+                ),
+            },
+        ),
+        "shapes.rotate": Call(
+            bisplat.shapes.rotate, {"mesh": mesh, "degrees": 90}, {"mesh": OBJECT, "degrees": NUMBER}
+        ),
+        "shapes.bounding_box": Call(bisplat.shapes.bounding_box, {}, {"points": POINTS[:5] + POINTS[6:8]}),
+        "shapes.union": Call(lambda part: bisplat.shapes.union(part), {}, {"part": OBJECT}),
+    }  # fmt: skip
+
+
+NOT_CALLED = {
+    "InputError": "an error",
+    "material_names": "a function without parameters",
+    "SpectrumModel": "a base class",
+    "PredictsResponses": "a protocol",
+    "Run": "made by train and load_run",
+    "Dataset": "made by simulate and read_dataset",
+    "Scene": "checked where it is used",
+    "SceneObject": "checked with the scene",
+    "import_scene": "files of other programs have tests of their own",
+    "shapes": "a module, whose functions are in the table",
+}
+"""Public names that are not in the table."""
+
+
+@pytest.fixture(scope="module")
+def table(tiny, tmp_path_factory) -> dict[str, Call]:
+    run = bisplat.train(tiny, tmp_path_factory.mktemp("runs") / "mlp", model="mlp", steps=1)
+    return calls(run, tiny, bisplat.load_scene("closet"))
+
+
+def test_every_public_callable_and_each_of_its_parameters_is_in_the_table(table):
+    public = {name for name in bisplat.__all__ if name not in NOT_CALLED}
+    public |= {f"shapes.{name}" for name in ("bounding_box", "box", "sheet", "union", "rotate")}
+    for name in ("AngularGrid", "Beamformer", "Measurement", "PlanarArray", "Run", "Tracer"):
+        methods = inspect.getmembers(getattr(bisplat, name), inspect.isfunction)
+        public |= {f"{name}.{method}" for method, function in methods if method[0] != "_" and takes_arguments(function)}
+    public -= {"Tracer.terms", "Tracer.middle_terms"}  # of the exports
+    assert public <= set(table), sorted(public - set(table))
+    for name, call in table.items():
+        if name != "shapes.union":
+            missing = set(inspect.signature(call.function).parameters) - {*call.wrong, *call.exempt}
+            assert not missing, f"{name}: {missing}"
+
+
+def takes_arguments(method: Callable[..., Any]) -> bool:
+    return len(inspect.signature(method).parameters) > 1
+
+
+def test_wrong_arguments_are_refused_at_once(table, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    failures = []
+    for name, call in table.items():
+        for parameter, values in call.wrong.items():
+            for value in values:
+                use = partial(call.function, **{**call.valid, parameter: value})
+                found = failure(use) or ["wrote " + path.name for path in tmp_path.iterdir()]
+                failures += [f"{name}({parameter}={value!r:.60}): {each}" for each in found]
+                for path in tmp_path.iterdir():
+                    shutil.rmtree(path) if path.is_dir() else path.unlink()
+    assert not failures, "\n".join(failures)
+
+
+def failure(use: Callable[[], Any]) -> list[str]:
+    """What is wrong with a refusal, in one sentence; empty if nothing is."""
+    began = time.perf_counter()
+    try:
+        use()
+        found = "accepted"
+    except bisplat.InputError as error:
+        sentence, seconds = str(error), time.perf_counter() - began
+        if sentence.isprintable() and len(sentence) < 600 and seconds < AT_ONCE:
+            return []
+        found = f"{seconds:.1f} s, {sentence!r}"
+    except Exception as error:  # noqa: BLE001  anything else is what this test looks for
+        found = f"{type(error).__name__}: {error}"[:200]
+    return [found]
+
+
+GIVEN = np.array([[0.75, 1.25, 1.0], [1.0, 1.5, 1.25]])
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        np.ndarray.tolist, lambda points: points.astype(np.float16), lambda points: points[::-1].copy()[::-1],
+        np.asfortranarray, lambda points: list(map(tuple, points)), lambda points: np.repeat(points, 2, axis=0)[::2],
+    ],
+    ids=["lists", "float16", "reversed", "columns first", "tuples", "strided"],
+)  # fmt: skip
+def test_positions_are_taken_in_every_form(form, table):
+    given = form(GIVEN)
+    for name in ("Run.predict", "Tracer.responses"):
+        use = table[name].function
+        found, expected = use(given), use(GIVEN)
+        if name == "Run.predict":
+            found, expected = found.spectra, expected.spectra
+        assert np.array_equal(found, expected), name
