@@ -1,4 +1,4 @@
-"""Do the commands keep their promises for any file and any option?
+"""Do the commands and functions keep their promises for any file, option, argument and surroundings?
 
 python benchmarks/attack.py --json
 
@@ -36,7 +36,7 @@ OTHERS = (
 
 
 def main(
-    examples: int = 500,
+    examples: int = 240,
     kills: int = 10,
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,

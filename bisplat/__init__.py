@@ -14,33 +14,35 @@ when it is first used, so ``import bisplat`` loads neither torch nor the ray tra
 
 from __future__ import annotations
 
-import ast
-from pathlib import Path
+from functools import cache
 from typing import Any
 
 from bisplat.own_packages import claim
 
 claim()
 
-# lazy-loader's attach_stub reads such stubs too, but only for modules inside the package.
-_HOMES = {
-    each.name: line.module
-    for line in ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8")).body
-    if isinstance(line, ast.ImportFrom) and line.module
-    for each in line.names
-}
-
 _WITH_RAYS = {"Tracer", "calibrate"}
 """Names whose modules import the ray tracer. Without it they are not listed, so that help(bisplat) has all others."""
+
+
+@cache
+def _homes() -> dict[str, str]:
+    """The module of each public name. It is read late, since every command imports this package."""
+    import ast  # lazy-loader's attach_stub reads such stubs too, but only for modules inside the package
+    from pathlib import Path
+
+    stub = ast.parse(Path(__file__).with_suffix(".pyi").read_text(encoding="utf-8"))
+    lines = [line for line in stub.body if isinstance(line, ast.ImportFrom) and line.module]
+    return {each.name: str(line.module) for line in lines for each in line.names}
 
 
 def __getattr__(name: str) -> Any:
     if name == "__all__":
         return _listed()
-    if name not in _HOMES:
+    if name not in _homes():
         raise AttributeError(f"module 'bisplat' has no attribute {name!r}")
     # With a name in fromlist, a module such as shapes is imported too.
-    value = getattr(__import__(_HOMES[name], fromlist=[name]), name)
+    value = getattr(__import__(_homes()[name], fromlist=[name]), name)
     globals()[name] = value
     return value
 
@@ -53,4 +55,4 @@ def _listed() -> list[str]:
     """The names that this installation can import."""
     from scenes.files.extras import has_extra
 
-    return sorted(_HOMES if has_extra("rays") else _HOMES.keys() - _WITH_RAYS)
+    return sorted(_homes() if has_extra("rays") else _homes().keys() - _WITH_RAYS)

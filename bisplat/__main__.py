@@ -6,27 +6,49 @@ status is then 1.
 
 from __future__ import annotations
 
-import functools
 import os
 import sys
-import traceback
-from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING
 
-import tyro
+from bisplat.interruption import SENTENCE, STATUS, heed_interrupts
+from bisplat.standard_streams import STDOUT, give_up_stdout, prepare_streams
 
-from bisplat.commands.command_groups import COMMANDS, overview, stated_version
-from bisplat.commands.number_options import REGISTRY
-from scenes.files.errors import InputError, ParameterError, printable
-from scenes.files.extras import MissingExtraError
-from scenes.files.plain_text import say
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from typing import Any
 
 PROGRAM = "bisplat"
 
 
 def main() -> None:
     """Run a command. A mistake of the user ends in one sentence."""
-    given = sys.argv[1:]
+    heed_interrupts()  # first, since the imports of the commands take a moment
+    prepare_streams()
+    try:
+        try:
+            _run(sys.argv[1:])
+        finally:
+            sys.stdout.flush()
+    except KeyboardInterrupt:
+        print(SENTENCE, file=sys.stderr)
+        raise SystemExit(STATUS) from None
+    except BrokenPipeError:  # the program that reads the output, such as head, has closed it
+        give_up_stdout()
+        raise SystemExit(1) from None
+    except OSError as error:
+        give_up_stdout()
+        refuse(f"{STDOUT}: {error.strerror}", hint="")
+
+
+def _run(given: list[str]) -> None:
+    import tyro
+
+    from bisplat.commands.command_groups import COMMANDS, overview, stated_version
+    from bisplat.commands.given_options import refuse_repeated
+    from bisplat.commands.number_options import REGISTRY
+    from scenes.files.errors import InputError, ParameterError
+    from scenes.files.extras import MissingExtraError
+
     try:
         if given in ([], ["-h"], ["--help"]):
             print(overview())
@@ -34,6 +56,7 @@ def main() -> None:
             print(stated_version())
         else:
             check_spelling(COMMANDS)
+            refuse_repeated()
             tyro.extras.subcommand_cli_from_dict(COMMANDS, prog=PROGRAM, registry=REGISTRY)
     except ParameterError as error:
         refuse(error.as_option())
@@ -41,15 +64,12 @@ def main() -> None:
         refuse(str(error), hint="")  # it ends with a command to copy
     except InputError as error:
         refuse(str(error))
-    except BrokenPipeError:  # the program that reads the output, such as head, has closed it
-        raise SystemExit(1) from None
     except OSError as error:
+        if isinstance(error, BrokenPipeError) or error.filename == STDOUT:
+            raise
         refuse(f"{error.filename}: {error.strerror}" if error.filename else str(error))
     except MemoryError as error:
         refuse(f"expected enough memory for these numbers and files, found too little ({error})")
-    except KeyboardInterrupt:
-        say("interrupted; run the same command again to continue")
-        raise SystemExit(130) from None
 
 
 def check_spelling(named: Mapping[str, Callable[..., None]]) -> None:
@@ -60,6 +80,13 @@ def check_spelling(named: Mapping[str, Callable[..., None]]) -> None:
     Args:
         named: the commands by their names; none is run.
     """
+    import functools
+
+    import tyro
+
+    from bisplat.commands.number_options import REGISTRY
+    from scenes.files.errors import printable
+
     escaped = [printable(argument) for argument in sys.argv[1:]]
     if escaped == sys.argv[1:]:
         return
@@ -74,7 +101,11 @@ def refuse(sentence: str, hint: str = " (BISPLAT_TRACEBACK=1 shows the traceback
         sentence: the error.
         hint: what follows it where there is no traceback.
     """
+    from scenes.files.plain_text import say
+
     if os.environ.get("BISPLAT_TRACEBACK", "0") != "0":
+        import traceback
+
         traceback.print_exc()
         hint = ""
     say(f"{sentence}{hint}")

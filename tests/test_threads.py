@@ -1,4 +1,4 @@
-"""Torch's threads do not wait in long loops, which would slow training down beside other programs."""
+"""Torch's threads do not wait in long loops, nor for threads that a fork has not copied."""
 
 import os
 import subprocess
@@ -20,3 +20,23 @@ def test_the_setting_is_made_before_torch_is_imported(given, found):
     environment = {name: value for name, value in os.environ.items() if name != "GOMP_SPINCOUNT"} | given
     ran = subprocess.run([sys.executable, "-c", "\n".join(lines)], env=environment, capture_output=True, text=True)
     assert ran.stdout.split() == [found], ran.stderr
+
+
+FORK = """
+import multiprocessing, sys
+import torch
+import learn
+
+def work(_=0):
+    return torch.ones(1000, 1000).exp().sum().item() > 0
+
+torch.set_num_threads(2)
+assert work()
+with multiprocessing.get_context("fork").Pool(1) as pool:
+    print(*pool.map_async(work, [0]).get(timeout=60))
+"""
+
+
+def test_a_forked_process_computes():
+    ran = subprocess.run([sys.executable, "-c", FORK], capture_output=True, text=True)
+    assert ran.stdout.split() == ["True"], ran.stderr

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from tyro.conf import Positional, arg
 
+from bisplat.commands.given_options import refuse_given
 from bisplat.commands.simulate_command import Output
 from learn.training.registry import DEFAULT_MODEL, MODELS
 from scenes.files.errors import printable
@@ -49,6 +50,8 @@ def compare(
         output: folder for the table, its figure, the scores and the runs.
         models: names (documentation: Train and compare models), or module:Class for your own. Default: all.
     """
+    if models:
+        _refuse_idle_budget(models)
     from learn.comparison.compare import compare as compare_methods
     from learn.reports.comparison_report import write_comparison
 
@@ -109,12 +112,21 @@ def sweep(
         models: models and baselines, as for bisplat compare.
         init: finished run, such as one on simulated spectra. Its model is also trained from its weights.
     """
+    if init is None:
+        _refuse_idle_budget(models)
     from learn.comparison.sweep import sweep as sweep_sizes
     from learn.reports.comparison_report import write_sweep
 
     comparison = sweep_sizes(dataset, sizes, models, split, budget, seeds, test_spectra, init, output)
     write_sweep(comparison, output)
     print_averages("sweep", comparison.averages(), json, comparison.remark())
+
+
+def _refuse_idle_budget(models: Sequence[str]) -> None:
+    """Refuse a training time if no model is trained by steps. Classes of the user may be."""
+    by_steps = [name for name in models if ":" in name or (name in MODELS and MODELS[name].by_steps is not None)]
+    if not by_steps:
+        refuse_given(["--budget"], f"a model trained by steps, found {', '.join(models) or 'none'}")
 
 
 def print_averages(title: str, averages: Sequence[dict[str, Any]], json: bool, remark: str | None = None) -> None:

@@ -8,6 +8,8 @@ from typing import Annotated
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
+from bisplat.commands.given_options import refuse_given
+from bisplat.commands.given_propagation import refuse_idle_propagation
 from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.simulate_command import EngineName, Output
 from scenes.files.errors import ParameterError
@@ -43,6 +45,7 @@ def evaluate(
     from learn.evaluation.evaluate import evaluate as score_run
     from learn.reports.evaluation_report import write_evaluation
 
+    require_new(run / "evaluation" / "report.html", force=True)
     evaluation = score_run(run, dataset, index)
     write_evaluation(evaluation, run / "evaluation")
     if json:
@@ -65,6 +68,7 @@ def _evaluate_locations(
         raise ParameterError("further_gateways", "expected --locate with runs of further gateways, found none")
     if other is not None:
         raise ParameterError("locate", f"expected the test part of the run's own split, found {other}")
+    require_new(run / "evaluation" / "locations.csv", force=True)
     with FitProgress("location") as report:
         found = evaluate_locations([run, *further_gateways], report)
     write_locations(found, run / "evaluation")
@@ -96,9 +100,12 @@ def crossvalidate(
         field: folder of a full-wave dataset of the same scene. Its stored field is then the truth.
         json: print the scores as JSON.
     """
+    if field is not None and engine not in (None, "fullwave"):
+        refuse_given(["--engine"], f"none beside --field, found the full-wave field of {field}")
     from learn.evaluation.crossvalidate import crossvalidate as compare_with_truth
     from learn.reports.crossvalidation_report import write_crossvalidation
 
+    require_new(run / "crossvalidation.html", force=True)
     fresh = compare_with_truth(run, scene, positions, seed, engine=engine, field=field)
     write_crossvalidation(fresh, run)
     if json:
@@ -124,12 +131,14 @@ def engines(
         propagation: what the ray tracer follows.
         json: print the figures as JSON.
     """
-    from learn.evaluation.engines import compare_engines
+    from learn.evaluation.engines import compare_engines, scene_for_rays
     from learn.evaluation.engines_plane import compare_on_plane
     from learn.reports.engines_report import FILES, draw_plane, write_engines
+    from simulate.dataset.dataset_folder import read_dataset
 
     require_new(*(output / name for name in FILES), force=force)
     mechanisms = checked(Propagation, propagation)
+    refuse_idle_propagation(mechanisms, [scene_for_rays(read_dataset(dataset))] if mechanisms.diffuse else [])
     compared = compare_engines(dataset, mechanisms, positions)
     write_engines(compared, output)
     draw_plane(compare_on_plane(dataset, mechanisms), output)

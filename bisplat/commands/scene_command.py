@@ -4,18 +4,30 @@ from __future__ import annotations
 
 import json as json_format
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from tyro.conf import Positional, arg
 
+from bisplat.commands.given_options import refuse_given
+from bisplat.commands.import_options import print_list, read_own_material, read_rule
 from bisplat.commands.output_file import Force, require_new
-from scenes.files.errors import InputError, printable, shown
+from scenes.files.errors import InputError, printable
 from scenes.files.extras import require_extra
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import say
 from scenes.files.text_tables import print_rows, print_table
 
+if TYPE_CHECKING:  # a slow import that the help of the command line does not need
+    from scenes.scene.description import Scene
+
 Triple = tuple[float, float, float]
+
+PLACES = ("--gateway", "--boresight", "--region-min", "--region-max")
+OF_AN_IMPORT = (
+    *("--list", "--material", "--own-material", "--default-material", "--unit", "--up", "--shift", "--frequency"),
+    *("--walls", "--pattern", *PLACES),
+)
+"""Options that a scene has no use for."""
 
 HEADINGS = {
     "size": "size (m)",
@@ -29,11 +41,15 @@ HEADINGS = {
 def scene(
     scene: Positional[str],
     output: Annotated[Path | None, arg(aliases=["-o"])] = None,
+    list_parts: Annotated[bool, arg(name="list")] = False,
     material: tuple[str, ...] = (),
+    own_material: tuple[str, ...] = (),
     default_material: str | None = None,
     unit: Literal["m", "cm", "mm", "in", "ft"] = "m",
     up: Literal["y", "z"] | None = None,
-    frequency: float | None = None,
+    shift: Triple = (0.0, 0.0, 0.0),
+    walls: Literal["as-sheets", "as-drawn"] = "as-sheets",
+    frequency: str | None = None,
     gateway: Triple | None = None,
     boresight: Triple | None = None,
     pattern: Literal["iso", "dipole", "hw_dipole", "tr38901"] = "iso",
@@ -51,11 +67,19 @@ def scene(
     Args:
         scene: built-in name (such as lab), scene YAML, or a file to import; sionna:NAME imports a scene of Sionna RT.
         output: file of the drawing (default: NAME.png). For an import or --view: folder of the new scene.
-        material: import only: rules NODE=MATERIAL. NODE may hold * and ?. The first rule that matches a node counts.
-        default_material: import only: material of the other nodes, if the file names none.
+        list_parts: import only: print the names in the file and the material that each would get, and write nothing.
+        material: import only: rules NAME=MATERIAL. NAME is that of an object, node, material or mesh file in the file,
+            and may hold * and ?. The first rule that matches an object counts.
+        own_material: import only: NAME=PERMITTIVITY,CONDUCTIVITY,THICKNESS: a material for rules, or instead of one of
+            this name. The permittivity is relative, the conductivity in S/m, the thickness in metres.
+        default_material: import only: material of the other objects, if the file names none.
         unit: import only: unit of length of the mesh.
         up: import only: axis of the mesh that points up (default: y for glTF, z for others).
-        frequency: import only: frequency in hertz (default: 915e6, the RFID and LoRa band).
+        shift: import only: what is added to x, y and z of the objects, the gateway and the region, metres. For meshes
+            in map coordinates.
+        walls: import only: whether walls and boards that are drawn with both faces become one sheet each, or keep both,
+            of which each is a slab.
+        frequency: import only: frequency in hertz, or such as "3.5 GHz" (default: 915e6, the RFID and LoRa band).
         gateway: import only: position of the gateway, metres.
         boresight: import only: direction in which the gateway looks.
         pattern: import only: antenna pattern of the gateway's elements. iso cannot tell front from back.
@@ -66,66 +90,110 @@ def scene(
         port: with --view: port of the page. If it is taken, the next free port.
     """
     if view:
+        refuse_given(["--json"], "none beside --view, which prints no description")
         require_extra("viewer", "the viewer")
-    from scenes.drawing.scene_drawing import describe_scene, draw_scene
-    from scenes.importing.mesh_import import DEFAULT_FREQUENCY, import_scene, is_importable
+    else:
+        refuse_given(["--port"], "--view beside it, found none")
+    from scenes.drawing.scene_drawing import draw_scene
+    from scenes.importing.imported_file import is_importable
+    from scenes.importing.mesh_import import DEFAULT_FREQUENCY, import_scene
+    from scenes.importing.part_listing import parts_of
     from scenes.scene.description import Gateway, Transmitter, facing
+    from scenes.scene.frequency import read_frequency
     from scenes.storage.scene_files import file_stem
     from scenes.storage.scene_yaml import load_scene, write_scene
 
-    if is_importable(scene):
-        needed = {
-            "--output": output,
-            "--gateway": gateway,
-            "--boresight": boresight,
-            "--region-min": region_min,
-            "--region-max": region_max,
+    importable = is_importable(scene)
+    if importable:
+        options: dict[str, Any] = {
+            "materials": [read_rule(text) for text in material],
+            "default_material": default_material,
+            "own_materials": {each.name: each for each in map(read_own_material, own_material)},
+            "unit": unit,
+            "up": up,
+            "frequency": DEFAULT_FREQUENCY if frequency is None else read_frequency(frequency),
+            "shift": shift,
         }
-        missing = [name for name, value in needed.items() if value is None]
+        if list_parts:
+            refuse_given(["--output", "-o", "--walls", "--pattern", "--view", "--force", *PLACES], "none beside --list")
+            listing = parts_of(scene, **options)
+            print(json_format.dumps(listing, indent=2)) if json else print_list(listing)
+            return
         if output is None or gateway is None or boresight is None or region_min is None or region_max is None:
-            raise InputError(f"{scene}: an import also needs {', '.join(missing)}")
+            values = (output, gateway, boresight, region_min, region_max)
+            missing = [name for name, value in zip(("--output", *PLACES), values, strict=True) if value is None]
+            raise InputError(
+                f"{scene}: an import also needs {', '.join(missing)}; --list alone shows what the file contains"
+            )
         with new_folder(output, force) as unfinished:
             place, report = import_scene(
                 scene,
-                [_rule(text) for text in material],
-                default_material,
-                unit,
-                up,
-                DEFAULT_FREQUENCY if frequency is None else frequency,
+                **options,
+                walls=walls,
                 gateway=Gateway(gateway, facing(boresight), pattern=pattern),
                 transmitter=Transmitter(region_min, region_max),
             )
             write_scene(place, unfinished)
-            if not view:
-                draw_scene(place, unfinished / "scene.png")
+            record = {name: options[name] for name in ("unit", "frequency", "shift")}
+            record = {"file": scene, "up": report.up, **record, "walls": walls}
+            (unfinished / "import.json").write_text(json_format.dumps(record, indent=2) + "\n")
         for name, count in report.degenerate.items():
             say(f"{name}: dropped {count} triangles without area")
+        for sentence in report.assumed:
+            say(sentence)
         for sentence in report.warnings:
             say(f"warning: {sentence}")
         if frequency is None:
             say(
                 f"{scene}: assumed {DEFAULT_FREQUENCY / 1e6:g} MHz, since the file has no frequency and --frequency is "
-                "not given. For another frequency, import the file again into a new folder, for example with "
-                "--frequency 3.5e9"
+                f"not given. For another one, change it in {output / 'scene.yaml'}; the materials follow"
             )
         drawing = output / "scene.png"
     else:
+        refuse_given(OF_AN_IMPORT, f"a file to import, found the scene {scene}")
+        if view:
+            refuse_given(["--force"], "none beside --view, which asks before it replaces a scene")
         place = load_scene(scene)
         drawing = output or Path(f"{file_stem(place.name)}.png")
-        if not view:
-            require_new(drawing, force=force)
-            draw_scene(place, drawing)
     if view:
         from scenes.browser.scene_editor import Editor
         from scenes.browser.served_page import serve
 
-        folder = Path(f"{file_stem(place.name)}-edited") if output is None or is_importable(scene) else output
+        folder = Path(f"{file_stem(place.name)}-edited") if output is None or importable else output
 
         def open_tab(client) -> None:
             Editor(client, place, folder)
 
         serve(f"bisplat: {place.name}", port, open_tab)
         return
+    if importable:
+        failure = _failure_to_draw(place, drawing)
+        if failure:
+            say(f"warning: {failure}; the scene itself is complete")
+    else:
+        require_new(drawing, force=force)
+        draw_scene(place, drawing)
+        failure = None
+    _describe(place, json, None if failure else drawing)
+
+
+def _failure_to_draw(place: Scene, drawing: Path) -> str | None:
+    """Draw an imported scene, and return why it cannot be drawn. The scene is kept all the same."""
+    from scenes.drawing.scene_drawing import draw_scene
+
+    try:
+        draw_scene(place, drawing)
+    except InputError as error:
+        return str(error)
+    except OSError as error:
+        return f"{drawing}: {error.strerror}"
+    return None
+
+
+def _describe(place: Scene, json: bool, drawing: Path | None) -> None:
+    """Print the description of a scene."""
+    from scenes.drawing.scene_drawing import describe_scene
+
     description = describe_scene(place)
     if json:
         print(json_format.dumps(description, indent=2))
@@ -141,11 +209,5 @@ def scene(
     region = description.pop("transmitter region")
     description |= {f"transmitter region {name}": value for name, value in region.items()}
     print_table("scene (metres, hertz)", {"": description})
-    print(printable(f"drawing: {drawing}"))
-
-
-def _rule(text: str) -> tuple[str, str]:
-    pattern, separator, material = text.rpartition("=")
-    if not separator:
-        raise InputError(f"--material: expected NODE=MATERIAL, found {shown(text)}")
-    return pattern, material
+    if drawing is not None:
+        print(printable(f"drawing: {drawing}"))

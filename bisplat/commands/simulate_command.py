@@ -8,11 +8,15 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
+from bisplat.commands.given_options import given_options, names_of, refuse_given
+from bisplat.commands.given_propagation import refuse_idle_propagation
 from scenes.files.errors import printable
-from scenes.files.options import changed, checked, unchecked
+from scenes.files.options import checked, unchecked
 from scenes.files.plain_text import say
 from simulate.engines.engine import Machines
 from simulate.engines.engine_table import ENGINES
+from simulate.engines.fullwave_engine import FullWave
+from simulate.engines.rays_engine import Rays
 from simulate.generation.simulation_options import Simulation
 
 if TYPE_CHECKING:
@@ -33,6 +37,9 @@ EngineOptions: Any = make_dataclass(
     frozen=True,
 )
 """The options of all engines."""
+
+OF_A_REPEAT = {"-o", "--output", "--workers", "--ray", "--field", "--gpu", "--no-gpu"}
+"""The options with which a dataset can be made again. All others are its own."""
 
 
 def simulate(
@@ -58,29 +65,46 @@ def simulate(
 
     from scenes.scene.shapes import bounding_box
     from scenes.storage.scene_yaml import load_scene
-    from simulate.generation.generate import generate
-    from simulate.generation.simulation import name_of_engine, request_for, require_no_options
+    from simulate.generation.generate import generate, has_work
+    from simulate.generation.simulation import name_of_engine, request_for
     from simulate.positions.given_positions import reach_warning
 
     wanted, places = checked(Simulation, content), checked(Machines, machines)
+    again = Path(scene).is_dir()
+    if again:
+        own = set(given_options()) - OF_A_REPEAT
+        refuse_given(own, f"a scene, found the dataset {scene}, which is made again with its own settings")
     options = {name: checked(kind, getattr(engines, name)) for name, kind in ENGINES.items()}
     by = options.pop(name_of_engine(scene, engine))
-    for other in options.values():
-        require_no_options(by.name, **changed(other))
-    if Path(scene).is_dir():
+    for name, other in options.items():
+        refuse_given(names_of(type(other)), f"the engine {name}, found {by.name}")
+    if wanted.positions is not None:
+        refuse_given(["--placement"], f"none beside --positions, found the positions of {wanted.positions}")
+    if isinstance(by, FullWave) and by.field is not None:
+        solving = ("--cell", "--gpu", "--workers", "--ray")
+        refuse_given(solving, f"none beside --field, found the solved field of {by.field}")
+    if again:
         folders: dict[Path, str | Scene] = {output: scene}
     else:
         place = load_scene(scene)
+        if isinstance(by, Rays):
+            refuse_idle_propagation(by.propagation, [place])
         folders = {output / name: seen for name, seen in place.by_gateway().items()}
         if not place.further_gateways:
             folders = {output: place}
-    for number, (folder, seen) in enumerate(folders.items()):
-        # Each array has errors of its own.
-        request = request_for(seen, wanted, by, wanted.seed + number)
+    # Each array has errors of its own.
+    requests = {
+        folder: request_for(seen, wanted, by, wanted.seed + number)
+        for number, (folder, seen) in enumerate(folders.items())
+    }
+    for number, (folder, request) in enumerate(requests.items()):
+        if len(requests) > 1:  # the last folder must not be refused after the work on the first
+            has_work(request, folder, places)
         if wanted.positions is not None and number == 0:
             box = bounding_box(np.vstack([request.scene.bounds, request.scene.transmitter.region]))
             warning = reach_warning(request.positions, box, "the scene", "are they in metres, in the scene's frame?")
             if warning is not None:
                 say(f"warning: {wanted.positions}: {warning}")
+    for folder, request in requests.items():
         generate(request, folder, places)
         print(printable(f"{len(request.positions)} spectra: {folder}"))

@@ -8,11 +8,12 @@ from typing import Annotated, Literal
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
+from bisplat.commands.given_options import given_options, names_of, refuse_given
 from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.simulate_command import Output
 from learn.data.splits import SplitKind
 from learn.models.steps import Processes, Steps
-from learn.training.registry import DEFAULT_MODEL, MODELS
+from learn.training.registry import DEFAULT_MODEL, MODELS, model_class, model_entry
 from scenes.files.errors import InputError, ParameterError, printable
 from scenes.files.options import changed, optional, unchecked
 from scenes.files.plain_text import say
@@ -101,21 +102,42 @@ def train(
         steps: training settings (default: the model's own). helmholtz and twin take none.
         processes: where the training runs.
     """
+    _refuse_idle_settings(model, dataset)
     from learn.training.train import train as train_model
 
     place = str(Path(scene).resolve()) if scene is not None and Path(scene).is_file() else scene
-    given = {"bypass": bypass, "encoding": encoding, "scene": place}
+    given = {"bypass": bypass or None, "encoding": encoding, "scene": place}
     train_model(
         dataset,
         output,
         model=model,
         split=split,
         seed=seed,
-        options={name: value for name, value in given.items() if value},
+        options={name: value for name, value in given.items() if value is not None},
         **changed(steps),
         **vars(processes),
     )
     print(printable(f"run: {output}"))
+
+
+def _refuse_idle_settings(model: str, dataset: Path) -> None:
+    """Refuse settings that the user gave and that this model has no use for on this dataset."""
+    phases = ["--find-phases", "--no-find-phases"]
+    if model_entry(model).by_steps is None:
+        refuse_given([*phases, *names_of(Processes)], f"a model trained by steps, found {model}")
+    if not {*phases, "--full-resolution"} & set(given_options()):
+        return
+    from learn.models.capabilities import HasOwnLoss, PredictsResponses
+    from simulate.dataset.dataset_folder import read_dataset
+
+    kind = model_class(model)
+    if not issubclass(kind, PredictsResponses):
+        refuse_given(phases, f"a model that predicts responses, found {model}")
+    elif read_dataset(dataset).responses is not None:
+        found = f"found {dataset}, from whose responses {model} learns"
+        refuse_given([*phases, "--full-resolution"], f"a dataset of pictures alone, {found}")
+    if issubclass(kind, HasOwnLoss):
+        refuse_given(["--full-resolution"], f"a model that can train on a few pixels, found {model}")
 
 
 def predict(runs: Positional[tuple[Path, ...]], positions: Path, output: Output, force: Force = False) -> None:

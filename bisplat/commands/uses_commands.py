@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
+from bisplat.commands.given_options import names_of, refuse_given
+from bisplat.commands.given_propagation import refuse_idle_propagation
 from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.simulate_command import Output
 from learn.data.splits import SplitKind
@@ -17,6 +19,9 @@ from scenes.files.plain_text import say
 from scenes.files.text_tables import print_rows
 from scenes.scene.tolerances import Tolerances
 from simulate.rays.core.propagation import Propagation
+
+if TYPE_CHECKING:  # its import takes long, and the help does not need it
+    from scenes.scene.description import Scene
 
 
 def calibrate(
@@ -46,13 +51,19 @@ def calibrate(
     """
     from learn.twin.calibrate import calibrate as calibrate_scene
     from learn.twin.calibrate import rows_of, write_calibration
+    from scenes.storage.scene_yaml import load_scene
     from simulate.positions.given_positions import MOST_POSITIONS
 
     require_whole(1, MOST_POSITIONS, spectra=spectra)
     followed, allowed = checked(Propagation, propagation), checked(Tolerances, tolerances)
+    place = load_scene(scene)
+    _refuse_idle_tolerances(place, allowed)
+    refuse_idle_propagation(followed, [place])
+    if split != "random":
+        refuse_given(["--seed"], f"--split random beside it, found {split}, which draws nothing")
     with new_folder(output, force) as unfinished:
         found = calibrate_scene(
-            scene,
+            place,
             dataset,
             spectra,
             split=split,
@@ -66,6 +77,17 @@ def calibrate(
     now, before = found.misfit
     print(f"unexplained share of the measured power: {before:.1%} before, {now:.1%} after")
     print(printable(f"scene: {output / 'scene.yaml'}"))
+
+
+def _refuse_idle_tolerances(scene: Scene, tolerances: Tolerances) -> None:
+    """Refuse tolerances that the user gave for what the scene does not have."""
+    from scenes.scene.unknowns import OF_MATERIALS, unknowns
+
+    kinds = {unknown.kind for unknown in unknowns(scene, tolerances)}
+    if tolerances.objects and "object" not in kinds:
+        refuse_given(["--objects"], f"an object inside the room that can move, found none in {scene.name}")
+    if tolerances.materials and not kinds & set(OF_MATERIALS):
+        refuse_given(["--materials"], f"a material that is no conductor, found none in {scene.name}")
 
 
 def locate(
@@ -136,9 +158,13 @@ def plan(
     require_new(output, force=force)
     from learn.planning.next_positions import plan as plan_positions
     from learn.training.fit_progress import FitProgress
+    from scenes.storage.scene_yaml import load_scene
     from simulate.dataset.dataset_writer import write_positions
 
     followed = checked(Propagation, propagation)
+    if Path(run_or_scene).is_dir():
+        refuse_given(names_of(Propagation), f"a scene to trace, found the run {run_or_scene}")
+    refuse_idle_propagation(followed, [load_scene(run_or_scene)] if followed.diffuse else [])
     with FitProgress("plan") as progress:
         planned = plan_positions(run_or_scene, positions, tour=tour, seed=seed, propagation=followed, report=progress)
     write_positions(output, planned.positions)

@@ -24,7 +24,7 @@ from learn.data.metrics import Scores, score
 from learn.data.splits import SPLITS, SplitKind, split
 from learn.training.run_folder import require_same_spectra
 from learn.training.training_file import device_name
-from scenes.files.atomic import write_atomically
+from scenes.files.atomic import require_writable, write_atomically
 from scenes.files.errors import InputError, require_path, require_whole, require_word
 from scenes.files.input_file import MEGABYTE, read_text
 from scenes.files.json_file import parse_json, read_json
@@ -266,6 +266,8 @@ def begun(
         require_path(output=output)
     if test_spectra is not None:
         require_whole(1, MOST_POSITIONS, test_spectra=test_spectra)
+    if output is not None:
+        require_writable(Path(output) / PROTOCOL)
     dataset = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
     where, by = str(dataset.folder.resolve()), device_name()
     settings = Settings(where, split, SPLIT_SEED, minutes, steps, by, test_spectra, dataset.fingerprint)

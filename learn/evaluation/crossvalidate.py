@@ -198,7 +198,7 @@ def _source(dataset: Dataset, setting: Setting, run: Run, engine: str | Engine |
         by, folder = engine_class(engine)() if isinstance(engine, str) else engine, run.folder
     if not by.keeps_source:
         by = by.for_scene(setting.scene)
-        by.require(setting, Machines())
+        by.require(setting, folder, Machines())
         with progress_bar() as progress:
             return by.source(setting, folder, Machines(), progress), by.called
     if folder != dataset.folder:

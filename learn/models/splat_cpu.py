@@ -24,6 +24,7 @@ from jaxtyping import Float
 from torch import Tensor
 
 from simulate.parallel import ONE_KERNEL
+from simulate.parallel.compiled import compiled
 
 CUTOFF = 1e-8
 """A primitive is left out where its Gaussian is below this; the field's error is below CUTOFF · Σ|o_i c_i|."""
@@ -32,7 +33,7 @@ LEVEL = -2 * math.log(CUTOFF)
 """Squared Mahalanobis distance at which a Gaussian equals ``CUTOFF``."""
 
 
-@numba.njit(cache=True, inline="always")
+@compiled(inline="always")
 def _span(d_elevation, azimuth, a, b, c, step):
     """Columns first … last of a row in which G ≥ CUTOFF, and the forward differences of G from the first column on.
 
@@ -55,7 +56,7 @@ def _span(d_elevation, azimuth, a, b, c, step):
     return first, last, math.exp(-0.5 * start), math.exp(-0.5 * growth), math.exp(-a * step * step)
 
 
-@numba.njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _forward(azimuth, elevation, a, b, c, opacity, real, imaginary, rows, columns, step):
     batch, count = a.shape
     field = np.zeros((batch, len(rows), columns, 2))
@@ -80,7 +81,7 @@ def _forward(azimuth, elevation, a, b, c, opacity, real, imaginary, rows, column
     return field
 
 
-@numba.njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _backward(azimuth, elevation, a, b, c, opacity, real, imaginary, rows, columns, step, field, gradient, groups):
     batch, count = a.shape
     # Each task has its own sums, which are added up at the end. The result therefore does not depend on the order in

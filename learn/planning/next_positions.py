@@ -16,10 +16,10 @@ from learn.planning.planned_fields import fields_of_run, fields_of_scene
 from learn.planning.tour import Tour, short_tour
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import InputError, named, require_flag, require_instance, require_seed, require_whole
+from scenes.files.input_file import what_is_at
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import BUILT_IN, load_scene
 from simulate.dataset.dataset_folder import Dataset
-from simulate.dataset.picture_files import what_is_at
 from simulate.rays.core.propagation import Propagation
 
 PLANNED_MOST = CANDIDATES // 2

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import copy
 import logging
-import tempfile
 import warnings
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -59,7 +59,7 @@ def export(run: Run, path: Path | str) -> None:
     require_instance(Run, run=run)
     require_path(path=path)
     path = Path(path)
-    writers: dict[str, Callable[[ExportedProgram, Path], None]] = {".onnx": _write_onnx, ".pt2": save}
+    writers: dict[str, Callable[[ExportedProgram], bytes]] = {".onnx": _onnx, ".pt2": _pt2}
     if path.suffix not in writers:
         raise InputError(f"{path}: expected a name that ends in .onnx or .pt2, found {path.name}")
     if isinstance(run.model, TracesRays):
@@ -84,11 +84,8 @@ def export(run: Run, path: Path | str) -> None:
                 f"{run.config.model}: expected a model of any number of positions, found one that fixes it; write "
                 f"positions.shape[0] instead of len(positions) ({str(error).splitlines()[0]})"
             ) from error
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=path.parent, prefix=".bisplat-") as folder:
-            content = Path(folder) / path.name
-            writers[path.suffix](program, content)
-            write_atomically(path, content.read_bytes())
+        content = writers[path.suffix](program)
+    write_atomically(path, content)
 
 
 def solve_by_elimination(matrix: Float[Tensor, "B N N"], right: Float[Tensor, "B N"]) -> Float[Tensor, "B N"]:
@@ -114,7 +111,15 @@ def solve_by_elimination(matrix: Float[Tensor, "B N N"], right: Float[Tensor, "B
     return scan(eliminate, rows, torch.eye(matrix.shape[-1], device=matrix.device))[0][..., -1]
 
 
-def _write_onnx(program: ExportedProgram, path: Path) -> None:
+def _pt2(program: ExportedProgram) -> bytes:
+    """Content of a .pt2 file. It is made in memory, since torch ends the process when the disk is full."""
+    content = BytesIO()
+    save(program, content)
+    return content.getvalue()
+
+
+def _onnx(program: ExportedProgram) -> bytes:
+    """Content of an .onnx file."""
     from onnxscript import opset18
 
     op: Any = opset18
@@ -140,4 +145,4 @@ def _write_onnx(program: ExportedProgram, path: Path) -> None:
         },
     )
     assert exported is not None
-    exported.save(path)
+    return exported.model_proto.SerializeToString()

@@ -31,13 +31,8 @@ from learn.training.registry import DEFAULT_MODEL, check_options, model_entry
 from learn.training.run_folder import Run, build_model, load_run, load_weights, require_same_spectra, save_weights
 from learn.training.training_file import write_training
 from learn.training.validation_scores import validate
-from scenes.files.errors import (
-    ParameterError,
-    require_instance,
-    require_path,
-    require_seed,
-    require_whole,
-)
+from scenes.files.atomic import require_writable
+from scenes.files.errors import ParameterError, require_instance, require_path, require_seed, require_whole
 from scenes.files.options import changed, optional, taken, takes
 from scenes.files.output_folder import own_folder, require_own
 from scenes.scene.shapes import bounding_box
@@ -145,13 +140,16 @@ def train_run(
             run with other settings, or another process writes to it.
     """
     _check(config, processes)
-    dataset = dataset or read_dataset(config.dataset)
-    parts = split(dataset, config.split, config.split_seed, config.train_size)
     own: Any = (folder, "run", "config.json", config.settings(), _recorded_settings)
     require_own(*own)
+    finished = (folder / "weights.safetensors").exists()
+    if not finished:
+        require_writable(folder / "config.json")
+    dataset = dataset or read_dataset(config.dataset)
+    parts = split(dataset, config.split, config.split_seed, config.train_size)
     if (folder / "config.json").exists():
         require_same_spectra(dataset, folder, read_config(folder).dataset_sha256)
-    if (folder / "weights.safetensors").exists():
+    if finished:
         return
     if getattr(rank_zero_only, "rank", 0) != 0:  # only the first process claims the folder and writes to it
         _train(config, folder, processes, dataset, parts, learned)

@@ -62,7 +62,8 @@ def cut(triangles: Float[np.ndarray, "n 3 3"], planes: Sequence[Plane]) -> Float
 def ceiling_height(scene: Scene, triangles: Float[np.ndarray, "n 3 3"]) -> float:
     """Return the height of the ceiling above the gateways and the transmitter region, metres.
 
-    It is infinite if one of them has no ceiling. The roof of a building without antennas does not count.
+    It is infinite if one of them has no ceiling. The roof of a building without antennas does not count. Neither does a
+    roof with nothing below it, since a drawing without it would be empty.
 
     Args:
         scene: the scene.
@@ -78,7 +79,8 @@ def ceiling_height(scene: Scene, triangles: Float[np.ndarray, "n 3 3"]) -> float
     over_gateways = [_lowest_above(np.array(gateway.position), triangles) for gateway in gateways]
     # The median, since a lamp or a duct above a part of the region is not a ceiling.
     heights = [float(np.median(over_region)), *over_gateways]
-    return min(heights) if max(heights) < np.inf else np.inf
+    below = triangles[:, :, 2].min() < min(heights) - UNDER_CEILING
+    return min(heights) if max(heights) < np.inf and below else np.inf
 
 
 def _lowest_above(point: Float[np.ndarray, " 3"], triangles: Float[np.ndarray, "n 3 3"]) -> float:
@@ -100,7 +102,8 @@ def opened_walls(
     """Return the inner sides of a room's outer walls that are between the viewer and the inside.
 
     A room has a ceiling or at least three outer walls. An outer wall consists of upright surfaces in one plane that
-    together are long and high. The antennas are on one side of it, and nothing is on the other.
+    together are long and high, without wide gaps, unlike the houses of a street. The antennas are on one side of it,
+    and nothing is on the other.
 
     Args:
         scene: the scene.
@@ -137,8 +140,21 @@ def _outer_walls(scene: Scene, triangles: Float[np.ndarray, "n 3 3"]) -> list[tu
             for place in np.unique(centimetres[centimetres > 100 * (outermost - WALL_REACH)]):
                 wall = chosen[centimetres == place]
                 high_enough = np.ptp(wall[:, :, 2]) > 0.5 * (high - low)[2]
+                long_enough = np.ptp(wall @ along) > 0.5 * length and _gaps(wall @ along) < 1 / 3
                 offset = float((wall @ normal).min())
-                if high_enough and np.ptp(wall @ along) > 0.5 * length and (antennas @ normal < offset).all():
+                if high_enough and long_enough and (antennas @ normal < offset).all():
                     if angle not in inner or offset < inner[angle][1]:
                         inner[int(angle)] = normal, offset
     return list(inner.values())
+
+
+def _gaps(along: Float[np.ndarray, "n 3"]) -> float:
+    """Return the share of a wall's length where none of its triangles is, from their corners' places along it.
+
+    >>> round(_gaps(np.array([[0.0, 1.0, 2.0], [3.0, 4.0, 4.0]])), 2)  # from 2 to 3 of 4
+    0.25
+    """
+    ends = np.column_stack([along.min(axis=1), along.max(axis=1)])
+    ends = ends[ends[:, 0].argsort()]
+    gaps = ends[1:, 0] - np.maximum.accumulate(ends[:-1, 1])
+    return float(gaps.clip(0).sum() / max(np.ptp(ends), 1e-30))

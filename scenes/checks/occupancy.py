@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import trimesh
 from jaxtyping import Bool, Float
 from trimesh import Trimesh
 
@@ -48,21 +47,6 @@ def winding_number(points: Float[np.ndarray, "n 3"], triangles: Float[np.ndarray
     return total
 
 
-def merge_corners(mesh: Trimesh) -> Trimesh:
-    """Return a copy whose faces share corners. If a file repeats them for each face or normal, no part is closed."""
-    copy = Trimesh(mesh.vertices, mesh.faces, process=False)
-    copy.merge_vertices()
-    return copy
-
-
-def closed_parts(mesh: Trimesh) -> list[Trimesh]:
-    """Return the closed parts of a mesh, wound consistently. Sheets and open shells have none."""
-    parts = list(merge_corners(mesh).split(only_watertight=True, repair=False))
-    for part in parts:
-        trimesh.repair.fix_winding(part)  # solid angles of triangles with opposite winding would cancel
-    return parts
-
-
 def _inside(points: Float[np.ndarray, "n 3"], part: Trimesh) -> Bool[np.ndarray, " n"]:
     low, high = part.bounds
     inside = np.all((points > low) & (points < high), axis=1)
@@ -75,12 +59,16 @@ def holds_antennas(scene: Scene, part: Trimesh) -> bool:
 
     Args:
         scene: the scene.
-        part: one of ``closed_parts``.
+        part: one of ``SceneObject.closed_parts``.
     """
     # The region is shrunk by a thousandth. A region that reaches the walls is still inside the room.
     corners = scene.transmitter.corners()
     corners = corners + 1e-3 * (corners.mean(axis=0) - corners)
-    return bool(_inside(np.vstack([corners, scene.gateway.position]), part).all())
+    antennas = np.vstack([corners, scene.gateway.position])
+    low, high = part.bounds
+    if not ((antennas > low) & (antennas < high)).all():  # as for furniture and most buildings
+        return False
+    return bool(_inside(antennas, part).all())
 
 
 def blocking_object(scene: Scene, points: Float[np.ndarray, "n 3"]) -> list[str | None]:
@@ -99,10 +87,11 @@ def blocking_object(scene: Scene, points: Float[np.ndarray, "n 3"]) -> list[str 
     points = np.asarray(points, dtype=float)
     blocker: list[str | None] = [None] * len(points)
     for item in scene.objects:
-        for part in closed_parts(item.mesh):
-            if holds_antennas(scene, part):
+        for part in item.closed_parts:
+            inside = np.flatnonzero(_inside(points, part))
+            if not len(inside) or holds_antennas(scene, part):
                 continue
-            for index in np.flatnonzero(_inside(points, part)):
+            for index in inside:
                 blocker[index] = item.name
     return blocker
 

@@ -4,20 +4,19 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import NoReturn
 
 import numpy as np
 
 from scenes.checks.array_clearance import element_positions, obstruction
+from scenes.checks.material_frequency import outdated
 from scenes.checks.occupancy import blocking_object
-from scenes.files.errors import InputError, did_you_mean, named, shown
+from scenes.files.errors import InputError, ParameterError, did_you_mean, named, shown
 from scenes.scene.description import (
     FARTHEST,
-    HIGHEST_FREQUENCY,
     LONGEST_NAME,
-    LOWEST_FREQUENCY,
     MOST_ELEMENTS,
     MOST_IN_A_ROW,
     MOST_TRIANGLES,
@@ -29,6 +28,7 @@ from scenes.scene.description import (
     Scene,
     Transmitter,
 )
+from scenes.scene.frequency import read_frequency
 from scenes.scene.materials import THICKEST
 
 
@@ -42,9 +42,9 @@ def validate(scene: Scene, source: str) -> None:
     Raises:
         InputError: the message says what is wrong. A number is not finite or is out of its range. A name is empty, too
             long, unprintable or used twice. A pattern, polarisation or material is unknown. An orientation is not a
-            unit quaternion. The transmitter region is empty. There are no objects, or an object has no triangles. An
-            element of a gateway is inside an object, on a surface or behind one. The transmitter region is inside an
-            object.
+            unit quaternion. A material is that of ITU-R P.2040 at another frequency. The transmitter region is empty.
+            There are no objects, or an object has no triangles. An element of a gateway is inside an object, on a
+            surface or behind one. The transmitter region is inside an object.
     """
 
     def refuse(message: str) -> NoReturn:
@@ -58,10 +58,12 @@ def validate(scene: Scene, source: str) -> None:
                 f"further_gateways: expected a name of letters, digits, - and _, except gateway1, found {named(name)}"
             )
         gateways[f"further_gateways.{name}"] = further
-    if not LOWEST_FREQUENCY <= scene.frequency <= HIGHEST_FREQUENCY:
-        refuse(
-            f"frequency must be in hertz, from {LOWEST_FREQUENCY:g} to {HIGHEST_FREQUENCY:g}, found {scene.frequency}"
-        )
+    try:
+        hertz = read_frequency(scene.frequency)
+    except ParameterError as error:
+        refuse(str(error))
+    if hertz != scene.frequency:
+        refuse(f"frequency: expected a number of hertz, found {shown(scene.frequency)}")
     for label, vector in (
         *((f"{name}.position", gateway.position) for name, gateway in gateways.items()),
         *((f"{name}.orientation", gateway.orientation) for name, gateway in gateways.items()),
@@ -127,13 +129,15 @@ def validate(scene: Scene, source: str) -> None:
             refuse(f"{label}: expected finite coordinates, found a vertex that is not finite")
         if np.abs(item.mesh.bounds).max() > FARTHEST:
             refuse(
-                f"{label}: the mesh must be within {FARTHEST:g} m of the origin, found it at "
-                f"{item.mesh.bounds.tolist()}"
+                f"{label}: the mesh must be within {FARTHEST:g} m of the origin, found it from "
+                f"{_point(item.mesh.bounds[0])} to {_point(item.mesh.bounds[1])}"
             )
         if item.thickness is not None and not 0 < item.thickness <= THICKEST:
             refuse(
                 f"{label}: thickness must be a positive number of metres, at most {THICKEST:g}, found {item.thickness}"
             )
+    if (sentence := outdated(scene)) is not None:
+        refuse(sentence)
     for label, gateway in gateways.items():
         _check_place(replace(scene, gateway=gateway, further_gateways={}), label, refuse)
 
@@ -167,19 +171,28 @@ def _check_place(scene: Scene, label: str, refuse: Callable[[str], NoReturn]) ->
     blocker, *blockers = blocking_object(scene, np.vstack([gateway.position, middle]))
     if blocker is not None:
         refuse(
-            f"{label}.position: expected a position outside all objects, found {list(gateway.position)} inside "
+            f"{label}.position: expected a position outside all objects, found {_point(gateway.position)} inside "
             f"{named(blocker)} (a closed mesh is the room only if it also contains the whole transmitter region)"
         )
     found = obstruction(gateway, scene.wavelength, scene.objects)
     if found is not None:
         reach = np.linalg.norm(element_positions(gateway, scene.wavelength) - gateway.position, axis=1).max()
         refuse(
-            f"{label}.position {list(gateway.position)}: expected all elements of the array in the open, found one at "
-            f"{(found.element.round(3) + 0.0).tolist()}, {found.where} object {named(found.object)} "
-            f"(at {scene.frequency / 1e6:g} MHz, elements are up to {reach:.2g} m from the position)"
+            f"{label}.position {_point(gateway.position)}: expected all elements of the array in the open, found one "
+            f"at {_point(found.element)}, {found.where} object {named(found.object)} "
+            f"(at {scene.frequency / 1e6:g} MHz, elements are up to {_plain(reach)} m from the position)"
         )
     if blockers[0] is not None and set(blockers) == {blockers[0]}:
         refuse(
             f"transmitter.region: expected a region outside all objects, found it inside {named(blockers[0])} (a "
-            f"closed mesh is the room only if it also contains the {label}, which is at {list(gateway.position)})"
+            f"closed mesh is the room only if it also contains the {label}, which is at {_point(gateway.position)})"
         )
+
+
+def _plain(metres: float) -> str:
+    """Format a length without exponent: −1.5e-16 as 0.0."""
+    return np.format_float_positional(round(float(metres), 3) + 0.0, trim="0")
+
+
+def _point(point: Iterable[float]) -> str:
+    return f"[{', '.join(_plain(coordinate) for coordinate in point)}]"

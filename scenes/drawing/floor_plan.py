@@ -10,8 +10,7 @@ from trimesh import Trimesh
 from trimesh.grouping import group_rows
 from trimesh.intersections import mesh_plane
 
-from scenes.checks.enclosure import ceiling_height, cut, enclosing, opened_ceiling
-from scenes.checks.occupancy import closed_parts
+from scenes.checks.enclosure import UNDER_CEILING, ceiling_height, cut, enclosing, opened_ceiling
 from scenes.scene.description import Scene, SceneObject
 
 if TYPE_CHECKING:
@@ -29,7 +28,7 @@ def section_height(scene: Scene) -> float:
     return float(scene.transmitter.region[:, 2].mean())
 
 
-def draw_plan(axes: Axes, scene: Scene) -> list[str]:
+def draw_plan(axes: Axes, scene: Scene) -> tuple[list[str], str]:
     """Draw a scene from above.
 
     Args:
@@ -37,7 +36,7 @@ def draw_plan(axes: Axes, scene: Scene) -> list[str]:
         scene: the scene.
 
     Returns:
-        The names of the numbered objects, in the order of their numbers 1, 2, …
+        The names of the numbered objects, in the order of their numbers 1, 2, …; and what the plan shows.
     """
     from matplotlib.collections import LineCollection
     from matplotlib.patches import PathPatch, Rectangle
@@ -49,15 +48,18 @@ def draw_plan(axes: Axes, scene: Scene) -> list[str]:
     _draw_from_above(axes, scene, ceiling, line=0.3 if many else 0.6)
 
     antennas = np.vstack([scene.transmitter.region.mean(axis=0), scene.gateway.position])[:, :2]
+    lines: list[np.ndarray] = []
+    colors: list[list[float]] = []
     for item in scene.objects:
         color = scene.materials[item.material].color
-        lines, solids = section(item.mesh, section_height(scene))
-        dark = [0.6 * component for component in color]
-        axes.add_collection(LineCollection(list(lines), colors=[dark], linewidths=0.7 if many else 1.6, zorder=3))
+        found = section(item.mesh, section_height(scene))
+        lines += list(found)
+        colors += [[0.6 * component for component in color]] * len(found)
         # Below a ceiling, closed parts are filled, except the one around the antennas, which is the room itself.
-        for solid in solids if ceiling < np.inf else []:
+        for solid in solids(item, section_height(scene)) if ceiling < np.inf else []:
             if not solid.contains_points(antennas).any():
                 axes.add_patch(PathPatch(solid, facecolor=color, edgecolor="none", zorder=2))
+    axes.add_collection(LineCollection(lines, colors=colors, linewidths=0.7 if many else 1.6, zorder=3))
 
     names: list[str] = []
     taken: list[np.ndarray] = []
@@ -82,7 +84,16 @@ def draw_plan(axes: Axes, scene: Scene) -> list[str]:
         axes.annotate("", (x + dx, y + dy), (x, y), arrowprops=arrow, zorder=6)
     axes.autoscale_view()
     axes.set(aspect="equal", xlabel="x [m]", ylabel="y [m]")
-    return names
+    return names, _caption(scene, ceiling)
+
+
+def _caption(scene: Scene, ceiling: float) -> str:
+    """Return what the plan shows of a scene with a ceiling at some height, metres."""
+    height = section_height(scene)
+    cut_off = f", cut off at z = {ceiling - UNDER_CEILING:.2f} m" if ceiling < np.inf else ""
+    if any(item.mesh.bounds[0, 2] < height < item.mesh.bounds[1, 2] for item in scene.objects):
+        return f"seen from above{cut_off}; section at z = {height:.2f} m"
+    return f"seen from above{cut_off}; nothing at z = {height:.2f} m, the height of the region"
 
 
 def _draw_from_above(axes: Axes, scene: Scene, ceiling: float, line: float) -> None:
@@ -116,31 +127,43 @@ def _outlines(mesh: Trimesh) -> Float[np.ndarray, "n 2 3"]:
     return mesh.vertices[np.concatenate([mesh.face_adjacency_edges[bent], mesh.edges_sorted[alone]])]
 
 
-def section(mesh: Trimesh, height: float) -> tuple[Float[np.ndarray, "n 2 2"], list[Path]]:
-    """Cut a mesh by a horizontal plane.
+def section(mesh: Trimesh, height: float) -> Float[np.ndarray, "n 2 2"]:
+    """Return the lines in which a horizontal plane cuts a mesh, by their two ends (x, y), metres.
 
     Args:
         mesh: the mesh, metres.
         height: height of the plane, metres.
 
-    Returns:
-        The lines of the section by their two ends (x, y), metres; and the area of each closed part, without its holes.
-
     >>> from scenes.scene.shapes import box
-    >>> lines, (solid,) = section(box((0, 0, 0), (2, 1, 1)), 0.5)
+    >>> lines = section(box((0, 0, 0), (2, 1, 1)), 0.5)
     >>> lines.min(axis=(0, 1)).tolist(), lines.max(axis=(0, 1)).tolist()
     ([0.0, 0.0], [2.0, 1.0])
+    """
+    low, high = mesh.bounds[:, 2]
+    if not low < height < high:
+        return np.zeros((0, 2, 2))
+    return mesh_plane(mesh, plane_normal=(0, 0, 1), plane_origin=(0, 0, height))[:, :, :2]
+
+
+def solids(item: SceneObject, height: float) -> list[Path]:
+    """Return the area of each closed part of an object in a horizontal plane, without its holes, metres.
+
+    Args:
+        item: the object.
+        height: height of the plane, metres.
+
+    >>> from scenes.scene.shapes import box
+    >>> (solid,) = solids(SceneObject("crate", box((0, 0, 0), (2, 1, 1)), "wood"), 0.5)
     >>> bool(solid.contains_point((1.5, 0.5)))
     True
     """
-    plane = {"plane_normal": (0, 0, 1), "plane_origin": (0, 0, height)}
-    low, high = mesh.bounds[:, 2]
-    if not low < height < high:
-        return np.zeros((0, 2, 2)), []
-    # Part by part: lines of parts that touch would be joined in the wrong order.
-    sections = [part.section(**plane) for part in closed_parts(mesh)]
-    solids = [_area([line[:, :2] for line in each.discrete]) for each in sections if each is not None]
-    return mesh_plane(mesh, **plane)[:, :, :2], solids
+    areas = []
+    for part in item.closed_parts:  # one by one: lines of parts that touch would be joined in the wrong order
+        low, high = part.bounds[:, 2]
+        cut_part = part.section(plane_normal=(0, 0, 1), plane_origin=(0, 0, height)) if low < height < high else None
+        if cut_part is not None:
+            areas.append(_area([line[:, :2] for line in cut_part.discrete]))
+    return areas
 
 
 def _area(loops: list[Float[np.ndarray, "n 2"]]) -> Path:

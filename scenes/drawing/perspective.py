@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
 from scenes.checks.depth_buffer import DepthBuffer, depth_buffer
-from scenes.checks.enclosure import Plane, ceiling_height, cut, opened_ceiling, opened_walls
+from scenes.checks.enclosure import UNDER_CEILING, Plane, ceiling_height, cut, opened_ceiling, opened_walls
 from scenes.drawing.floor_plan import REGION
 from scenes.scene.description import Gateway, Scene
 from scenes.scene.shapes import bounding_box
@@ -25,7 +25,7 @@ SAMPLES = 400  # points along a line that are tested for visibility
 CROP = 0.5  # if the neighbourhood of the antennas is smaller than this share of the scene, only it is drawn
 
 
-def draw_view(axes: Axes3D, scene: Scene) -> None:
+def draw_view(axes: Axes3D, scene: Scene) -> list[str]:
     """Draw a scene as seen from low x and low y. Hidden parts of the transmitter region and gateways are dashed.
 
     If the scene is much larger than the space between the antennas, only their neighbourhood is drawn.
@@ -33,12 +33,15 @@ def draw_view(axes: Axes3D, scene: Scene) -> None:
     Args:
         axes: the axes to draw on, in metres.
         scene: the scene.
+
+    Returns:
+        What is left out of the drawing, such as "2 walls in front".
     """
     from matplotlib.image import AxesImage
 
     gateways = (scene.gateway, *scene.further_gateways.values())
     antennas = np.vstack([scene.transmitter.corners(), *(gateway.position for gateway in gateways)])
-    triangles, colors = _surfaces(scene, antennas)
+    triangles, colors, left_out = _surfaces(scene, antennas)
     shown = np.vstack([triangles.reshape(-1, 3), antennas])  # outdoors the antennas may be above all objects
     low, high = bounding_box(shown)
     _set_up(axes, low, high)
@@ -66,34 +69,57 @@ def draw_view(axes: Axes3D, scene: Scene) -> None:
                 _draw_line(axes, buffer, np.array([a, b]), tolerance)
     for gateway in gateways:
         _draw_gateway(axes, buffer, gateway, 0.12 * float(np.max(high - low)), tolerance)
+    return left_out
 
 
 def _surfaces(
     scene: Scene, antennas: Float[np.ndarray, "n 3"]
-) -> tuple[Float[np.ndarray, "n 3 3"], Float[np.ndarray, "n 3"]]:
-    """Return the triangles to draw, metres, and their shaded colours (RGB)."""
+) -> tuple[Float[np.ndarray, "n 3 3"], Float[np.ndarray, "n 3"], list[str]]:
+    """Return the triangles to draw, metres, their shaded colours (RGB), and what is left out."""
     everything = np.concatenate([item.mesh.triangles for item in scene.objects])
     ceiling = ceiling_height(scene, everything)
     viewer = Rotation.from_euler("ZY", [VIEW["azim"], -VIEW["elev"]], degrees=True).apply([1, 0, 0])
-    planes = opened_ceiling(ceiling) + opened_walls(scene, everything, viewer, roofed=ceiling < np.inf)
-    planes += _neighbourhood(scene, antennas)
+    walls = opened_walls(scene, everything, viewer, roofed=ceiling < np.inf)
+    reach = _reach(scene, antennas, everything)
+    left_out = []
+    if ceiling < np.inf:
+        left_out.append(f"everything above z = {ceiling - UNDER_CEILING:.2f} m")
+    if walls:
+        left_out.append("1 wall in front" if len(walls) == 1 else f"{len(walls)} walls in front")
+    if reach < np.inf:
+        left_out.append(f"what is beyond {reach:.0f} m from the antennas")
+    planes = opened_ceiling(ceiling) + walls + _square_around(antennas, reach)
     parts = [cut(item.mesh.triangles, planes) for item in scene.objects]
+    if not any(len(part) for part in parts):  # an empty drawing would show less than one that hides something
+        parts, left_out = [np.asarray(item.mesh.triangles) for item in scene.objects], []
     colors = [scene.materials[item.material].color for item in scene.objects]
     triangles = np.concatenate(parts)
     normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
     normals /= np.linalg.norm(normals, axis=1, keepdims=True).clip(1e-30)
     shade = 0.65 + 0.35 * np.abs(normals @ LIGHT)
-    return triangles, np.clip(shade[:, None] * np.repeat(colors, [len(part) for part in parts], axis=0), 0, 1)
+    shaded = np.clip(shade[:, None] * np.repeat(colors, [len(part) for part in parts], axis=0), 0, 1)
+    return triangles, shaded, left_out
 
 
-def _neighbourhood(scene: Scene, antennas: Float[np.ndarray, "n 3"]) -> list[Plane]:
-    """Return the sides of a square around the antennas, three times as wide as the space between them."""
+def _reach(scene: Scene, antennas: Float[np.ndarray, "n 3"], triangles: Float[np.ndarray, "n 3 3"]) -> float:
+    """Return how far along x and y from the middle of the antennas to draw, metres; infinite for a small scene.
+
+    The drawing is at least three times as wide as the space between the antennas, and shows the nearest object.
+    """
     low, high = bounding_box(antennas[:, :2])
-    half = 1.5 * float(np.max(high - low))
-    if 2 * half > CROP * np.ptp(scene.bounds, axis=0)[:2].max():
+    middle = (low + high) / 2
+    across = np.maximum(triangles[:, :, :2].min(axis=1) - middle, middle - triangles[:, :, :2].max(axis=1))
+    nearest = float(across.max(axis=1).min())
+    reach = max(1.5 * float(np.max(high - low)), 1.5 * nearest)
+    return reach if 2 * reach <= CROP * np.ptp(scene.bounds, axis=0)[:2].max() else np.inf
+
+
+def _square_around(antennas: Float[np.ndarray, "n 3"], reach: float) -> list[Plane]:
+    """Return the sides of an upright square around the antennas, none for an infinite reach."""
+    if reach == np.inf:
         return []
-    middle = np.array([*(low + high) / 2, 0.0])
-    return [(middle + half * side, -side) for side in np.vstack([np.eye(3)[:2], -np.eye(3)[:2]])]
+    middle = np.array([*bounding_box(antennas[:, :2]).mean(axis=0), 0.0])
+    return [(middle + reach * side, -side) for side in np.vstack([np.eye(3)[:2], -np.eye(3)[:2]])]
 
 
 def _set_up(axes: Axes3D, low: Float[np.ndarray, " 3"], high: Float[np.ndarray, " 3"]) -> None:

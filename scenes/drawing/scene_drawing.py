@@ -4,19 +4,20 @@ from __future__ import annotations
 
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Float
-from trimesh import Trimesh
 
-from scenes.checks.occupancy import closed_parts
-from scenes.drawing.floor_plan import REGION, draw_plan, section_height
+from scenes.drawing.floor_plan import REGION, draw_plan
 from scenes.drawing.perspective import draw_view
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import require_instance, require_path
+from scenes.files.errors import InputError, reason, require_instance, require_path, shown
 from scenes.files.plain_text import in_figure
-from scenes.scene.description import Gateway, Scene
+from scenes.scene.description import Gateway, Scene, SceneObject
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def describe_scene(scene: Scene) -> dict[str, Any]:
@@ -41,7 +42,7 @@ def describe_scene(scene: Scene) -> dict[str, Any]:
                 "material": item.material,
                 "size": _round(item.mesh.extents),
                 "triangles": len(item.mesh.faces),
-                "closed": _is_closed(item.mesh),
+                "closed": _is_closed(item),
             }
             for item in scene.objects
         ],
@@ -74,24 +75,35 @@ def _round(vector: Float[np.ndarray, " 3"]) -> list[float]:
     return [round(float(c), 4) + 0.0 for c in vector]  # + 0.0 turns -0.0 into 0.0
 
 
-def _is_closed(mesh: Trimesh) -> bool:
+def _is_closed(item: SceneObject) -> bool:
     """Whether every triangle belongs to a closed part."""
-    return sum(len(part.faces) for part in closed_parts(mesh)) == len(mesh.faces)
+    return sum(len(part.faces) for part in item.closed_parts) == len(item.mesh.faces)
+
+
+FORMATS = (".png", ".pdf", ".svg")
+"""File types of a drawing, by the end of its name."""
+
+
+class DrawingError(InputError):
+    """A scene could not be drawn. A scene that was written before is complete without its drawing."""
 
 
 def draw_scene(scene: Scene, path: str | Path) -> None:
-    """Draw a scene as a PNG: a floor plan on the left, a perspective view on the right.
+    """Draw a scene: a floor plan on the left, a perspective view on the right.
 
     Objects have the colours of their materials. The plan numbers the objects and shows a section at the middle height
     of the transmitter region. A ceiling above the antennas is left out, and so are the walls between the viewer and
-    the inside of a room. Outdoors, nothing is left out. Hidden edges of the transmitter region are dashed. If the
-    antennas are in a small part of a large scene, the perspective view shows only their neighbourhood.
+    the inside of a room; outdoors, nothing is left out. Hidden edges of the transmitter region are dashed. If the
+    antennas are in a small part of a large scene, the perspective view shows only their neighbourhood. The drawing says
+    what it leaves out.
 
     Args:
         scene: the scene.
-        path: the PNG file. An existing file is replaced.
+        path: the file, whose name ends in .png, .pdf or .svg. An existing file is replaced.
 
     Raises:
+        DrawingError: the scene cannot be drawn. This is an ``InputError``.
+        InputError: the name of the file has another ending.
         OSError: the file cannot be written.
 
     Example:
@@ -100,6 +112,18 @@ def draw_scene(scene: Scene, path: str | Path) -> None:
     """
     require_instance(Scene, scene=scene)
     require_path(path=path)
+    path = Path(path)
+    if path.suffix.lower() not in FORMATS:
+        raise InputError(f"{path}: expected a drawing named {', '.join(FORMATS)}, found {shown(path.suffix)}")
+    content = BytesIO()
+    try:
+        _figure(scene).savefig(content, format=path.suffix[1:].lower())
+    except Exception as error:  # a drawing is optional, so no fault in it may end the work of which it is a part
+        raise DrawingError(f"{path}: the scene could not be drawn: {type(error).__name__}: {reason(error)}") from error
+    write_atomically(path, content.getbuffer())
+
+
+def _figure(scene: Scene) -> Figure:
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
@@ -108,12 +132,16 @@ def draw_scene(scene: Scene, path: str | Path) -> None:
     grid = figure.add_gridspec(1, 2, width_ratios=(1, 1.05))
     left, right = figure.add_subfigure(grid[0]), figure.add_subfigure(grid[1])
     plan = left.add_subplot()
-    names = draw_plan(plan, scene)
-    draw_view(right.add_subplot(projection="3d"), scene)
+    names, plan_shows = draw_plan(plan, scene)
+    left_out = draw_view(right.add_subplot(projection="3d"), scene)
+    if left_out:
+        right.supxlabel(f"left out of this view: {'; '.join(left_out)}", fontsize=9)
     count = len(scene.objects)
     plan.set_title(
         f"{in_figure(scene.name)}: {scene.frequency / 1e6:g} MHz, λ = {scene.wavelength * 100:.1f} cm, "
-        f"{scene.gateway.rows} × {scene.gateway.columns} array, {count} {'object' if count == 1 else 'objects'}"
+        f"{scene.gateway.rows} × {scene.gateway.columns} array, {count} {'object' if count == 1 else 'objects'}\n"
+        f"{plan_shows}",
+        fontsize=11,
     )
     if names:
         key = [Patch(alpha=0, label=f"{number} {in_figure(name)}") for number, name in enumerate(names, start=1)]
@@ -122,10 +150,8 @@ def draw_scene(scene: Scene, path: str | Path) -> None:
     handles: list[Any] = [
         Patch(facecolor=m.color, edgecolor="0.3", label=in_figure(name)) for name, m in scene.materials.items()
     ]
-    handles.append(Line2D([], [], color="0.3", lw=1.6, label=f"plan: section at z = {section_height(scene):.3g} m"))
+    handles.append(Line2D([], [], color="0.3", lw=1.6, label="plan: section"))
     handles.append(Patch(facecolor=REGION, edgecolor="green", label="transmitter region"))
     handles.append(Patch(facecolor="crimson", label="gateway and boresight"))
     right.legend(handles=handles, loc="outside upper center", ncols=4, frameon=False, fontsize=9)
-    content = BytesIO()
-    figure.savefig(content, format="png")
-    write_atomically(Path(path), content.getbuffer())
+    return figure

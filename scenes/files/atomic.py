@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+
+from scenes.files.errors import InputError
+from scenes.files.input_file import what_is_at
+from scenes.files.temporary import is_temporary, remove_left, temporary_file
 
 
 def write_atomically(path: Path, content: bytes | memoryview) -> None:
@@ -35,18 +39,43 @@ def written_atomically(path: Path) -> Iterator[Path]:
         it was before.
 
     Raises:
-        OSError: the temporary file cannot be written to the disk or renamed.
+        OSError: the temporary file cannot be written to the disk or renamed. The error names the file itself.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = path.with_name(path.name + ".tmp")
     try:
-        yield temporary
-        _sync(temporary)
-        os.replace(temporary, path)
-    except BaseException as error:
-        temporary.unlink(missing_ok=True)
-        if isinstance(error, OSError) and error.filename is None:
-            error.filename = str(path)
+        with temporary_file(path.parent) as temporary:
+            yield temporary
+            _sync(temporary)
+            os.replace(temporary, path)
+    except OSError as error:
+        if error.filename is None or is_temporary(Path(os.fsdecode(error.filename)).name):
+            error.filename, error.filename2 = str(path), None
+        raise
+
+
+def require_writable(path: Path) -> None:
+    """Find out before long work whether a file can be written. Remove what killed processes left in its folder.
+
+    The folder, or the one above in which it will be made, gets a file, which is removed at once.
+
+    Args:
+        path: the file, which need not exist.
+
+    Raises:
+        InputError: there is a file on the path to it.
+        OSError: its folder cannot be written to, or its name is too long for the disk.
+    """
+    with suppress(FileNotFoundError, NotADirectoryError):
+        path.lstat()
+    folder = next(each for each in path.parents if os.path.lexists(each))
+    if not folder.is_dir():
+        raise InputError(f"{folder}: expected a folder, found {what_is_at(folder)}")
+    remove_left(folder)
+    try:
+        with temporary_file(folder):
+            pass
+    except OSError as error:
+        error.filename = str(folder)
         raise
 
 

@@ -75,8 +75,21 @@ def beside(path: Path, name: str) -> Path:
     return path.parent / parts
 
 
+def what_is_at(path: Path) -> str:
+    """What is at a path where something else is expected, for a message.
+
+    >>> what_is_at(Path("/dev/null")), what_is_at(Path("/nowhere"))
+    ('a device', 'nothing there')
+    """
+    try:
+        return _kind(os.stat(path).st_mode)
+    except OSError:
+        return "a link to nothing" if path.is_symlink() else "nothing there"
+
+
 def _kind(mode: int) -> str:
     kinds = {
+        stat.S_IFREG: "a file",
         stat.S_IFDIR: "a folder",
         stat.S_IFIFO: "a named pipe",
         stat.S_IFSOCK: "a socket",

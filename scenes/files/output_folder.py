@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import os
-import shutil
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
 from scenes.files.errors import InputError, shown
 from scenes.files.folder_lock import LOCK, locked
+from scenes.files.input_file import what_is_at
+from scenes.files.temporary import is_temporary, remove_left, temporary_folder
 
 
 @contextmanager
@@ -18,45 +19,63 @@ def new_folder(output: Path, force: bool | None = None) -> Iterator[Path]:
     """Make a folder. If the process is killed before the end, the same call starts again from the beginning.
 
     Args:
-        output: the folder, which must be new or empty.
+        output: the folder, which must be new or empty. It may be on a disk of its own.
         force: whether the folder may contain other files, of which those of the same names are replaced. None: the
             command has no option --force.
 
     Yields:
-        The folder to write to, in .NAME.unfinished beside the output.
+        The folder to write to, a temporary one inside the output. What is in it at the end of the block is moved to
+        the output, files of subfolders first: a scene's YAML and a dataset's index files refer to them.
 
     Raises:
         InputError: the output contains other files, or another process is making it.
     """
-    output = output.absolute()
     _require_new(output, force)
-    unfinished = output.with_name(f".{output.name}.unfinished")
-    with locked(unfinished):
-        new = unfinished / "new"
-        shutil.rmtree(new, ignore_errors=True)  # left by a process that was killed
-        try:
-            new.mkdir()
-            yield new
+    made = not output.exists()
+    try:
+        with locked(output):
             _require_new(output, force)
-            if not output.exists():
-                new.rename(output)
-                return
-            # Files of subfolders first: a scene's YAML and a dataset's index files refer to them and come last.
-            files = [path for path in new.rglob("*") if path.is_file()]
-            for file in sorted(files, key=lambda path: -len(path.parts)):
-                place = output / file.relative_to(new)
-                place.parent.mkdir(parents=True, exist_ok=True)
-                os.replace(file, place)
-        finally:
-            shutil.rmtree(unfinished, ignore_errors=True)
+            remove_left(output)
+            with temporary_folder(output) as new:
+                yield new
+                _require_new(output, force)
+                _move_content(new, output)
+    except BaseException:
+        if made:
+            with suppress(OSError):  # another process has begun to use it
+                output.rmdir()
+        raise
 
 
 def _require_new(output: Path, force: bool | None) -> None:
-    if output.exists() and not output.is_dir():
-        raise InputError(f"{output}: expected a new folder, found a file")
-    if output.exists() and not force and any(output.iterdir()):
+    if os.path.lexists(output) and not output.is_dir():
+        raise InputError(f"{output}: expected a new folder, found {what_is_at(output)}")
+    if output.exists() and not force and has_other_files(output):
         hint = "" if force is None else "; --force replaces files of the same names"
         raise InputError(f"{output}: expected a new folder, found other files{hint}")
+
+
+def has_other_files(folder: Path) -> bool:
+    """Whether a folder has other files than those that a process leaves that was killed before it wrote any.
+
+    Args:
+        folder: an existing folder.
+    """
+    return any(path.name != LOCK and not is_temporary(path.name) for path in folder.iterdir())
+
+
+def _move_content(source: Path, target: Path) -> None:
+    """Move folders, then files, to a folder on the same disk. A link in the way is replaced, not followed."""
+    for path in sorted(source.iterdir(), key=lambda path: (path.is_file(), path.name)):
+        place = target / path.name
+        if path.is_dir() and place.is_dir() and not place.is_symlink():
+            _move_content(path, place)
+            continue
+        if path.is_dir():
+            place.unlink(missing_ok=True)
+        elif place.is_dir() and not place.is_symlink():
+            raise InputError(f"{place}: expected a file to replace, found a folder")
+        os.replace(path, place)
 
 
 @contextmanager
@@ -78,6 +97,7 @@ def own_folder(
     require_own(folder, kind, record, settings, read)
     with locked(folder):
         require_own(folder, kind, record, settings, read)  # another process may have started in the meantime
+        remove_left(folder, deep=True)
         yield
 
 
@@ -90,8 +110,7 @@ def require_own(
         InputError: the folder contains other files or other settings.
     """
     if not os.path.lexists(folder / record):
-        left = {LOCK, f"{record}.tmp"}  # left by a process that was killed at its start
-        if folder.exists() and (not folder.is_dir() or {path.name for path in folder.iterdir()} - left):
+        if folder.exists() and (not folder.is_dir() or has_other_files(folder)):
             raise InputError(f"{folder}: expected a new folder or an earlier {kind}, found other files")
         return
     found = read(folder / record)

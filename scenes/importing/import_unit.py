@@ -12,10 +12,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
+from scenes.importing.lengths import METRES, in_each_unit, plain, plain_size
 from scenes.scene.description import FARTHEST
-
-METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "in": 0.0254, "ft": 0.3048}
-"""Units of length, in metres."""
 
 DOUBTED = (1 / 3, 60.0)
 """Smallest and largest plausible ratio: the size of the scene over that of the box around the gateway and the
@@ -34,7 +32,7 @@ class UnitDoubt(NamedTuple):
     """A reason to doubt a unit.
 
     Attributes:
-        sentence: what was expected, what was found, and which unit would fit.
+        sentence: what was expected, what was found, which unit would fit, and the size in each unit.
         impossible: whether the unit cannot be right.
     """
 
@@ -54,8 +52,9 @@ def unit_doubt(
         wavelength: metres. A scene smaller than the wavelength reflects nothing.
 
     >>> unit_doubt(np.array([[0, 0, 0], [5000, 4000, 3000]]), np.array([[0.5, 2, 2], [4, 3, 1]]), "m", 0.33).sentence
-    'expected a scene about as large as the gateway and the transmitter region together, 3.8 m, found one of \
-5000 x 4000 x 3000 m with the unit m; with the unit mm it would be 5 x 4 x 3 m'
+    'expected a scene about as large as the gateway and the transmitter region together, 3.77 m, found one of \
+5000 x 4000 x 3000 m with the unit m; with the unit mm it would be 5 x 4 x 3 m (in the others: cm 50 x 40 x 30 m, in \
+127 x 102 x 76.2 m, ft 1524 x 1219 x 914 m)'
     >>> unit_doubt(np.array([[0, 0, 0], [5, 4, 3]]), np.array([[0.5, 2, 2], [4, 3, 1]]), "m", 0.33) is None
     True
     """
@@ -69,17 +68,20 @@ def unit_doubt(
     too_small = size < wavelength
     if not too_small and DOUBTED[0] <= ratio <= DOUBTED[1]:
         return None
-    found = f"found one of {_shown(extents)} with the unit {unit}"
+    found = f"found one of {plain_size(extents)} with the unit {unit}"
     if too_small and DOUBTED[0] <= ratio <= DOUBTED[1]:
-        expected = f"expected a scene larger than the wavelength, {wavelength:.2g} m"
+        expected = f"expected a scene larger than the wavelength, {plain(wavelength)} m"
     else:
-        expected = f"expected a scene about as large as the gateway and the transmitter region together, {span:.2g} m"
+        expected = (
+            f"expected a scene about as large as the gateway and the transmitter region together, {plain(span)} m"
+        )
+    sizes = in_each_unit(extents, unit)
     fits = min(METRES, key=lambda other: abs(math.log(ratio * METRES[other] / METRES[unit] / TYPICAL)))
-    suggestion = "; are the gateway and the region right?"
+    suggestion = "are the gateway and the region right?"
     if fits != unit:
-        suggestion = f"; with the unit {fits} it would be {_shown(extents * METRES[fits] / METRES[unit])}"
-    return UnitDoubt(f"{expected}, {found}{suggestion}", too_small or not REFUSED[0] <= ratio <= REFUSED[1])
-
-
-def _shown(extents: Float[np.ndarray, " 3"]) -> str:
-    return " x ".join(f"{extent:.3g}" if extent < 100 else f"{extent:.0f}" for extent in extents) + " m"
+        suggestion = f"with the unit {fits} it would be {sizes[fits]}"
+    others = ", ".join(f"{other} {size}" for other, size in sizes.items() if other not in (unit, fits))
+    return UnitDoubt(
+        f"{expected}, {found}; {suggestion} (in the others: {others})",
+        too_small or not REFUSED[0] <= ratio <= REFUSED[1],
+    )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -20,8 +21,10 @@ from scenes.files.extras import require_extra
 from scenes.files.input_file import beside
 from scenes.files.number_text import parse_number
 from scenes.files.xml_file import read_xml
-from scenes.importing.mesh_files import read_meshes, require_ordinary
-from scenes.scene.materials import RadioMaterial, material_names, p2040_material
+from scenes.importing.file_materials import known_material, material_at, proposed_rule, short_name
+from scenes.importing.formats.mesh_checks import require_ordinary
+from scenes.importing.mesh_files import read_mesh_file
+from scenes.scene.materials import RadioMaterial, material_names
 from scenes.scene.shapes import box, sheet, union
 
 SIONNA = "sionna:"  # prefix of the names of scenes that come with Sionna RT
@@ -52,57 +55,74 @@ class MitsubaShape:
         mesh: the triangles with the transform applied, in the file's own unit and axes.
         bsdf: the XML element of the material, if the shape has one.
         source: the start of every message about the shape.
+        mesh_file: name of its mesh file without the suffix, if it has one.
+        left_out: a sentence for each thing in its mesh file that was not read.
     """
 
     name: str
     mesh: Trimesh
     bsdf: Element | None
     source: str
+    mesh_file: str | None = None
+    left_out: tuple[str, ...] = ()
 
-    def radio_material(self, frequency: float, default: str | None = None) -> RadioMaterial:
-        """Return the shape's radio material. Its name is the id of the bsdf without "mat-" and "itu_".
+    @property
+    def bsdf_id(self) -> str | None:
+        """Id of the material, such as "mat-itu_concrete"; None if there is none."""
+        return None if self.bsdf is None else self.bsdf.get("id")
+
+    @property
+    def states_thickness(self) -> bool:
+        """Whether the file has the thickness of the material."""
+        return self.bsdf is not None and any(child.get("name") == "thickness" for child in self.bsdf)
+
+    def radio_material(self, frequency: float, own: Mapping[str, RadioMaterial] | None = None) -> RadioMaterial | None:
+        """Return the shape's radio material, named by the id of the bsdf without "mat-", "itu_" and Blender's number.
 
         Args:
             frequency: Hz.
-            default: name of the P.2040 material for a shape without a radio material in the file.
+            own: materials whose values you give, by name. They take precedence over the file's of the same name.
 
         Returns:
-            The material.
+            The material; None if the file has only visual properties.
 
         Raises:
-            InputError: there is neither a radio material nor a default; a material or property is unknown; a value is
-                out of its range; or P.2040 does not give the material at the frequency.
+            InputError: a material or property is unknown; a value is out of its range; or P.2040 does not give the
+                material at the frequency.
         """
-        bsdf = Element("bsdf", type="none") if self.bsdf is None else self.bsdf
-        kind, mat = bsdf.get("type"), bsdf.get("id", "").removeprefix("mat-")
-        name = re.sub("^itu[_-]", "", mat)
-        label = f"{self.source}: bsdf {named(bsdf.get('id', kind) or '')}"
-        given = {child.get("name"): child for child in bsdf if child.tag in ("float", "integer", "string")}
-        row = name.replace(" ", "_")
-        known = ["thickness", "scattering_coefficient", "xpd_coefficient"]
+        if self.bsdf is None:
+            return None
+        own = own or {}
+        kind, mat = self.bsdf.get("type"), short_name(self.bsdf.get("id", "")).removeprefix("mat-")
+        name = re.sub("^itu[_-]", "", mat, flags=re.IGNORECASE)
+        known = known_material(name, own)
+        if known is not None and known in own:
+            return material_at(known, frequency, own)
+        label = f"{self.source}: bsdf {named(self.bsdf.get('id', kind) or '')}"
+        given = {child.get("name"): child for child in self.bsdf if child.tag in ("float", "integer", "string")}
+        keys = ["thickness", "scattering_coefficient", "xpd_coefficient"]
         if kind == "radio-material":
-            known += ["relative_permittivity", "conductivity"]
-        elif kind == "itu-radio-material" or name != mat or row in material_names():
-            row = given.pop("type").get("value", "") if "type" in given else row
-            if row not in material_names():
-                suggestion = did_you_mean(row, material_names())
-                raise InputError(f"{label}: expected a material of ITU-R P.2040, found {named(row)}; {suggestion}")
-        elif default is not None:
-            return p2040_material(default, frequency)
+            keys += ["relative_permittivity", "conductivity"]
+        elif kind == "itu-radio-material" or name != mat or known is not None:
+            wanted = given.pop("type").get("value", "") if "type" in given else name
+            known = known_material(wanted, {})
+            if known is None:
+                suggestion = did_you_mean(wanted, material_names())
+                raise InputError(
+                    f"{label}: expected a material of ITU-R P.2040, found {named(wanted)}; {suggestion} (or assign "
+                    f"one: --material {proposed_rule(self.bsdf_id or self.name)})"
+                )
         else:
-            raise InputError(
-                f'{self.source}: expected an itu-radio-material, a radio-material or an id such as "mat-itu_concrete", '
-                f"found {'no bsdf' if self.bsdf is None else _shown(bsdf)}; a material rule can assign one"
-            )
+            return None
         if kind in ("radio-material", "itu-radio-material"):  # others also have visual properties
-            for key in given.keys() - {*known, *COLORS}:
-                raise InputError(f"{label}: unknown property {named(str(key))}; {did_you_mean(key, known)}")
-        values: dict[str, Any] = {key: SIONNA_DEFAULTS[key] for key in known}
-        values |= {key: _numbers(given[key], "value", (1,), label)[0] for key in known if key in given}
+            for key in given.keys() - {*keys, *COLORS}:
+                raise InputError(f"{label}: unknown property {named(str(key))}; {did_you_mean(key, keys)}")
+        values: dict[str, Any] = {key: SIONNA_DEFAULTS[key] for key in keys}
+        values |= {key: _numbers(given[key], "value", (1,), label)[0] for key in keys if key in given}
         try:
-            if kind == "radio-material":
+            if known is None or kind == "radio-material":
                 return RadioMaterial(name or self.name, color=GREY, **values)
-            return replace(p2040_material(row, frequency), name=name or row, **values)
+            return replace(material_at(known, frequency, own), name=name or known, **values)
         except InputError as error:
             raise InputError(f"{self.source}: {error}") from None
 
@@ -195,6 +215,8 @@ def _shape(element: Element, index: int, path: Path, bsdfs: dict[str, Element]) 
     name = element.get("id", element.get("name", "")).removeprefix("mesh-") or f"shape_{index + 1}"
     label = f"{path}: shape {named(name)}"
     kind = element.get("type", "")
+    mesh_file: str | None = None
+    left_out: tuple[str, ...] = ()
     if kind == "rectangle":
         mesh = sheet((-1, -1, 0), (2, 0, 0), (0, 2, 0))
     elif kind == "cube":
@@ -204,9 +226,11 @@ def _shape(element: Element, index: int, path: Path, bsdfs: dict[str, Element]) 
         if Path(filename).suffix.lower() != f".{kind}":
             raise InputError(f"{label}: expected the filename of a .{kind} mesh, found {named(filename)}")
         try:
-            mesh = union(*(part for _, part in read_meshes(beside(path, filename))))
+            file = read_mesh_file(beside(path, filename))
         except InputError as error:
             raise InputError(f"{label}: mesh: {error}") from None
+        mesh, mesh_file, left_out = union(*(part.mesh for part in file.parts)), Path(filename).stem, file.left_out
+        left_out = tuple(f"shape {named(name)}: {sentence}" for sentence in left_out)
     else:
         raise InputError(f"{label}: expected one of {', '.join(SHAPES)}, found type {named(kind)}")
 
@@ -221,8 +245,8 @@ def _shape(element: Element, index: int, path: Path, bsdfs: dict[str, Element]) 
         raise InputError(f"{label}: expected one bsdf, found {len(made_of)}")
     with np.errstate(all="ignore"):  # numbers that are not finite are refused below
         mesh.apply_transform(_to_world(element, label))
-    require_ordinary(mesh, label)
-    return MitsubaShape(name, mesh, made_of[0] if made_of else None, label)
+    require_ordinary(mesh.vertices, label)
+    return MitsubaShape(name, mesh, made_of[0] if made_of else None, label, mesh_file, left_out)
 
 
 def _numbers(element: Element, key: str, counts: tuple[int, ...], label: str) -> list[float]:

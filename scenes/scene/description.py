@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
@@ -14,6 +15,7 @@ from trimesh import Trimesh
 from scenes.files.array_argument import check_array
 from scenes.files.errors import InputError, shown
 from scenes.files.options import check_kinds
+from scenes.scene.closed_parts import closed_parts
 from scenes.scene.materials import RadioMaterial
 
 SPEED_OF_LIGHT = 299_792_458.0
@@ -21,8 +23,6 @@ SPEED_OF_LIGHT = 299_792_458.0
 
 PATTERNS = ("iso", "dipole", "hw_dipole", "tr38901")
 POLARIZATIONS = ("V", "H")
-LOWEST_FREQUENCY, HIGHEST_FREQUENCY = 1e6, 1e12
-"""Hertz. The wavelength is 300 m at the lower end. Above the upper end, most surfaces are rough."""
 MOST_IN_A_ROW, MOST_ELEMENTS = 64, 1024
 """Most rows or columns, and most elements, of an array. Memory grows with the elements, or with their square."""
 WIDEST_SPACING = 100.0
@@ -32,7 +32,7 @@ LONGEST_NAME = 200
 MOST_TRIANGLES = 2_000_000
 """Most triangles of a scene. The import of 5 million took 85 s and 7 GB on one core; drawing takes 30 µs each."""
 FARTHEST = 1e5
-"""Largest coordinate, metres. Rays are traced in single precision, which rounds 100 km to 8 mm."""
+"""Largest coordinate, metres. Models compute in single precision, which rounds 100 km to 8 mm."""
 UNIT_TOLERANCE = 1e-3
 """Largest deviation of a quaternion's length from 1. Published quaternions often have only a few digits."""
 
@@ -240,6 +240,11 @@ class SceneObject:
     material: str
     thickness: float | None = None
 
+    @cached_property
+    def closed_parts(self) -> list[Trimesh]:
+        """The closed parts of the mesh, such as boxes. Nothing can be inside of the other parts, which are sheets."""
+        return closed_parts(self.mesh)
+
     def __eq__(self, other: object) -> bool:
         if not isinstance(other, SceneObject):
             return NotImplemented
@@ -282,7 +287,8 @@ class Scene:
         >>> round(yard.wavelength, 3), yard.bounds.tolist()
         (0.328, [[-5.0, -5.0, 0.0], [5.0, 5.0, 0.0]])
 
-        The same yard at another frequency needs the materials at that frequency:
+        The same yard at another frequency needs the materials at that frequency. Those of ITU-R P.2040 for another one
+        are refused:
 
         >>> from dataclasses import replace
         >>> wifi = replace(yard, frequency=2.4e9, materials=bisplat.p2040_materials(["concrete"], 2.4e9))
@@ -334,12 +340,14 @@ class Scene:
         """
         return self.materials[item.material].thickness if item.thickness is None else item.thickness
 
-    @property
+    @cached_property
     def bounds(self) -> Float[np.ndarray, "2 3"]:
         """Lowest and highest corner of the box around all objects, [2, 3], metres, world frame."""
         low = np.min([item.mesh.bounds[0] for item in self.objects], axis=0)
         high = np.max([item.mesh.bounds[1] for item in self.objects], axis=0)
-        return np.stack([low, high])
+        bounds = np.stack([low, high])
+        bounds.flags.writeable = False  # the array is kept, since drawings ask for it once for each object
+        return bounds
 
     @property
     def extent(self) -> Float[np.ndarray, "2 3"]:

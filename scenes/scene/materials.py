@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from decimal import Decimal
 
 import numpy as np
 
 from scenes.files.errors import InputError, ParameterError, did_you_mean, is_number, named, shown
+from scenes.scene.frequency import read_frequency
 
 RGB = tuple[float, float, float]
 
 EXTRAPOLATION = 0.10
 """How far outside its stated range the power law may be used, as a fraction of the range's end. The bands of RFID and
 LoRa at 915 MHz are 8.5 % below 1 GHz, where most rows begin."""
-
 
 HIGHEST_PERMITTIVITY = 1e5
 """Largest relative permittivity. Ferroelectrics reach 10,000."""
@@ -46,6 +48,8 @@ class RadioMaterial:
             [degliesposti2007].
         xpd_coefficient: fraction K_x of the diffuse energy that changes its polarisation, 0 to 1.
         color: red, green and blue in drawings, each 0 to 1.
+        frequency: Hz, at which permittivity and conductivity hold. None: unknown. It does not count when materials are
+            compared.
 
     Raises:
         InputError: a value is out of its range.
@@ -64,6 +68,8 @@ class RadioMaterial:
     scattering_coefficient: float = 0.0
     xpd_coefficient: float = 0.0
     color: RGB = (0.6, 0.6, 0.6)
+    # Not in the text of a material, of which a scene's digest is made: datasets of earlier versions stay valid.
+    frequency: float | None = field(default=None, compare=False, repr=False)
 
     def __post_init__(self) -> None:
         checks = (
@@ -81,6 +87,11 @@ class RadioMaterial:
         if len(color) != 3 or not all(is_number(c) and 0 <= c <= 1 for c in color):
             raise InputError(
                 f"material {named(self.name)}: color: expected three numbers between 0 and 1, found {shown(self.color)}"
+            )
+        if self.frequency is not None and not 0 < self.frequency < math.inf:
+            raise InputError(
+                f"material {named(self.name)}: frequency: expected a positive number of hertz, found "
+                f"{shown(self.frequency)}"
             )
 
 
@@ -105,6 +116,50 @@ class P2040Row:
     range_ghz: tuple[float, float]
     thickness: float
     color: RGB
+
+    def values(self, frequency: float) -> tuple[float, float]:
+        """ε_r and σ (S/m) at a frequency in Hz."""
+        f = frequency / 1e9
+        return self.a * _power(f, self.b), self.c * _power(f, self.d)
+
+    def covers(self, frequency: float) -> bool:
+        """Whether a frequency in Hz is in the row's range, or at most ``EXTRAPOLATION`` outside."""
+        low, high = self.range_ghz
+        return low * (1 - EXTRAPOLATION) <= frequency / 1e9 <= high * (1 + EXTRAPOLATION)
+
+    def nearest(self, frequency: float) -> float:
+        """The frequency of the row's range that is nearest to a frequency, both Hz."""
+        low, high = self.range_ghz
+        return 1e9 * min(max(frequency / 1e9, low), high)
+
+
+def _power(base: float, exponent: float) -> float:
+    """Return base^exponent, correctly rounded. The C library's last digit, and so a scene's digest, may differ between
+    machines.
+    """
+    return float(Decimal(base) ** Decimal(exponent))
+
+
+class OutsideP2040(InputError):
+    """ITU-R P.2040 does not give a material at a frequency.
+
+    Args:
+        name: the material.
+        frequency: Hz.
+        advice: the end of the sentence: how to give the material's values instead.
+
+    Attributes:
+        name: the material.
+        frequency: Hz.
+    """
+
+    def __init__(self, name: str, frequency: float, advice: str):
+        low, high = P2040[name].range_ghz
+        super().__init__(
+            f"material {named(name)}: expected a frequency within {EXTRAPOLATION:.0%} of the range of ITU-R P.2040, "
+            f"{low:g} to {high:g} GHz, found {frequency / 1e9:g} GHz; {advice}"
+        )
+        self.name, self.frequency = name, frequency
 
 
 # Where the recommendation has several rows for a material, this is the one whose range is nearest to 1 GHz.
@@ -164,8 +219,8 @@ def p2040_material(
         The material.
 
     Raises:
-        InputError: the name is unknown, the frequency is more than 10 % outside the range that the recommendation
-            states for the material, or another value is out of its range.
+        InputError: the name is unknown, the frequency is not in hertz or more than 10 % outside the range that the
+            recommendation states for the material, or another value is out of its range.
 
     Example:
         >>> import bisplat
@@ -173,26 +228,24 @@ def p2040_material(
         >>> brick.relative_permittivity, round(brick.conductivity, 4), brick.thickness
         (3.91, 0.0274, 0.24)
     """
-    if not is_number(frequency):
-        raise ParameterError("frequency", f"expected a number of hertz, found {shown(frequency)}")
     if not isinstance(name, str) or name not in P2040:
         raise InputError(f"unknown material {named(name)}; {did_you_mean(name, P2040)}")
-    row = P2040[name]
-    f = frequency / 1e9
-    low, high = row.range_ghz
-    if not low * (1 - EXTRAPOLATION) <= f <= high * (1 + EXTRAPOLATION):
-        raise InputError(
-            f"material {named(name)}: expected a frequency within {EXTRAPOLATION:.0%} of the range of ITU-R P.2040, "
-            f"{low:g} to {high:g} GHz, found {f:g} GHz; for other frequencies, give relative_permittivity and "
-            "conductivity"
+    row, frequency = P2040[name], read_frequency(frequency)
+    if not row.covers(frequency):
+        raise OutsideP2040(
+            name,
+            frequency,
+            f'for other frequencies, give relative_permittivity and conductivity: RadioMaterial("{name}", …)',
         )
+    permittivity, conductivity = row.values(frequency)
     return RadioMaterial(
         name=name,
-        relative_permittivity=row.a * f**row.b,
-        conductivity=row.c * f**row.d,
+        relative_permittivity=permittivity,
+        conductivity=conductivity,
         thickness=row.thickness if thickness is None else thickness,
         scattering_coefficient=scattering_coefficient,
         color=row.color,
+        frequency=frequency,
     )
 
 
@@ -217,3 +270,24 @@ def p2040_materials(names: Iterable[str], frequency: float) -> dict[str, RadioMa
     if isinstance(names, str) or not isinstance(names, Iterable):
         raise ParameterError("names", f"expected a list of names of materials, found {shown(names)}")
     return {name: p2040_material(name, frequency) for name in sorted(set(names))}
+
+
+def p2040_source(material: RadioMaterial, frequency: float) -> str | None:
+    """Return the row of ITU-R P.2040 whose power law gives exactly a material's permittivity and conductivity.
+
+    A material whose values were changed, by hand or by calibration, has none.
+
+    Args:
+        material: the material. Its name does not count, unless several rows have the same values.
+        frequency: Hz.
+
+    >>> from dataclasses import replace
+    >>> wall = p2040_material("brick", 2.4e9, thickness=0.24)
+    >>> p2040_source(wall, 2.4e9), p2040_source(wall, 5e9), p2040_source(replace(wall, conductivity=0.1), 2.4e9)
+    ('brick', None, None)
+    """
+    values = (material.relative_permittivity, material.conductivity)
+    for name in sorted(P2040, key=lambda name: name != material.name):
+        if P2040[name].covers(frequency) and P2040[name].values(frequency) == values:
+            return name
+    return None

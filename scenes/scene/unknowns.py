@@ -130,14 +130,14 @@ def vary(scene: Scene, which: Sequence[Unknown], values: Float[np.ndarray, " n"]
     moved, turned = np.zeros(3), np.zeros(3)
     shifts: dict[str, Float[np.ndarray, " 3"]] = {}
     ratios: dict[str, dict[str, float]] = {}
-    frequency = 1.0
+    drift = 1.0
     for unknown, value in zip(which, values, strict=True):
         if unknown.kind == "position":
             moved[unknown.axis] += value
         elif unknown.kind == "rotation":
             turned[unknown.axis] += value
         elif unknown.kind == "frequency":
-            frequency *= float(np.exp(value))
+            drift *= float(np.exp(value))
         elif unknown.kind == "object":
             shifts.setdefault(unknown.name, np.zeros(3))[unknown.axis] += value
         else:
@@ -148,14 +148,17 @@ def vary(scene: Scene, which: Sequence[Unknown], values: Float[np.ndarray, " n"]
         gateway,
         position=tuple(np.asarray(gateway.position) + moved),
         orientation=tuple(orientation.as_quat()),
-        spacing=gateway.spacing * frequency,  # keeps the array's size in metres
+        spacing=gateway.spacing * drift,  # keeps the array's size in metres
     )
+    frequency = scene.frequency * drift
     return replace(
         scene,
-        frequency=scene.frequency * frequency,
+        frequency=frequency,
         gateway=gateway,
         objects=tuple(_vary_object(item, shifts, ratios) for item in scene.objects),
-        materials={name: _vary_material(each, ratios.get(name, {})) for name, each in scene.materials.items()},
+        materials={
+            name: _vary_material(each, ratios.get(name, {}), frequency) for name, each in scene.materials.items()
+        },
     )
 
 
@@ -170,8 +173,8 @@ def _vary_object(
     return item if item.thickness is None else replace(item, thickness=item.thickness * thicker)
 
 
-def _vary_material(material: RadioMaterial, ratios: dict[str, float]) -> RadioMaterial:
+def _vary_material(material: RadioMaterial, ratios: dict[str, float], frequency: float) -> RadioMaterial:
     values = {kind: getattr(material, kind) * ratio for kind, ratio in ratios.items()}
     if "relative_permittivity" in values:
         values["relative_permittivity"] = max(1.0, values["relative_permittivity"])
-    return replace(material, **values)
+    return replace(material, frequency=frequency, **values)

@@ -19,6 +19,7 @@ from scenes.files.errors import InputError
 from scenes.files.input_file import require_regular
 from scenes.files.yaml_file import PlainDumper
 from scenes.scene.description import Scene
+from scenes.scene.materials import RadioMaterial, p2040_source
 
 LONGEST_STEM = 60
 """Most characters of a file's name without its suffix. At four bytes each, every file system accepts that many."""
@@ -80,10 +81,7 @@ def yaml_of(scene: Scene) -> bytes:
             "region": {"min": scene.transmitter.region_min, "max": scene.transmitter.region_max},
             **{k: v for k, v in asdict(scene.transmitter).items() if not k.startswith("region")},
         },
-        "materials": {
-            name: {k: v for k, v in asdict(material).items() if k != "name"}
-            for name, material in scene.materials.items()
-        },
+        "materials": {name: _material_entry(material, scene.frequency) for name, material in scene.materials.items()},
         "objects": [
             {"name": item.name, "mesh": mesh, "material": item.material}
             | ({} if item.thickness is None else {"thickness": item.thickness})
@@ -92,6 +90,16 @@ def yaml_of(scene: Scene) -> bytes:
     }
     style: dict[str, Any] = {"sort_keys": False, "default_flow_style": None, "allow_unicode": True}
     return yaml.dump(_plain(values), Dumper=PlainDumper, width=110, **style).encode()
+
+
+def _material_entry(material: RadioMaterial, frequency: float) -> dict[str, Any]:
+    """The keys of a material. One of P.2040 is named, so that it follows when the scene's frequency is changed."""
+    keys = {key: value for key, value in asdict(material).items() if key not in ("name", "frequency")}
+    source = p2040_source(material, frequency)
+    if source is None:
+        return keys | {"frequency": material.frequency or frequency}
+    del keys["relative_permittivity"], keys["conductivity"]
+    return {"p2040": source} | keys
 
 
 def _plain(value: Any) -> Any:

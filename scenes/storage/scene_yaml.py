@@ -2,23 +2,34 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
+import yaml
 from msgspec import UNSET, Struct, UnsetType
 from msgspec.structs import asdict
 
+from scenes.checks.material_frequency import doubts
 from scenes.checks.validation import validate
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError, cut, did_you_mean, require_instance, require_path, shown
+from scenes.files.errors import (
+    InputError,
+    ParameterError,
+    cut,
+    did_you_mean,
+    named,
+    require_instance,
+    require_path,
+)
 from scenes.files.folder_lock import locked
 from scenes.files.input_file import beside
+from scenes.files.plain_text import say
 from scenes.files.schema import conform
 from scenes.files.yaml_file import read_yaml
-from scenes.importing.mesh_files import default_up, read_meshes
-from scenes.importing.mesh_import import Y_UP_TO_Z_UP, is_importable
+from scenes.importing.imported_file import is_importable
+from scenes.importing.mesh_files import default_up, read_mesh_file
+from scenes.importing.up_axis import Y_UP_TO_Z_UP
 from scenes.places.bedroom import bedroom
 from scenes.places.closet import closet
 from scenes.places.conference import conference
@@ -26,7 +37,8 @@ from scenes.places.lab import lab
 from scenes.places.office import office
 from scenes.places.workshop import workshop
 from scenes.scene.description import Gateway, Quaternion, Scene, SceneObject, Transmitter, Vector3
-from scenes.scene.materials import RGB, RadioMaterial, material_names, p2040_material
+from scenes.scene.frequency import read_frequency
+from scenes.scene.materials import P2040, RGB, OutsideP2040, RadioMaterial, material_names, p2040_material
 from scenes.scene.shapes import union
 from scenes.storage.scene_files import FilesInTheWay, digest, digest_of_file, mesh_names, ply_of, yaml_of
 
@@ -36,10 +48,6 @@ BUILT_IN: dict[str, Callable[[], Scene]] = {
     place.__name__: place for place in (lab, conference, bedroom, office, closet, workshop)
 }
 """The built-in scenes. To add one, write a file in scenes/places and list its function here."""
-
-LONGEST_FREQUENCY = 50
-"""Most characters of a frequency. The time of the regular expression grows with the square of the length."""
-HERTZ = {"hz": 1.0, "khz": 1e3, "mhz": 1e6, "ghz": 1e9}
 
 
 def load_scene(name_or_path: str | Path) -> Scene:
@@ -79,8 +87,8 @@ def load_scene(name_or_path: str | Path) -> Scene:
         )
     if Path(text).suffix:
         known = ", ".join(BUILT_IN)
-        raise InputError(f"{text}: expected a .yaml file or one of {known}, found another kind of file")
-    raise InputError(f'unknown scene "{text}"; {did_you_mean(text, BUILT_IN)} (or give a .yaml file)')
+        raise InputError(f"{cut(text)}: expected a .yaml file or one of {known}, found another kind of file")
+    raise InputError(f"unknown scene {named(text)}; {did_you_mean(text, BUILT_IN)} (or give a .yaml file)")
 
 
 # --- reading -----------------------------------------------------------------------------------------------
@@ -116,6 +124,7 @@ class OwnMaterial(MaterialOptions, kw_only=True):
     relative_permittivity: float
     conductivity: float
     thickness: float
+    frequency: float | str | UnsetType = UNSET
 
 
 class P2040Material(MaterialOptions, kw_only=True):
@@ -150,52 +159,69 @@ def _conform(value: object, schema: type[T], place: str) -> T:
     return conform(value, schema, place, numbers_as_text=True)
 
 
-def _frequency(value: float | str, source: str) -> float:
-    """Read a frequency in Hz from a number or from a text such as "915 MHz"."""
-    text = str(value) if len(str(value)) <= LONGEST_FREQUENCY else ""
-    match = re.fullmatch(r"\s*([-+.\deE]+?)\s*([kKmMgG]?[hH][zZ])?\s*", text)
+def _frequency(value: float | str, place: str) -> float:
     try:
-        frequency = float(match[1]) * HERTZ[(match[2] or "Hz").lower()] if match else 0.0
-    except ValueError:
-        frequency = 0.0
-    if frequency <= 0:
-        raise InputError(
-            f'{source}: frequency: expected a positive number of hertz, or one with a unit such as "915 MHz", '
-            f"found {shown(value)}"
-        )
-    return frequency
+        return read_frequency(value)
+    except ParameterError as error:
+        raise InputError(f"{place}: {error}") from None
 
 
 def _material(name: str, value: object, frequency: float, source: str) -> RadioMaterial:
     """Read a material: ε_r and σ, or a name of P.2040. All other keys are optional."""
-    place = f"{source}: materials.{cut(str(name))}"
+    place = f"{source}: materials.{cut(name)}"
     of_table = isinstance(value, dict) and "p2040" in value
     entry = _conform(value, P2040Material if of_table else OwnMaterial, place)
     given = {key: each for key, each in asdict(entry).items() if each is not UNSET}
+    if "frequency" in given:
+        given["frequency"] = _frequency(given["frequency"], place)
     try:
         if isinstance(entry, P2040Material):
             given = vars(p2040_material(given.pop("p2040"), frequency)) | given
         return RadioMaterial(**(given | {"name": name}))
+    except OutsideP2040 as error:
+        raise InputError(f"{place}: {_outside(error, name, given.get('thickness'))}") from None
     except InputError as error:
         raise InputError(f"{place}: {error}") from None
 
 
 def _p2040(name: str, own: Collection[str], frequency: float) -> RadioMaterial:
     if name not in material_names():
-        raise InputError(f'unknown material "{name}"; {did_you_mean(name, [*own, *material_names()])}')
-    return p2040_material(name, frequency)
+        raise InputError(f"unknown material {named(name)}; {did_you_mean(name, [*own, *material_names()])}")
+    try:
+        return p2040_material(name, frequency)
+    except OutsideP2040 as error:
+        raise _outside(error, name) from None
+
+
+def _outside(error: OutsideP2040, key: str, thickness: float | None = None) -> OutsideP2040:
+    """The same error with what to write under materials."""
+    row = P2040[error.name]
+    nearest = row.nearest(error.frequency)
+    permittivity, conductivity = (float(f"{value:.4g}") for value in row.values(nearest))
+    values = {"relative_permittivity": permittivity, "conductivity": conductivity}
+    line = yaml.safe_dump(
+        {key: values | {"thickness": thickness or row.thickness}},
+        default_flow_style=None,
+        sort_keys=False,
+        allow_unicode=True,
+        width=1000,
+    )
+    advice = f"under materials, write its values at that frequency: {line.strip()} has those at {nearest / 1e9:g} GHz"
+    return OutsideP2040(error.name, error.frequency, advice)
 
 
 def _object(value: object, index: int, file: Path, source: str) -> SceneObject:
     name = value.get("name") if isinstance(value, dict) else None
-    place = f"{source}: objects[{index}]" + (f' ("{cut(str(name))}")' if name else "")
+    place = f"{source}: objects[{index}]" + (f" ({named(name)})" if name else "")
     entry = _conform(value, ObjectEntry, place)
     try:
         path = beside(file, entry.mesh)
-        meshes = [mesh for _, mesh in read_meshes(path)]
+        content = read_mesh_file(path)
     except InputError as error:
         raise InputError(f"{place}: mesh: {error}") from None
-    mesh = union(*meshes)
+    for sentence in content.left_out:
+        say(f"warning: {place}: mesh: {sentence}")
+    mesh = union(*(part.mesh for part in content.parts))
     if default_up(path) == "y":
         mesh.apply_transform(Y_UP_TO_Z_UP)
     return SceneObject(entry.name, mesh, entry.material, entry.thickness)
@@ -234,7 +260,7 @@ def read_scene(path: str | Path) -> Scene:
                 known[item.material] = _p2040(item.material, known, frequency)
             materials[item.material] = known[item.material]
         except InputError as error:
-            raise InputError(f'{source}: objects[{index}] ("{item.name}"): {error}') from None
+            raise InputError(f"{source}: objects[{index}] ({named(item.name)}): {error}") from None
 
     gateways = {
         str(name): _conform(value, Gateway, f"{source}: further_gateways.{cut(str(name))}")
@@ -245,6 +271,8 @@ def read_scene(path: str | Path) -> Scene:
     transmitter = Transmitter(region.min, region.max, **moving)
     scene = Scene(file.name, frequency, file.gateway, transmitter, objects, materials, gateways)
     validate(scene, source)
+    for sentence in doubts(scene):
+        say(f"warning: {source}: {sentence}")
     return scene
 
 

@@ -16,10 +16,11 @@ import numpy as np
 from jaxtyping import Complex, Float, Int, UInt8
 
 from scenes.files.errors import InputError, require_path
+from scenes.files.input_file import what_is_at
 from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.dataset.dataset_reader import read_gateway, read_metadata, read_names
 from simulate.dataset.oddities import oddities
-from simulate.dataset.picture_files import read_pictures, what_is_at
+from simulate.dataset.picture_files import read_pictures
 from simulate.dataset.responses_file import check_responses, read_responses
 from simulate.positions.given_positions import read_points
 from simulate.spectra.angular_grid import AngularGrid

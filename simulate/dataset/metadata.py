@@ -16,7 +16,7 @@ from scenes.files.errors import InputError
 from scenes.files.input_file import beside
 from scenes.files.json_file import read_json
 from scenes.files.schema import Count, conform, recorded
-from scenes.scene.description import HIGHEST_FREQUENCY, LOWEST_FREQUENCY
+from scenes.scene.frequency import HIGHEST_FREQUENCY, LOWEST_FREQUENCY
 from simulate.engines.engine_table import ENGINES
 from simulate.engines.rays_engine import Rays
 from simulate.spectra.angular_grid import AngularGrid

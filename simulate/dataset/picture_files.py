@@ -14,7 +14,7 @@ from jaxtyping import UInt8
 from PIL import Image
 
 from scenes.files.errors import InputError, reason, shown
-from scenes.files.input_file import MEGABYTE, read_bytes
+from scenes.files.input_file import MEGABYTE, read_bytes, what_is_at
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 
 IN_MEMORY = 2 * 10**9
@@ -28,11 +28,6 @@ MOST_PIXELS = 10**7
 
 MOST_DIGITS = 9
 """Most digits of the number that is a picture's name."""
-
-
-def what_is_at(path: Path) -> str:
-    """What is at a path that should be a folder, for a message."""
-    return "a file" if path.is_file() else "nothing there"
 
 
 def is_number(name: str) -> bool:

@@ -9,6 +9,7 @@ from scenes.files.folder_lock import locked
 from scenes.files.npz_file import Expected, read_npz, write_arrays
 from scenes.files.plain_text import say
 from scenes.files.progress import progress_bar
+from scenes.files.temporary import remove_left
 from simulate.dataset.dataset_folder import Dataset
 from simulate.dataset.responses_file import LARGEST_NPZ
 from simulate.positions.given_positions import read_points
@@ -45,6 +46,7 @@ def retrieve(dataset: Dataset) -> Retrieval:
             f"{known.residual:.1f} grey levels; bisplat check tells more"
         )
     with locked(folder):
+        remove_left(folder)
         return _retrieve(dataset)
 
 

@@ -142,11 +142,12 @@ class Engine(ABC):
         """
         return {name: version(name) for name in self.packages}
 
-    def require(self, setting: Setting, machines: Machines) -> None:
+    def require(self, setting: Setting, folder: Path, machines: Machines) -> None:
         """Make sure that the engine can run, before anything is written.
 
         Args:
             setting: the scene, region and seed.
+            folder: the dataset folder, which need not exist.
             machines: where it is to run.
 
         Raises:

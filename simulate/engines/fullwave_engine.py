@@ -151,11 +151,18 @@ class FullWave(Solver, Engine):
     def again(self, recorded: Engine) -> Engine:
         return replace(recorded, field=self.field, gpu=self.gpu) if isinstance(recorded, FullWave) else recorded
 
-    def require(self, setting: Setting, machines: Machines) -> None:
+    def require(self, setting: Setting, folder: Path, machines: Machines) -> None:
+        from simulate.fullwave.memory import require_memory
+        from simulate.fullwave.run_plan import plan
+
         # Here workers are solver runs at a time, which need no Ray.
-        super().require(setting, replace(machines, workers=None))
+        super().require(setting, folder, replace(machines, workers=None))
         if self.field is not None:
             self.kept(setting, Path(self.field))
+        elif self.solver == OURS and machines.ray is None and self._damage(setting, folder) is not None:
+            assert self.cell is not None
+            planned = plan(setting.scene, setting.region, self.cell)
+            require_memory(setting.scene, setting.region, planned, machines.workers)
 
     def source(self, setting: Setting, folder: Path, machines: Machines, progress: Progress) -> StoredField:
         """The field that is stored in the dataset folder.

@@ -88,10 +88,10 @@ class Rays(Engine):
         require_extra("rays", "ray tracing")
         return super().versions()
 
-    def require(self, setting: Setting, machines: Machines) -> None:
+    def require(self, setting: Setting, folder: Path, machines: Machines) -> None:
         import simulate.rays.core.ray_tracer  # noqa: F401  refuses a ray tracer that cannot be used
 
-        super().require(setting, machines)
+        super().require(setting, folder, machines)
 
     def source(self, setting: Setting, folder: Path, machines: Machines, progress: Progress) -> Tracer:
         return self.tracer(setting, progress)

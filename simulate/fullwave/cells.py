@@ -16,12 +16,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float, UInt16
-from numba import njit
 
 from scenes.scene.description import Scene
 from scenes.scene.materials import RadioMaterial
 from scenes.scene.permittivity import VACUUM_PERMITTIVITY, relative_permittivity
 from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency, numerical_permittivity
+from simulate.parallel.compiled import compiled
 from simulate.rays.core.slabs import Slabs, conducting_triangles, dielectric_slabs
 
 CONDUCTOR, AIR = 0, 1
@@ -124,7 +124,7 @@ def _lay(
             )  # fmt: skip
 
 
-@njit(cache=True)
+@compiled
 def _fill(index, permittivity, base, triangle, normal, start, stop, outer, room, origin, cell, first, last):
     """Raise the index of the edges along one axis that are in the slab of one triangle."""
     a = triangle[0]
@@ -154,7 +154,7 @@ def _fill(index, permittivity, base, triangle, normal, start, stop, outer, room,
                     index[i, j, k] = base + level
 
 
-@njit(cache=True)
+@compiled
 def _cover(corners, axis, index):
     """Make conducting those faces across an axis where a triangle separates the middles of cells; unit: a cell."""
     b, c = (axis + 1) % 3, (axis + 2) % 3

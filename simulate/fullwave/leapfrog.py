@@ -15,13 +15,13 @@ from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float32, Int32
-from numba import njit
 
 from scenes.scene.permittivity import VACUUM_PERMITTIVITY
 from simulate.fullwave.absorber import ABSORBER, Absorber, absorber
 from simulate.fullwave.cells import CONDUCTOR, EdgeMaterials
 from simulate.fullwave.conductor_edges import PERMEABILITY, beside_edges
 from simulate.fullwave.yee_grid import COURANT, YeeGrid
+from simulate.parallel.compiled import compiled
 
 
 class Cells(NamedTuple):
@@ -72,27 +72,27 @@ def cells_at_rest(materials: EdgeMaterials, grid: YeeGrid, sources: int) -> Cell
     )
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@compiled(nogil=True, fastmath={"contract"})
 def _row(field, first, second, third, fourth, keep, drive):
     for n in range(field.size):
         field[n] = keep[n] * field[n] + drive[n] * ((first[n] - second[n]) - (third[n] - fourth[n]))
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@compiled(nogil=True, fastmath={"contract"})
 def _absorbed_row(field, memory, upper, lower, decay, drive):
     for n in range(field.size):
         memory[n] = decay * memory[n] + (decay - np.float32(1)) * (upper[n] - lower[n])
         field[n] += drive[n] * memory[n]
 
 
-@njit(cache=True, nogil=True, fastmath={"contract"})
+@compiled(nogil=True, fastmath={"contract"})
 def _absorbed_rows(field, memory, upper, lower, decay, drive):
     for n in range(field.size):
         memory[n] = decay[n] * memory[n] + (decay[n] - np.float32(1)) * (upper[n] - lower[n])
         field[n] += drive[n] * memory[n]
 
 
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def _slot(place, size):
     """Place in the memory of the absorbing layer, -1 outside the layer."""
     if place < ABSORBER:
@@ -102,7 +102,7 @@ def _slot(place, size):
     return -1
 
 
-@njit(cache=True, nogil=True)
+@compiled(nogil=True)
 def advance(cells, kind):
     """Advance all components of one kind (0 electric, 1 magnetic) by a time step."""
     fields, layer = cells.fields, cells.absorber

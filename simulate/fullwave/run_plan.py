@@ -10,6 +10,7 @@ import trimesh
 from jaxtyping import Float, Int
 
 from scenes.checks.array_clearance import element_positions
+from scenes.checks.outer_walls import in_outer_wall, outline
 from scenes.files.errors import ParameterError
 from scenes.scene.description import SPEED_OF_LIGHT, Scene
 from scenes.scene.permittivity import refractive_index
@@ -19,7 +20,7 @@ from simulate.fullwave.lattice import SOURCE_REACH
 from simulate.fullwave.source import RISE
 from simulate.fullwave.stored_field import MARGIN
 from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency
-from simulate.rays.core.slabs import Slabs, conducting_triangles, dielectric_slabs, in_outer_wall
+from simulate.rays.core.slabs import Slabs, conducting_triangles, dielectric_slabs
 
 CELLS_PER_WAVELENGTH, CELLS_PER_WAVELENGTH_IN_AIR = 7, 16
 """Default number of cells for a wavelength in a material, and in air."""
@@ -183,6 +184,6 @@ def _decay_time(scene: Scene, slabs: list[Slabs], conductors: Float[np.ndarray, 
         absorbing += (1 - reflected) * outer
         depth = -4 * np.pi / scene.wavelength * index.imag * (each.stop - each.start)
         absorbing += 2 * float(((1 - np.exp(-depth)) * area)[~each.outer].sum())
-    closed += float(trimesh.triangles.area(conductors)[in_outer_wall(scene, conductors)].sum())
+    closed += float(trimesh.triangles.area(conductors)[in_outer_wall(conductors, outline(scene))].sum())
     open_surface = max(surface - closed, 0.02 * surface)  # at least 2 %, since even metal rooms have gaps
     return 4 * volume / (SPEED_OF_LIGHT * (absorbing + open_surface)) * DECAY

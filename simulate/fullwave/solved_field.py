@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +10,8 @@ from rich.progress import Progress
 from scenes.scene.description import Scene
 from simulate.fullwave import OURS
 from simulate.fullwave.all_elements import stored_field
+from simulate.fullwave.memory import memory_of_runs, runs_at_once
 from simulate.fullwave.run_plan import Plan
-from simulate.fullwave.solver_runs import groups
 from simulate.fullwave.stored_field import StoredField
 from simulate.fullwave.yee_grid import dispersion_residual
 from simulate.spectra.array import PlanarArray
@@ -44,7 +43,7 @@ def solve(
         InputError: the solver failed.
     """
     count = PlanarArray.of(scene.gateway).elements
-    at_once = workers or _at_once(planned, count)
+    at_once = workers or runs_at_once(planned, count)
     ours_here = solver == OURS and ray is None
     progress.console.print(description(scene, planned, min(at_once, count) if ours_here else None))
     bar = progress.add_task("full wave", total=count)
@@ -57,21 +56,6 @@ def solve(
     field = stored_field(scene, planned, folder, at_once, solver, gpu, ray, report)
     progress.update(bar, completed=count)
     return field
-
-
-def _at_once(planned: Plan, count: int) -> int:
-    """Number of runs at a time for which this machine has cores and memory."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    if not hasattr(os, "sysconf"):
-        return cores
-    memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
-    fitting = [number for number in range(1, min(cores, count) + 1) if _memory(planned, count, number) < memory]
-    return max(fitting, default=1)
-
-
-def _memory(planned: Plan, count: int, at_once: int) -> int:
-    """Bytes that some runs at a time take."""
-    return at_once * planned.memory(len(groups(list(range(count)), at_once)[0]))
 
 
 def _time(minutes: float) -> str:
@@ -100,7 +84,7 @@ def description(scene: Scene, planned: Plan, at_once: int | None) -> str:
 
     cost = ""
     if at_once is not None:
-        minutes, memory = planned.seconds / 60 * count / at_once, _memory(planned, count, at_once)
+        minutes, memory = planned.seconds / 60 * count / at_once, memory_of_runs(planned, count, at_once)
         cost = (
             f"{memory / 1e9:.2g} GB and at most about {_time(minutes)} on {at_once} core{'s' * (at_once > 1)}; "
             f"{_time(minutes / 1.25**4)} with cells of {1e3 * coarser:.3g} mm; "

@@ -16,11 +16,13 @@ from typing import Any
 import numpy as np
 from jaxtyping import Complex
 
-from scenes.files.atomic import sync_folder
+from scenes.files.atomic import require_writable, sync_folder
 from scenes.files.errors import InputError
-from scenes.files.folder_lock import LOCK, locked
+from scenes.files.folder_lock import locked
+from scenes.files.output_folder import has_other_files
 from scenes.files.plain_text import say
 from scenes.files.progress import progress_bar
+from scenes.files.temporary import remove_left, temporary_folder
 from scenes.storage.scene_yaml import write_scene
 from simulate.dataset.dataset_writer import (
     write_gateway,
@@ -57,17 +59,35 @@ def generate(request: Request, folder: Path, machines: Machines = Machines()) ->
         InputError: the folder holds something else or a dataset of another request, or another process writes to it.
         ParameterError: there is no Ray cluster at the address.
     """
-    metadata = request.metadata()
-    if _begun(folder, metadata) and _is_finished(request, folder):
+    if not has_work(request, folder, machines):
         return
-    request.engine.require(request.setting, machines)
-
-    folder.mkdir(parents=True, exist_ok=True)
+    metadata = request.metadata()
     with locked(folder):
         if not _begun(folder, metadata):  # again, since another process may have begun in the meantime
             write_metadata(folder / "metadata.json", metadata)
+        remove_left(folder, deep=True)
         if not _is_finished(request, folder):
             _generate(request, folder, machines)
+
+
+def has_work(request: Request, folder: Path, machines: Machines) -> bool:
+    """Whether ``generate`` has anything to do. If several datasets are wanted, this is called for all of them first.
+
+    Args:
+        request: the dataset to make.
+        folder: the dataset folder.
+        machines: where to run.
+
+    Raises:
+        InputError: the folder holds something else or a dataset of another request, or the engine cannot run.
+        ParameterError: there is no Ray cluster at the address.
+        OSError: the folder cannot be written to.
+    """
+    if _begun(folder, request.metadata()) and _is_finished(request, folder):
+        return False
+    require_writable(folder / LAST_FILE)
+    request.engine.require(request.setting, folder, machines)
+    return True
 
 
 def _generate(request: Request, folder: Path, machines: Machines) -> None:
@@ -75,9 +95,9 @@ def _generate(request: Request, folder: Path, machines: Machines) -> None:
     (folder / "spectrum").mkdir(exist_ok=True)
     (folder / "parts").mkdir(exist_ok=True)
     if not (folder / "scene").exists():
-        shutil.rmtree(folder / "scene.tmp", ignore_errors=True)
-        write_scene(request.scene, folder / "scene.tmp")
-        (folder / "scene.tmp").rename(folder / "scene")
+        with temporary_folder(folder) as unfinished:
+            write_scene(request.scene, unfinished)
+            unfinished.rename(folder / "scene")
     parts = WrittenParts(request, folder, PART)
     kept = parts.whole()
     for sentence in parts.damage:
@@ -115,8 +135,7 @@ def _has_content(path: Path) -> bool:
 
 def _begun(folder: Path, metadata: dict[str, Any]) -> bool:
     """Whether a request with the same metadata began the folder; False if it is new or empty."""
-    # A run that was killed at its very beginning leaves only these files.
-    if not folder.exists() or (folder.is_dir() and {p.name for p in folder.iterdir()} <= {"metadata.json.tmp", LOCK}):
+    if not folder.exists() or (folder.is_dir() and not has_other_files(folder)):
         return False
     path = folder / "metadata.json"
     if not path.is_file():

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from scenes.files.errors import InputError
+from scenes.files.errors import InputError, shown
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_digest import scene_digest
@@ -127,4 +127,7 @@ def read_request(folder: Path) -> Request:
     for key, value in request.metadata().items():
         if key.endswith("sha256") and value != metadata[key]:
             raise InputError(f"{path}: expected the files that the dataset was made with, found another {key[:-7]}")
+        if key in ("frequency_hz", "array") and value != metadata.get(key, value):
+            stored = shown(metadata[key])
+            raise InputError(f"{path}: {key}: expected {value}, as in {metadata['scene_file']}, found {stored}")
     return request

@@ -7,9 +7,11 @@ from os import PathLike
 from pathlib import Path
 from typing import Any, get_type_hints
 
+from scenes.checks.material_frequency import doubts
 from scenes.checks.validation import validate
 from scenes.files.errors import InputError, ParameterError, require_instance, require_path, shown
 from scenes.files.options import default_of, differs, taken, takes
+from scenes.files.plain_text import say
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import Dataset, read_dataset
@@ -145,6 +147,8 @@ def request_for(scene: Scene | str | Path, content: Simulation, engine: Engine, 
         return replace(request, engine=engine.again(request.engine).for_scene(request.scene))
     if isinstance(scene, Scene):
         validate(scene, scene.name)
+        for sentence in doubts(scene):
+            say(f"warning: {scene.name}: {sentence}")
     else:
         scene = load_scene(scene)
     if scene.further_gateways:

@@ -78,7 +78,7 @@ def by_rotation(
         sources: index of each path's element.
         by_element: derivatives with respect to the element's position.
     """
-    arms = tracer.elements.positions - np.asarray(tracer.ray_scene.description.gateway.position)
+    arms = tracer.elements.positions - tracer.elements.positions.mean(axis=0)  # the array is centred on the gateway
     return np.cross(arms[sources], by_element)
 
 

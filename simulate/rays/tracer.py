@@ -82,7 +82,7 @@ class Tracer:
         found: what ``found`` of a tracer with the same arguments returned; then nothing is searched.
 
     Attributes:
-        ray_scene: the scene in the form that the ray tracer uses.
+        ray_scene: the scene in the form that the ray tracer uses, in coordinates of its own (``RayScene.origin``).
         elements: the gateway's elements, with their ``positions``, metres, world frame.
         method: "chains" or "shooting".
 
@@ -124,9 +124,10 @@ class Tracer:
             region = check_points(check_array("region", region, (2, 3), "two corners x, y, z"), "region")
         self.ray_scene = RayScene.of(scene, propagation)
         self.elements = gateway_antennas(scene)
+        self._elements = gateway_antennas(self.ray_scene.description)
         self._seed = seed
         self.method = "shooting" if propagation.sionna else "chains"
-        region = scene.transmitter.region if region is None else region
+        region = (scene.transmitter.region if region is None else region) - self.ray_scene.origin
         if self.method == "chains":
             if found is not None and found.reflected is not None:
                 self._chains = found.reflected.renamed(self.ray_scene.identifiers)
@@ -190,12 +191,12 @@ class Tracer:
         if factors is not None:
             factors = check_array("factors", factors, (self.chains,), f"a factor for each of {self.chains} chains", "c")
         result = np.zeros((len(positions), len(self.elements)), np.complex128)
-        for start, chain, paths in self._found(self.elements, positions):
+        for start, chain, paths in self._found(self._elements, positions):
             if factors is not None:
                 paths = replace(paths, responses=paths.responses * factors[chain])
             paths.add_to(result[start:])
         if self._scattering is not None:
-            result += self._scattering.responses(self.elements, self._targets(positions))
+            result += self._scattering.responses(self._elements, self._targets(positions))
         return result.astype(np.complex64)
 
     def responses_with(
@@ -220,13 +221,13 @@ class Tracer:
             require_instance(Scene, others=each)
         scenes = [RayScene.of(each, self.ray_scene.propagation) for each in others]
         result = np.zeros((len(scenes), len(positions), len(self.elements)), np.complex128)
-        for start, targets, _, buffer in self._solved(self.elements, positions):
+        for start, targets, _, buffer in self._solved(self._elements, positions):
             for total, scene in zip(result, scenes, strict=True):
                 same = with_materials_of(buffer, self.ray_scene, scene)
-                fields(scene, same, self.elements, targets).add_to(total[start:])
+                fields(scene, same, self._elements, targets).add_to(total[start:])
         if self._diffracted is not None:
             surfaces, targets = [Surfaces(each) for each in scenes], self._targets(positions)
-            for found in diffracted_paths_with(self._edge_scene, self._diffracted, self.elements, targets, surfaces):
+            for found in diffracted_paths_with(self._edge_scene, self._diffracted, self._elements, targets, surfaces):
                 for total, paths in zip(result, found, strict=True):
                     paths.add_to(total)
         return result.astype(np.complex64)
@@ -243,7 +244,7 @@ class Tracer:
         """
         positions = check_points(positions)
         result = np.zeros((len(positions), len(self.elements), self.chains), np.complex64)
-        for start, chain, paths in self._found(self.elements, positions):
+        for start, chain, paths in self._found(self._elements, positions):
             np.add.at(result[start:], (paths.targets, paths.sources, chain), paths.responses)
         return result
 
@@ -258,7 +259,7 @@ class Tracer:
         """
         positions = check_points(positions)
         result = np.zeros(len(positions), np.int64)
-        for start, _, paths in self._found(self.middle, positions):
+        for start, _, paths in self._found(self._middle, positions):
             np.add.at(result[start:], paths.targets, 1)
         return result
 
@@ -268,12 +269,16 @@ class Tracer:
         return self.elements.subset(np.array([self._middle_index]))
 
     @property
+    def _middle(self) -> Antennas:
+        return self._elements.subset(np.array([self._middle_index]))
+
+    @property
     def _middle_index(self) -> int:
-        offsets = self.elements.positions - np.asarray(self.ray_scene.description.gateway.position)
+        offsets = self._elements.positions - np.asarray(self.ray_scene.description.gateway.position)
         return int(np.argmin(np.linalg.norm(offsets, axis=1).round(6)))
 
     def _targets(self, positions: Float[np.ndarray, "K 3"]) -> Antennas:
-        return transmitter_antennas(self.ray_scene.description, positions)
+        return transmitter_antennas(self.ray_scene.description, positions - self.ray_scene.origin)
 
     def _solved(
         self, elements: Antennas, positions: Float[np.ndarray, "K 3"]
@@ -329,7 +334,7 @@ class Tracer:
             Batches of paths, each with the indices ``targets`` of the positions and ``sources`` of the elements, the
             complex ``responses``, and the ``vertices``, metres, world frame.
         """
-        return self._terms(self.elements, positions)
+        return self._terms(self._elements, positions)
 
     def middle_terms(self, positions: Float[np.ndarray, "K 3"]) -> Iterator[Terms]:
         """The single paths of the array's middle element, in batches, with those of diffuse reflection.
@@ -346,16 +351,22 @@ class Tracer:
                 batch = Terms(*(each[chosen] for each in batch))
                 yield batch._replace(sources=np.zeros_like(batch.sources))
             return
-        yield from self._terms(self.middle, positions)
+        yield from self._terms(self._middle, positions)
         if self._scattering is not None:
-            yield from self._scattering.terms(self.middle, self._targets(positions))
+            for found in self._scattering.terms(self._middle, self._targets(positions)):
+                yield self._placed(found)
 
     def _terms(self, elements: Antennas, positions: Float[np.ndarray, "K 3"]) -> Iterator[Terms]:
         for start, targets, _, buffer in self._solved(elements, positions):
             found = terms(self.ray_scene, buffer, elements, targets)
-            yield found._replace(targets=found.targets + start)
+            yield self._placed(found._replace(targets=found.targets + start))
         if self._diffracted is not None:
-            yield from diffracted_terms(self._edge_scene, self._diffracted, elements, self._targets(positions))
+            for found in diffracted_terms(self._edge_scene, self._diffracted, elements, self._targets(positions)):
+                yield self._placed(found)
+
+    def _placed(self, found: Terms) -> Terms:
+        """Paths with their vertices in the user's coordinates."""
+        return found._replace(vertices=found.vertices + self.ray_scene.origin)
 
     def _shot(self, sources: Antennas, targets: Antennas) -> PathsBuffer:
         """The valid paths that rays from every source find."""

@@ -99,7 +99,8 @@ class ForkServer:
         """Run a command.
 
         Args:
-            arguments: of ``bisplat``.
+            arguments: of ``bisplat``; or "python", the name of a function, and the changes of its arguments as JSON
+                (``tests.attack.python_calls``).
             folder: the current folder of the command.
         """
         assert self._process.stdin is not None and self._process.stdout is not None
@@ -146,10 +147,10 @@ def _be_the_command(arguments: list[str], folder: str, said: int) -> None:
         sys.stderr = open(2, "w", errors="backslashreplace")
         sys.__stderr__ = sys.stderr
         from bisplat.__main__ import main
+        from tests.attack.python_calls import call
 
         try:
-            main()
-            status = 0
+            status = call(arguments[1], json.loads(arguments[2])) if arguments[0] == "python" else main() or 0
         except SystemExit as end:
             status = end.code if isinstance(end.code, int) else int(end.code is not None)
         except BaseException:  # noqa: BLE001 - it is what we look for

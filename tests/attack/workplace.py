@@ -10,11 +10,16 @@ from pathlib import Path
 import numpy as np
 
 from scenes.files.folder_lock import LOCK
+from scenes.files.temporary import is_temporary
 from tests.attack.fork_server import LONGEST, MOST_MEMORY, Ended, ForkServer
 from tests.attack.victims import Victim, make_files
 
+OF_ANOTHER_PLACE = Path(__file__).parents[1] / "data" / "workshop"
+"""A field of another place."""
+
 VALID = (
     "simulate closet -n 8 -o data --engine fullwave --field field",
+    f"simulate workshop -n 8 -o others --engine fullwave --field {OF_ANOTHER_PLACE}",
     "train data -o kriged",
     "train data -o network --model mlp-responses --steps 2 --batch-size 2",
     "train data -o begun --model mlp-responses --steps 4 --batch-size 2",
@@ -52,12 +57,15 @@ class Workplace:
             (self.here / "begun" / name).unlink()
         shutil.copytree(self.here, self.whole)
 
-    def attack(self, victim: Victim, change: Callable[[Path], object]) -> str:
+    def attack(
+        self, victim: Victim, change: Callable[[Path], object], check: Callable[[Path], None] = lambda here: None
+    ) -> str:
         """Run a command on changed files, and another one where the first took them.
 
         Args:
             victim: the commands, and the files that they need.
             change: changes files in the folder.
+            check: asserts what must be true where the first command took the files.
 
         Returns:
             "refused" or "accepted" by the first command.
@@ -72,13 +80,15 @@ class Workplace:
             (shutil.copytree if source.is_dir() else shutil.copy)(source, self.here / name)
         change(self.here)
         outcome = self._run(shlex.split(victim.command), victim.output)
+        if outcome == "accepted":
+            check(self.here)
         if victim.then is not None and outcome == "accepted":
             second = self._run(shlex.split(victim.then), victim.output)
             assert second == "accepted" or victim.then != "check out", f"converted to no dataset: {self._said[-500:]}"
         return outcome
 
     def _run(self, command: list[str], output: tuple[str, ...]) -> str:
-        before, temporary = self._seen(output), set(self.temporary.iterdir())
+        before, temporary, leftovers = self._seen(output), set(self.temporary.iterdir()), self._leftovers()
         ended = self._server.run(command, self.here)
         story = f"{shlex.join(command)[:300]}: {ended}"
         assert not ended.hung, f"hung for {LONGEST:g} s: {story}"
@@ -90,7 +100,7 @@ class Workplace:
         assert self._seen(output) == before, f"wrote outside of its output: {story}"
         new = {path.name for path in self.temporary.iterdir() if path not in temporary}
         assert not new, f"left temporary files {new}: {story}"
-        left = [path.name for path in self.here.rglob("*") if path.name == LOCK or path.suffix == ".tmp"]
+        left = self._leftovers() - leftovers
         assert not left, f"left {left}: {story}"
         self._said = ended.said
         if ended.status != 0:
@@ -99,6 +109,10 @@ class Workplace:
         if command[0] == "predict":
             self._check_predictions(*output, story)
         return "accepted"
+
+    def _leftovers(self) -> set[str]:
+        """Names of files that only unfinished work needs."""
+        return {path.name for path in self.here.rglob("*") if path.name == LOCK or is_temporary(path.name)}
 
     def _seen(self, output: tuple[str, ...]) -> dict[str, object]:
         """What is in the folder apart from the output; and, where files are huge or no files, what they are."""

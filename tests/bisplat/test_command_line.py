@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import signal
 import sys
 
@@ -207,6 +208,54 @@ def test_file_that_is_there_is_refused_before_any_work(command, finished_run, tm
     assert status == 1 and out == ""
     assert_one_sentence(err, file.name, "expected no such file yet, found one; --force replaces it")
     assert file.read_text() == "precious" and [path for path in tmp_path.rglob("*") if path.is_file()] == [file]
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("predict", "RUN", "--positions", "nowhere.csv", "-o", "file/out.npz"),
+        ("export", "nowhere", "-o", "file/out.onnx"),
+        ("export", "nowhere", "-o", "file/out.pt2"),
+        ("export", "nowhere", "--hdf5", "file/out.h5"),
+        ("export", "nowhere", "--deepmimo", "file/out"),
+        ("scene", "lab", "-o", "file/out.png"),
+        ("engines", "nowhere", "-o", "file/out"),
+        ("locate", "nowhere", "--pictures", "nowhere", "-o", "file/out.csv"),
+        ("plan", "nowhere", "-o", "file/out.csv"),
+        ("calibrate", "nowhere", "nowhere", "-o", "file/out"),
+        ("convert", "nowhere", "-o", "file/out"),
+        ("evaluate", "file"),
+        ("crossvalidate", "file", "--scene", "nowhere"),
+    ],
+    ids=" ".join,
+)
+def test_what_can_never_be_written_is_found_out_before_any_work(
+    command, finished_run, tmp_path, monkeypatch, arguments
+):
+    """Each command has another fault, too, which it would find later."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "file").write_text("precious")
+    status, out, err = command(*(finished_run if argument == "RUN" else argument for argument in arguments))
+    assert status == 1 and out == ""
+    assert re.fullmatch(r"bisplat: file(/out)?: expected a folder.*, found a file.*\n", err), err
+    assert (tmp_path / "file").read_text() == "precious" and [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+@pytest.mark.parametrize(("taken", "option"), [("report.html", ()), ("locations.csv", ("--locate",))])
+def test_evaluate_finds_out_before_any_work_that_it_cannot_write(command, tmp_path, taken, option):
+    (tmp_path / "evaluation" / taken).mkdir(parents=True)
+    status, _, err = command("evaluate", tmp_path, *option)
+    assert status == 1
+    assert_one_sentence(err, f"{tmp_path / 'evaluation' / taken}: expected the name of a file to write, found a folder")
+
+
+@pytest.mark.parametrize("name", ["/dev/null", "pipe.npz"])
+def test_a_device_or_a_pipe_is_not_replaced(command, tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)
+    os.mkfifo("pipe.npz")
+    status, _, err = command("scene", "closet", "--force", "-o", name)
+    assert status == 1
+    assert_one_sentence(err, f"{name}: expected the name of a file to write, found a ")
 
 
 @pytest.mark.parametrize(

@@ -45,6 +45,15 @@ def test_each_gateway_gets_a_folder_of_the_same_positions(two_gateways, tmp_path
     np.testing.assert_allclose(second.gateway_position, [5, 0, 1.5])
 
 
+def test_folder_of_the_last_gateway_is_looked_at_before_the_work_for_the_first(two_gateways, tmp_path, capsys):
+    (tmp_path / "east").mkdir()
+    (tmp_path / "east" / "thesis.tex").write_text("precious")
+    with pytest.raises(SystemExit, match="1"):
+        simulate(two_gateways, tmp_path, "-n", 5, *DIRECT)
+    assert f"{tmp_path / 'east'}: expected a new folder" in capsys.readouterr().err
+    assert contents(tmp_path) == {"east": b"", "east/thesis.tex": b"precious"}
+
+
 def test_receivers_errors_are_as_large_as_asked_for_and_each_arrays_own(two_gateways, tmp_path):
     simulate(two_gateways, tmp_path / "ideal", "-n", 5, *DIRECT)
     simulate(two_gateways, tmp_path / "real", "-n", 5, *DIRECT, "--phase-error-deg", 10)
@@ -82,7 +91,7 @@ def test_positions_in_millimetres_are_a_warning(two_gateways, tmp_path, capsys):
 
 
 def test_old_and_new_spellings_of_the_options_are_the_same(two_gateways, tmp_path):
-    common = [*DIRECT, "--no-specular", "--rays", "500"]
+    common = ["--max-depth", "1", "--no-diffraction", "--no-specular", "--rays", "500"]
     old = "-n 3 --snr 12 --gain-error 1 --phase-error 2 --phase-noise 3".split()
     new = "--spectra 3 --snr-db 12 --gain-error-db 1 --phase-error-deg 2 --phase-noise-deg 3".split()
     for name, options in (("old", old), ("new", new)):

@@ -10,6 +10,7 @@ import os
 import signal
 import sys
 import threading
+from pathlib import Path
 from typing import Any
 
 SPECTRA = 40
@@ -39,9 +40,11 @@ def smaller(arguments: list[str]) -> list[str]:
             at = rest.index(option) + 1
             rest[at] = str(min(type(limit)(rest[at]), limit))
     in_full_wave = "fullwave" in rest
-    if command == "simulate" and not {"-n", "--spectra", "--positions"} & set(rest) and "--help" not in rest:
+    folder = bool(rest) and Path(rest[0]).is_dir()  # simulate a dataset again, or plan for a run: no rays to limit
+    if command == "simulate" and not folder and not {"-n", "--spectra", "--positions", "--help"} & set(rest):
         rest += ["-n", str(SPECTRA)]
-    if command in {"simulate", "plan", "calibrate", "engines"} and "--help" not in rest:
+    traces = command in {"calibrate", "engines"} or (command in {"simulate", "plan"} and not folder)
+    if traces and "--help" not in rest:
         rest = [each for each in rest if each != "--diffraction"]
         rest = _with(rest, "--rays", "20000") if not in_full_wave else rest
         rest = _with(rest, "--max-depth", "1") if not in_full_wave else rest

@@ -9,11 +9,11 @@ import numpy as np
 from jaxtyping import Float
 
 from scenes.files.errors import InputError, require_flag, require_instance, require_path, shown
+from scenes.files.input_file import what_is_at
 from scenes.files.output_folder import new_folder
 from scenes.files.progress import progress_bar
 from simulate.dataset.dataset_folder import Dataset
 from simulate.dataset.metadata import read_metadata_file
-from simulate.dataset.picture_files import what_is_at
 from simulate.engines.rays_engine import Rays
 from simulate.exchange.deepmimo.path_list import MOST_INTERACTIONS, PathList, joined, path_list, sorted_by_receiver
 from simulate.exchange.deepmimo.scenario import write_matrices, write_params

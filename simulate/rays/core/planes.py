@@ -13,6 +13,9 @@ from scenes.scene.description import Scene
 TOLERANCE = 1e-4
 """Two triangles are coplanar if their normals (unit vectors) and offsets (metres) agree this closely."""
 
+BLOCK = 64
+"""Triangles of a plane are searched in blocks of this many, each with a box around it. A fine mesh has thousands."""
+
 
 class Planes:
     """Planes n·x = h, and the triangles in each of them.
@@ -28,6 +31,8 @@ class Planes:
         sides: for each side of each triangle, a unit vector e in the plane that points inwards, and a length g. A point
             x of the plane is inside if e·x ≥ g for all three sides, [triangles, 3, 4].
         faces: number of each of these triangles, counted through all objects of the scene, [triangles].
+        boxes: lowest and highest corner of the box around each ``BLOCK`` triangles of a plane, metres, [boxes, 2, 3].
+        first_box: the boxes of plane p are ``first_box[p]`` … ``first_box[p + 1] − 1``, [planes + 1].
         first_face: for each identifier, number of triangles in the objects before its own, [identifiers].
         of_face: the plane of each triangle, counted through all objects of the scene.
         vertices: for each identifier, one vertex of each of the object's triangles, [triangles, 3], metres.
@@ -49,11 +54,19 @@ class Planes:
         order = np.argsort(self.of_face, kind="stable")
         count = int(self.of_face.max()) + 1
         self.first = np.searchsorted(self.of_face[order], np.arange(count + 1))
+        for plane in np.flatnonzero(np.diff(self.first) > BLOCK):  # neighbours into one block
+            part = slice(self.first[plane], self.first[plane + 1])
+            order[part] = order[part][cKDTree(triangles[order[part]].mean(axis=1), leafsize=BLOCK).indices]
         self.normals, self.offsets = normals[order][self.first[:-1]], offsets[order][self.first[:-1]]
         self.faces, corners = order, triangles[order]
         inwards = np.cross(normals[order][:, None], np.roll(corners, -1, axis=1) - corners)
         inwards /= np.linalg.norm(inwards, axis=-1, keepdims=True)
         self.sides = np.concatenate([inwards, (inwards * corners).sum(axis=-1, keepdims=True)], axis=-1)
+        blocks = -(-np.diff(self.first) // BLOCK)
+        self.first_box = np.append(0, np.cumsum(blocks))
+        begins = np.repeat(self.first[:-1] - BLOCK * self.first_box[:-1], blocks) + BLOCK * np.arange(blocks.sum())
+        low, high = np.minimum.reduceat(corners.min(axis=1), begins), np.maximum.reduceat(corners.max(axis=1), begins)
+        self.boxes = np.stack([low, high], axis=1)
 
     def of(self, shapes: UInt32[np.ndarray, " n"], triangles: UInt32[np.ndarray, " n"]) -> Int[np.ndarray, " n"]:
         """Index of each triangle's plane.
@@ -69,8 +82,18 @@ class Planes:
 
 
 def _group(planes: Float[np.ndarray, "n 4"]) -> Int[np.ndarray, " n"]:
-    """Label of each plane (normal, offset). A plane and its reverse have the same label."""
-    tree = cKDTree(np.concatenate([planes, -planes]))
-    pairs = tree.query_pairs(TOLERANCE, output_type="ndarray") % len(planes)
-    graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(planes), len(planes)))
-    return connected_components(graph, directed=False)[1]
+    """Label of each plane (normal, offset), in the order of their first triangles. A plane and its reverse are one.
+
+    Planes in one cell of a grid agree closely, and the cells are compared by their means. A fine mesh has thousands of
+    triangles in one plane, and too many pairs of them to compare.
+    """
+    whole = np.round(planes / (TOLERANCE / 2)).astype(np.int64)
+    _, cell, members = np.unique(whole, axis=0, return_inverse=True, return_counts=True)
+    cell = cell.ravel()
+    means = np.stack([np.bincount(cell, values) / members for values in planes.T], axis=1)
+    tree = cKDTree(np.concatenate([means, -means]))
+    pairs = tree.query_pairs(TOLERANCE, output_type="ndarray") % len(means)
+    graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(len(means), len(means)))
+    label = connected_components(graph, directed=False)[1][cell]
+    _, first, label = np.unique(label, return_index=True, return_inverse=True)
+    return first.argsort().argsort()[label]

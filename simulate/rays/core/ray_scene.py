@@ -1,4 +1,9 @@
-"""A scene in the ray tracer's form, with the propagation to follow. Every step of the tracing needs both."""
+"""A scene in the ray tracer's form, with the propagation to follow. Every step of the tracing needs both.
+
+Rays are traced in single precision, which rounds a coordinate of 100 km to 8 mm. So the tracer counts coordinates from
+a point near the antennas. ``Tracer`` converts positions on their way in and out. In all files of ``core``,
+``diffraction`` and ``scattering``, "world frame" stands for the axes of the world with this point as the origin.
+"""
 
 from __future__ import annotations
 
@@ -9,6 +14,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from scenes.scene.description import Scene
+from scenes.scene.shapes import bounding_box
+from scenes.scene.shifted import shifted
 from simulate.rays.core.planes import Planes
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.ray_tracer import dr, mi, rt
@@ -21,14 +28,16 @@ class RayScene:
     """A scene, the same scene in Sionna RT, and the propagation to follow in it.
 
     Attributes:
-        description: the scene as the user described it.
+        description: the scene as the user described it, in coordinates from ``origin``.
         sionna: its objects and radio materials in Sionna RT.
         propagation: the mechanisms to follow, and how far.
+        origin: where the coordinates are counted from, metres, in the user's own coordinates.
     """
 
     description: Scene
     sionna: rt.Scene
     propagation: Propagation
+    origin: Float[np.ndarray, " 3"]
 
     @classmethod
     def of(cls, scene: Scene, propagation: Propagation) -> RayScene:
@@ -41,7 +50,9 @@ class RayScene:
         Returns:
             Both, with the Sionna RT scene.
         """
-        return cls(scene, build_scene(scene), propagation)
+        origin = _origin(scene)
+        near = shifted(scene, -origin) if origin.any() else scene
+        return cls(near, build_scene(near), propagation, origin)
 
     @cached_property
     def identifiers(self) -> Int[np.ndarray, " objects"]:
@@ -76,6 +87,17 @@ class RayScene:
     def planes(self) -> Planes:
         """The planes that the objects' triangles lie in."""
         return Planes(self.description, self.identifiers.tolist())
+
+
+ORIGINS = 100.0
+"""Metres. The coordinates of an origin are multiples of this, so that a scene near the user's own origin stays as it
+is. Within half of it, single precision rounds to 2 µm."""
+
+
+def _origin(scene: Scene) -> Float[np.ndarray, " 3"]:
+    """The origin nearest the middle of the antennas, metres, in the user's coordinates."""
+    antennas = bounding_box(np.vstack([scene.transmitter.region, scene.gateway.position]))
+    return ORIGINS * np.round(antennas.mean(axis=0) / ORIGINS)
 
 
 def first_hits(

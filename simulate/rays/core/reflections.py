@@ -13,7 +13,8 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from simulate.parallel import ONE_KERNEL
-from simulate.rays.core.planes import Planes
+from simulate.parallel.compiled import compiled
+from simulate.rays.core.planes import BLOCK, Planes
 
 MARGIN = 0.01
 """Metres by which triangles are enlarged, so that rounding never drops a path."""
@@ -49,7 +50,7 @@ def possible_paths(
     for start in range(0, len(targets), batch_size):
         batch_targets = targets[start : start + batch_size]
         possible = np.zeros((len(batch_targets), len(chains), len(sources)), dtype=np.bool_)
-        surfaces = planes.normals, planes.offsets, planes.first, planes.sides
+        surfaces = planes.normals, planes.offsets, planes.first, planes.sides, planes.first_box, planes.boxes
         with ONE_KERNEL:
             _backtrack(*surfaces, reflecting, count, images, batch_targets, possible)
         target, chain, source = np.nonzero(possible)
@@ -57,7 +58,7 @@ def possible_paths(
     return np.concatenate(found, axis=1)
 
 
-@numba.njit(cache=True)
+@compiled
 def mirror(normals, offsets, chains, count, sources, images):
     """Fill ``images`` [chains, sources, depth, 3]: image k is image k − 1 mirrored at plane k."""
     for chain in range(len(chains)):
@@ -71,21 +72,28 @@ def mirror(normals, offsets, chains, count, sources, images):
                 images[chain, source, k] = x, y, z
 
 
-@numba.njit(cache=True, inline="always")
-def on_surface(first, sides, plane, x, y, z, margin):
+@compiled(inline="always")
+def on_surface(first, sides, first_box, boxes, plane, x, y, z, margin):
     """The first triangle of a plane that contains a point of the plane, within a margin; −1 if there is none."""
-    for triangle in range(first[plane], first[plane + 1]):
-        inside = True
-        for side in range(3):
-            ex, ey, ez, least = sides[triangle, side]
-            inside = inside and ex * x + ey * y + ez * z >= least - margin
-        if inside:
-            return triangle
+    for box in range(first_box[plane], first_box[plane + 1]):
+        (x0, y0, z0), (x1, y1, z1) = boxes[box]
+        if not (
+            x0 - margin <= x <= x1 + margin and y0 - margin <= y <= y1 + margin and z0 - margin <= z <= z1 + margin
+        ):
+            continue
+        begin = first[plane] + BLOCK * (box - first_box[plane])
+        for triangle in range(begin, min(begin + BLOCK, first[plane + 1])):
+            inside = True
+            for side in range(3):
+                ex, ey, ez, least = sides[triangle, side]
+                inside = inside and ex * x + ey * y + ez * z >= least - margin
+            if inside:
+                return triangle
     return -1
 
 
-@numba.njit(cache=True, parallel=True)
-def _backtrack(normals, offsets, first, sides, chains, count, images, targets, possible):
+@compiled(parallel=True)
+def _backtrack(normals, offsets, first, sides, first_box, boxes, chains, count, images, targets, possible):
     """Fill ``possible`` [targets, chains, sources]."""
     for target in numba.prange(len(targets)):
         for chain in range(len(chains)):
@@ -105,7 +113,7 @@ def _backtrack(normals, offsets, first, sides, chains, count, images, targets, p
                         break
                     share = distance / towards
                     x, y, z = x + share * dx, y + share * dy, z + share * dz
-                    if on_surface(first, sides, plane, x, y, z, MARGIN) < 0:
+                    if on_surface(first, sides, first_box, boxes, plane, x, y, z, MARGIN) < 0:
                         on_surfaces = False
                         break
                 possible[target, chain, source] = on_surfaces

@@ -13,8 +13,10 @@ import numba
 import numpy as np
 from jaxtyping import Float, Int
 
+from simulate.parallel.compiled import compiled
 
-@numba.njit(cache=True, parallel=True)
+
+@compiled(parallel=True)
 def find_shortening(
     reflected: Int[np.ndarray, "paths depth"],
     passed: Int[np.ndarray, "paths depth"],

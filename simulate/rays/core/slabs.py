@@ -16,11 +16,12 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy.spatial import ConvexHull, cKDTree
+from scipy.spatial import cKDTree
 from trimesh import Trimesh
 
-from scenes.checks.enclosure import WALL_REACH
-from scenes.checks.occupancy import closed_parts, holds_antennas, merge_corners
+from scenes.checks.occupancy import holds_antennas
+from scenes.checks.outer_walls import beyond, in_outer_wall, outline
+from scenes.scene.closed_parts import merge_corners
 from scenes.scene.description import Scene, SceneObject
 from scenes.scene.materials import RadioMaterial
 from scenes.scene.permittivity import is_conductor
@@ -55,8 +56,11 @@ def conducting_triangles(scene: Scene) -> Float[np.ndarray, "n 3 3"]:
 
 def dielectric_slabs(scene: Scene) -> list[Slabs]:
     """The slabs of all objects that are not conductors."""
+    around = outline(scene)
     return [
-        _slabs_of(scene, item) for item in scene.objects if not is_conductor(_material(scene, item), scene.frequency)
+        _slabs_of(scene, item, around)
+        for item in scene.objects
+        if not is_conductor(_material(scene, item), scene.frequency)
     ]
 
 
@@ -64,15 +68,15 @@ def _material(scene: Scene, item: SceneObject) -> RadioMaterial:
     return scene.materials[item.material]
 
 
-def _slabs_of(scene: Scene, item: SceneObject) -> Slabs:
+def _slabs_of(scene: Scene, item: SceneObject, around: Float[np.ndarray, "n 3"]) -> Slabs:
     material = _material(scene, item)
     thickness = scene.thickness(item)
-    closed = closed_parts(item.mesh)
+    closed = item.closed_parts
     pieces = [_of_closed_part(scene, part, thickness) for part in closed]
     if sum(len(part.faces) for part in closed) < len(item.mesh.faces):
         parts = merge_corners(item.mesh).split(only_watertight=False, repair=False)  # repair would close open boxes
         open_parts = [part for part in parts if not part.is_watertight]
-        pieces += [_of_sheet(scene, part.triangles, thickness) for part in open_parts]
+        pieces += [_of_sheet(part.triangles, thickness, around) for part in open_parts]
     triangles, normals, start, stop, outer = (np.concatenate(values) for values in zip(*pieces, strict=True))
     return Slabs(material, triangles, normals, start, stop, outer)
 
@@ -87,10 +91,12 @@ def _of_closed_part(scene: Scene, part: Trimesh, thickness: float) -> tuple[np.n
     return part.triangles, normals, start, stop, np.full(len(normals), room)
 
 
-def _of_sheet(scene: Scene, triangles: Float[np.ndarray, "n 3 3"], thickness: float) -> tuple[np.ndarray, ...]:
+def _of_sheet(
+    triangles: Float[np.ndarray, "n 3 3"], thickness: float, around: Float[np.ndarray, "points 3"]
+) -> tuple[np.ndarray, ...]:
     """The slab behind the sheet of an outer wall, or on both sides of another sheet."""
-    normals, front, back = _scene_beyond(scene, triangles)
-    outer = in_outer_wall(scene, triangles)
+    normals, front, back = beyond(triangles, around)
+    outer = in_outer_wall(triangles, around)
     away = np.where(front < back, 1.0, -1.0)  # the normal points away from the scene
     normals = np.where(outer[:, None], away[:, None] * normals, normals)
     start = np.where(outer, 0.0, -thickness / 2)
@@ -117,40 +123,16 @@ def face_slabs(scene: Scene) -> FaceSlabs:
     Args:
         scene: the scene.
     """
-    fronts, outer = [], []
+    fronts, outer, around = [], [], outline(scene)
     for item in scene.objects:
         if is_conductor(_material(scene, item), scene.frequency):
             fronts.append(np.zeros((len(item.mesh.faces), 2)))
-            outer.append(in_outer_wall(scene, item.mesh.triangles))
+            outer.append(in_outer_wall(item.mesh.triangles, around))
             continue
-        slabs = _slabs_of(scene, item)
+        slabs = _slabs_of(scene, item, around)
         _, which = cKDTree(slabs.triangles.mean(axis=1)).query(item.mesh.triangles_center)
         along = (slabs.normals[which] * item.mesh.face_normals).sum(axis=1) > 0
         reach = np.column_stack([slabs.stop[which], -slabs.start[which]])
         fronts.append(np.where(along[:, None], reach, reach[:, ::-1]))
         outer.append(slabs.outer[which])
     return FaceSlabs(np.concatenate(fronts), np.concatenate(outer))
-
-
-def in_outer_wall(scene: Scene, triangles: Float[np.ndarray, "n 3 3"]) -> Bool[np.ndarray, " n"]:
-    """Whether all of the scene is on one side of each triangle's plane, to within ``WALL_REACH``.
-
-    Args:
-        scene: the scene.
-        triangles: corners of the triangles, metres, world frame.
-    """
-    _, front, back = _scene_beyond(scene, triangles)
-    return np.minimum(front, back) < WALL_REACH
-
-
-def _scene_beyond(
-    scene: Scene, triangles: Float[np.ndarray, "n 3 3"]
-) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
-    """Unit normals of triangles, and how far objects and antennas reach to either side of them, metres."""
-    normals = np.cross(triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0])
-    normals = normals / np.linalg.norm(normals, axis=1, keepdims=True).clip(1e-30)
-    gateways = [gateway.position for gateway in (scene.gateway, *scene.further_gateways.values())]
-    points = np.vstack([*(item.mesh.vertices for item in scene.objects), scene.transmitter.corners(), gateways])
-    points = points[ConvexHull(points, qhull_options="QJ").vertices]
-    beyond = normals @ points.T - (normals * triangles[:, 0]).sum(axis=1, keepdims=True)
-    return normals, beyond.max(axis=1), -beyond.min(axis=1)

@@ -7,9 +7,9 @@ amplitude behind the edges is λ/4π times the spreading.
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
+from simulate.parallel.compiled import compiled
 from simulate.rays.diffraction.cylindrical import (
     about,
     angle_about,
@@ -28,7 +28,7 @@ APART = 1 / 4
 describe. From this distance to twice as far the wave's weight rises from 0 to 1."""
 
 
-@numba.njit(cache=True)
+@compiled
 def around_one(wedge, begin, end, phi_begin, phi_end):
     """Length of the way by one edge, its spreading, and the edge's quantities, twice as in ``around_two``.
 
@@ -45,7 +45,7 @@ def around_one(wedge, begin, end, phi_begin, phi_end):
     return whole, 1 / np.sqrt(before * behind * whole), (figures, figures)
 
 
-@numba.njit(cache=True)
+@compiled
 def around_two(first, second, faces, s, t, begin, end, phi_begin, phi_end, wavelength):
     """Length of the way by two edges, its spreading, and the quantities of each edge.
 
@@ -106,7 +106,7 @@ def around_two(first, second, faces, s, t, begin, end, phi_begin, phi_end, wavel
     )
 
 
-@numba.njit(cache=True)
+@compiled
 def _around_edge(wedge, before, behind, angle, other_angle):
     """Distances s′ and s to the edge, sin β₀, the detours by the start and the end of the edge, and the excess."""
     z1, rho1 = about(wedge, before)
@@ -121,7 +121,7 @@ def _around_edge(wedge, before, behind, angle, other_angle):
     return ahead, after, rho1 / ahead, by_start, by_end, excess
 
 
-@numba.njit(cache=True)
+@compiled
 def _sine_between(first, second, p, q):
     """Sine of the angle between two edges, seen along the way between points on them."""
     way = minus(q, p)
@@ -130,7 +130,7 @@ def _sine_between(first, second, p, q):
     return np.sqrt(max(1 - dot(a, b) ** 2 / squares, 0.0)) if squares > 1e-24 else 0.0
 
 
-@numba.njit(cache=True)
+@compiled
 def _length_between(before, apart, behind, twist):
     """L / sin² β₀ at the second of two edges ([kouyoumjian1974], equation 33).
 

@@ -25,6 +25,7 @@ import numpy as np
 from jaxtyping import Complex, Float32, Int, UInt32
 
 from simulate.parallel import ONE_KERNEL
+from simulate.parallel.compiled import compiled
 from simulate.rays.core.planes import Planes
 from simulate.rays.diffraction.around import around_one, around_two
 from simulate.rays.diffraction.cylindrical import on_edge_or_end, wedge_of
@@ -190,14 +191,14 @@ class _Route(NamedTuple):
     lifts: np.ndarray
 
 
-@numba.njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _mark(surfaces, wedges, route, near, far, wavelength, possible):
     """Fill ``possible`` [targets, chains, sources]."""
     for target in numba.prange(len(far.last)):
         _mark_target(surfaces, wedges, route, near, far, wavelength, target, possible[target])
 
 
-@numba.njit(cache=True)
+@compiled
 def _mark_target(surfaces, wedges, route, near, far, wavelength, target, possible):
     """Fill ``possible`` [chains, sources] of one target."""
     nothing, none = np.empty((0, 3), np.float32), np.empty(0, np.uint32)
@@ -221,14 +222,14 @@ def _mark_target(surfaces, wedges, route, near, far, wavelength, target, possibl
             ) and follow(surfaces, near, source, a, p[0], p[1], p[2], nothing, none, 0, 0)
 
 
-@numba.njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _place(surfaces, wedges, route, near, far, wavelength, paths, filled):
     """Fill the fields of ``PathGeometry``."""
     for block in numba.prange(-(-paths.shape[1] // BLOCK)):
         _place_block(surfaces, wedges, route, near, far, wavelength, paths, block * BLOCK, filled)
 
 
-@numba.njit(cache=True)
+@compiled
 def _place_block(surfaces, wedges, route, near, far, wavelength, paths, start, filled):
     """Fill the fields of ``PathGeometry`` for ``BLOCK`` paths."""
     for path in range(start, min(start + BLOCK, paths.shape[1])):

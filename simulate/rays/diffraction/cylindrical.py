@@ -6,11 +6,12 @@ call. A wedge is a tuple here: start, direction, normal and tangent of face 0, l
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
+from simulate.parallel.compiled import compiled
 
-@numba.njit(cache=True)
+
+@compiled
 def wedge_of(wedges, edge):
     """An edge as a tuple: start, direction, normal and tangent of face 0, length, exterior angle."""
     return (
@@ -23,38 +24,38 @@ def wedge_of(wedges, edge):
     )
 
 
-@numba.njit(cache=True)
+@compiled
 def dot(a, b):
     """a·b of two vectors."""
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 
 
-@numba.njit(cache=True)
+@compiled
 def minus(a, b):
     """a − b of two vectors."""
     return a[0] - b[0], a[1] - b[1], a[2] - b[2]
 
 
-@numba.njit(cache=True)
+@compiled
 def distance(a, b):
     """|a − b| of two points."""
     way = minus(a, b)
     return np.sqrt(dot(way, way))
 
 
-@numba.njit(cache=True)
+@compiled
 def cross(a, b):
     """a × b of two vectors."""
     return a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
 
 
-@numba.njit(cache=True)
+@compiled
 def hypotenuse(a, b):
     """√(a² + b²). np.hypot is slower, since it avoids overflow."""
     return np.sqrt(a * a + b * b)
 
 
-@numba.njit(cache=True)
+@compiled
 def about(wedge, point):
     """Cylindrical coordinates z and ρ of a point about an edge."""
     offset = minus(point, wedge[0])
@@ -62,27 +63,27 @@ def about(wedge, point):
     return along, np.sqrt(max(dot(offset, offset) - along * along, 0.0))
 
 
-@numba.njit(cache=True)
+@compiled
 def angle_about(wedge, point):
     """Angle φ of a point about an edge, from face 0 on."""
     offset = minus(point, wedge[0])
     return np.arctan2(dot(offset, wedge[2]), dot(offset, wedge[3])) % (2 * np.pi)
 
 
-@numba.njit(cache=True)
+@compiled
 def on_edge(wedge, along):
     """The point of an edge's line at a distance from its start."""
     start, direction = wedge[0], wedge[1]
     return start[0] + along * direction[0], start[1] + along * direction[1], start[2] + along * direction[2]
 
 
-@numba.njit(cache=True)
+@compiled
 def on_edge_or_end(wedge, along):
     """The point of an edge that is nearest to a point of its line."""
     return on_edge(wedge, min(max(along, 0.0), wedge[4]))
 
 
-@numba.njit(cache=True)
+@compiled
 def diffraction_point(z1, rho1, z2, rho2, length):
     """z, and how much longer the ways through the start and the end of the edge are; negative if z lies beyond."""
     z = z1 + (z2 - z1) * rho1 / (rho1 + rho2)

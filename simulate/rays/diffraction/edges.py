@@ -33,6 +33,9 @@ SHORTEST = 1 / 4
 PIECES = 16
 """Number of pieces of an edge, each of which is tested for a body that touches it."""
 
+AT_ONCE = 10_000
+"""Edges tested at a time, with 128 rays each. This bounds the memory."""
+
 MOST = 300
 """Largest number of edges to follow. If a scene has more, only those that matter most are followed."""
 
@@ -106,8 +109,10 @@ def diffracting_edges(ray_scene: RayScene) -> Edges:
         sheet.merge_vertices(digits_vertex=4)
         pieces = _edges_of(sheet, np.nonzero(ray_scene.object_of_face == number)[0], sheets=True)
         found.append(pieces.subset(~ray_scene.slabs.outer[pieces.faces]))
-    edges = _untouched(_joined(_together(*found), body_of_face), body_of_face, ray_scene)
-    return edges.subset(edges.lengths >= SHORTEST * scene.wavelength)
+    edges = _joined(_together(*found), body_of_face)
+    shortest = SHORTEST * scene.wavelength
+    edges = _untouched(edges.subset(edges.lengths >= shortest), body_of_face, ray_scene)
+    return edges.subset(edges.lengths >= shortest)
 
 
 def _together(*pieces: Edges) -> Edges:
@@ -203,20 +208,14 @@ def _joined(edges: Edges, body_of_face: Int[np.ndarray, " faces"]) -> Edges:
 
 
 def _untouched(edges: Edges, body_of_face: Int[np.ndarray, " faces"], ray_scene: RayScene) -> Edges:
-    """The stretches of edges to which no other body is nearer than ``TOUCHING``.
-
-    The test draws a polygon around each piece of an edge, from near face 0 to near face n. Its sides must not meet
-    another body.
-    """
-    shares = (np.arange(PIECES) + 0.5) / PIECES
-    around = edges.around(edges.exterior[:, None] * np.linspace(0.05, 0.95, 9))
-    corners = edges.points(shares)[:, :, None] + TOUCHING * ray_scene.description.wavelength * around[:, None]
-    starts, sides = corners[:, :, :-1], np.diff(corners, axis=2)
-    face, _ = first_hits(ray_scene, starts.reshape(-1, 3), sides.reshape(-1, 3), 1.0)
-    face = face.reshape(starts.shape[:3])
-    touched = ((face >= 0) & (body_of_face[face] != body_of_face[edges.faces][:, None, None])).any(axis=2)
+    """The stretches of edges to which no other body is nearer than ``TOUCHING``."""
+    touched = [np.zeros((0, PIECES), bool)]
+    for start in range(0, len(edges), AT_ONCE):
+        touched.append(
+            _touched(edges.subset(np.arange(start, min(start + AT_ONCE, len(edges)))), body_of_face, ray_scene)
+        )
     # The beginning and the end of each stretch of untouched pieces.
-    change = np.diff(np.pad(~touched, ((0, 0), (1, 1))).astype(int), axis=1)
+    change = np.diff(np.pad(~np.concatenate(touched), ((0, 0), (1, 1))).astype(int), axis=1)
     edge, begin = np.nonzero(change == 1)
     end = np.nonzero(change == -1)[1]
     chosen = edges.subset(edge)
@@ -224,6 +223,22 @@ def _untouched(edges: Edges, body_of_face: Int[np.ndarray, " faces"], ray_scene:
     return replace(
         chosen, starts=chosen.starts + (begin * piece)[:, None] * chosen.directions, lengths=(end - begin) * piece
     )
+
+
+def _touched(
+    edges: Edges, body_of_face: Int[np.ndarray, " faces"], ray_scene: RayScene
+) -> Bool[np.ndarray, "edges pieces"]:
+    """Whether another body is nearer to each piece of some edges than ``TOUCHING``.
+
+    The test draws a polygon around each piece, from near face 0 to near face n. Its sides must not meet another body.
+    """
+    shares = (np.arange(PIECES) + 0.5) / PIECES
+    around = edges.around(edges.exterior[:, None] * np.linspace(0.05, 0.95, 9))
+    corners = edges.points(shares)[:, :, None] + TOUCHING * ray_scene.description.wavelength * around[:, None]
+    starts, sides = corners[:, :, :-1], np.diff(corners, axis=2)
+    face, _ = first_hits(ray_scene, starts.reshape(-1, 3), sides.reshape(-1, 3), 1.0)
+    face = face.reshape(starts.shape[:3])
+    return ((face >= 0) & (body_of_face[face] != body_of_face[edges.faces][:, None, None])).any(axis=2)
 
 
 def foremost(edges: Edges, scene: Scene) -> Edges:

@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from simulate.parallel import ONE_KERNEL
+from simulate.parallel.compiled import compiled
 from simulate.rays.core.planes import Planes
 from simulate.rays.core.reflections import mirror, on_surface
 from simulate.rays.diffraction.arms import Arms
@@ -90,6 +91,8 @@ class Surfaces(NamedTuple):
     offsets: np.ndarray
     first: np.ndarray
     sides: np.ndarray
+    first_box: np.ndarray
+    boxes: np.ndarray
     faces: np.ndarray
 
 
@@ -106,7 +109,7 @@ class Legs(NamedTuple):
 
 def surfaces_of(planes: Planes) -> Surfaces:
     """A scene's planes for the kernels."""
-    return Surfaces(planes.normals, planes.offsets, planes.first, planes.sides, planes.faces)
+    return Surfaces(*(getattr(planes, name) for name in Surfaces._fields))
 
 
 def legs_of(arms: Arms, ends: Ends) -> Legs:
@@ -114,7 +117,7 @@ def legs_of(arms: Arms, ends: Ends) -> Legs:
     return Legs(arms.planes, arms.reflections, ends.images, ends.last, ends.angle, ends.open)
 
 
-@numba.njit(cache=True, inline="always")
+@compiled(inline="always")
 def follow(surfaces, legs, antenna, arm, x, y, z, vertices, hit, where, step):
     """Follow an arm from a point on its edge to the antenna; False if a reflection is on no surface.
 
@@ -132,7 +135,9 @@ def follow(surfaces, legs, antenna, arm, x, y, z, vertices, hit, where, step):
             return False
         share = distance / rise
         x, y, z = x + share * dx, y + share * dy, z + share * dz
-        triangle = on_surface(surfaces.first, surfaces.sides, plane, x, y, z, MARGIN)
+        triangle = on_surface(
+            surfaces.first, surfaces.sides, surfaces.first_box, surfaces.boxes, plane, x, y, z, MARGIN
+        )
         if triangle < 0:
             return False
         if step != 0:
@@ -142,7 +147,7 @@ def follow(surfaces, legs, antenna, arm, x, y, z, vertices, hit, where, step):
     return True
 
 
-@numba.njit(cache=True, parallel=True)
+@compiled(parallel=True)
 def _try(surfaces, legs, points, found):
     """Fill ``found`` [arms]."""
     nothing, none = np.empty((0, 3), np.float32), np.empty(0, np.uint32)

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import numba
 import numpy as np
 
+from simulate.parallel.compiled import compiled
 from simulate.rays.diffraction.corners import REACH
 from simulate.rays.diffraction.cylindrical import (
     about,
@@ -29,7 +29,7 @@ CONVERGED = 1e-7
 """Metres. Newton's method ends at a shorter step, since the next step is of the order of its square."""
 
 
-@numba.njit(cache=True)
+@compiled
 def _two_points(first, second, source, target):
     """The points along two edges for which the way from source to target is shortest; nan if the method fails."""
     z1, rho1 = about(first, source)
@@ -60,7 +60,7 @@ def _two_points(first, second, source, target):
     return np.nan, np.nan
 
 
-@numba.njit(cache=True)
+@compiled
 def shortest(first, second, twice, face, source, target):
     """The points of diffraction along the edges of a chain; nan if no wave goes from edge to edge."""
     if not twice:
@@ -76,7 +76,7 @@ def shortest(first, second, twice, face, source, target):
     return s, t
 
 
-@numba.njit(cache=True)
+@compiled
 def _beyond(wedge, before, along, behind):
     """How much longer the way through the nearer end of the edge is than the shortest; −1 if that is on the edge."""
     if 0 <= along <= wedge[4]:
@@ -87,7 +87,7 @@ def _beyond(wedge, before, along, behind):
     return -min(by_start, by_end)
 
 
-@numba.njit(cache=True)
+@compiled
 def points_of_diffraction(first, second, twice, face, begin, end, wavelength):
     """The points of diffraction along the edges of a chain; nan if they are too far beyond the ends of the edges."""
     s, t = shortest(first, second, twice, face, begin, end)

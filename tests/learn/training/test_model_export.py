@@ -12,6 +12,7 @@ from learn.models.helmholtz import HelmholtzField
 from learn.models.kriged_field import DIRECTIONS, KrigedField
 from learn.training.model_export import INPUT, OUTPUT, export
 from learn.training.run_folder import load_run
+from scenes.files import atomic
 from scenes.files.errors import InputError
 from simulate.spectra.beamformer import Beamformer
 
@@ -40,6 +41,18 @@ def runs(finished_run, small, region, small_models):
         "bisplat": dataclasses.replace(run, model=model),
         "helmholtz": dataclasses.replace(run, model=mixed.eval()),
     }
+
+
+def test_full_disk_is_an_error_that_names_the_file(runs, tmp_path, monkeypatch):
+    """Torch would end the process if it wrote the file itself."""
+
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(atomic.os, "fsync", full)
+    with pytest.raises(OSError) as error:
+        export(runs["bisplat-aperture"], tmp_path / "model.pt2")
+    assert error.value.filename == str(tmp_path / "model.pt2") and not list(tmp_path.iterdir())
 
 
 POSITIONS = np.array([[1.0, 0.4, 1.0], [3.2, 0.1, 1.0], [0.1, 0.2, 1.0]])

@@ -220,11 +220,12 @@ def test_second_process_is_refused_and_a_finished_run_needs_no_lock(tiny_config,
 
 
 def test_what_a_process_left_that_was_killed_in_its_first_moment_is_no_other_file(tiny_config, finished_run, tmp_path):
-    for name in (LOCK, "config.json.tmp"):
-        (tmp_path / name).write_text("")
+    left = [tmp_path / name for name in (LOCK, ".bisplat-0123456789abcdef.tmp")]
+    for path in left:
+        path.write_text("")
     train_run(tiny_config, tmp_path)
     assert_same_weights(tmp_path, finished_run)
-    assert not (tmp_path / LOCK).exists() and not (tmp_path / "config.json.tmp").exists()
+    assert not any(path.exists() for path in left)
 
 
 def test_run_folder_says_what_was_trained(tiny, tiny_config, finished_run):

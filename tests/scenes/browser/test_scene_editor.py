@@ -86,7 +86,7 @@ def test_what_is_refused_is_said_and_the_tab_goes_on(edit, tmp_path):
     good = editor.scene
     editor.scene = replace(good, frequency=-1.0)
     tab.press("Save scene.yaml")
-    assert "frequency must be in hertz" in told(tab)[1]
+    assert "frequency: expected hertz" in told(tab)[1]
     assert not (tmp_path / "mine").exists()
     editor.scene = good
     with locked(tmp_path / "mine"):

@@ -7,7 +7,8 @@ import pytest
 import trimesh
 from trimesh import Trimesh
 
-from scenes.checks.occupancy import blocking_object, closed_parts, inside_object, winding_number
+from scenes.checks.occupancy import blocking_object, inside_object, winding_number
+from scenes.scene.closed_parts import closed_parts
 from scenes.scene.description import SceneObject
 from scenes.scene.shapes import box, rotate, sheet, union
 

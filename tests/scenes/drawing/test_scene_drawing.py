@@ -12,9 +12,11 @@ from matplotlib.patches import Rectangle
 
 from scenes.checks import depth_buffer
 from scenes.checks.enclosure import ceiling_height
+from scenes.drawing import scene_drawing
 from scenes.drawing.floor_plan import draw_plan
 from scenes.drawing.perspective import draw_view
-from scenes.drawing.scene_drawing import describe_scene, draw_scene
+from scenes.drawing.scene_drawing import DrawingError, describe_scene, draw_scene
+from scenes.files.errors import InputError
 from scenes.scene.description import SceneObject, Transmitter
 from scenes.scene.materials import p2040_material
 from scenes.scene.shapes import box, rotate, sheet, union
@@ -145,6 +147,68 @@ def test_plan_shows_furniture_of_a_room_that_is_one_mesh(scene):
         np.linalg.norm(np.concatenate(outlines) - corner, axis=1).min() < 1e-6 for corner in table.vertices[:, :2]
     )
     assert sum(isinstance(each, Rectangle) for each in axes.patches) == 1  # the region alone
+
+
+def alone(scene, *meshes):
+    """A scene of these meshes only, whose antennas are near the origin, 0.5 to 1.5 m high."""
+    return replace(scene, objects=tuple(SceneObject(f"{n}", mesh, "wood") for n, mesh in enumerate(meshes)))
+
+
+CORNERS = [(x, y) for x in (-120, 60) for y in (-120, 60)]
+
+
+@pytest.mark.parametrize(
+    "meshes",
+    [
+        [sheet((-5, -5, 6), (10, 0, 0), (0, 10, 0))],
+        [box((x, y, 0), (x + 60, y + 60, 20)) for x, y in CORNERS],
+        [sheet((x, y, 0), (60, 0, 0), (0, 60, 0)) for x, y in CORNERS],
+        [box((30, 30, 0), (31, 31, 1))],
+        [sheet((30, 30, 0), (1000, 0, 0), (0, 1000, 0))],
+        [sheet((-5, -5, -20), (10, 0, 0), (0, 10, 0))],
+    ],
+    ids=["a roof alone", "houses about a square", "flat roofs", "a box beside", "a field beside", "far below"],
+)
+def test_a_scene_of_which_nothing_is_near_the_antennas_is_drawn(scene, meshes, tmp_path):
+    place = alone(scene, *meshes)
+    draw_scene(place, tmp_path / "scene.png")
+    plan, view = np.split(imread(tmp_path / "scene.png"), 2, axis=1)
+    color = place.materials["wood"].color
+    assert share(plan, color) > 1e-4 and share(view, color) > 1e-4
+
+
+def test_the_drawing_says_what_it_leaves_out(scene):
+    lab = load_scene("lab")
+    axes = Figure().add_subplot(projection="3d")
+    assert draw_view(axes, lab) == ["everything above z = 2.95 m", "2 walls in front"]
+    assert draw_plan(Figure().add_subplot(), lab)[1] == "seen from above, cut off at z = 2.95 m; section at z = 1.25 m"
+    assert draw_view(axes, street(scene, (-8, -8, 0.5), (-6, -6, 1.5))) == []
+    wide = alone(scene, sheet((-500, -500, 0), (1000, 0, 0), (0, 1000, 0)))
+    assert draw_view(axes, wide) == ["what is beyond 8 m from the antennas"]
+    shown = "seen from above; nothing at z = 1.00 m, the height of the region"
+    assert draw_plan(Figure().add_subplot(), wide)[1] == shown
+
+
+def test_houses_about_a_square_are_no_room(scene):
+    axes = Figure().add_subplot(projection="3d")
+    assert draw_view(axes, alone(scene, *(box((x, y, 0), (x + 60, y + 60, 20)) for x, y in CORNERS))) == []
+
+
+def test_a_failure_is_one_sentence_and_leaves_no_file(scene, tmp_path, monkeypatch):
+    def fail(axes, scene):
+        raise ZeroDivisionError("division by zero")
+
+    monkeypatch.setattr(scene_drawing, "draw_view", fail)
+    with pytest.raises(DrawingError, match="could not be drawn: ZeroDivisionError: division by zero"):
+        draw_scene(scene, tmp_path / "scene.png")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_end_of_the_name_is_the_format(scene, tmp_path):
+    draw_scene(scene, tmp_path / "scene.pdf")
+    assert (tmp_path / "scene.pdf").read_bytes().startswith(b"%PDF")
+    with pytest.raises(InputError, match=r"expected a drawing named .png, .pdf, .svg, found '.jpg'"):
+        draw_scene(scene, tmp_path / "scene.jpg")
 
 
 def test_description_is_json(scene):

@@ -1,10 +1,15 @@
 """An imported scene or converted dataset appears whole, and nothing that was there before is lost."""
 
+import tempfile
+from pathlib import Path
+
 import pytest
 
 from scenes.files.errors import InputError
-from scenes.files.folder_lock import locked
+from scenes.files.folder_lock import LOCK, locked
 from scenes.files.output_folder import new_folder
+
+SHARED_MEMORY = Path("/dev/shm")
 
 
 def files(folder) -> dict[str, str]:
@@ -50,12 +55,58 @@ def test_error_leaves_nothing_and_what_a_killed_process_left_is_removed(tmp_path
         (folder / "half").write_text("")
         raise ZeroDivisionError
     assert not list(tmp_path.iterdir())
-    (tmp_path / ".new.unfinished" / "half").mkdir(parents=True)
+    (tmp_path / "new" / ".bisplat-0123456789abcdef.unfinished" / "half").mkdir(parents=True)
+    (tmp_path / "new" / LOCK).write_text("process 1")
     write(tmp_path / "new")
-    assert files(tmp_path / "new") == WRITTEN and len(list(tmp_path.iterdir())) == 1
+    assert files(tmp_path / "new") == WRITTEN
+    assert sorted(path.name for path in (tmp_path / "new").iterdir()) == ["meshes", "scene.yaml"]
 
 
 def test_second_process_is_refused(tmp_path):
-    (tmp_path / ".new.unfinished").mkdir()
-    with locked(tmp_path / ".new.unfinished"), pytest.raises(InputError, match="no other process writes to"):
-        write(tmp_path / "new")
+    with new_folder(tmp_path / "new") as folder:
+        (folder / "mine").write_text("first")
+        with pytest.raises(InputError, match="no other process writes to"):
+            write(tmp_path / "new")
+        with pytest.raises(InputError, match="no other process writes to"), locked(tmp_path / "new"):
+            pass
+    assert files(tmp_path / "new") == {"mine": "first"}
+
+
+def test_links_are_replaced_and_not_followed(tmp_path):
+    """Whether they have the name of a temporary folder of old, of one of today, or of what is written."""
+    (tmp_path / "victim").mkdir()
+    (tmp_path / "victim" / "thesis.tex").write_text("precious")
+    (tmp_path / "out").mkdir()
+    for name in (".out.unfinished", "out/.bisplat-0123456789abcdef.unfinished", "out/meshes"):
+        (tmp_path / name).symlink_to(tmp_path / "victim")
+    (tmp_path / "out" / "scene.yaml").symlink_to(tmp_path / "victim" / "thesis.tex")
+    write(tmp_path / "out", force=True)
+    assert files(tmp_path / "victim") == {"thesis.tex": "precious"}
+    assert (tmp_path / "out" / "meshes" / "floor.ply").read_text() == "new mesh"
+    assert not (tmp_path / "out" / "scene.yaml").is_symlink()
+
+
+@pytest.mark.skipif(not SHARED_MEMORY.is_dir(), reason="needs a second disk")
+def test_empty_folder_on_another_disk(tmp_path):
+    """As a volume of a container is; and a link to it."""
+    with tempfile.TemporaryDirectory(dir=SHARED_MEMORY) as disk:
+        (tmp_path / "out").symlink_to(disk)
+        write(tmp_path / "out")
+        assert files(Path(disk)) == WRITTEN and (tmp_path / "out").is_symlink()
+
+
+@pytest.mark.parametrize(("name", "found"), [("file", "a file"), ("link", "a link to nothing")])
+def test_what_is_no_folder_is_refused(tmp_path, name, found):
+    (tmp_path / "file").write_text("precious")
+    (tmp_path / "link").symlink_to(tmp_path / "nothing")
+    for force in (False, True):
+        with pytest.raises(InputError, match=f"{name}: expected a new folder, found {found}"):
+            write(tmp_path / name, force)
+    with pytest.raises(InputError, match="found a file on the path"):
+        write(tmp_path / "file" / "new")
+    assert (tmp_path / "file").read_text() == "precious"
+
+
+def test_the_root_folder_is_refused_without_force():
+    with pytest.raises(InputError, match="/: expected a new folder, found other files; --force"):
+        write(Path("/"), force=False)

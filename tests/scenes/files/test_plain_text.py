@@ -70,8 +70,8 @@ def test_markdown_shows_text_as_it_is(name):
 @pytest.mark.parametrize("name", [*ODD, "_a", COMMANDS[:3], "x" * 1000])
 def test_scenes_of_any_name_are_drawn(scene, name, tmp_path, monkeypatch):
     texts = []
-    monkeypatch.setattr(scene_drawing, "draw_plan", lambda axes, scene: [item.name for item in scene.objects])
-    monkeypatch.setattr(scene_drawing, "draw_view", lambda axes, scene: None)
+    monkeypatch.setattr(scene_drawing, "draw_plan", lambda axes, scene: ([item.name for item in scene.objects], ""))
+    monkeypatch.setattr(scene_drawing, "draw_view", lambda axes, scene: [])
     monkeypatch.setattr(Figure, "savefig", lambda figure, *_, **__: texts.extend(figure.findobj(Text)))
     objects = tuple(replace(item, name=f"{name}{item.name}", material=name) for item in scene.objects)
     materials = {name: replace(scene.materials["wood"], name=name)}

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from scenes.files.errors import InputError
-from scenes.importing import mesh_files
-from scenes.importing.mesh_files import read_meshes
-from scenes.importing.mesh_import import import_mesh, import_mitsuba, import_scene
+from scenes.importing.formats import gltf_arrays
+from scenes.importing.imported_file import read_file
+from scenes.importing.mesh_files import read_mesh_file
+from scenes.importing.mesh_import import import_scene
 from scenes.importing.mitsuba_xml import read_mitsuba
 from scenes.scene.description import Gateway, Transmitter, facing
 from scenes.storage.scene_yaml import read_scene, write_scene
@@ -37,7 +38,7 @@ def test_damaged_meshes(tmp_path, name):
     content, sentence = hostile.MESHES[name]
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / name).write_bytes(content)
-    said = refusal(read_meshes, tmp_path / name)
+    said = refusal(read_mesh_file, tmp_path / name)
     assert re.search(sentence, said) and name in said
 
 
@@ -45,7 +46,7 @@ def test_damaged_meshes(tmp_path, name):
 @pytest.mark.parametrize("suffix", [".ply", ".gltf"])
 def test_what_is_no_ordinary_file_is_not_opened(tmp_path, kind, suffix):
     hostile.SPECIAL[kind](tmp_path / f"wall{suffix}")
-    assert "expected a mesh" in refusal(read_meshes, tmp_path / f"wall{suffix}")
+    assert "expected a mesh" in refusal(read_mesh_file, tmp_path / f"wall{suffix}")
 
 
 @pytest.mark.parametrize(
@@ -62,8 +63,22 @@ def test_what_is_no_ordinary_file_is_not_opened(tmp_path, kind, suffix):
 )
 def test_the_same_builders_make_files_that_are_read(tmp_path, name, content):
     (tmp_path / name).write_bytes(content)
-    ((_, mesh),) = read_meshes(tmp_path / name)
-    np.testing.assert_allclose(mesh.triangles, [hostile.CORNERS])
+    (part,) = read_mesh_file(tmp_path / name).parts
+    np.testing.assert_allclose(part.mesh.triangles, [hostile.CORNERS])
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "areas"),
+    [
+        ("a.obj", hostile.parts_obj(), {"wall/brick": 0.3, "wall/glass": 0.5, "door_leaf": 0.15}),
+        ("a.stl", hostile.solids_stl(), {"wall": 0.5, "door": 0.5}),
+        ("a.gltf", hostile.gltf_bytes(nodes=[hostile.INSTANCES]), {"node_0": 1.5}),
+    ],
+)
+def test_files_of_several_parts_are_read(tmp_path, name, content, areas):
+    (tmp_path / name).write_bytes(content)
+    parts = read_mesh_file(tmp_path / name).parts
+    assert {part.name: part.mesh.area for part in parts} == pytest.approx(areas)
 
 
 def test_buffers_beside_a_gltf_are_read_up_to_a_size(tmp_path, monkeypatch):
@@ -73,18 +88,19 @@ def test_buffers_beside_a_gltf_are_read_up_to_a_size(tmp_path, monkeypatch):
     path = tmp_path / "wall.gltf"
     buffer = {"uri": "data/my%20wall.bin", "byteLength": 48}
     path.write_bytes(hostile.gltf_bytes(buffers=[buffer]))
-    assert [name for name, _ in read_meshes(path)] == ["wall"]
+    assert [part.name for part in read_mesh_file(path).parts] == ["wall"]
     (tmp_path / "data" / "my wall.bin").write_bytes(data + bytes(1000))
-    monkeypatch.setattr(mesh_files, "LARGEST_FILE", 1500)
-    path.write_bytes(hostile.gltf_bytes(buffers=[buffer] * 2))  # each fits, and both together do not
-    assert "my wall.bin: expected a buffer of glTF of at most" in refusal(read_meshes, path)
+    monkeypatch.setattr(gltf_arrays, "LARGEST_FILE", 1500)
+    views = [{"buffer": 0, "byteLength": 36}, {"buffer": 1, "byteOffset": 36, "byteLength": 12}]
+    path.write_bytes(hostile.gltf_bytes(buffers=[buffer] * 2, bufferViews=views))  # each fits, both together do not
+    assert "my wall.bin: expected a buffer of glTF of at most" in refusal(read_mesh_file, path)
 
 
 @pytest.mark.parametrize("library", ["/etc/passwd", "pipe", "/dev/zero", "../other.mtl"])
 def test_materials_of_an_obj_are_not_read(tmp_path, library):
     os.mkfifo(tmp_path / "pipe")
     (tmp_path / "wall.obj").write_bytes(hostile.obj(head=f"mtllib {library}\n"))
-    assert len(read_meshes(tmp_path / "wall.obj")) == 1
+    assert len(read_mesh_file(tmp_path / "wall.obj").parts) == 1
 
 
 @pytest.mark.parametrize("case", hostile.XML)
@@ -124,8 +140,7 @@ def test_names_of_other_programs_become_names_that_a_scene_may_have(tmp_path):
         if "\x1b" not in name
     ]  # XML cannot hold it
     (tmp_path / "outdoors.xml").write_text(hostile.xml(*shapes).replace("\n", "&#10;"))
-    objects, _, _ = import_mitsuba(tmp_path / "outdoors.xml", 3.5e9)
-    names = [item.name for item in objects]
+    names = [part.name for part in read_file(tmp_path / "outdoors.xml").parts]
     assert len(set(names)) == len(names)
     assert names[:2] == ["shape_1", "a/b"] and names[4] == "line_feed" and names[-3:] == ["wall", "wall_3", "!!!"]
     assert all(0 < len(name) <= 200 and name.isprintable() for name in names)
@@ -137,5 +152,4 @@ def test_names_of_other_programs_become_names_that_a_scene_may_have(tmp_path):
 def test_names_of_gltf_nodes_too(tmp_path):
     nodes = [{"mesh": 0, "name": name} for name in ["\x1b[2J", "x" * 500, "\n"]]
     (tmp_path / "outdoors.gltf").write_bytes(hostile.gltf_bytes(nodes=nodes, scenes=[{"nodes": [0, 1, 2]}]))
-    objects, _ = import_mesh(tmp_path / "outdoors.gltf", [], "wood")
-    assert sorted(item.name for item in objects) == ["_", "_[2J", "x" * 200]
+    assert sorted(part.name for part in read_file(tmp_path / "outdoors.gltf").parts) == ["_", "_[2J", "x" * 200]

@@ -34,13 +34,13 @@ def test_right_unit_is_not_doubted(unit):
 @pytest.mark.parametrize(("true", "read"), [("mm", "m"), ("mm", "ft"), ("m", "mm"), ("m", "cm"), ("ft", "mm")])
 def test_wrong_unit_is_impossible_and_the_right_one_is_named(true, read):
     found = doubt(true, read)
-    assert found.impossible and f"with the unit {true} it would be 5 x 4 x 3 m" in found.sentence
+    assert found.impossible and f"with the unit {true} it would be 5 x 4 x 3 m (in the others: " in found.sentence
 
 
 @pytest.mark.parametrize("read", ["m", "mm"])
 def test_centimetres_read_as_metres_or_millimetres_are_doubted(read):
     found = doubt("cm", read)
-    assert not found.impossible and found.sentence.endswith("with the unit cm it would be 5 x 4 x 3 m")
+    assert not found.impossible and "with the unit cm it would be 5 x 4 x 3 m" in found.sentence
 
 
 def test_place_smaller_than_the_wavelength_is_impossible():
@@ -79,9 +79,6 @@ def test_antennas_beside_the_place_are_a_warning_about_the_up_axis(tmp_path):
     _, report = import_scene(tmp_path / "room.stl", rules, up="y", gateway=GATEWAY, transmitter=REGION)
     (warning,) = report.warnings
     assert "x 0 to 5 m and y -3 to 0 m, found the gateway and the transmitter region outside it; is the up" in warning
-    above = Gateway((4.7, 2.0, 9.0), facing((-1, 0, 0)))
-    roof = Transmitter((1.0, 1.0, 5.0), (6.0, 3.0, 6.0))
-    assert import_scene(tmp_path / "room.stl", rules, gateway=above, transmitter=roof)[1].warnings == ()
 
 
 # The command
@@ -120,7 +117,8 @@ def test_command_writes_nothing_by_a_unit_that_cannot_be(bisplat_scene, monkeypa
 
 def test_command_warns_of_a_doubtful_unit_and_says_which_frequency_it_assumed(bisplat_scene):
     status, err, folder = bisplat_scene("m")
-    warning, frequency = err.splitlines()
+    read, warning, frequency = err.splitlines()
+    assert read.endswith("room.glb: read with up axis z and unit m")
     assert status == 0 and (folder / "scene.yaml").exists()
     assert warning.startswith("bisplat: warning: ") and "with the unit cm" in warning
     assert "assumed 915 MHz, since the file has no frequency" in frequency
@@ -129,19 +127,20 @@ def test_command_warns_of_a_doubtful_unit_and_says_which_frequency_it_assumed(bi
 
 def test_command_says_nothing_of_a_frequency_that_was_given(bisplat_scene):
     status, err, folder = bisplat_scene("cm", "--frequency", "3.5e9")
-    assert (status, err) == (0, "") and "frequency: 3500000000.0" in (folder / "scene.yaml").read_text()
+    assert status == 0 and err.count("\n") == 1 and "read with up axis z and unit cm" in err
+    assert "frequency: 3500000000.0" in (folder / "scene.yaml").read_text()
 
 
 def test_command_names_a_rule_that_matches_nothing_and_the_objects(bisplat_scene):
     rules = ("--material", "Desk*=wood", "desk*=metal", "Shell=concrete")
     status, err, _ = bisplat_scene("cm", "--frequency", "915e6", *rules)
-    assert status == 0 and err.count("\n") == 1
+    assert status == 0 and err.count("\n") == 2
     assert 'the material rule "desk*=metal" matches no object; the objects are Desk.001, Shell' in err
 
 
 def test_frequency_of_zero_is_one_sentence(bisplat_scene):
     status, err, _ = bisplat_scene("cm", "--frequency", "0")
-    assert status == 1 and err.startswith("bisplat: --frequency: expected a positive number, found 0")
+    assert status == 1 and err.startswith("bisplat: --frequency: expected hertz, from 1e6 to 1e12, or a number with")
 
 
 @pytest.mark.filterwarnings("error")

@@ -5,9 +5,11 @@ import pytest
 import trimesh
 from trimesh import Trimesh
 
-from scenes.checks.occupancy import closed_parts
 from scenes.files.errors import InputError
-from scenes.importing.mesh_import import import_mesh
+from scenes.importing.imported_file import read_file
+from scenes.importing.mesh_import import import_objects, import_scene
+from scenes.scene.closed_parts import closed_parts
+from scenes.scene.description import Gateway, Transmitter
 from scenes.scene.shapes import box
 
 OBJ = """\
@@ -25,6 +27,13 @@ o chair
 g seat
 f 1 3 4
 """
+
+
+def import_mesh(path, rules, default=None, unit="m", up=None):
+    """The objects of a file, and the report."""
+    file = read_file(path)
+    objects, _, report = import_objects(file, rules, default, unit, up or file.up, 2.4e9)
+    return objects, report
 
 
 @pytest.fixture
@@ -67,9 +76,10 @@ def test_obj_groups_are_objects(tmp_path):
     objects, _ = import_mesh(tmp_path / "room.obj", [("chair*", "plywood")], "wood")
     assert [(o.name, o.material, len(o.mesh.faces)) for o in objects] == [
         ("chair_seat", "plywood", 1),
-        ("table_top", "wood", 2),
+        ("table_top/oak", "wood", 1),
+        ("table_top/pine", "wood", 1),
     ]
-    np.testing.assert_allclose(objects[1].mesh.bounds, [[0, 0, 0], [2, 3, 1]])  # z up, as it is
+    np.testing.assert_allclose(objects[2].mesh.bounds, [[0, 0, 0], [2, 0, 1]])  # z up, as it is
 
 
 @pytest.mark.parametrize("suffix", [".stl", ".ply", ".off"])
@@ -112,7 +122,8 @@ def test_solids_of_one_stl_are_numbered(tmp_path):
 
 def test_unmatched_objects_are_listed(tmp_path):
     (tmp_path / "room.obj").write_text(OBJ)
-    with pytest.raises(InputError, match=r"found none for chair_seat, table_top; add a rule"):
+    advice = "add a rule such as --material chair_seat=MATERIAL, or"
+    with pytest.raises(InputError, match=f"found none for chair_seat, table_top/oak, table_top/pine; {advice}"):
         import_mesh(tmp_path / "room.obj", [("sofa*", "wood")])
 
 
@@ -120,8 +131,11 @@ def test_rule_that_matches_nothing_is_a_warning(tmp_path):
     (tmp_path / "room.obj").write_text(OBJ)
     rules = [("sofa*", "wood"), ("chair*", "plywood"), ("chair_seat", "metal"), ("room", "wood")]
     _, report = import_mesh(tmp_path / "room.obj", rules)
-    (warning,) = report.warnings  # not of one that an earlier rule leaves nothing to, nor of one for the whole file
-    assert warning.endswith('the material rule "sofa*=wood" matches no object; the objects are chair_seat, table_top')
+    idle, shadowed = report.warnings  # not of the one for the whole file
+    assert idle.endswith(
+        'the material rule "sofa*=wood" matches no object; the objects are chair_seat, table_top/oak, table_top/pine'
+    )
+    assert shadowed.endswith('rule "chair_seat=metal" never counts, since its objects go to "chair*=plywood"')
 
 
 def test_long_lists_of_objects_are_cut(tmp_path):
@@ -130,18 +144,34 @@ def test_long_lists_of_objects_are_cut(tmp_path):
         import_mesh(tmp_path / "room.obj", [])
 
 
-@pytest.mark.parametrize(
-    ("options", "sentence"),
-    [
-        ({"materials": [("*", "wod")]}, 'unknown material "wod"; did you mean "wood"'),
-        ({"materials": [], "default_material": "metall"}, 'unknown material "metall"; did you mean "metal"'),
-        ({"materials": [("*", "wood")], "unit": "inch"}, 'unknown unit "inch"; did you mean "in"|valid names are'),
-        ({"materials": [("*", "wood")], "up": "x"}, 'up: expected "y" or "z", found "x"'),
-    ],
-)
+PAIRS = 'materials: expected pairs of a name and a material, such as [("Wall*", "concrete")], found '
+WRONG = [
+    ({"materials": [("*", "wod")]}, 'room.glb: unknown material "wod"; did you mean "wood"?'),
+    ({"default_material": "metall"}, 'room.glb: unknown material "metall"; did you mean "metal"?'),
+    ({"default_material": 5}, "default_material: expected str, found 5"),
+    ({"unit": "inch"}, "unit: expected m, cm, mm, in or ft, found 'inch'"),
+    ({"up": "x"}, "up: expected y or z, found 'x'"),
+    ({"walls": "sheets"}, "walls: expected as-sheets or as-drawn, found 'sheets'"),
+    ({"path": 5}, "path: expected a path, found 5"),
+    ({"gateway": (0, 0, 0)}, "gateway: expected Gateway, found (0, 0, 0)"),
+    ({"transmitter": None}, "transmitter: expected Transmitter, found nothing"),
+    ({"materials": {"*": "wood"}}, PAIRS + "{'*': 'wood'}"),
+    ({"materials": "*=wood"}, PAIRS + "'*=wood'"),
+    ({"materials": ["*=wood"]}, PAIRS + "'*=wood'"),
+    ({"materials": [("*", None)]}, PAIRS + "('*', None)"),
+    ({"materials": iter([("*", "wood")])}, PAIRS),
+    ({"own_materials": [("a", "b")]}, "own_materials: expected Mapping, found [('a', 'b')]"),
+    ({"own_materials": {"a": "wood"}}, "own_materials: expected a RadioMaterial for each name, found 'wood' for 'a'"),
+]
+
+
+@pytest.mark.parametrize(("options", "sentence"), WRONG)
 def test_wrong_options(glb, options, sentence):
-    with pytest.raises(InputError, match=f"room.glb: {sentence}"):
-        import_mesh(glb, **options)
+    given = {"path": glb, "up": "y", "materials": [("*", "wood")]}
+    given |= {"gateway": Gateway((0, 0, 0), (0, 0, 0, 1)), "transmitter": Transmitter((0, 0, 1), (1, 1, 2))}
+    with pytest.raises(InputError) as refusal:
+        import_scene(**{**given, **options})
+    assert sentence in str(refusal.value)
 
 
 def test_wrong_files(tmp_path):
@@ -160,3 +190,35 @@ def test_wrong_files(tmp_path):
     Trimesh([[0, 0, 0], [1, 0, 0], [2, 0, 0]], [[0, 1, 2]], process=False).export(tmp_path / "line.ply")
     with pytest.raises(InputError, match=r'"line": expected a triangle with an area, found none; is the unit really m'):
         import_mesh(tmp_path / "line.ply", [], "wood")
+
+
+ROOM = """\
+o Room
+v 0 0 0
+v 5 0 0
+v 5 0 2.7
+v 0 0 2.7
+v 0 4 0
+v 5 4 0
+v 5 4 2.7
+v 0 4 2.7
+usemtl Concrete.001
+f 1 2 6 5
+usemtl pane
+f 1 2 3 4
+usemtl ITU_Brick
+f 5 6 7 8
+f 1 4 8 5
+"""
+
+
+def test_parts_of_one_object_get_the_materials_that_the_file_names(tmp_path):
+    (tmp_path / "room.obj").write_text(ROOM)
+    objects, report = import_mesh(tmp_path / "room.obj", [("*pane", "glass")], "wood")
+    assert {item.name: (item.material, float(item.mesh.area)) for item in objects} == {
+        "Room/Concrete.001": ("concrete", pytest.approx(20)),
+        "Room/ITU_Brick": ("brick", pytest.approx(24.3)),
+        "Room/pane": ("glass", pytest.approx(13.5)),
+    }
+    (taken,) = report.assumed
+    assert taken.endswith("names: concrete (Room/Concrete.001); brick (Room/ITU_Brick)") and report.warnings == ()

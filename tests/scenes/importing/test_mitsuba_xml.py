@@ -11,7 +11,9 @@ import pytest
 from scenes.files import extras
 from scenes.files.errors import InputError
 from scenes.importing import mitsuba_xml
-from scenes.importing.mesh_import import import_mitsuba, import_scene
+from scenes.importing.formats.mesh_part import MeshFile, MeshPart
+from scenes.importing.imported_file import read_file
+from scenes.importing.mesh_import import import_objects, import_scene
 from scenes.importing.mitsuba_xml import SIONNA, read_mitsuba, sionna_scene
 from scenes.scene.description import Gateway, Transmitter, facing
 from scenes.scene.materials import p2040_material
@@ -38,6 +40,11 @@ def write(tmp_path):
         return path
 
     return write
+
+
+def import_mitsuba(path, frequency, rules=(), default=None, unit="m", up="z"):
+    """The objects of a file, their materials, and the report."""
+    return import_objects(read_file(path), rules, default, unit, up, frequency)
 
 
 def shape(inside="", kind="rectangle", name="mesh-wall"):
@@ -218,9 +225,9 @@ REFUSED = {
     "matrix of four": (moved('<matrix value="1 0 0 1"/>'), 'shape "wall"', "9 or 16", '"1 0 0 1"'),
     "not a number": (moved('<translate x="one"/>'), 'shape "wall"', '"one"'),
     "not finite": (moved('<translate x="nan"/>'), 'shape "wall"', '"nan"'),
-    "no bsdf": (shape(), 'shape "wall"', "bsdf", "material rule"),
-    "looks only": (shape('<bsdf type="diffuse" id="mat-paint"/>'), '<bsdf type="diffuse" id="mat-paint">'),
-    "misspelt id": (shape('<bsdf type="diffuse" id="mat-itu_bric"/>'), '"bric"', '"brick"'),
+    "no bsdf": (shape(), "found none for wall", "--material wall=MATERIAL"),
+    "looks only": (shape('<bsdf type="diffuse" id="mat-paint"/>'), "found none for wall", "--list"),
+    "misspelt id": (shape('<bsdf type="diffuse" id="mat-itu_bric"/>'), '"bric"', '"brick"', "mat-itu_bric=MATERIAL"),
     "unknown type": (shape(bsdf("itu-radio-material", {"type": "vacuum"})), 'shape "wall"', "mat-screen", '"vacuum"'),
     "unknown property": (
         shape(bsdf("radio-material", {"permittivity": 3})),
@@ -260,17 +267,9 @@ def test_other_files_are_refused(tmp_path):
         read_mitsuba(tmp_path / "page.xml")
 
 
-@pytest.mark.parametrize(
-    ("options", "sentence"),
-    [
-        ({"materials": [("*", "wod")]}, 'unknown material "wod"; did you mean "wood"'),
-        ({"unit": "yd"}, 'unknown unit "yd"'),
-        ({"up": "x"}, 'up: expected "y" or "z", found "x"'),
-    ],
-)
-def test_wrong_options(write, options, sentence):
-    with pytest.raises(InputError, match=f"outdoors.xml: {sentence}"):
-        import_mitsuba(write(shape(CONCRETE)), GHZ, **options)
+def test_unknown_material_of_a_rule(write):
+    with pytest.raises(InputError, match=r'outdoors.xml: unknown material "wod"; did you mean "wood"'):
+        import_mitsuba(write(shape(CONCRETE)), GHZ, [("*", "wod")])
 
 
 @pytest.mark.parametrize("name", ["outdoors.xml", "sionna:etoile"])
@@ -289,8 +288,8 @@ def test_load_scene_says_to_import_it_first(name):
 def test_built_in_scenes_of_sionna(name, monkeypatch):
     path = sionna_scene(SIONNA + name)
     # Meshes of a city take seconds to read, and etoile's are read below: here only whether each is there.
-    cube = [("", box((0, 0, 0), (1, 1, 1)))]
-    monkeypatch.setattr(mitsuba_xml, "read_meshes", lambda path: cube * path.is_file())
+    cube = MeshPart("", box((0, 0, 0), (1, 1, 1)))
+    monkeypatch.setattr(mitsuba_xml, "read_mesh_file", lambda path: MeshFile([cube] * path.is_file()))
     shapes = read_mitsuba(path)
     assert {shape.radio_material(GHZ).conductivity > 0 for shape in shapes} == {True}
 

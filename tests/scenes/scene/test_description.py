@@ -28,6 +28,12 @@ def test_published_quaternion_is_normalised():
     assert np.linalg.norm(gateway.orientation) == pytest.approx(1, abs=1e-12)
 
 
+def test_materials_may_be_for_a_frequency_nearby_or_given_by_hand(scene):
+    validate(replace(scene, frequency=868e6), "outdoors.yaml")
+    concrete = replace(scene.materials["concrete"], conductivity=0.02)
+    validate(replace(scene, frequency=2.4e9, materials={"concrete": concrete, "wood": concrete}), "outdoors.yaml")
+
+
 def test_objects_compare_by_value():
     def crate(height: float = 1.0) -> SceneObject:
         return SceneObject("crate", box((0, 0, 0), (1, 1, height)), "wood")
@@ -80,6 +86,10 @@ NAN = Trimesh([[0, 0, 0], [1, 0, 0], [0, np.nan, 0]], [[0, 1, 2]], process=False
         (transmitter(region_min=(9.0, -1.0, 0.5)), ("transmitter.region", "x from 9 to 1")),
         (transmitter(region_min=(np.nan, -1.0, 0.5)), ("transmitter.region.min", "nan")),
         (transmitter(pattern="dipol"), ("transmitter.pattern", '"dipol"', '"dipole"')),
+        (
+            lambda s: replace(s, frequency=2.4e9),
+            ('material "concrete"', "2400 MHz", "concrete of ITU-R P.2040 at 915 MHz", "p2040_materials"),
+        ),
         (lambda s: replace(s, objects=()), ("object",)),
         (lambda s: replace(s, objects=tuple(SceneObject(f"c{k}", MANY, "wood") for k in range(3))), ("3000000",)),
         (second_object(SceneObject("floor", BOX, "wood")), ('objects[1] ("floor")', "name")),

@@ -10,6 +10,7 @@ import pytest
 from scenes.checks.validation import validate
 from scenes.files.errors import InputError
 from scenes.files.folder_lock import locked
+from scenes.scene.materials import RadioMaterial, p2040_material
 from scenes.scene.shapes import box
 from scenes.storage.scene_files import FilesInTheWay
 from scenes.storage.scene_yaml import load_scene, read_scene, write_scene
@@ -88,12 +89,78 @@ def test_gltf_is_y_up(folder):
     np.testing.assert_allclose(scene.objects[0].mesh.bounds, [[0, -3, 0], [1, 0, 2]], atol=1e-6)
 
 
+def test_what_a_mesh_has_besides_surfaces_is_said(folder, capsys):
+    with (folder / "crate.obj").open("a") as file:
+        file.write("l 1 2\n")
+    read(folder, YARD)
+    assert '("crate"): mesh: lines were left out: 1 in the file' in capsys.readouterr().err
+
+
 def test_round_trip_is_exact(scene, tmp_path):
     path = write_scene(scene, tmp_path / "out")
     assert path == tmp_path / "out" / "scene.yaml"
     assert read_scene(path) == scene
     lab = load_scene("lab")
     assert read_scene(write_scene(lab, tmp_path / "lab")) == lab
+
+
+def test_materials_of_p2040_follow_the_frequency(scene, tmp_path):
+    path = write_scene(scene, tmp_path)
+    path.write_text(path.read_text().replace("frequency: 915000000.0", "frequency: 28 GHz"))
+    moved = read_scene(path)
+    assert moved.materials == {
+        name: replace(p2040_material(name, 28e9), color=each.color) for name, each in scene.materials.items()
+    }
+    assert moved.materials["concrete"].conductivity == pytest.approx(0.0462 * 28**0.7822)
+
+
+def test_what_was_given_by_hand_stays_when_the_frequency_changes(scene, tmp_path):
+    wall = p2040_material("concrete", 915e6, thickness=0.4, scattering_coefficient=0.2)
+    foam = RadioMaterial("wood", 1.05, 1e-4, 0.05)
+    mine = replace(scene, materials={"concrete": wall, "wood": foam})
+    path = write_scene(mine, tmp_path)
+    assert read_scene(path) == mine
+    path.write_text(path.read_text().replace("frequency: 915000000.0\ngateway", "frequency: 2.4 GHz\ngateway"))
+    moved = read_scene(path).materials
+    assert (moved["concrete"].thickness, moved["concrete"].scattering_coefficient) == (0.4, 0.2)
+    assert moved["concrete"].conductivity == p2040_material("concrete", 2.4e9).conductivity
+    assert moved["wood"] == foam and moved["wood"].frequency == 915e6
+
+
+@pytest.mark.parametrize(
+    ("felt", "words"),
+    [
+        ("{relative_permittivity: 1.3, conductivity: 1e-3, thickness: 0.01, frequency: 2.4 GHz}", "for 2400 MHz"),
+        ("{relative_permittivity: 1.3, conductivity: 1e-3, thickness: 0.01, frequency: 0.9 GHz}", None),
+        ("{relative_permittivity: 1.3, conductivity: 1e-3, thickness: 0.01}", None),
+        # A file of version 0.3 whose frequency was edited: concrete at 2.4 GHz.
+        (
+            "{relative_permittivity: 5.24, conductivity: 0.09163116512581294, thickness: 0.2}",
+            "those of concrete of ITU-R P.2040 at 2400 MHz",
+        ),
+        ("{relative_permittivity: 1.0, conductivity: 1e7, thickness: 0.002}", None),  # metal, at any frequency
+    ],
+)
+def test_values_for_another_frequency_are_said(folder, capsys, felt, words):
+    read(folder, YARD.replace("{relative_permittivity: 1.3, conductivity: 1e-3, thickness: 0.01}", felt))
+    said = capsys.readouterr().err
+    if words is None:
+        assert not said
+    else:
+        assert f'outdoors.yaml: material "felt": its values are {words}, and the scene is at 915 MHz' in said
+
+
+def test_advice_for_a_material_out_of_range_can_be_followed(folder):
+    low = YARD.replace("915 MHz", "400 MHz").replace("material: wood", "material: brick")
+    for _ in range(2):
+        with pytest.raises(InputError, match="under materials, write its values at that frequency: ") as caught:
+            read(folder, low)
+        line = str(caught.value).partition("at that frequency: ")[2].partition(" has those at 1 GHz")[0]
+        kept = [each for each in low.splitlines() if not each.startswith("  block:") or line[:6] != "block:"]
+        low = "\n".join(kept).replace("\nmaterials:\n", f"\nmaterials:\n  {line}\n")
+    scene = read(folder, low)
+    assert (scene.materials["block"].relative_permittivity, scene.materials["block"].thickness) == (5.24, 0.3)
+    assert (scene.materials["brick"].relative_permittivity, scene.materials["brick"].thickness) == (3.91, 0.12)
 
 
 def test_same_scene_same_bytes(scene, tmp_path):
@@ -185,6 +252,8 @@ BAD = [
     # what to replace, by what, and what the sentence has to have: the place, what was found, what was perhaps meant
     ("frequency: 915 MHz\n", "", "outdoors.yaml: ", "frequency"),
     ("915 MHz", "915 MHzz", "outdoors.yaml: frequency", "'915 MHzz'"),
+    ("915 MHz", "915", "outdoors.yaml: frequency", "found 915", "915 MHz are 915e6"),
+    ("915 MHz", "2.4", "outdoors.yaml: frequency", "found 2.4", "2.4 GHz are 2.4e9"),
     ("915 MHz", "-915e6", "outdoors.yaml: frequency", "-915000000.0"),
     ("915 MHz", "[915]", "outdoors.yaml: frequency", "[915]"),
     ("915 MHz", "9" * 400, "outdoors.yaml: frequency", "99"),
@@ -207,6 +276,7 @@ BAD = [
     ("conductivity: 1e-3, ", "", "outdoors.yaml: materials.felt", "conductivity"),
     ("permittivity: 1.3", "permittivity: 0.3", "outdoors.yaml: materials.felt", "relative_permittivity", "0.3"),
     ("p2040: concrete", "p2040: concret", "outdoors.yaml: materials.block", '"concret"', '"concrete"'),
+    ("1e-3, ", "1e-3, frequency: 1 Hzz, ", "outdoors.yaml: materials.felt: frequency", "'1 Hzz'"),
     ("p2040: concrete", "p2040: concrete, sigma: 1", "outdoors.yaml: materials.block", "'sigma'"),
     ("material: wood", "material: wod", 'outdoors.yaml: objects[0] ("crate")', '"wod"', '"wood"'),
     ("material: wood", "material: floorboard", 'outdoors.yaml: objects[0] ("crate")', '"floorboard"', "0.915 GHz"),

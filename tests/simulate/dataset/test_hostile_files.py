@@ -115,7 +115,7 @@ def test_digits_of_other_scripts_are_no_picture(folder):
 def test_a_folder_of_pictures_that_links_to_itself(folder):
     (folder / "spectrum").rename(folder / "away")
     (folder / "spectrum").symlink_to("spectrum")
-    refused(lambda: read_dataset(folder), "nothing there")
+    refused(lambda: read_dataset(folder), "a link to nothing")
 
 
 def test_a_million_repeated_names_count_once(folder):

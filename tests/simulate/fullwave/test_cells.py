@@ -5,11 +5,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from scenes.importing.thick_walls import walls_as_sheets
 from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
 from scenes.scene.materials import RadioMaterial
-from scenes.scene.shapes import box, sheet
+from scenes.scene.shapes import box, rotate, sheet
+from scenes.scene.shifted import shifted
 from scenes.storage.scene_yaml import load_scene
 from simulate.fullwave.cells import AIR, CONDUCTOR, edge_materials
+from simulate.fullwave.run_plan import plan
 from simulate.fullwave.yee_grid import YeeGrid, dispersion_residual, numerical_permittivity
 from simulate.rays.core.slabs import conducting_triangles, dielectric_slabs
 
@@ -74,6 +77,20 @@ def test_body_is_filled_under_its_surface_and_a_room_behind_it(low, high, start)
     assert slabs.outer.all() == (start == 0)
 
 
+@pytest.mark.parametrize("low", [0.503, 0.9])  # between the antennas and an outer wall; and that
+def test_sheet_of_a_wall_that_is_drawn_as_a_box_fills_the_same_cells(low):
+    drawn = scene(
+        SceneObject("wall", box((low, 0.1, 0.1), (low + 0.1, 0.9, 0.9)), "stone"),
+        SceneObject("far", sheet((0, 0, 0), (0, 1, 0), (0, 0, 1)), "metal"),
+        *([SceneObject("behind", sheet((1.5, 0, 0), (0, 1, 0), (0, 0, 1)), "metal")] if low < 0.9 else []),
+    )
+    one_sheet, found = walls_as_sheets(drawn)
+    assert found == {"wall": 0.1}
+    for axis in range(3):
+        line = (slice(20, None), 25, 25)
+        assert np.array_equal(permittivity_along(one_sheet, axis, line), permittivity_along(drawn, axis, line))
+
+
 def test_fractions_of_a_slab_add_up_to_its_thickness():
     board = SceneObject("board", sheet((0.503, 0.1, 0.1), (0, 0.8, 0), (0, 0, 0.8)), "stone", thickness=0.05)
     place = scene(board, SceneObject("room", box((0, 0, 0), (1, 1, 1)), "metal"))
@@ -121,3 +138,18 @@ def test_conductors_of_built_in_places_are_metal_alone():
 
 def test_waves_on_finer_cells_are_nearer_the_truth():
     assert dispersion_residual(0.3276, 0.02) / dispersion_residual(0.3276, 0.01) == pytest.approx(4, rel=0.05)
+
+
+def test_cells_do_not_depend_on_the_place():
+    """The cells are counted from the scene's corner, and a scene in map coordinates gets the same materials."""
+    board = SceneObject("board", sheet((0.52, 0.1, 0.1), (0, 0.8, 0), (0, 0, 0.8)), "stone")
+    locker = SceneObject("locker", rotate(box((0.1, 0.1, 0.1), (0.3, 0.3, 0.7)), 20), "metal")
+    room = SceneObject("room", box((0, 0, 0), (1, 1, 1)), "stone")
+    near, step = scene(board, locker, room), np.array([98_765.43, -87_654.32, 519.7])
+    far = shifted(near, step)
+    planned, moved = (plan(each, each.transmitter.region, 0.02) for each in (near, far))
+    assert moved.grid.shape == planned.grid.shape and moved.steps == planned.steps
+    np.testing.assert_allclose(np.array(moved.grid.origin) - planned.grid.origin, step)
+    assert np.abs(moved.box - planned.box).max() <= 1  # a corner of the region on a face of a cell
+    expected, found = edge_materials(near, planned.grid), edge_materials(far, moved.grid)
+    assert (found.index != expected.index).mean() < 1e-5  # edges exactly between two levels

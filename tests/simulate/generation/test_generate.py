@@ -170,7 +170,7 @@ def test_run_killed_at_any_write_ends_with_the_same_bytes(function, request_of, 
 def test_run_killed_while_tidying_up_ends_with_the_same_bytes(request_of, tmp_path, monkeypatch, quick):
     generate(request_of, tmp_path / "whole")
     with monkeypatch.context() as patch:
-        killed_at(patch, shutil, "rmtree", 1)  # the first removes a scene.tmp that is not there
+        killed_at(patch, shutil, "rmtree", 1)  # the first is for the temporary folder of the scene
         with pytest.raises(KeyboardInterrupt):
             generate(request_of, tmp_path / "killed")
     generate(request_of, tmp_path / "killed")
@@ -324,7 +324,7 @@ def test_full_disk_leaves_no_half_file_and_more_room_finishes_the_job(
         with pytest.raises(OSError, match="No space left") as error:
             generate(request_of, tmp_path / "full")
         assert error.value.filename.startswith(str(tmp_path / "full"))  # the command's sentence names it
-        assert not list((tmp_path / "full").rglob("*.png.tmp"))
+        assert not list((tmp_path / "full").rglob("*.tmp"))
         monkeypatch.undo()
     monkeypatch.setattr(module, "PART", 2)
     monkeypatch.setattr(simulate.rays.tracer, "Tracer", Quick)
@@ -352,6 +352,14 @@ def test_folder_whose_positions_were_changed_is_not_made_again(finished, tmp_pat
     lines = (changed / "tx_pos.csv").read_text().splitlines()
     (changed / "tx_pos.csv").write_text("\n".join([*lines[:-1], "0,0,1"]) + "\n")
     with pytest.raises(InputError, match="found another positions"):
+        read_request(changed)
+
+
+def test_folder_whose_metadata_contradict_its_scene_is_not_made_again(finished, tmp_path):
+    changed = shutil.copytree(finished, tmp_path / "changed")
+    path = changed / "metadata.json"
+    path.write_text(path.read_text().replace('"frequency_hz": 915000000.0', '"frequency_hz": 2400000000.0'))
+    with pytest.raises(InputError, match=r"frequency_hz: expected 915000000.0, as in scene/scene.yaml, found 24000000"):
         read_request(changed)
 
 

@@ -1,0 +1,105 @@
+"""Warn of antennas in odd places: outside the scene, above or below it, or looking away from each other."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+
+from scenes.checks.depth_buffer import barycentric
+from scenes.importing.lengths import plain, plain_point
+from scenes.scene.description import Scene
+
+FLAT = 1.0
+"""Height of a scene that is only ground, metres. Antennas above it are in the open."""
+
+
+def antenna_warnings(scene: Scene) -> list[str]:
+    """Return a sentence for each odd place of the gateway or the transmitter region.
+
+    Args:
+        scene: a scene with one gateway.
+    """
+    beside = _beside(scene)
+    sentences = [beside] if beside else [_partly_beside(scene), _above(scene)]
+    return [sentence for sentence in (*sentences, _below(scene), _looking_away(scene)) if sentence]
+
+
+def _beside(scene: Scene) -> str | None:
+    """Tell whether the gateway or the whole region is horizontally outside the scene."""
+    low, high = scene.bounds
+    names = [name for name, (least, most) in _spans(scene).items() if np.any((most < low)[:2] | (least > high)[:2])]
+    if not names:
+        return None
+    return (
+        f"expected the gateway and the transmitter region within the scene, {_horizontal(scene)}, found the "
+        f"{' and the '.join(names)} outside it; is the up axis right?"
+    )
+
+
+def _partly_beside(scene: Scene) -> str | None:
+    low, high = scene.bounds
+    least, most = scene.transmitter.region
+    if np.all((least >= low - 1e-6)[:2] & (most <= high + 1e-6)[:2]):
+        return None
+    return (
+        f"expected the transmitter region within the scene, {_horizontal(scene)}, found a part of it outside: it "
+        f"reaches from {plain_point(least)} to {plain_point(most)}"
+    )
+
+
+def _above(scene: Scene) -> str | None:
+    """Tell whether the region is above everything, or only the gateway while the region is below a roof."""
+    low, high = scene.bounds
+    if high[2] - low[2] < FLAT:
+        return None
+    above = [name for name, (least, _) in _spans(scene).items() if least[2] > high[2]]
+    if "transmitter region" not in above and not ("gateway" in above and _roofed(scene)):
+        return None
+    return (
+        f"expected the gateway and the transmitter region below the top of the scene, z = {plain(high[2])} m, found "
+        f"the {' and the '.join(above)} above it"
+    )
+
+
+def _below(scene: Scene) -> str | None:
+    low, _ = scene.bounds
+    below = [name for name, (least, _) in _spans(scene).items() if least[2] < low[2] - 1e-6]
+    if not below:
+        return None
+    return (
+        f"expected the gateway and the transmitter region above the lowest surface, z = {plain(low[2])} m, found the "
+        f"{' and the '.join(below)} below it"
+    )
+
+
+def _looking_away(scene: Scene) -> str | None:
+    gateway = scene.gateway
+    towards = scene.transmitter.corners() - gateway.position
+    if (towards @ gateway.boresight > 0).any():
+        return None
+    centre = scene.transmitter.region.mean(axis=0) - gateway.position
+    return (
+        "expected a gateway that looks towards the transmitter region, found the whole region behind it; the boresight "
+        f"is {plain_point(gateway.boresight)}, and the direction to the region "
+        f"{plain_point(centre / max(float(np.linalg.norm(centre)), 1e-9))}"
+    )
+
+
+def _spans(scene: Scene) -> dict[str, tuple[Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]]]:
+    position = np.array(scene.gateway.position)
+    low, high = scene.transmitter.region
+    return {"gateway": (position, position), "transmitter region": (low, high)}
+
+
+def _horizontal(scene: Scene) -> str:
+    low, high = scene.bounds
+    return f"x {plain(low[0])} to {plain(high[0])} m and y {plain(low[1])} to {plain(high[1])} m"
+
+
+def _roofed(scene: Scene) -> bool:
+    """Whether a surface is straight above the centre of the transmitter region."""
+    centre = scene.transmitter.region.mean(axis=0)
+    triangles = np.vstack([item.mesh.triangles for item in scene.objects])
+    weights, covered = barycentric(*np.moveaxis(triangles[:, :, :2] - centre[:2], 1, 0))
+    heights = (weights[covered] * triangles[covered][:, :, 2]).sum(axis=1)
+    return bool((heights > centre[2]).any())

@@ -1,0 +1,107 @@
+"""Which radio material the name of a material stands for, and its values at a frequency."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Mapping
+from dataclasses import replace
+
+from scenes.files.errors import InputError, did_you_mean, named
+from scenes.scene.materials import OutsideP2040, RadioMaterial, material_names, p2040_material
+
+BLENDERS_NUMBER = re.compile(r"\.\d{3}$", re.ASCII)
+"""Blender numbers copies: Wall, Wall.001, Wall.002."""
+
+VALUES = "PERMITTIVITY,CONDUCTIVITY,THICKNESS"
+"""What the option --own-material takes after the name and "=": ε_r, S/m and metres."""
+
+
+def short_name(name: str) -> str:
+    """Return a name without the number that Blender gives to a copy.
+
+    >>> short_name("Wall.001"), short_name("Wall 1")
+    ('Wall', 'Wall 1')
+    """
+    return BLENDERS_NUMBER.sub("", name)
+
+
+def known_material(name: str, own: Mapping[str, RadioMaterial]) -> str | None:
+    """Return the material that a name in a file stands for, or None if it is the name of no radio material.
+
+    Case, spaces, the prefixes "mat-" and "itu_", and Blender's number do not count.
+
+    Args:
+        name: name of a material in a file.
+        own: materials whose values the user gives, by name.
+
+    >>> known_material("mat-itu_concrete.002", {}), known_material("Ceiling Board", {}), known_material("paint", {})
+    ('concrete', 'ceiling_board', None)
+    """
+    table = {_plain(known): known for known in (*material_names(), *own)}
+    return name if name in own else table.get(_plain(name))
+
+
+def _plain(name: str) -> str:
+    bare = re.sub(r"^(mat-)?(itu[_-])?", "", short_name(name.strip()), flags=re.IGNORECASE)
+    return re.sub(r"[ -]", "_", bare).casefold()
+
+
+def require_known(name: str, own: Mapping[str, RadioMaterial]) -> None:
+    """Refuse the name of a material that is neither the user's own nor one of ITU-R P.2040.
+
+    Args:
+        name: the name.
+        own: materials whose values the user gives, by name.
+
+    Raises:
+        InputError: the material is unknown.
+    """
+    known = (*own, *material_names())
+    if name in known:
+        return
+    hint = did_you_mean(name, known)
+    if not hint.endswith("?"):
+        hint += f" (or give its values: --own-material {quoted(f'{name}={VALUES}')})"
+    raise InputError(f"unknown material {named(name)}; {hint}")
+
+
+def material_at(name: str, frequency: float, own: Mapping[str, RadioMaterial]) -> RadioMaterial:
+    """Return a material at a frequency.
+
+    Args:
+        name: name of one of ``own``, or of a material of ITU-R P.2040.
+        frequency: Hz.
+        own: materials whose values the user gives, by name.
+
+    Raises:
+        InputError: P.2040 does not give the material at the frequency.
+    """
+    if name in own:
+        return replace(own[name], name=name)
+    try:
+        return p2040_material(name, frequency)
+    except OutsideP2040 as error:
+        advice = f"for another one, give its values: --own-material {quoted(f'{name}={VALUES}')}"
+        raise OutsideP2040(error.name, error.frequency, advice) from None
+
+
+def proposed_rule(name: str) -> str:
+    """Write a rule for a name, without its material, that the user can copy into a shell.
+
+    Args:
+        name: the name.
+
+    >>> print(proposed_rule("Wall [3]"), proposed_rule("-x"))
+    'Wall [3]=MATERIAL' '?x=MATERIAL'
+    """
+    return quoted(f"?{name[1:]}=MATERIAL" if name.startswith("-") else f"{name}=MATERIAL")  # no option begins with "?"
+
+
+def quoted(word: str) -> str:
+    """Write a word of a command that the user can copy into a shell.
+
+    >>> print(quoted("Wall=concrete"), quoted("Wall [3]=concrete"))
+    Wall=concrete 'Wall [3]=concrete'
+    """
+    return shlex.quote(word)

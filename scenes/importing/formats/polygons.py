@@ -1,0 +1,210 @@
+"""Cut polygons into triangles that cover the same area: windows and doorways in the outline of a wall stay open.
+
+A polygon becomes a fan of triangles at its first corner if all of them turn the same way. Any other is projected along
+its normal and cut by ear clipping (mapbox_earcut). The area of the triangles is then compared with that of the polygon,
+so that a polygon whose edges cross is noticed.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import mapbox_earcut
+import numpy as np
+from jaxtyping import Float, Integer
+
+from scenes.files.errors import InputError
+from scenes.importing.formats.mesh_checks import require_corners, require_few, require_ordinary
+
+MOST_CORNERS = 10_000
+"""Most corners of one polygon. The time of ear clipping may grow with the square of their number."""
+
+FLAT = 1e-12
+"""Largest area, relative to the square of a polygon's size, that is taken for zero."""
+
+SAME_AREA = 1e-4
+"""Largest relative difference between the area of a polygon and that of its triangles; crossing edges exceed it."""
+
+BENT = 0.1
+"""A polygon counts as bent if its corners are farther from a plane than this times the root of its area.
+
+Two triangles with a common edge that are folded by 30° are about so far from a plane.
+"""
+
+
+@dataclass(frozen=True)
+class Cut:
+    """Triangles of polygons.
+
+    Attributes:
+        triangles: vertex numbers, turning the same way as their polygons, [T, 3].
+        polygons: number of each triangle's polygon, [T].
+        crossing: numbers of the polygons that cross themselves. They have no triangles.
+        bent: numbers of the polygons whose corners are far from a plane.
+    """
+
+    triangles: Integer[np.ndarray, "T 3"]
+    polygons: Integer[np.ndarray, " T"]
+    crossing: list[int]
+    bent: list[int]
+
+    def remarks(self) -> list[str]:
+        """Return a sentence for each kind of polygon that could not be cut, or not in only one way."""
+        return [
+            f"{_polygons_were(len(numbers))} {fault} (the first is face {min(numbers) + 1} of the file)"
+            for numbers, fault in [
+                (self.crossing, "left out because the edges cross each other"),
+                (self.bent, "cut as if flat, although the corners are far from a plane"),
+            ]
+            if numbers
+        ]
+
+
+def _polygons_were(count: int) -> str:
+    return "1 polygon was" if count == 1 else f"{count} polygons were"
+
+
+def cut_polygons(
+    vertices: Float[np.ndarray, "V 3"],
+    corners: Integer[np.ndarray, " C"],
+    sizes: Integer[np.ndarray, " P"],
+    label: str,
+) -> Cut:
+    """Cut polygons into triangles.
+
+    Args:
+        vertices: positions.
+        corners: vertex numbers of the corners of all polygons, one polygon after the other.
+        sizes: number of corners of each polygon, at least 3.
+        label: the start of every message.
+
+    Returns:
+        The triangles in the order of the polygons.
+
+    Raises:
+        InputError: a coordinate is not finite or too large, a corner refers to a vertex that does not exist, a polygon
+            has too many corners, or there are too many triangles.
+
+    A square with a notch at corner 1, and a triangle. A fan from corner 0 would fill the notch:
+
+    >>> outline = np.array([[4, 0, 0], [2, 2, 0], [4, 4, 0], [0, 4, 0], [0, 0, 0.0]])
+    >>> cut = cut_polygons(outline, np.array([0, 1, 2, 3, 4, 0, 1, 2]), np.array([5, 3]), "a.obj")
+    >>> cut.triangles.tolist(), cut.polygons.tolist()
+    ([[4, 0, 1], [1, 2, 3], [1, 3, 4], [0, 1, 2]], [0, 0, 0, 1])
+    """
+    require_few(int(np.sum(sizes - 2)), label)
+    if len(sizes) and sizes.max() > MOST_CORNERS:
+        raise InputError(f"{label}: expected polygons of at most {MOST_CORNERS} corners, found one of {sizes.max()}")
+    require_ordinary(vertices, label)
+    starts = np.cumsum(sizes) - sizes
+    triangles, owners = [np.zeros((0, 3), int)], [np.zeros(0, int)]
+    crossing: list[int] = []
+    bent: list[int] = []
+    for size in np.unique(sizes):
+        these = np.flatnonzero(sizes == size)
+        faces = corners[starts[these, None] + np.arange(size)]
+        require_corners(faces, len(vertices), label)
+        if size == 3:
+            triangles.append(faces)
+            owners.append(these)
+            continue
+        shape = _Shape.of(vertices[faces])
+        bent += these[shape.bent].tolist()
+        fan = np.stack([np.zeros(size - 2, int), np.arange(1, size - 1), np.arange(2, size)], axis=1)
+        triangles.append(faces[shape.fan][:, fan].reshape(-1, 3))
+        owners.append(np.repeat(these[shape.fan], size - 2))
+        for index in np.flatnonzero(~shape.fan):
+            ears = _ears(shape.points[index], shape.normals[index])
+            if ears is None:
+                crossing.append(int(these[index]))
+            else:
+                triangles.append(faces[index][ears])
+                owners.append(np.full(len(ears), these[index]))
+    polygons = np.concatenate(owners)
+    order = np.argsort(polygons, kind="stable")
+    bent = sorted(set(bent) - set(crossing))
+    return Cut(np.concatenate(triangles)[order], polygons[order], crossing, bent)
+
+
+@dataclass(frozen=True)
+class _Shape:
+    """Polygons of n corners each: corners relative to the first one, normals times area, and how they may be cut."""
+
+    points: Float[np.ndarray, "P n 3"]
+    normals: Float[np.ndarray, "P 3"]
+    fan: np.ndarray
+    bent: np.ndarray
+
+    @staticmethod
+    def of(corners: Float[np.ndarray, "P n 3"]) -> _Shape:
+        points = corners - corners[:, :1]
+        fans = np.cross(points[:, 1:-1], points[:, 2:]) / 2
+        normals = fans.sum(axis=1)  # Newell's normal; its length is the area of the projection along it
+        area = np.linalg.norm(normals, axis=1)
+        size = np.abs(points).max(axis=(1, 2))
+        flat = area <= FLAT * size**2
+        along = normals / np.where(flat, 1, area)[:, None]
+        turning = np.einsum("pti,pi->pt", fans, along)
+        covered = np.linalg.norm(fans, axis=2).sum(axis=1)
+        # All corners on one line: the fan has no area, and the import says so. Not a butterfly, whose halves cancel.
+        nothing = flat & (covered <= SAME_AREA * size**2)
+        fan = np.where(flat, nothing, (turning > FLAT * area[:, None]).all(axis=1))
+        heights = np.einsum("pni,pi->pn", points, along)
+        bent = ~flat & (np.ptp(heights, axis=1) / 2 > BENT * np.sqrt(area))
+        return _Shape(points, normals, fan, bent)
+
+
+def _ears(points: Float[np.ndarray, "n 3"], normal: Float[np.ndarray, " 3"]) -> Integer[np.ndarray, "t 3"] | None:
+    """Cut one polygon by ear clipping. Return corner numbers, or None if the triangles overlap or leave gaps."""
+    area = float(np.linalg.norm(normal))
+    if area == 0:
+        return None
+    first = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
+    first /= np.linalg.norm(first)
+    plane = points @ np.stack([first, np.cross(normal / area, first)], axis=1)
+    ends = np.array([len(points)], dtype=np.uint32)
+    ears = mapbox_earcut.triangulate_float64(np.ascontiguousarray(plane), ends).reshape(-1, 3).astype(int)
+    one, two = plane[ears[:, 1]] - plane[ears[:, 0]], plane[ears[:, 2]] - plane[ears[:, 0]]
+    turning = (one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0]) / 2
+    if abs(np.abs(turning).sum() - area) > SAME_AREA * area:
+        return None
+    if _turns(plane, plane[ears[np.argmax(np.abs(turning))]].mean(axis=0)) != 1:
+        return None
+    ears[turning < 0] = ears[turning < 0][:, ::-1]
+    return _with_all_corners(ears, len(points))
+
+
+def _turns(polygon: Float[np.ndarray, "n 2"], point: Float[np.ndarray, " 2"]) -> int:
+    """Return how often a polygon winds around a point, either way. More than once if it covers itself."""
+    x, y = (polygon - point).T
+    next_x, next_y = np.roll(x, -1), np.roll(y, -1)
+    right = x * next_y - y * next_x > 0
+    return abs(int(np.sum((y <= 0) & (next_y > 0) & right)) - int(np.sum((y > 0) & (next_y <= 0) & ~right)))
+
+
+def _with_all_corners(ears: Integer[np.ndarray, "t 3"], size: int) -> Integer[np.ndarray, "t 3"]:
+    """Split triangles at the corners on straight edges, which ear clipping skips.
+
+    A neighbour may have a corner there, and the surface would no longer be closed.
+    """
+    used = np.zeros(size, bool)
+    used[ears] = True
+    if used.all():
+        return ears
+    triangles = ears.tolist()
+    at = {edge: k for k, (a, b, c) in enumerate(triangles) for edge in ((a, b), (b, c), (c, a))}
+    kept = np.flatnonzero(used)
+    for before, after in zip(kept, np.roll(kept, -1), strict=True):
+        last = int(before)
+        for step in range(1, (after - before) % size):
+            corner = (int(before) + step) % size
+            k = at.pop((last, int(after)), None)
+            if k is None:  # the tip of a spike without area
+                continue
+            (apex,) = set(triangles[k]) - {last, int(after)}
+            triangles[k] = [last, corner, apex]
+            triangles.append([corner, int(after), apex])
+            at[corner, int(after)] = at[int(after), apex] = len(triangles) - 1
+            at[last, corner] = k
+            last = corner
+    return np.array(triangles)

@@ -1,0 +1,93 @@
+"""Read STL, binary or text, with the names of its solids.
+
+trimesh takes a text without its last "endsolid" for one without triangles, and facets of four corners for triangles of
+other corners.
+"""
+
+from __future__ import annotations
+
+from array import array
+from pathlib import Path
+
+import numpy as np
+from trimesh import Trimesh
+
+from scenes.files.errors import InputError, shown
+from scenes.importing.formats.mesh_checks import require_few, require_ordinary
+from scenes.importing.formats.mesh_part import MeshFile, MeshPart, parts_of_node
+from scenes.importing.formats.polygons import cut_polygons
+from scenes.importing.formats.text_lines import coordinates, text_lines
+
+HEADER = 80
+TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+
+
+def read_stl(data: bytes, path: Path) -> MeshFile:
+    """Read an STL file: a part for each solid of a text, named as in the file, or one part named after a binary file.
+
+    Args:
+        data: content of the file.
+        path: the file, which names solids without a name, and for messages.
+
+    Raises:
+        InputError: the file is neither text nor binary STL, ends early, or is damaged otherwise.
+    """
+    count = int.from_bytes(data[HEADER : HEADER + 4], "little") if len(data) >= HEADER + 4 else -1
+    size = HEADER + 4 + count * TRIANGLE.itemsize
+    if len(data) == size:  # also where the text of the header begins with "solid"
+        return _read_binary(data, count, path)
+    if data.lstrip()[:5].lower() == b"solid":
+        return _read_text(data, path)
+    if count < 0:
+        raise InputError(f"{path}: expected a mesh as STL, found a file of {len(data)} bytes")
+    raise InputError(
+        f"{path}: expected a mesh as STL, which begins with solid or has {size} bytes as it claims {count} triangles, "
+        f"found {len(data)} bytes"
+    )
+
+
+def _read_binary(data: bytes, count: int, path: Path) -> MeshFile:
+    require_few(count, str(path))
+    corners = np.frombuffer(data, TRIANGLE, count, HEADER + 4)["corners"].astype(float).reshape(-1, 3)
+    require_ordinary(corners, str(path))
+    mesh = Trimesh(corners, np.arange(len(corners)).reshape(-1, 3), process=False)
+    header = data[:HEADER].decode("latin-1").strip("\0 ")
+    return MeshFile(parts_of_node("", path.stem, {None: mesh}), header=header)
+
+
+def _read_text(data: bytes, path: Path) -> MeshFile:
+    solids: list[tuple[str, array, array]] = []
+    inside, header, corners, facets = False, "", 0, 0
+    for number, line in text_lines(data):
+        words = line.split()
+        keyword = words[0].lower() if words else ""
+        place = f"{path}: line {number}"
+        if keyword in ("solid", "facet", "endsolid") and corners:
+            raise InputError(f"{place}: expected endfacet, found {shown(line)}")
+        if keyword == "solid":
+            inside, header = True, header or line
+            solids.append((line[5:].strip(), array("d"), array("q")))
+        elif keyword == "endsolid":
+            inside = False
+        elif keyword and not inside:
+            raise InputError(f"{place}: expected solid, found {shown(line)}")
+        elif keyword == "vertex":
+            solids[-1][1].extend(coordinates(words[1:], str(path), number))
+            corners += 1
+        elif keyword == "endfacet":
+            if corners < 3:
+                raise InputError(f"{place}: expected a facet of at least three corners, found {corners}")
+            solids[-1][2].append(corners)
+            corners, facets = 0, facets + 1
+            require_few(facets, str(path))
+    if inside:
+        raise InputError(f"{path}: expected endsolid, found the end of the file")
+    parts: list[MeshPart] = []
+    remarks: list[str] = []
+    for name, positions, sizes in solids:
+        vertices = np.frombuffer(positions).reshape(-1, 3)
+        if len(vertices):
+            cut = cut_polygons(vertices, np.arange(len(vertices)), np.frombuffer(sizes, np.int64), str(path))
+            parts += parts_of_node(name, path.stem, {None: Trimesh(vertices, cut.triangles, process=False)})
+            remarks += cut.remarks()
+    return MeshFile(parts, tuple(remarks), header)

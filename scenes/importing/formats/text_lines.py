@@ -1,0 +1,81 @@
+"""Read text files of other programs: their lines, in whatever encoding, and the numbers in them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from io import BytesIO, TextIOWrapper
+
+from scenes.files.errors import InputError, shown
+
+BYTE_ORDER_MARKS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "utf-8-sig"}
+
+LONGEST_WHOLE = 18
+"""Most digits of a whole number, which then fits into 64 bits."""
+
+
+def text_lines(data: bytes) -> Iterator[tuple[int, str]]:
+    """Yield the numbers, counted from 1, and the lines of a text, without the white space around them.
+
+    A text without a byte order mark is UTF-8 or, if it is not valid UTF-8, Latin-1. Line ends are those of any system.
+
+    >>> list(text_lines(b"o wall\\r\\nv 0 0 1\\n"))
+    [(1, 'o wall'), (2, 'v 0 0 1')]
+    """
+    encoding = next((name for mark, name in BYTE_ORDER_MARKS.items() if data.startswith(mark)), None)
+    if encoding is None:
+        try:
+            data.decode()
+            encoding = "utf-8"
+        except UnicodeDecodeError:
+            encoding = "latin-1"
+    for number, line in enumerate(TextIOWrapper(BytesIO(data), encoding, errors="replace"), 1):
+        yield number, line.strip()
+
+
+def comment_header(comments: Sequence[str], most: int = 20) -> str:
+    """Join the first comments of a file, in which its exporter usually names itself."""
+    return "\n".join(comment.strip() for comment in comments[:most] if comment.strip())
+
+
+def coordinates(words: Sequence[str], label: str, line: int) -> list[float]:
+    """Return the first three words as numbers.
+
+    Args:
+        words: the words of a line after its keyword.
+        label: the start of the message: the file's name.
+        line: number of the line.
+
+    Raises:
+        InputError: there are fewer than three words, or one is not a number.
+    """
+    try:
+        values = decimals(words[:3])
+    except ValueError:
+        raise InputError(f"{label}: line {line}: expected numbers, found {shown(' '.join(words))}") from None
+    if len(values) < 3:
+        raise InputError(f"{label}: line {line}: expected vertices of three coordinates, found {len(values)}: {values}")
+    return values
+
+
+def decimals(words: Sequence[str]) -> list[float]:
+    """Convert words to numbers. Raise a ValueError if one is not a number as other programs write it."""
+    _require_digits(words)
+    return [float(word) for word in words]
+
+
+def whole_numbers(words: Sequence[str]) -> list[int]:
+    """Convert words to whole numbers. Raise a ValueError as ``decimals`` does."""
+    _require_digits(words)
+    if any(len(word) > LONGEST_WHOLE for word in words):
+        raise ValueError(words)
+    return [int(word) for word in words]
+
+
+def _require_digits(words: Sequence[str]) -> None:
+    """Refuse 1_0 and digits of other scripts, which Python would read.
+
+    ``parse_number`` would do it word by word, which takes too long for millions of numbers.
+    """
+    text = "".join(words)
+    if "_" in text or not text.isascii():
+        raise ValueError(text)

@@ -1,0 +1,205 @@
+"""Choose the material of each part of a file: by the user's rules, by the name in the file, or by a default."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+
+from scenes.files.errors import InputError, named
+from scenes.importing.file_materials import known_material, material_at, proposed_rule, require_known
+from scenes.importing.imported_file import ImportedFile, ImportedPart
+from scenes.importing.mitsuba_xml import SIONNA_DEFAULTS
+from scenes.scene.materials import RadioMaterial
+
+Rule = tuple[str, str]
+"""A name or pattern, and a material."""
+
+LISTED = 8
+"""Most names that a message lists."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """The material of a part.
+
+    Attributes:
+        material: the material; None if there is none.
+        by: what chose it, such as 'the rule "Wall*=concrete"'; or why there is none.
+        from_file: whether the file states the material, and the user gives no values for it.
+    """
+
+    material: RadioMaterial | None
+    by: str
+    from_file: bool = False
+
+
+def matches(pattern: str, names: Iterable[str]) -> bool:
+    """Whether a rule's left side is one of some names, literally or as a pattern with ``*``, ``?`` and ``[...]``.
+
+    >>> matches("Wall [3]", ["Wall [3]"]), matches("Wall*", ["Wall [3]"]), matches("wall*", ["Wall [3]"])
+    (True, True, False)
+    """
+    return any(name == pattern or fnmatchcase(name, pattern) for name in names)
+
+
+def deciding_rule(part: ImportedPart, stem: str, rules: Sequence[Rule]) -> Rule | None:
+    """Return the rule that counts for a part: the first that matches one of its names, else the name of the file.
+
+    Args:
+        part: the part.
+        stem: name of the file without its suffix.
+        rules: the user's rules.
+    """
+    for names in (part.names(), (stem,)):
+        for rule in rules:
+            if matches(rule[0], names):
+                return rule
+    return None
+
+
+def choose_materials(
+    file: ImportedFile,
+    rules: Sequence[Rule],
+    default: str | None,
+    frequency: float,
+    own: Mapping[str, RadioMaterial],
+) -> list[Choice]:
+    """Choose the material of each part.
+
+    The first rule that matches a name of the part counts, else the first that matches the name of the file, else the
+    material that the file names if it is a radio material, else the default.
+
+    Args:
+        file: the file.
+        rules: the user's rules.
+        default: the material of parts that have none by a rule or by the file.
+        frequency: Hz.
+        own: materials whose values the user gives, by name.
+
+    Returns:
+        The choices, in the order of the parts. A part whose material is refused at this frequency, or by its values,
+        has none.
+
+    Raises:
+        InputError: a rule or the default has an unknown material.
+    """
+    for material in (*(material for _, material in rules), *((default,) if default is not None else ())):
+        try:
+            require_known(material, own)
+        except InputError as error:
+            raise InputError(f"{file.path}: {error}") from None
+    return [_choice(part, file.path.stem, rules, default, frequency, own) for part in file.parts]
+
+
+def _choice(
+    part: ImportedPart,
+    stem: str,
+    rules: Sequence[Rule],
+    default: str | None,
+    frequency: float,
+    own: Mapping[str, RadioMaterial],
+) -> Choice:
+    try:
+        rule = deciding_rule(part, stem, rules)
+        if rule is not None:
+            return Choice(material_at(rule[1], frequency, own), f"the rule {_shown(rule)}")
+        if part.shape is not None:
+            stated = part.shape.radio_material(frequency, own)
+        else:
+            known = None if part.material is None else known_material(part.material, own)
+            stated = None if known is None else material_at(known, frequency, own)
+        if stated is not None:
+            return Choice(stated, f'the file\'s "{part.material or stated.name}"', stated.name not in own)
+        if default is not None:
+            return Choice(material_at(default, frequency, own), "the default")
+    except InputError as error:
+        return Choice(None, str(error))
+    return Choice(None, "")
+
+
+def require_materials(file: ImportedFile, choices: Sequence[Choice]) -> list[RadioMaterial]:
+    """Return the materials of all parts.
+
+    Raises:
+        InputError: a part has none. The message says how to give it one.
+    """
+    refused = next((choice.by for choice in choices if choice.material is None and choice.by), None)
+    if refused is not None:
+        raise InputError(refused if refused.startswith(str(file.path)) else f"{file.path}: {refused}")
+    without = [part.name for part, choice in zip(file.parts, choices, strict=True) if choice.material is None]
+    if without:
+        raise InputError(
+            f"{file.path}: expected a material for every object, found none for {listed(without)}; add a rule such as "
+            f"--material {proposed_rule(without[0])}, or --default-material MATERIAL; --list shows all names"
+        )
+    return [choice.material for choice in choices if choice.material is not None]
+
+
+def rule_warnings(file: ImportedFile, rules: Sequence[Rule]) -> list[str]:
+    """Return a warning for each rule that matches nothing, or only what earlier rules have taken.
+
+    Args:
+        file: the file.
+        rules: the user's rules.
+    """
+    deciding = [deciding_rule(part, file.path.stem, rules) for part in file.parts]
+    warnings = []
+    for rule in rules:
+        if rule in deciding:
+            continue
+        earlier = [
+            _shown(other)
+            for part, other in zip(file.parts, deciding, strict=True)
+            if other is not None and matches(rule[0], [*part.names(), file.path.stem])
+        ]
+        if earlier:
+            warnings.append(f"the material rule {_shown(rule)} never counts, since its objects go to {listed(earlier)}")
+        else:
+            objects = listed(part.name for part in file.parts)
+            warnings.append(f"the material rule {_shown(rule)} matches no object; the objects are {objects}")
+    return warnings
+
+
+def _shown(rule: Rule) -> str:
+    return named("=".join(rule))
+
+
+def stated_materials(file: ImportedFile, choices: Sequence[Choice]) -> list[str]:
+    """Say which materials were taken from the file, and which thickness was assumed for them.
+
+    Args:
+        file: the file.
+        choices: the materials of its parts.
+    """
+    taken: dict[str, list[str]] = {}
+    for part, choice in zip(file.parts, choices, strict=True):
+        if choice.from_file and choice.material is not None:
+            taken.setdefault(choice.material.name, []).append(part.name)
+    counted = [f"{name} ({listed(parts, 3)})" for name, parts in taken.items()]
+    sentences = [f"took materials that the file names: {'; '.join(counted)}"] if taken else []
+    usual = SIONNA_DEFAULTS["thickness"]
+    assumed = [
+        choice.material.name
+        for part, choice in zip(file.parts, choices, strict=True)
+        if choice.from_file and choice.material and part.shape and not part.shape.states_thickness
+        if choice.material.thickness == usual
+    ]
+    if assumed:
+        sentences.append(f"assumed a thickness of {usual:g} m, as Sionna RT does, for {listed(assumed)}")
+    return sentences
+
+
+def listed(names: Iterable[str], most: int = LISTED) -> str:
+    """List the first names, without repetitions.
+
+    Args:
+        names: the names.
+        most: how many are listed.
+
+    >>> listed("abca", 2)
+    'a, b and 1 more'
+    """
+    each = list(dict.fromkeys(names))
+    rest = f" and {len(each) - most} more" if len(each) > most else ""
+    return ", ".join(each[:most]) + rest

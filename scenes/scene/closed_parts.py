@@ -1,0 +1,23 @@
+"""The closed parts of a mesh: bodies, which have an inside. Sheets and open shells have none."""
+
+from __future__ import annotations
+
+import trimesh
+from trimesh import Trimesh
+
+
+def merge_corners(mesh: Trimesh) -> Trimesh:
+    """Return a copy whose faces share corners. If a file repeats them for each face or normal, no part is closed."""
+    copy = Trimesh(mesh.vertices, mesh.faces, process=False)
+    copy.merge_vertices()
+    return copy
+
+
+def closed_parts(mesh: Trimesh) -> list[Trimesh]:
+    """Return the closed parts of a mesh, wound consistently. ``SceneObject.closed_parts`` keeps those of an object."""
+    if len(mesh.faces) < 4:  # no body has fewer, and a town has thousands of such walls
+        return []
+    parts = list(merge_corners(mesh).split(only_watertight=True, repair=False))
+    for part in parts:
+        trimesh.repair.fix_winding(part)  # solid angles of triangles with opposite winding would cancel
+    return parts

@@ -1,0 +1,74 @@
+"""Read a carrier frequency, in hertz or with its unit. Megahertz and gigahertz where hertz are meant are recognised."""
+
+from __future__ import annotations
+
+import re
+from numbers import Real
+
+from scenes.files.errors import ParameterError, shown
+
+LOWEST_FREQUENCY, HIGHEST_FREQUENCY = 1e6, 1e12
+"""Hertz. The wavelength is 300 m at the lower end. Above the upper end, most surfaces are rough."""
+
+HERTZ = {"hz": 1.0, "khz": 1e3, "mhz": 1e6, "ghz": 1e9}
+"""Units of frequency, in hertz."""
+
+LONGEST_TEXT = 50
+"""Most characters of a frequency. The time of the regular expression grows with the square of the length."""
+
+USUAL = 1e7, 3e11
+"""Lowest and highest frequency that a number without its unit is taken for in a hint, hertz."""
+
+
+def read_frequency(value: float | str) -> float:
+    """Read a carrier frequency.
+
+    Args:
+        value: hertz, as a number or a text, or a text with a unit such as "915 MHz" or "3.5GHz".
+
+    Returns:
+        The frequency, Hz.
+
+    Raises:
+        ParameterError: the value is not a frequency, or not from 1 MHz to 1 THz. If it would be one in kHz, MHz or GHz,
+            the message says what to write.
+
+    >>> read_frequency("3.5 GHz"), read_frequency(915e6)
+    (3500000000.0, 915000000.0)
+    >>> read_frequency(2.4)
+    Traceback (most recent call last):
+    ...
+    scenes.files.errors.ParameterError: frequency: expected hertz, from 1e6 to 1e12, or a number with its unit such as \
+"915 MHz", found 2.4; 2.4 GHz are 2.4e9
+    """
+    number, unit = _parts(value)
+    frequency = number * HERTZ[unit or "hz"]
+    if LOWEST_FREQUENCY <= frequency <= HIGHEST_FREQUENCY:
+        return frequency
+    expected = 'expected hertz, from 1e6 to 1e12, or a number with its unit such as "915 MHz"'
+    raise ParameterError("frequency", f"{expected}, found {shown(value)}{'' if unit else _hint(number)}")
+
+
+def _parts(value: object) -> tuple[float, str]:
+    """Return the number and the unit in lower case, or (0, "") for what is not a frequency."""
+    if isinstance(value, Real) and not isinstance(value, bool):
+        try:
+            return float(value), ""
+        except OverflowError:  # a huge integer
+            return 0.0, ""
+    if not isinstance(value, str) or len(value) > LONGEST_TEXT:
+        return 0.0, ""
+    match = re.fullmatch(r"\s*([-+]?[0-9]*\.?[0-9]*(?:[eE][-+]?[0-9]+)?)\s*([kKmMgG]?[hH][zZ])?\s*", value)
+    try:
+        return (float(match[1]), (match[2] or "").lower()) if match else (0.0, "")
+    except ValueError:
+        return 0.0, ""
+
+
+def _hint(number: float) -> str:
+    """Say what to write if a number is a usual frequency in another unit."""
+    exponents = {"kHz": 3, "MHz": 6, "GHz": 9}
+    usual = {unit: power for unit, power in exponents.items() if USUAL[0] <= number * 10.0**power <= USUAL[1]}
+    if not usual:
+        return ""
+    return "; " + ", ".join(f"{number:.10g} {unit} are {number:.10g}e{power}" for unit, power in usual.items())

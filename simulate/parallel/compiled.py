@@ -1,0 +1,38 @@
+"""Kernels that numba compiles."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache, partial
+from typing import Any
+
+import numba
+
+from scenes.files.plain_text import say
+
+
+def compiled(kernel: Callable | None = None, **options: Any) -> Any:
+    """Compile a function by numba when it is first called, as a decorator with or without options.
+
+    The machine code is kept for later processes where numba finds a folder for it: ``NUMBA_CACHE_DIR``, or that of the
+    source, or one in the user's home. If none of them can be written to, every process compiles anew.
+
+    Args:
+        kernel: the function.
+        options: of ``numba.njit``.
+    """
+    if kernel is None:
+        return partial(compiled, **options)
+    try:
+        return numba.njit(cache=True, **options)(kernel)
+    except RuntimeError:  # there is no such folder
+        _say_that_nothing_is_kept()
+        return numba.njit(**options)(kernel)
+
+
+@cache
+def _say_that_nothing_is_kept() -> None:
+    say(
+        "found no folder to keep compiled functions in, so commands that need them compile them anew, up to a minute; "
+        "NUMBA_CACHE_DIR=FOLDER names one"
+    )

@@ -1,0 +1,216 @@
+"""For every option of every command: a call without it, the option with a value, and where the difference shows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import NamedTuple
+
+FIELD = Path(__file__).parents[1] / "data" / "closet"
+"""A stored field, from which a dataset in full wave is made at once."""
+
+
+class Trial(NamedTuple):
+    """Two calls of a command that differ in one option.
+
+    Attributes:
+        call: arguments of ``bisplat`` without the option, or with another value of it.
+        words: the option with its value.
+        instead_of: the words of the call that ``words`` replace; empty: they are added.
+        stops_at: function, as "module:name", that does the work of the command, which tests of its own cover. The
+            calls stop there, and its arguments are compared. Empty: what the command writes and prints is compared.
+        there: name of a file that exists before both calls.
+    """
+
+    call: str
+    words: str
+    instead_of: str = ""
+    stops_at: str = ""
+    there: str = ""
+
+    @property
+    def calls(self) -> tuple[list[str], list[str]]:
+        """The arguments of both calls."""
+        replaced = self.call.replace(self.instead_of, self.words) if self.instead_of else f"{self.call} {self.words}"
+        return self.call.split(), replaced.split()
+
+    @property
+    def option(self) -> str:
+        """The first of ``words``."""
+        return self.words.split()[0]
+
+
+def _trials(call: str, options: Iterable[str | tuple[str, str]], stops_at: str = "", there: str = "") -> list[Trial]:
+    """Trials of one call: of options that are added, and of pairs of words and those that they replace."""
+    pairs = ((each, "") if isinstance(each, str) else each for each in options)
+    return [Trial(call, words, instead_of, stops_at, there) for words, instead_of in pairs]
+
+
+MECHANISMS = (
+    *("--max-depth 2", "--no-los", "--no-specular", "--no-refraction", "--no-diffraction"),
+    *("--no-slab-phase", "--sionna", "--rays 50"),
+)
+"""Options of the ray tracer, for commands that hand them on."""
+
+IMPORT = (
+    "scene wall.obj -o out --gateway 0.5 0.5 1 --boresight 1 0 0 --region-min 1 0.2 0.5 --region-max 2 0.8 0.9 "
+    "--default-material wood"
+)
+RAYS = "simulate rough/scene.yaml -n 3 -o out --max-depth 1 --no-diffraction --rays 500"
+REQUEST = "simulate.generation.generate:generate"
+MLP = "train data -o out --model mlp-responses --steps 2 --batch-size 2"
+TRAIN = "learn.training.train:train_run"
+LOCATED = "learn.evaluation.locations:evaluate_locations"
+CROSSVALIDATED = "learn.evaluation.crossvalidate:crossvalidate"
+NEAREST = "compare others -o out --models nearest"
+ABLATE = "ablate data -o out --models bisplat-aperture --steps 1 --seeds 1"
+CONVERTED = "simulate.exchange.convert:convert"
+ABLATED = "learn.comparison.ablate:ablate"
+SWEEP = "sweep others -o out --models nearest --sizes 3"
+SWEPT = "learn.comparison.sweep:sweep"
+CALIBRATED = "learn.twin.calibrate:calibrate"
+PLANNED = "learn.planning.next_positions:plan"
+OF_EVALUATION = "bisplat.commands.evaluation_commands"
+ENGINES = "learn.evaluation.engines:compare_engines"
+NEW_FOLDER = "bisplat.commands.uses_commands:new_folder"
+NEW_IN_USES = "bisplat.commands.uses_commands:require_new"
+SERVED = "scenes.browser.served_page:serve"
+
+TRIALS: dict[str, list[Trial]] = {
+    "scene": [
+        *_trials("scene closet", ["-o out.png", "--json"]),
+        *_trials("scene closet -o out.png", ["--force"], there="out.png"),
+        *_trials(
+            IMPORT,
+            [
+                *("--material wall=concrete", "--unit ft", "--up y", "--frequency 2.4e9", "--pattern dipole"),
+                ("--default-material brick", "--default-material wood"),
+                ("--gateway 0.6 0.5 1", "--gateway 0.5 0.5 1"),
+                ("--boresight 1 1 0", "--boresight 1 0 0"),
+                ("--region-min 1 0.3 0.5", "--region-min 1 0.2 0.5"),
+                ("--region-max 2 0.7 0.9", "--region-max 2 0.8 0.9"),
+            ],
+        ),
+        *_trials(IMPORT, ["--shift 1 2 3", "--walls as-drawn"]),
+        *_trials(f"{IMPORT} --material wall=wet", ["--own-material wet=15,2,0.1"]),
+        *_trials("scene wall.obj", ["--list"]),
+        *_trials("scene closet --view", ["--port 8081"], SERVED),
+        *_trials("scene closet", ["--view"], SERVED),
+    ],
+    "simulate": [
+        *_trials(RAYS, ["--placement grid", "--seed 1", "--power-db", "--snr-db 10", "--gain-error-db 1"]),
+        *_trials(RAYS, ["--phase-error-deg 5", "--phase-noise-deg 5", "--no-los", "--no-specular", "--no-refraction"]),
+        *_trials(RAYS, ["--no-slab-phase", "--sionna", "--diffuse"]),
+        *_trials(RAYS, [("-o out2", "-o out"), ("-n 4", "-n 3"), ("--max-depth 2", "--max-depth 1")]),
+        *_trials(RAYS, [("--rays 1", "--rays 500"), ("--positions places.csv", "-n 3")]),
+        Trial(f"{RAYS} --diffuse --patches 20", "--patches 50", "--patches 20"),
+        *_trials(
+            "simulate rough/scene.yaml -o out", ["--no-diffraction", "--workers 2", "--ray localhost:6379"], REQUEST
+        ),
+        *_trials("simulate closet -o out", ["--engine fullwave"], REQUEST),
+        *_trials("simulate closet -o out --engine fullwave", [f"--field {FIELD}", "--cell 0.05", "--gpu"], REQUEST),
+    ],
+    "train": [
+        *_trials(MLP, ["--seed 1", "--encoding octaves", "--learning-rate 0.1", "--weight-decay 0.5"]),
+        *_trials(f"{MLP} --seed 1", ["--split random"]),
+        *_trials(MLP, ["--init mlp", ("-o out2", "-o out"), ("--model mlp", "--model mlp-responses")]),
+        *_trials(MLP, [("--steps 3", "--steps 2"), ("--batch-size 3", "--batch-size 2")]),
+        Trial("train data -o out --model mlp --steps 1", "--full-resolution 1"),
+        *_trials("train data -o out --model bisplat", ["--bypass bst"], TRAIN),
+        *_trials("train data -o out --model twin --scene closet", [("--scene lab", "--scene closet")], TRAIN),
+        *_trials("train measured -o out --model mlp-responses", ["--no-find-phases"], TRAIN),
+        *_trials(f"{MLP}", ["--devices 2", "--nodes 2"], TRAIN),
+    ],
+    "evaluate": [
+        *_trials("evaluate mlp", ["--dataset others", "--index one.txt", "--json"]),
+        *_trials("evaluate mlp", ["--locate"], LOCATED),
+        *_trials("evaluate mlp --locate", ["--further-gateways mlp"], LOCATED),
+    ],
+    "view": [
+        *_trials("view closet", ["--port 8081"], SERVED),
+        *_trials("view closet", ["--positions places.csv"], "learn.view.session:Session"),
+    ],
+    "demo": _trials("demo", ["-o out", "-n 20", "--steps 2"], "bisplat.commands.demo_run:demo"),
+    "check": _trials("check data", ["--json"]),
+    "convert": [
+        *_trials("convert measured -o out", [("-o out2", "-o out")]),
+        Trial("convert turned -o out --flip-elevation False", "--flip-elevation True", "--flip-elevation False"),
+        *_trials("convert twice -o out", ["--one-per-position 1"]),
+        *_trials("convert small -o out --azimuths 0 358", ["--elevations 0 88"], CONVERTED),
+        *_trials("convert small -o out --elevations 0 88", ["--azimuths 0 358"], CONVERTED),
+    ],
+    "responses": [
+        *_trials("responses measured", ["--json"]),
+        *_trials("responses measured", ["--force"], "bisplat.commands.dataset_commands:require_new"),
+    ],
+    "predict": [
+        *_trials(
+            "predict mlp --positions places.csv -o out.npz", [("--positions others.csv", "--positions places.csv")]
+        ),
+        *_trials("predict mlp --positions places.csv -o out.npz", [("-o out2.npz", "-o out.npz")]),
+        *_trials("predict mlp --positions places.csv -o out.npz", ["--force"], there="out.npz"),
+    ],
+    "locate": [
+        *_trials(
+            "locate mlp --pictures data -o out.csv",
+            [("--pictures others", "--pictures data")],
+            "learn.localisation.locate:locate",
+        ),
+        *_trials(
+            "locate mlp --pictures data -o out.csv",
+            [("-o out2.csv", "-o out.csv"), "--force"],
+            NEW_IN_USES,
+        ),
+    ],
+    "plan": [
+        *_trials("plan rough/scene.yaml -o out.csv", ["-n 3", "--tour", "--seed 1", *MECHANISMS, "--diffuse"], PLANNED),
+        *_trials("plan rough/scene.yaml -o out.csv --diffuse", ["--patches 50"], PLANNED),
+        *_trials("plan closet -o out.csv", [("-o out2.csv", "-o out.csv"), "--force"], NEW_IN_USES),
+    ],
+    "export": [
+        *_trials("export mlp", ["-o out.pt2"]),
+        *_trials("export data", ["--hdf5 out.h5"]),
+        *_trials("export data", ["--deepmimo out"], "simulate.exchange.deepmimo.deepmimo_export:export_deepmimo"),
+        *_trials("export data --hdf5 out.h5", ["--force"], there="out.h5"),
+    ],
+    "crossvalidate": [
+        *_trials("crossvalidate mlp --scene closet -n 3 --field data", [("-n 4", "-n 3"), "--seed 2", "--json"]),
+        *_trials("crossvalidate mlp --scene closet", [("--scene lab", "--scene closet")], CROSSVALIDATED),
+        *_trials("crossvalidate mlp --scene closet", ["--engine rays", "--field data"], CROSSVALIDATED),
+    ],
+    "compare": [
+        *_trials(NEAREST, [("--models mean-picture", "--models nearest"), "--split random", "--seeds 2", "--json"]),
+        *_trials(NEAREST, ["--test-spectra 1", ("-o out2", "-o out")]),
+        *_trials("compare data -o out --models mlp", ["--budget 1"], "learn.comparison.compare:compare"),
+    ],
+    "ablate": [
+        Trial(ABLATE, "--json", stops_at="bisplat.commands.comparison_commands:print_averages"),
+        *_trials(ABLATE, ["--split random", "--test-spectra 1", "--primitives 9"], ABLATED),
+        *_trials(ABLATE, [("--steps 2", "--steps 1"), ("--seeds 2", "--seeds 1"), ("-o out2", "-o out")], ABLATED),
+        *_trials(ABLATE, [("--models bisplat", "--models bisplat-aperture")], ABLATED),
+    ],
+    "sweep": [
+        *_trials(SWEEP, [("--models mean-picture", "--models nearest"), ("--sizes 4", "--sizes 3")]),
+        *_trials(SWEEP, ["--split random", "--seeds 2", "--test-spectra 1", "--json", ("-o out2", "-o out")]),
+        *_trials(SWEEP, ["--init mlp"], SWEPT),
+        *_trials("sweep data -o out --models mlp --sizes 3", ["--budget 1"], SWEPT),
+    ],
+    "engines": [
+        *_trials("engines data -o out", ["-n 2", *MECHANISMS], ENGINES),
+        *_trials("engines uneven -o out", ["--diffuse"], ENGINES),
+        *_trials("engines uneven -o out --diffuse", ["--patches 50"], ENGINES),
+        *_trials("engines data -o out -n 2 --max-depth 0", ["--json"], f"{OF_EVALUATION}:print_table"),
+        *_trials("engines data -o out", [("-o out2", "-o out"), "--force"], f"{OF_EVALUATION}:require_new"),
+    ],
+    "calibrate": [
+        *_trials("calibrate closet data -o out", ["-n 5", "--split random", *MECHANISMS], CALIBRATED),
+        *_trials("calibrate closet data -o out --split random", ["--seed 1"], CALIBRATED),
+        *_trials("calibrate closet data -o out", ["--position 0.1", "--rotation 1", "--objects 0.1"], CALIBRATED),
+        *_trials("calibrate closet data -o out", ["--materials 0.1", "--frequency 0.1"], CALIBRATED),
+        *_trials("calibrate closet data -o out", [("-o out2", "-o out"), "--force"], NEW_FOLDER),
+    ],
+}
+"""Of each command, trials of its options."""
+
+NEVER = {("calibrate", "--diffuse"), ("calibrate", "--patches")}
+"""Options that a command refuses for every input: the ray tracer's options come together."""

@@ -1,0 +1,94 @@
+"""Options that can do nothing beside the rest of their call, and are refused."""
+
+from tests.bisplat.option_trials import FIELD
+
+AN_IMPORT = "expected a file to import, found the scene closet"
+AGAIN = "expected a scene, found the dataset data, which is made again with its own settings"
+SOLVED = f"simulate closet -o out --engine fullwave --field {FIELD}"
+NONE_SOLVED = f"expected none beside --field, found the solved field of {FIELD}"
+OF_STEPS = "expected a model trained by steps, found"
+
+REFUSED: dict[str, str] = {
+    "scene closet --material wall=wood": f"--material: {AN_IMPORT}",
+    "scene closet --default-material wood": f"--default-material: {AN_IMPORT}",
+    "scene closet --unit m": f"--unit: {AN_IMPORT}",
+    "scene closet --up z": f"--up: {AN_IMPORT}",
+    "scene closet --frequency 915e6": f"--frequency: {AN_IMPORT}",
+    "scene closet --gateway 1 1 1": f"--gateway: {AN_IMPORT}",
+    "scene closet --boresight=1 0 0": f"--boresight: {AN_IMPORT}",
+    "scene closet --pattern iso": f"--pattern: {AN_IMPORT}",
+    "scene closet --region_min 1 1 1": f"--region-min: {AN_IMPORT}",
+    "scene closet --region-max 1 1 1": f"--region-max: {AN_IMPORT}",
+    "scene closet --list": f"--list: {AN_IMPORT}",
+    "scene closet --shift 0 0 0": f"--shift: {AN_IMPORT}",
+    "scene closet --walls as-drawn": f"--walls: {AN_IMPORT}",
+    "scene closet --own-material wet=15,2,0.1": f"--own-material: {AN_IMPORT}",
+    "scene wall.obj --list -o out": "-o: expected none beside --list",
+    "scene wall.obj --list --walls as-drawn": "--walls: expected none beside --list",
+    "scene closet --port 8080": "--port: expected --view beside it, found none",
+    "scene closet --view --json": "--json: expected none beside --view, which prints no description",
+    "scene closet --view --force": "--force: expected none beside --view, which asks before it replaces a scene",
+    "scene wall.obj --material a=wood --material b=wood": "--material: expected once, with all its values",
+    "simulate data -o out -n5": f"-n: {AGAIN}",
+    "simulate data -o out --seed 0": f"--seed: {AGAIN}",
+    "simulate data -o out --engine fullwave": f"--engine: {AGAIN}",
+    "simulate data -o out --snr 10": f"--snr: {AGAIN}",
+    "simulate data -o out --no-los": f"--no-los: {AGAIN}",
+    "simulate data -o out --cell 0.05": f"--cell: {AGAIN}",
+    "simulate closet -o out --positions places.csv -n 2": "--positions and -n: expected one of them, found both",
+    "simulate closet -o out --positions places.csv --placement uniform": (
+        "--placement: expected none beside --positions, found the positions of places.csv"
+    ),
+    "simulate closet -o out --los --no-los": "--los and --no-los: expected one of them, found both",
+    "simulate closet -o out --snr 3 --snr-db 3": "--snr and --snr-db: expected one of them, found both",
+    "simulate closet -o out --field data": "--field: expected the engine fullwave, found rays",
+    "simulate closet -o out --no-gpu": "--no-gpu: expected the engine fullwave, found rays",
+    "simulate closet -o out --engine fullwave --max-depth 3": "--max-depth: expected the engine rays, found fullwave",
+    "simulate closet -o out --engine fullwave --no-los": "--no-los: expected the engine rays, found fullwave",
+    f"{SOLVED} --cell 0.05": f"--cell: {NONE_SOLVED}",
+    f"{SOLVED} --gpu": f"--gpu: {NONE_SOLVED}",
+    f"{SOLVED} --workers 2": f"--workers: {NONE_SOLVED}",
+    f"{SOLVED} --ray localhost:6379": f"--ray: {NONE_SOLVED}",
+    "simulate closet -o out --max-depth 0 --diffraction": "--diffraction: expected a --max-depth above 0",
+    "simulate closet -o out --max-depth 0 --rays 9": "--rays: expected a --max-depth above 0",
+    "simulate closet -o out --patches 9": "--patches: expected --diffuse with it, found no diffuse reflection",
+    "simulate closet -o out --sionna --diffuse --patches 9": "--patches: expected none with --sionna",
+    "simulate closet -o out --sionna --slab-phase": "--slab-phase: expected none with --sionna",
+    "simulate closet -o out --diffuse": "--diffuse: expected an object whose material has a scattering_coefficient",
+    "train data -o out --devices 1": f"--devices: {OF_STEPS} helmholtz",
+    "train data -o out --nodes 2": f"--nodes: {OF_STEPS} helmholtz",
+    "train data -o out --find-phases": f"--find-phases: {OF_STEPS} helmholtz",
+    "train data -o out --steps 9": f"--steps: {OF_STEPS} helmholtz",
+    "train data -o out --scene lab": "--scene: expected an option of the model helmholtz",
+    "train data -o out --scene=": "--scene: expected an option of the model helmholtz",
+    "train data -o out --model mlp --bypass bst": "--bypass: expected an option of the model mlp",
+    "train data -o out --model mlp --find-phases": "--find-phases: expected a model that predicts responses, found mlp",
+    "train data -o out --model mlp-responses --no-find-phases": (
+        "--no-find-phases: expected a dataset of pictures alone, found data, from whose responses mlp-responses learns"
+    ),
+    "train data -o out --model mlp-responses --full-resolution 1": (
+        "--full-resolution: expected a dataset of pictures alone, found data, from whose responses mlp-responses learns"
+    ),
+    "train data -o out --model nerf2 --full-resolution 1": (
+        "--full-resolution: expected a model that can train on a few pixels, found nerf2"
+    ),
+    "evaluate mlp --further-gateways mlp": "--further-gateways: expected --locate",
+    "evaluate mlp --locate --dataset others": "--locate: expected the test part of the run's own split, found others",
+    "evaluate mlp --locate --index one.txt": "--locate: expected the test part of the run's own split, found one.txt",
+    "crossvalidate mlp --scene closet --field data --engine rays": "--engine: expected none beside --field",
+    "compare data -o out --models nearest helmholtz --budget 5": f"--budget: {OF_STEPS} nearest, helmholtz",
+    "sweep data -o out --sizes 3 --models kriging --budget 5": f"--budget: {OF_STEPS} kriging",
+    "plan mlp -o out.csv --max-depth 2": "--max-depth: expected a scene to trace, found the run mlp",
+    "plan closet -o out.csv --diffuse": "--diffuse: expected an object whose material has a scattering_coefficient",
+    "engines data -o out --diffuse": "--diffuse: expected an object whose material has a scattering_coefficient",
+    "engines data -o out --patches 9": "--patches: expected --diffuse with it",
+    "calibrate closet data -o out --seed 1": "--seed: expected --split random beside it, found files",
+    "calibrate bare/scene.yaml data -o out --objects 0.03": "--objects: expected an object inside the room",
+    "calibrate bare/scene.yaml data -o out --materials 0.2": "--materials: expected a material that is no conductor",
+    "calibrate rough/scene.yaml data -o out --diffuse": "--diffuse: expected no diffuse reflection",
+    "calibrate closet data -o out --patches 9": "--patches: expected --diffuse with it",
+    "export data": "expected one of --output, --hdf5, --deepmimo, found none",
+    "export data --hdf5 out.h5 --deepmimo out": "expected one of --output, --hdf5, --deepmimo, found --hdf5 and",
+    "check data --json --json": "--json: expected once, with all its values, found 2 times",
+}
+"""Calls with an option that can do nothing there, and the beginning of what they say."""

@@ -1,0 +1,332 @@
+"""glTF: every way to give triangles, extensions, transforms, names, and what is left out."""
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from scenes.files.errors import InputError
+from scenes.importing.formats.gltf_file import read_gltf
+from scenes.scene.shapes import box
+from tests.scenes.importing.formats.gltf_builder import GltfBuilder
+
+CUBE = box((0, 0, 0), (1, 1, 1))
+SQUARE = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+ZIGZAG = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)]
+PATH = Path("room.glb")
+
+
+@pytest.fixture
+def make():
+    return GltfBuilder()
+
+
+def parts(data: bytes) -> dict[str, tuple]:
+    file = read_gltf(data, PATH)
+    assert len({part.name for part in file.parts}) == len(file.parts)
+    return {part.name: part for part in file.parts}
+
+
+def one(data: bytes):
+    (part,) = read_gltf(data, PATH).parts
+    return part.mesh
+
+
+# --- primitives and arrays -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("container", ["gltf", "glb"])
+@pytest.mark.parametrize("indexed", [True, False])
+@pytest.mark.parametrize(
+    ("mode", "corners", "order"),
+    [(4, SQUARE, [0, 1, 2, 0, 2, 3]), (5, ZIGZAG, [0, 1, 2, 3]), (6, SQUARE, [0, 1, 2, 3])],
+)
+def test_triangles_strips_and_fans(make, mode, corners, order, indexed, container):
+    if indexed:
+        primitive = {"attributes": {"POSITION": make.array(corners)}, "indices": make.array(order, "u1"), "mode": mode}
+    else:
+        primitive = {"attributes": {"POSITION": make.array([corners[k] for k in order])}, "mode": mode}
+    mesh = one(getattr(make, container)(meshes=[{"primitives": [primitive]}], nodes=[{"mesh": 0}]))
+    assert mesh.area == pytest.approx(1)
+    np.testing.assert_allclose(mesh.face_normals, [[0, 0, 1]] * 2, atol=1e-12)
+
+
+def test_points_and_lines_are_named(make):
+    surface = {"attributes": {"POSITION": make.array(SQUARE)}, "mode": 6}
+    others = [{"attributes": {"POSITION": 0}, "mode": mode} for mode in (0, 1, 2, 3)]
+    meshes = [{"primitives": [surface, *others]}, {"primitives": [surface]}, {"primitives": others[:1]}]
+    nodes = [{"mesh": k, "name": name} for k, name in enumerate(["fence", "wall", "scan"])]
+    file = read_gltf(make.glb(meshes=meshes, nodes=nodes), PATH)
+    assert [part.name for part in file.parts] == ["fence", "wall"]
+    assert file.left_out == ('points and lines were left out, in "fence", "scan"',)
+
+
+@pytest.mark.parametrize(
+    ("kind", "normalized", "scale"),
+    [
+        ("i1", True, 127),
+        ("u1", True, 255),
+        ("i2", True, 32767),
+        ("u2", True, 65535),
+        ("i2", False, 1),
+        ("u1", False, 1),
+    ],
+)
+@pytest.mark.parametrize("gap", [0, 1])
+def test_quantised_positions(make, kind, normalized, scale, gap):
+    """Exporters pad the rows of such arrays to multiples of four bytes."""
+    corners = make.array(np.multiply(SQUARE, scale), kind, gap, normalized=normalized)
+    mesh = one(
+        make.glb(
+            meshes=[{"primitives": [{"attributes": {"POSITION": corners}, "mode": 6}]}],
+            nodes=[{"mesh": 0, "scale": [3, 2, 1]}],
+            extensionsRequired=["KHR_mesh_quantization"],
+        )
+    )
+    np.testing.assert_allclose(mesh.bounds, [[0, 0, 0], [3, 2, 0]], atol=1e-12)
+    assert mesh.area == pytest.approx(6)
+
+
+def test_the_least_normalised_integer_is_not_below_minus_one(make):
+    corners = make.array([(-128, 0, 0), (127, 0, 0), (0, 127, 0)], "i1", normalized=True)
+    mesh = one(make.glb(meshes=[{"primitives": [{"attributes": {"POSITION": corners}}]}], nodes=[{"mesh": 0}]))
+    np.testing.assert_allclose(mesh.bounds, [[-1, 0, 0], [1, 1, 0]])
+
+
+@pytest.mark.parametrize("base", [True, False])
+def test_sparse_accessors(make, base):
+    """Corners 1 and 2 are moved, from the array or, without one, from the origin."""
+    plain = make.array(SQUARE)
+    changed = {
+        "count": 2,
+        "indices": {"bufferView": make.view(np.array([1, 2], "<u2").tobytes()), "componentType": 5123},
+        "values": {"bufferView": make.view(np.array([(5, 0, 0), (5, 1, 0)], "<f4").tobytes())},
+    }
+    make.accessors[plain]["sparse"] = changed
+    if not base:
+        del make.accessors[plain]["bufferView"]
+    mesh = one(make.glb(meshes=[{"primitives": [{"attributes": {"POSITION": plain}, "mode": 6}]}], nodes=[{"mesh": 0}]))
+    assert mesh.area == pytest.approx(5 if base else 2.5)
+
+
+def test_buffers_that_nothing_needs_are_not_opened(make):
+    views = [{"buffer": 1, "byteLength": 9}]
+    primitive = make.box((0, 0, 0), (1, 1, 1))
+    data = make.glb(
+        meshes=[{"primitives": [primitive]}],
+        nodes=[{"mesh": 0}],
+        buffers=[{"byteLength": len(make.data)}, {"uri": "gone.bin", "byteLength": 9}],
+        bufferViews=[*make.views, *views],
+    )
+    assert one(data).volume == pytest.approx(1)
+
+
+# --- transforms ----------------------------------------------------------------------------------------------
+
+TURN = Rotation.from_euler("xyz", [30, 40, 50], degrees=True)
+
+
+def transform(scale=(1, 1, 1), turn=TURN, move=(7, -8, 9)) -> np.ndarray:
+    matrix = np.eye(4)
+    matrix[:3, :3] = turn.as_matrix() * scale
+    matrix[:3, 3] = move
+    return matrix
+
+
+def as_node(how: str, scale=(1, 1, 1), turn=TURN, move=(7, -8, 9)) -> dict:
+    if how == "matrix":
+        return {"matrix": transform(scale, turn, move).T.ravel().tolist()}
+    return {"translation": list(move), "rotation": turn.as_quat().tolist(), "scale": list(scale)}
+
+
+@pytest.mark.parametrize("how", ["matrix", "parts"])
+@pytest.mark.parametrize("scale", [(1, 2, 3), (-1, 2, 3), (-1, -2, 3), (-1, -2, -3)])
+def test_turned_and_mirrored_nodes_keep_their_outer_side(make, how, scale):
+    mesh = one(
+        make.glb(meshes=[{"primitives": [make.box((0, 0, 0), (1, 1, 1))]}], nodes=[as_node(how, scale) | {"mesh": 0}])
+    )
+    assert mesh.volume == pytest.approx(6) and mesh.area == pytest.approx(22)
+    expected = CUBE.vertices @ transform(scale)[:3, :3].T + [7, -8, 9]
+    np.testing.assert_allclose(mesh.bounds, [expected.min(axis=0), expected.max(axis=0)], atol=1e-5)
+    outwards = mesh.triangles_center - mesh.vertices.mean(axis=0)
+    assert (np.einsum("fi,fi->f", outwards, mesh.face_normals) > 0).all()
+
+
+@pytest.mark.parametrize("how", ["matrix", "parts"])
+def test_transforms_of_nested_nodes(make, how):
+    """A mesh of two nodes; one is three levels deep, mirrored twice, so not mirrored."""
+    nodes = [
+        {"mesh": 0, "name": "alone"},
+        as_node(how, (-2, 2, 2)) | {"children": [2]},
+        as_node(how, (1, 1, 1), move=(0, 5, 0)) | {"children": [3]},
+        as_node(how, (1, -1, 1), move=(1, 0, 0)) | {"mesh": 0, "name": "deep"},
+    ]
+    found = parts(
+        make.glb(meshes=[{"primitives": [make.box((0, 0, 0), (1, 1, 1))]}], nodes=nodes, scenes=[{"nodes": [1, 0]}])
+    )
+    matrix = transform((-2, 2, 2)) @ transform(move=(0, 5, 0)) @ transform((1, -1, 1), move=(1, 0, 0))
+    expected = CUBE.copy().apply_transform(matrix)
+    assert found["deep"].mesh.volume == pytest.approx(8) and found["alone"].mesh.volume == pytest.approx(1)
+    np.testing.assert_allclose(found["deep"].mesh.bounds, expected.bounds, atol=1e-5)
+
+
+def test_instances(make):
+    """Four pillars of one node: one moved, one turned, one scaled, one mirrored."""
+    instances = {
+        "TRANSLATION": make.array([(0, 0, 0), (5, 0, 0), (0, 5, 0), (5, 5, 0)]),
+        "ROTATION": make.array([(0, 0, 0, 127), (0, 0, 90, 90), (0, 0, 0, 127), (0, 0, 0, 127)], "i1", normalized=True),
+        "SCALE": make.array([(1, 1, 1), (1, 1, 1), (1, 1, 3), (-1, 1, 1)]),
+    }
+    node = {"mesh": 0, "name": "pillar", "translation": [100, 0, 0]}
+    node["extensions"] = {"EXT_mesh_gpu_instancing": {"attributes": instances}}
+    data = make.glb(
+        meshes=[{"primitives": [make.box((0, 0, 0), (1, 2, 1))]}],
+        nodes=[node],
+        extensionsRequired=["EXT_mesh_gpu_instancing"],
+    )
+    pillars = one(data).split(only_watertight=True)
+    bounds = sorted(tuple(np.round(each.bounds, 3).ravel()) for each in pillars)
+    assert bounds == [
+        (100, 0, 0, 101, 2, 1),
+        (100, 5, 0, 101, 7, 3),
+        (103, 0, 0, 105, 1, 1),
+        (104, 5, 0, 105, 7, 1),
+    ]
+    assert [round(each.volume, 6) for each in pillars] == [2, 2, 6, 2]
+    assert read_gltf(data, PATH).left_out == ()
+
+
+def test_morph_targets_and_skins_are_read_at_rest(make):
+    position, target = make.array(SQUARE), make.array([(0, 0, 2)] * 4)
+    weights = np.array([(254, 0, 0, 0)] * 2 + [(0, 254, 0, 0)] * 2)
+    attributes = {
+        "POSITION": position,
+        "JOINTS_0": make.array([(0, 1, 0, 0)] * 4, "u1"),
+        "WEIGHTS_0": make.array(weights, "u1", normalized=True),  # 254 instead of 255: exporters round
+    }
+    moved = np.eye(4)
+    moved[:3, 3] = [-10, 0, 0]
+    inverse = make.array([np.eye(4), moved.T])
+    morphed = {"attributes": {"POSITION": position}, "targets": [{"POSITION": target}], "mode": 6}
+    nodes = [
+        {"mesh": 0, "name": "default"},
+        {"mesh": 0, "name": "half", "weights": [0.5]},
+        {"mesh": 1, "name": "skinned", "skin": 0, "translation": [99, 99, 99]},
+        {"translation": [0, 0, 1], "children": [4]},
+        {"translation": [10, 3, 0]},
+    ]
+    data = make.glb(
+        meshes=[{"primitives": [morphed], "weights": [0.25]}, {"primitives": [{"attributes": attributes, "mode": 6}]}],
+        skins=[{"joints": [3, 4], "inverseBindMatrices": inverse}],
+        animations=[{"channels": [], "samplers": []}],
+        nodes=nodes,
+        scenes=[{"nodes": [0, 1, 2, 3]}],
+    )
+    found = parts(data)
+    assert found["default"].mesh.bounds[0, 2] == 0.5 and found["half"].mesh.bounds[0, 2] == 1
+    expected = [(0, 0, 1), (1, 0, 1), (1, 4, 1), (0, 4, 1)]  # the second joint has moved by (0, 3, 1)
+    np.testing.assert_allclose(found["skinned"].mesh.vertices, expected, atol=1e-6)
+    assert read_gltf(data, PATH).left_out == ("animations were left out: 1 in the file; the pose at rest was read",)
+
+
+# --- names and scenes ----------------------------------------------------------------------------------------
+
+
+def test_names_of_parts(make):
+    wall = {"attributes": {"POSITION": make.array(SQUARE)}, "mode": 6}
+    meshes = [
+        {"primitives": [wall | {"material": 0}, wall | {"material": 1}, wall | {"material": 0}, wall]},
+        {"primitives": [wall | {"material": 2}], "name": "Roof.mesh"},
+        {"primitives": [wall]},
+    ]
+    nodes = [{"mesh": 0, "name": "Facade"}, {"mesh": 1}, {"mesh": 2}, {"mesh": 1, "name": "Tower/roof"}]
+    data = make.glb(meshes=meshes, nodes=nodes, materials=[{"name": "brick"}, {"name": "glass.001"}, {}])
+    file = read_gltf(data, PATH)
+    assert [(part.name, part.node, part.material, part.mesh.area) for part in file.parts] == [
+        ("Facade/brick", "Facade", "brick", 2),
+        ("Facade/glass.001", "Facade", "glass.001", 1),
+        ("Facade", "Facade", None, 1),
+        ("Roof.mesh", "Roof.mesh", "material_2", 1),
+        ("node_2", "node_2", None, 1),
+        ("Tower/roof", "Tower/roof", "material_2", 1),
+    ]
+    assert file.header == "a test"
+
+
+def test_other_scenes_and_nodes_are_named(make):
+    wall = {"attributes": {"POSITION": make.array(SQUARE)}, "mode": 6}
+    data = make.glb(
+        meshes=[{"primitives": [wall]}, {"primitives": [wall], "name": "spare"}],
+        nodes=[
+            {"mesh": 0, "name": "room"},
+            {"mesh": 0, "name": "shed"},
+            {"mesh": 0, "name": "lost"},
+            {"name": "camera"},
+        ],
+        scenes=[{"nodes": [1]}, {"nodes": [0, 3]}],
+        scene=1,
+    )
+    file = read_gltf(data, PATH)
+    assert [part.name for part in file.parts] == ["room"]
+    assert file.left_out == (
+        'nodes outside the scene that the file shows were left out: "shed", "lost"',
+        'meshes that no node shows were left out: "spare"',
+    )
+
+
+def test_without_scenes_all_nodes_are_read(make):
+    wall = {"attributes": {"POSITION": make.array(SQUARE)}, "mode": 6}
+    nodes = [{"children": [1], "translation": [0, 0, 1]}, {"mesh": 0, "name": "wall"}]
+    header = make.header(meshes=[{"primitives": [wall]}], nodes=nodes)
+    del header["scenes"], header["scene"]
+    header["buffers"][0]["uri"] = json.loads(make.gltf())["buffers"][0]["uri"]
+    assert one(json.dumps(header).encode()).bounds[0, 2] == 1
+
+
+# --- extensions ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "name", ["KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_node_visibility", "ACME_gizmo"]
+)
+def test_required_extensions_that_are_not_supported_are_refused_by_name(make, name):
+    data = make.glb(
+        meshes=[{"primitives": [make.box((0, 0, 0), (1, 1, 1))]}], nodes=[{"mesh": 0}], extensionsRequired=[name]
+    )
+    with pytest.raises(
+        InputError, match=f'^room.glb: the file requires the extension "{name}", which is not supported'
+    ):
+        read_gltf(data, PATH)
+
+
+@pytest.mark.parametrize("name", ["KHR_texture_transform", "KHR_materials_unlit", "KHR_lights_punctual"])
+def test_required_extensions_without_triangles_do_not_matter(make, name):
+    data = make.glb(
+        meshes=[{"primitives": [make.box((0, 0, 0), (1, 1, 1))]}], nodes=[{"mesh": 0}], extensionsRequired=[name]
+    )
+    assert one(data).volume == pytest.approx(1) and not read_gltf(data, PATH).left_out
+
+
+def test_extensions_that_are_not_required_are_named(make):
+    primitive = make.box((0, 0, 0), (1, 1, 1), extensions={"KHR_materials_variants": {}, "ACME_bend": {}})
+    nodes = [{"mesh": 0, "name": "wall", "extensions": {"KHR_node_visibility": {"visible": False}}}]
+    file = read_gltf(make.glb(meshes=[{"primitives": [primitive]}], nodes=nodes), PATH)
+    assert file.left_out == tuple(
+        f'the extension "{name}" is unknown and was not applied, for example to "wall"'
+        for name in ("KHR_node_visibility", "ACME_bend")
+    )
+
+
+def test_compression_that_is_not_required_needs_plain_arrays_beside_it(make):
+    primitive = make.box((0, 0, 0), (1, 1, 1), extensions={"KHR_draco_mesh_compression": {"bufferView": 0}})
+    keys = {"meshes": [{"primitives": [primitive]}], "nodes": [{"mesh": 0}]}
+    assert one(make.glb(**keys)).volume == pytest.approx(1)
+    fallback = [{"byteLength": 9, "extensions": {"EXT_meshopt_compression": {"fallback": True}}}]
+    with pytest.raises(InputError, match=re.escape("buffers[0]: expected data, found none (compressed by EXT_meshopt")):
+        read_gltf(json.dumps(make.header(**keys, buffers=fallback)).encode(), PATH)
+    del make.accessors[primitive["attributes"]["POSITION"]]["bufferView"]
+    with pytest.raises(InputError, match=r"expected plain geometry, .*KHR_draco_mesh_compression, export it uncompr"):
+        read_gltf(make.glb(**keys), PATH)

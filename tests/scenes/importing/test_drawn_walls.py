@@ -1,0 +1,100 @@
+"""What an import makes of walls, and what it says of those that count twice."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import trimesh
+
+import bisplat
+from scenes.files.errors import ParameterError
+from scenes.importing.drawn_walls import counted_twice, drawn_walls
+from scenes.importing.mesh_import import import_scene
+from scenes.scene.description import Gateway, SceneObject, Transmitter, facing
+from scenes.scene.materials import p2040_material
+from scenes.scene.shapes import box, union
+from tests.small_scene import small_scene
+
+WALL = SceneObject("wall", box((1, -1, 0.1), (1.2, 1, 2.5)), "concrete")
+ANGLES = np.linspace(0, np.pi / 2, 10)
+CURVED = SceneObject(
+    "curved",
+    trimesh.creation.extrude_triangulation(
+        np.concatenate([r * np.column_stack([np.cos(ANGLES), np.sin(ANGLES)]) - [4, 0] for r in (1.4, 1.6)]),
+        [face for k in range(9) for face in ([k, 10 + k, 11 + k], [k, 11 + k, k + 1])],
+        2.5,
+    ),
+    "concrete",
+)
+
+
+def test_sheets_are_said_with_their_thickness():
+    found = drawn_walls(small_scene(WALL), "as-sheets")
+    assert found.sheets == {"wall": 0.2} and found.scene.objects[1].mesh.bounds[:, 0].tolist() == pytest.approx(
+        [1.1] * 2
+    )
+    (sentence,) = found.assumed
+    assert "wall (0.2 m)" in sentence and "--walls as-drawn" in sentence and found.warnings == ()
+
+
+def test_walls_as_drawn_are_kept_and_warned_of():
+    scene = small_scene(WALL, CURVED)
+    found = drawn_walls(scene, "as-drawn")
+    assert found.scene is scene and found.sheets == {} and found.assumed == ()
+    (sentence,) = found.warnings
+    assert "wall, curved" in sentence and "--walls as-sheets" in sentence
+    assert drawn_walls(small_scene(), "as-drawn").warnings == ()
+
+
+def test_walls_that_cannot_be_sheets_are_told():
+    (sentence,) = drawn_walls(small_scene(WALL, CURVED), "as-sheets").warnings
+    assert "faces of curved, which" in sentence and "as a box or a sheet of its own" in sentence
+
+
+def test_rooms_houses_and_metal_do_not_count_twice():
+    scene = small_scene(
+        SceneObject("room", box((-2, -2, 0.1), (4, 2, 2.5)), "concrete"),
+        SceneObject("house", box((5, 5, 0.1), (9, 9, 6)), "concrete"),
+        SceneObject("screen", CURVED.mesh, "metal"),
+    )
+    assert counted_twice(scene) == []
+
+
+def test_faces_drawn_twice_are_said():
+    twin = SceneObject("paint", WALL.mesh, "concrete")
+    assert (
+        "12 triangles lie exactly on another one, such as in wall, paint"
+        in drawn_walls(small_scene(replace(WALL, thickness=0.05), replace(twin, thickness=0.05)), "as-drawn").warnings[
+            -1
+        ]
+    )
+
+
+def imported(path, **options):
+    gateway = Gateway((0.5, 2.0, 1.5), facing((1, 0, 0)))
+    region = Transmitter((4.0, 1.0, 0.5), (5.0, 3.0, 1.5))
+    return import_scene(path, default_material="concrete", gateway=gateway, transmitter=region, **options)
+
+
+def test_import_makes_sheets_unless_told_otherwise(tmp_path):
+    walls = [box((0, -0.2, 0), (6, 0, 2.8)), box((0, 4, 0), (6, 4.2, 2.8)), box((3, 1, 0), (3.12, 3, 2.8))]
+    path = tmp_path / "walls.ply"
+    path.write_bytes(union(*walls).export(file_type="ply"))
+    scene, report = imported(path)
+    assert report.sheets == {"walls, 0.2 m thick": 0.2, "walls, 0.12 m thick": 0.12}
+    assert set(report.sizes) == set(report.sheets) == {item.name for item in scene.objects}
+    assert any("walls, 0.2 m thick (0.2 m)" in sentence for sentence in report.assumed)
+    scene, report = imported(path, walls="as-drawn")
+    assert report.sheets == {} and len(scene.objects[0].mesh.faces) == 36
+    assert any("--walls as-sheets" in sentence for sentence in report.warnings)
+    with pytest.raises(ParameterError, match="walls: expected as-sheets or as-drawn, found 'sheets'"):
+        imported(path, walls="sheets")
+
+
+def test_imported_scene_follows_its_frequency(tmp_path):
+    path = tmp_path / "wall.ply"
+    path.write_bytes(box((3, 1, 0), (3.2, 3, 2.8)).export(file_type="ply"))
+    written = bisplat.write_scene(imported(path, frequency=2.4e9)[0], tmp_path / "scene")
+    written.write_text(written.read_text().replace("frequency: 2400000000.0", "frequency: 28 GHz"))
+    scene = bisplat.load_scene(written)
+    assert scene.materials["concrete"] == p2040_material("concrete", 28e9) and scene.objects[0].thickness == 0.2

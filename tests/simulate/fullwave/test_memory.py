@@ -1,0 +1,72 @@
+"""Runs that this machine has no memory for are refused before anything is written, with a value that fits."""
+
+import re
+
+import numpy as np
+import pytest
+
+from scenes.files.errors import InputError, ParameterError
+from scenes.storage.scene_yaml import load_scene
+from simulate.fullwave import memory
+from simulate.fullwave.memory import machine_memory, memory_of_runs, require_memory, runs_at_once
+from simulate.fullwave.run_plan import plan
+from simulate.generation.simulation import simulate
+
+CLOSET = load_scene("closet")
+REGION = CLOSET.transmitter.region
+FINE, COARSE = plan(CLOSET, REGION, 0.01), plan(CLOSET, REGION, 0.02)
+ELEMENTS = 16
+
+
+@pytest.fixture
+def machine(monkeypatch):
+    """Function: let the machine have so many bytes of memory."""
+    return lambda size: monkeypatch.setattr(memory, "machine_memory", lambda: size)
+
+
+def test_memory_of_this_machine_and_of_a_container(tmp_path, monkeypatch):
+    assert 1e8 < machine_memory() < 1e14
+    (tmp_path / "max").write_text("max\n")
+    (tmp_path / "limit").write_text("2000000\n")
+    monkeypatch.setattr(memory, "LIMITS", (tmp_path / "max", tmp_path / "limit", tmp_path / "none"))
+    assert machine_memory() == 2e6
+
+
+def test_cells_that_do_not_fit_are_refused_with_some_that_do(machine):
+    machine(memory_of_runs(COARSE, ELEMENTS, 1) * 1.2)
+    require_memory(CLOSET, REGION, COARSE)
+    with pytest.raises(ParameterError, match=r"cell: expected about [\d.]+ m, since cells of 0.01 m take") as error:
+        require_memory(CLOSET, REGION, FINE)
+    (proposed,) = re.findall(r"about ([\d.]+) m", str(error.value))
+    require_memory(CLOSET, REGION, plan(CLOSET, REGION, float(proposed)))
+
+
+def test_runs_at_a_time_that_do_not_fit_are_refused_with_a_number_that_does(machine):
+    machine(memory_of_runs(COARSE, ELEMENTS, 4) * 1.01)
+    with pytest.raises(ParameterError, match="workers: expected at most 4, since 8 runs take") as error:
+        require_memory(CLOSET, REGION, COARSE, 8)
+    assert f"{memory_of_runs(COARSE, ELEMENTS, 8) / 1e9:.3g} GB of memory" in str(error.value)
+    require_memory(CLOSET, REGION, COARSE, 4)
+    assert 1 <= runs_at_once(COARSE, ELEMENTS) <= 4
+
+
+def test_scene_for_which_no_cells_fit(machine):
+    machine(10**6)
+    with pytest.raises(
+        InputError, match=r"closet: expected a smaller scene, or a Ray cluster .*0\.001 GB, and the waves need"
+    ):
+        require_memory(CLOSET, REGION, COARSE)
+
+
+def test_nothing_is_written_by_a_simulation_that_does_not_fit(machine, tmp_path):
+    machine(10**6)
+    with pytest.raises(InputError, match="closet: expected a smaller scene"):
+        simulate(CLOSET, tmp_path / "data", n=2, engine="fullwave")
+    assert not list(tmp_path.iterdir())
+
+
+def test_memory_grows_with_cells_and_runs():
+    assert memory_of_runs(FINE, ELEMENTS, 1) > 4 * memory_of_runs(COARSE, ELEMENTS, 1)
+    one, four, all_of_them = (memory_of_runs(COARSE, ELEMENTS, number) for number in (1, 4, 100))
+    assert one < four < all_of_them == memory_of_runs(COARSE, ELEMENTS, ELEMENTS)
+    assert np.isfinite(all_of_them)
