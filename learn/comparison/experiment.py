@@ -22,7 +22,7 @@ from learn.comparison.scores_file import write_scores
 from learn.comparison.task import Method, Task
 from learn.data.metrics import Scores, score
 from learn.data.splits import SPLITS, SplitKind, split
-from learn.training.run_folder import require_same_spectra
+from learn.training.own_dataset import require_same_spectra
 from learn.training.training_file import device_name
 from scenes.files.atomic import require_writable, write_atomically
 from scenes.files.errors import InputError, require_path, require_whole, require_word

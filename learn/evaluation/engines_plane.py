@@ -10,8 +10,8 @@ from jaxtyping import Complex, Float, Int
 
 from learn.evaluation.engines import scene_for_rays
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.engines.fullwave_engine import FIELD
-from simulate.fullwave.stored_field import read_stored_field
+from simulate.engines.engine import Setting
+from simulate.engines.fullwave_engine import FullWave
 from simulate.rays.core.propagation import Propagation
 
 POINTS_PER_WAVELENGTH = 12
@@ -52,7 +52,7 @@ def compare_on_plane(folder: Path | str, propagation: Propagation, seed: int = 1
         seed: seed of the rays.
 
     Raises:
-        InputError: the folder is not such a dataset, or its stored field is missing.
+        InputError: the folder is not such a dataset, or its stored field is missing or of another array or region.
     """
     dataset = read_dataset(folder)
     scene = scene_for_rays(dataset)
@@ -65,7 +65,7 @@ def compare_on_plane(folder: Path | str, propagation: Propagation, seed: int = 1
     z = (z_low + z_high) / 2
     columns, rows = np.meshgrid(x, y)
     points = np.stack([columns.ravel(), rows.ravel(), np.full(columns.size, z)], axis=1)
-    full_wave = read_stored_field(dataset.folder / FIELD).responses(points)
+    full_wave = FullWave.kept(Setting(scene, scene.transmitter.region, seed), dataset.folder).responses(points)
     mean = float((np.abs(full_wave) ** 2).sum(axis=1).mean())
 
     def decibels(responses: Complex[np.ndarray, "K elements"]) -> Float[np.ndarray, "ny nx"]:

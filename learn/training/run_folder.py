@@ -25,6 +25,7 @@ from learn.data.splits import Split, read_split
 from learn.models.base import SpectrumModel
 from learn.models.capabilities import StatesVariance
 from learn.training.config import Config, of_another_version, read_config
+from learn.training.own_dataset import require_same_spectra
 from learn.training.registry import check_options, model_class, model_entry
 from learn.training.training_file import read_training
 from scenes.files.atomic import write_atomically
@@ -285,24 +286,6 @@ class Run:
         return read_split(self.folder / "split.json", dataset.names, dataset.folder)
 
 
-def require_same_spectra(dataset: Dataset, folder: Path, dataset_sha256: str | None) -> None:
-    """Refuse a dataset that is not the one with which a run or an experiment was begun.
-
-    Args:
-        dataset: what is in the dataset's folder now.
-        folder: folder of the run or the experiment, for the message.
-        dataset_sha256: fingerprint that it recorded. None: it recorded none.
-
-    Raises:
-        InputError: the dataset has another fingerprint.
-    """
-    if dataset_sha256 not in (None, dataset.fingerprint):
-        raise InputError(
-            f"{dataset.folder}: expected the dataset that {folder} was trained on, found other spectra, as if they had "
-            "been simulated or measured again; put the former dataset there, or train on this one into another folder"
-        )
-
-
 def save_weights(folder: Path, model: SpectrumModel) -> None:
     """Write weights.safetensors.
 
@@ -315,7 +298,7 @@ def save_weights(folder: Path, model: SpectrumModel) -> None:
 
 
 def load_weights(model: SpectrumModel, folder: Path) -> None:
-    """Load the weights of a finished run into a model, which keeps its own region for scaling positions.
+    """Load the weights of a finished run into a model, which keeps its own region and wavelength.
 
     Args:
         model: a model of the same class and size.
@@ -326,7 +309,7 @@ def load_weights(model: SpectrumModel, folder: Path) -> None:
     """
     source = load_run(folder).model.state_dict()
     try:
-        model.load_state_dict({**source, "region": model.region})
+        model.load_state_dict({**source, "region": model.region, "wavelength": model.wavelength})
     except RuntimeError as error:
         raise InputError(
             f"{folder}: expected a run of the same model and size, found {cut(str(error).splitlines()[-1].strip())}"

@@ -27,8 +27,9 @@ from learn.training.config import Config, read_config, write_config
 from learn.training.fit_progress import FitProgress
 from learn.training.found_responses import Learned, learned_responses
 from learn.training.lightning_module import Spectra
+from learn.training.own_dataset import require_same_receiver, require_same_spectra
 from learn.training.registry import DEFAULT_MODEL, check_options, model_entry
-from learn.training.run_folder import Run, build_model, load_run, load_weights, require_same_spectra, save_weights
+from learn.training.run_folder import Run, build_model, load_run, load_weights, save_weights
 from learn.training.training_file import write_training
 from learn.training.validation_scores import validate
 from scenes.files.atomic import require_writable
@@ -151,6 +152,9 @@ def train_run(
         require_same_spectra(dataset, folder, read_config(folder).dataset_sha256)
     if finished:
         return
+    if config.by_steps is not None and config.by_steps.init is not None:
+        before = load_run(config.by_steps.init)
+        require_same_receiver(dataset, before.folder, before.beamformer, float(before.model.wavelength))
     if getattr(rank_zero_only, "rank", 0) != 0:  # only the first process claims the folder and writes to it
         _train(config, folder, processes, dataset, parts, learned)
         return

@@ -90,6 +90,22 @@ def test_run_of_another_format_is_told_as_such(replaced):
         load_run(run)
 
 
+@pytest.mark.parametrize(
+    ("stated", "words"),
+    [
+        ({"frequency_hz": 2.4e9}, "expected a run at 2400 MHz, found one at 915 MHz"),
+        ({"array": {"rows": 4, "columns": 4, "spacing": 0.4}}, "expected a run of 4 × 4 elements 0.4 λ apart on"),
+    ],
+)
+def test_training_does_not_start_from_another_receiver(stated, words, finished_run, tiny, tiny_config, tmp_path):
+    data = shutil.copytree(tiny, tmp_path / "data")
+    (data / "metadata.json").write_text(json.dumps(stated))
+    by_steps = replace(tiny_config.by_steps, init=str(finished_run))
+    with pytest.raises(InputError, match=f"{finished_run}: {words}"):
+        train_run(replace(tiny_config, dataset=str(data), by_steps=by_steps), tmp_path / "run")
+    assert not (tmp_path / "run").exists()
+
+
 @pytest.mark.usefixtures("no_ceiling")
 def test_experiment_is_not_continued_on_other_spectra(tiny, tmp_path):
     data = shutil.copytree(tiny, tmp_path / "data")
