@@ -91,7 +91,7 @@ def test_names_are_in_the_legend_of_a_new_figure_only():
 def test_scores_that_are_no_numbers_are_refused(wrong):
     for scores in (wrong, {"right": [0.5], "mine": wrong}):
         with pytest.raises(
-            InputError, match=r"scores: expected (scores of one method, all finite|at least one score), found"
+            InputError, match=r"scores: expected (scores of one method|at least one score)"
         ):
             plot_cdf(scores, Figure().subplots())
 
