@@ -71,9 +71,6 @@ ADVICE: dict[str, tuple[str, str]] = {
     "check large": (r"bisplat (convert) samples it", "{} large -o out --elevations 0 89 --azimuths 0 359"),
     "convert large -o out": (r"by (--elevations) and --azimuths", "convert large -o out {} 0 89 --azimuths 0 359"),
     "check several": (r"bisplat (convert --one-per-position 1) keeps", "{} several -o out"),
-        r"a folder for each of the (1) runs",
-        "locate mlp --pictures tiny -o out.csv",
-    ),
     "predict mlp -o out --positions tiny/tx_pos.csv": (
         r"ends in (\.npz)",
         "predict mlp -o out{} --positions tiny/tx_pos.csv",
