@@ -109,6 +109,37 @@ def off(vertices: Any = CORNERS, face: Any = (0, 1, 2), claimed: int | None = No
     return "\n".join(["OFF", f"{claimed or len(vertices)} 1 0", *rows, ""]).encode()
 
 
+def parts_obj() -> bytes:
+    """An OBJ file of two objects and two materials, with a polygon that has a notch, a line and a continued face."""
+    return b"""# of a test
+v 0 0 0
+v 1 0 0
+v 0.3 0.3 0
+v 0 1 0
+o wall
+usemtl brick
+f 1 2 3 4
+usemtl glass
+f 1// 2// \\
+-1//
+o door
+g leaf
+f 1 2 3
+l 1 2
+"""
+
+
+def solids_stl() -> bytes:
+    """An STL file of two named solids as text."""
+    corners = "".join(f"vertex {x} {y} {z}\n" for x, y, z in CORNERS)
+    facet = f"facet normal 0 0 1\nouter loop\n{corners}endloop\nendfacet\n"
+    return "".join(f"solid {name}\n{facet}endsolid {name}\n" for name in ("wall", "door")).encode()
+
+
+INSTANCES = {"mesh": 0, "extensions": {"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}}}
+"""A node of ``gltf`` that shows its triangle at each of the triangle's corners."""
+
+
 def gltf(**changes: Any) -> dict[str, Any]:
     """The content of a .gltf file of one triangle in one node, with some of its top keys changed."""
     data = np.asarray(CORNERS, "<f4").tobytes() + np.arange(3, dtype="<u4").tobytes()

@@ -49,8 +49,8 @@ def pose_difference(pose: Pose, found: Pose) -> tuple[float, float]:
 def in_megahertz(wavelength: float) -> str:
     """The frequency of a wavelength (metres), for a sentence.
 
-    >>> in_megahertz(0.3276)
-    '915 MHz'
+    >>> in_megahertz(0.125)
+    '2398 MHz'
     """
     return f"{SPEED_OF_LIGHT / wavelength / 1e6:.4g} MHz"
 

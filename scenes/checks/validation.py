@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import NoReturn
 
@@ -129,8 +129,8 @@ def validate(scene: Scene, source: str) -> None:
             refuse(f"{label}: expected finite coordinates, found a vertex that is not finite")
         if np.abs(item.mesh.bounds).max() > FARTHEST:
             refuse(
-                f"{label}: the mesh must be within {FARTHEST:g} m of the origin, found it at "
-                f"{item.mesh.bounds.tolist()}"
+                f"{label}: the mesh must be within {FARTHEST:g} m of the origin, found it from "
+                f"{_point(item.mesh.bounds[0])} to {_point(item.mesh.bounds[1])}"
             )
         if item.thickness is not None and not 0 < item.thickness <= THICKEST:
             refuse(
@@ -171,19 +171,28 @@ def _check_place(scene: Scene, label: str, refuse: Callable[[str], NoReturn]) ->
     blocker, *blockers = blocking_object(scene, np.vstack([gateway.position, middle]))
     if blocker is not None:
         refuse(
-            f"{label}.position: expected a position outside all objects, found {list(gateway.position)} inside "
+            f"{label}.position: expected a position outside all objects, found {_point(gateway.position)} inside "
             f"{named(blocker)} (a closed mesh is the room only if it also contains the whole transmitter region)"
         )
     found = obstruction(gateway, scene.wavelength, scene.objects)
     if found is not None:
         reach = np.linalg.norm(element_positions(gateway, scene.wavelength) - gateway.position, axis=1).max()
         refuse(
-            f"{label}.position {list(gateway.position)}: expected all elements of the array in the open, found one at "
-            f"{(found.element.round(3) + 0.0).tolist()}, {found.where} object {named(found.object)} "
-            f"(at {scene.frequency / 1e6:g} MHz, elements are up to {reach:.2g} m from the position)"
+            f"{label}.position {_point(gateway.position)}: expected all elements of the array in the open, found one "
+            f"at {_point(found.element)}, {found.where} object {named(found.object)} "
+            f"(at {scene.frequency / 1e6:g} MHz, elements are up to {_plain(reach)} m from the position)"
         )
     if blockers[0] is not None and set(blockers) == {blockers[0]}:
         refuse(
             f"transmitter.region: expected a region outside all objects, found it inside {named(blockers[0])} (a "
-            f"closed mesh is the room only if it also contains the {label}, which is at {list(gateway.position)})"
+            f"closed mesh is the room only if it also contains the {label}, which is at {_point(gateway.position)})"
         )
+
+
+def _plain(metres: float) -> str:
+    """Format a length without exponent: −1.5e-16 as 0.0."""
+    return np.format_float_positional(round(float(metres), 3) + 0.0, trim="0")
+
+
+def _point(point: Iterable[float]) -> str:
+    return f"[{', '.join(_plain(coordinate) for coordinate in point)}]"

@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, get_args
 
+import numpy as np
+from jaxtyping import Float
+
 from scenes.files.array_argument import check_array
 from scenes.files.errors import ParameterError, require_instance, require_path, require_word, shown
 from scenes.importing.drawn_walls import Walls
+from scenes.importing.formats.mesh_checks import LARGEST
 from scenes.importing.lengths import METRES
 from scenes.scene.description import Gateway, Transmitter
 from scenes.scene.materials import RadioMaterial
@@ -25,7 +29,7 @@ def check_import(
     own_materials: object,
     walls: str,
 ) -> None:
-    """Check the arguments of ``import_scene``, apart from the frequency.
+    """Check the arguments of ``import_scene``, apart from the frequency and the shift.
 
     Raises:
         ParameterError: an argument is of the wrong kind, or a word is unknown.
@@ -39,7 +43,7 @@ def check_import(
         require_instance(str, default_material=default_material)
     require_instance(Gateway, gateway=gateway)
     require_instance(Transmitter, transmitter=transmitter)
-    check_array("shift", shift, (3,), "metres along x, y and z")
+    check_shift(shift)
     _check_rules(materials)
     if own_materials is not None:
         require_instance(Mapping, own_materials=own_materials)
@@ -49,6 +53,18 @@ def check_import(
                     "own_materials",
                     f"expected a RadioMaterial for each name, found {shown(material)} for {shown(name)}",
                 )
+
+
+def check_shift(shift: Any) -> Float[np.ndarray, " 3"]:
+    """Return a shift as an array.
+
+    Raises:
+        ParameterError: it is not three numbers of metres, or larger than any coordinate in a file.
+    """
+    moved = check_array("shift", shift, (3,), "metres along x, y and z")
+    if np.abs(moved).max() > LARGEST:
+        raise ParameterError("shift", f"expected at most {LARGEST:g} m, found {shown(moved.tolist())}")
+    return moved
 
 
 def _check_rules(materials: Any) -> None:

@@ -14,7 +14,7 @@ from scenes.checks.validation import validate
 from scenes.files.errors import InputError, named
 from scenes.importing.antenna_places import antenna_warnings
 from scenes.importing.drawn_walls import Walls, drawn_walls
-from scenes.importing.import_arguments import check_import
+from scenes.importing.import_arguments import check_import, check_shift
 from scenes.importing.import_unit import unit_doubt
 from scenes.importing.imported_file import ImportedFile, plain_name, read_file
 from scenes.importing.lengths import METRES, plain
@@ -126,7 +126,7 @@ def import_scene(
     """
     hertz = read_frequency(frequency)
     check_import(path, materials, default_material, unit, up, gateway, transmitter, shift, own_materials, walls)
-    moved = np.array(shift, dtype=float)
+    moved = check_shift(shift)
     file = read_file(path)
     label = str(file.path)
     doubt = up_doubt(file, up, np.vstack([gateway.position, transmitter.corners()]), METRES[unit])

@@ -88,7 +88,7 @@ class RadioMaterial:
             raise InputError(
                 f"material {named(self.name)}: color: expected three numbers between 0 and 1, found {shown(self.color)}"
             )
-        if self.frequency is not None and not 0 < self.frequency < math.inf:
+        if self.frequency is not None and not (is_number(self.frequency) and 0 < self.frequency < math.inf):
             raise InputError(
                 f"material {named(self.name)}: frequency: expected a positive number of hertz, found "
                 f"{shown(self.frequency)}"

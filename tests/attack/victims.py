@@ -154,6 +154,9 @@ MESHES = tuple(
         "wall.off": TEXT,
         "wall.gltf": JSON,
         "wall.glb": BYTES,
+        "parts.obj": TEXT,
+        "solids.stl": TEXT,
+        "instances.gltf": JSON,
     }.items()
     for victim in _of("meshes", [(name, ways)], f"scene meshes/{name} -o out {PLACE}")
 )
@@ -218,6 +221,9 @@ def make_files(folder: Path, field: Path) -> None:
         "wall.off": hostile.off(),
         "wall.gltf": hostile.gltf_bytes(),
         "wall.glb": hostile.glb(hostile.gltf_bytes()),
+        "parts.obj": hostile.parts_obj(),
+        "solids.stl": hostile.solids_stl(),
+        "instances.gltf": hostile.gltf_bytes(nodes=[hostile.INSTANCES], extensionsRequired=["EXT_mesh_gpu_instancing"]),
     }.items():
         (folder / "meshes" / name).write_bytes(content)
     shutil.copytree(field, folder / "field")

@@ -64,8 +64,8 @@ COMPARED = {"split": WORD, "test_spectra": WHOLE[:5], "output": PATH, "dataset":
 ALSO = {"seeds": WHOLE, "budget": (*NUMBER, 0, -1)}
 
 
-def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene) -> dict[str, Call]:
-    """Every public callable, by its name in ``bisplat``."""
+def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dict[str, Call]:
+    """Every public callable, by its name in ``bisplat``; ``file`` is a mesh."""
     dataset, spectrum = bisplat.read_dataset(data), np.zeros((90, 360))
     tracer = bisplat.Tracer(scene, bisplat.Propagation(max_depth=0, diffraction=False, rays=100))
     array, grid, beamformer = bisplat.PlanarArray(), bisplat.AngularGrid(), bisplat.Beamformer()
@@ -76,6 +76,16 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene) -> dict[str, Call]
     material = {"name": "tile", "relative_permittivity": 6.5, "conductivity": 0.02, "thickness": 0.01}
     return {
         "load_scene": Call(bisplat.load_scene, {}, {"name_or_path": ("x", 3, None, "x.yaml")}),
+        "import_scene": Call(
+            bisplat.import_scene,
+            {"path": file, "gateway": scene.gateway, "transmitter": scene.transmitter, "default_material": "wood"},
+            {
+                "path": (*PATH, "nowhere.ply"), "materials": ("Wall=wood", 3, None, ["x"], [("x",)], [("*", 3)]),
+                "default_material": ("x", 3, [], {}), "unit": WORD, "up": WORD[:2], "frequency": (*NUMBER, 0, None),
+                "gateway": (*OBJECT, None), "transmitter": (*OBJECT, None), "shift": POINT, "walls": WORD,
+                "own_materials": ("x", 3, [], {"wood": 3}, {3: scene.materials["concrete"]}),
+            },
+        ),
         "read_dataset": Call(bisplat.read_dataset, {}, {"folder": (*PATH, "nowhere")}),
         "load_run": Call(bisplat.load_run, {}, {"folder": (*PATH, "nowhere")}),
         "check": Call(bisplat.check, {}, {"folder": PATH}),
@@ -295,6 +305,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene) -> dict[str, Call]
             bisplat.RadioMaterial,
             material,
             {name: (*NUMBER, -1, None) for name in material if name != "name"}
+            | {"frequency": (*NUMBER, 0, -1)}
             | {name: (*NUMBER, -1, 2, None) for name in ("scattering_coefficient", "xpd_coefficient")}
             | {"color": ("x", None, 3, (0, 0), (0, 0, 2), (0, 0, "x"), (0, 0, NAN))},
             {"name": "checked with the scene"},
@@ -342,7 +353,6 @@ NOT_CALLED = {
     "Dataset": "made by simulate and read_dataset",
     "Scene": "checked where it is used",
     "SceneObject": "checked with the scene",
-    "import_scene": "files of other programs have tests of their own",
     "shapes": "a module, whose functions are in the table",
 }
 """Public names that are not in the table."""
@@ -351,7 +361,9 @@ NOT_CALLED = {
 @pytest.fixture(scope="module")
 def table(tiny, tmp_path_factory) -> dict[str, Call]:
     run = bisplat.train(tiny, tmp_path_factory.mktemp("runs") / "mlp", model="mlp", steps=1)
-    return calls(run, tiny, bisplat.load_scene("closet"))
+    file = tmp_path_factory.mktemp("meshes") / "floor.ply"
+    bisplat.shapes.sheet((0, 0, 0), (9, 0, 0), (0, 9, 0)).export(file)
+    return calls(run, tiny, bisplat.load_scene("closet"), file)
 
 
 def test_every_public_callable_and_each_of_its_parameters_is_in_the_table(table):

@@ -19,8 +19,11 @@ from scenes.importing.formats.mesh_part import MeshFile, parts_of_node
 from scenes.importing.formats.polygons import cut_polygons
 from scenes.importing.formats.text_lines import comment_header, coordinates, text_lines, whole_numbers
 
-KEYWORD = re.compile(r"(ST)?C?N?OFF")
-"""Geomview's keyword: with texture coordinates, colours and normals after the coordinates of a vertex."""
+KEYWORD = re.compile(r"(ST)?C?N?OFF([0-9]*)")
+"""Geomview's keyword: with texture coordinates, colours and normals after the coordinates of a vertex.
+
+The files of ModelNet have the number of vertices in the same word.
+"""
 
 
 def read_off(data: bytes, path: Path) -> MeshFile:
@@ -38,12 +41,12 @@ def read_off(data: bytes, path: Path) -> MeshFile:
     comments: list[str] = []
     lines = _rows(data, comments)
     number, words = _next(lines, path, "OFF")
-    if not KEYWORD.fullmatch(words[0]) or "BINARY" in words:
+    keyword = KEYWORD.fullmatch(words[0])
+    if keyword is None or "BINARY" in words:
         raise InputError(f"{path}: expected OFF as text with three coordinates, found {shown(' '.join(words))}")
-    if len(words) == 1:
+    words = [word for word in (keyword[2], *words[1:]) if word]
+    if not words:
         number, words = _next(lines, path, "the numbers of vertices and faces")
-    else:
-        words = words[1:]
     vertex_count, face_count = _counts(words[:2], 2, label, number)
 
     positions, corners, sizes, others = array("d"), array("q"), array("q"), 0

@@ -90,9 +90,7 @@ def test_names_are_in_the_legend_of_a_new_figure_only():
 @pytest.mark.parametrize("wrong", [[0.5, float("nan")], []])
 def test_scores_that_are_no_numbers_are_refused(wrong):
     for scores in (wrong, {"right": [0.5], "mine": wrong}):
-        with pytest.raises(
-            InputError, match=r"scores: expected (scores of one method, all finite|at least one score), found"
-        ):
+        with pytest.raises(InputError, match=r"scores: expected (scores of one method|at least one score)"):
             plot_cdf(scores, Figure().subplots())
 
 

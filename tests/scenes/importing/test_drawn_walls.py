@@ -87,7 +87,7 @@ def test_import_makes_sheets_unless_told_otherwise(tmp_path):
     scene, report = imported(path, walls="as-drawn")
     assert report.sheets == {} and len(scene.objects[0].mesh.faces) == 36
     assert any("--walls as-sheets" in sentence for sentence in report.warnings)
-    with pytest.raises(ParameterError, match='walls: expected "as-sheets" or "as-drawn", found \'sheets\''):
+    with pytest.raises(ParameterError, match="walls: expected as-sheets or as-drawn, found 'sheets'"):
         imported(path, walls="sheets")
 
 

@@ -11,7 +11,9 @@ from scenes.files.errors import InputError, ParameterError
 from scenes.scene.shapes import sheet
 from scenes.storage.scene_yaml import write_scene
 from simulate.dataset.dataset_folder import inspect
-from simulate.generation.simulation import simulate
+from simulate.engines.rays_engine import Rays
+from simulate.generation.simulation import request_for, simulate
+from simulate.generation.simulation_options import Simulation
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.sionna_scene import sionna_names
 from simulate.spectra.measurement import Measurement
@@ -36,6 +38,12 @@ def test_function_and_command_write_the_same_bytes(scene, tmp_path, monkeypatch)
     again = simulate(str(tmp_path / "function"), str(tmp_path / "again"))
     assert contents(tmp_path / "again") == contents(tmp_path / "function")
     assert (again.responses == found.responses).all()
+
+
+def test_materials_for_another_frequency_are_said(scene, capsys):
+    concrete = replace(scene.materials["concrete"], frequency=2.4e9)
+    request_for(replace(scene, materials=scene.materials | {"concrete": concrete}), Simulation(n=2), Rays(), 0)
+    assert 'material "concrete": its values are for 2400 MHz, and the scene is at 915 MHz' in capsys.readouterr().err
 
 
 def test_given_positions_are_used(scene, tmp_path):

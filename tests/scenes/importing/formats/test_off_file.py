@@ -20,6 +20,7 @@ def read(text: str):
         ("OFF\n5 1 0", ""),
         ("# a floor\nOFF # here\n\n5 1 0", "  # a corner"),
         ("OFF 5 1 0", ""),
+        ("OFF5 1 0", ""),
         ("COFF\n5 1 0", " 255 0 0 255"),
         ("NOFF\n5 1", " 0 0 1"),
         ("STCNOFF\n5 1 0", " 0 0 1 1 0 0 1 0.5 0.5"),
