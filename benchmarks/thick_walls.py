@@ -98,7 +98,7 @@ def main(
         json_output: print one JSON object.
     """
     if smallest:
-        quick = Propagation(max_depth=1, diffraction=False, rays=10_000)
+        quick = Propagation(max_depth=2, diffraction=False, rays=10_000)
         wall = replace(alone("wood", 0.05), gateway=Gateway((-0.5, 0, 1), facing((1, 0, 0)), 1, 1, pattern="dipole"))
         print_figures({wall.name: compared(wall, 5, 0.03, quick)}, json_output, smallest)
         return

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import shutil
 import sys
 import time
@@ -150,13 +151,13 @@ def next_steps(folder: Path) -> str:
     lines = [
         "What to do next:",
         f"  open the report         {(folder / 'report.html').resolve().as_uri()}",
-        f"  move the transmitter    bisplat view {folder / 'run'}",
+        f"  move the transmitter    bisplat view {shlex.quote(str(folder / 'run'))}",
         "  use your own mesh       bisplat scene room.glb -o room ...   (bisplat scene --help)",
         "                          bisplat simulate room/scene.yaml -o data/room",
         "  use your measurements   bisplat train FOLDER -o runs/mine --split blocked",
     ]
     if shutil.which("bisplat") is None and activate.exists():  # make demo runs outside the environment
-        lines.insert(1, f"  make bisplat a command  source {os.path.relpath(activate)}")
+        lines.insert(1, f"  make bisplat a command  source {shlex.quote(os.path.relpath(activate))}")
     return "\n".join(map(printable, lines))
 
 

@@ -108,7 +108,7 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
         if not (len(known) or len(test)):
             raise InputError(
                 f"{dataset.folder}: expected train_index.txt and test_index.txt for the split files, found neither; "
-                "use the split random or blocked"
+                "use the split random (or blocked, from 21 spectra on)"
             )
     elif kind == "random":
         order = generator.permutation(count)

@@ -58,7 +58,10 @@ class Leakage:
 
     def warning(self) -> str:
         """The same, with what follows if the split leaks."""
-        return f"{self.facts()}; a score on this split says little about new positions: use the split blocked"
+        return (
+            f"{self.facts()}; a score on this split says little about new positions: use the split blocked (from 21 "
+            "spectra on)"
+        )
 
 
 def leakage(dataset: Dataset) -> Leakage | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
@@ -82,8 +83,8 @@ def load_scene(name_or_path: str | Path) -> Scene:
     if is_importable(text):
         raise InputError(
             f"{text}: expected a scene with a gateway and a transmitter region, found a file without them; import "
-            f"it with bisplat scene {text} -o FOLDER --gateway X Y Z --boresight X Y Z --region-min X Y Z "
-            "--region-max X Y Z"
+            f"it with bisplat scene {shlex.quote(text)} -o FOLDER --gateway X Y Z --boresight X Y Z --region-min X Y Z "
+            "--region-max X Y Z --default-material MATERIAL"
         )
     if Path(text).suffix:
         known = ", ".join(BUILT_IN)

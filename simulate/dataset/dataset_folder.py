@@ -259,7 +259,7 @@ def _read_split(
     files = {label: folder / f"{label}_index.txt" for label in ("train", "test")}
     simulated = "scene_file" in metadata  # an unfinished simulation has no index files yet
     if not simulated and not any(path.exists() for path in files.values()):
-        warnings.append("there is no train_index.txt and no test_index.txt: use the split random or blocked")
+        warnings.append("there are no index files: use the split random (or blocked, from 21 spectra on)")
         return [], []
     train, test = (read_names(path, names, problems) for path in files.values())
     for path, index in zip(files.values(), (train, test), strict=True):

@@ -99,5 +99,5 @@ def _look_for_upside_down_pictures(
     elif identification.source == "assumed" and spread[0] < 0.25 * spread.mean() < spread[-1]:
         found.warnings.append(
             "row 0 is nearly the same at all azimuths, as only the row near the boresight should be: are the pictures "
-            "upside down? bisplat convert --flip-elevation turns them over"
+            "upside down? bisplat convert --flip-elevation True turns them over"
         )

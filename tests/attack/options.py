@@ -80,6 +80,15 @@ def _options(annotated: dict[str, Any]) -> dict[str, Any]:
     return named
 
 
+def _without(arguments: list[str], *spellings: str) -> list[str]:
+    """The arguments without an option and its values, since no option may be given twice."""
+    kept, dropping = [], False
+    for word in arguments:
+        dropping = word in spellings or (dropping and not word.startswith("-"))
+        kept += [] if dropping else [word]
+    return kept
+
+
 @st.composite
 def command_lines(draw: Callable[[st.SearchStrategy], Any]) -> tuple[str, list[str], str]:
     """Strategy: command, its arguments with other values of one to three options, and its output."""
@@ -90,6 +99,7 @@ def command_lines(draw: Callable[[st.SearchStrategy], Any]) -> tuple[str, list[s
     for _ in range(draw(st.integers(1, 3))):
         name = draw(st.sampled_from(known))
         option, kind = f"--{name.replace('_', '-')}", str(options_of(command)[name])
+        arguments = _without(arguments, option, "-n" if name in ("spectra", "positions") else option)
         if name == "output":
             output = draw(st.sampled_from(OUTPUTS))
         elif name in STARTS_PROCESSES:

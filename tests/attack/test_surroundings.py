@@ -19,7 +19,7 @@ PAIRS = (
     Victim("", "compare data -o compared --models nearest", (), ("data", "others", "compared"), ("compared",)),
     Victim("", "simulate closet -n 3 -o out --engine fullwave --field data", (), ("data", "others")),
     Victim("", "plan network -n 2 -o out", (), ("data", "others", "network")),
-    Victim("", "simulate data -o out", (), ("data", "others")),
+    Victim("", "simulate data -o out --field data", (), ("data", "others")),
 )
 """Commands that take several files; ``others`` is a dataset of another place."""
 

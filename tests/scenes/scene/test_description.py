@@ -7,9 +7,13 @@ import pytest
 from trimesh import Trimesh
 
 from scenes.checks.validation import validate
+from scenes.drawing.scene_drawing import describe_scene, draw_scene
 from scenes.files.errors import InputError
+from scenes.scene import description
+from scenes.scene.closed_parts import closed_parts
 from scenes.scene.description import Gateway, SceneObject
 from scenes.scene.shapes import box
+from scenes.scene.shifted import shifted
 
 
 def test_wavelength_and_bounds(scene):
@@ -40,6 +44,35 @@ def test_objects_compare_by_value():
 
     assert crate() == crate() and hash(crate()) == hash(crate())
     assert crate() != crate(2.0)
+
+
+def test_what_takes_time_is_computed_once(scene, monkeypatch, tmp_path):
+    """A town has thousands of objects. Checks, descriptions and drawings ask for their closed parts again and again."""
+    computed = []
+    monkeypatch.setattr(description, "closed_parts", lambda mesh: computed.append(mesh) or closed_parts(mesh))
+    validate(scene, "outdoors")
+    validate(scene, "outdoors")
+    assert [item["closed"] for item in describe_scene(scene)["objects"]] == [False, True]
+    draw_scene(scene, tmp_path / "scene.png")
+    assert len(computed) == len(scene.objects)
+    assert scene.bounds is scene.bounds
+    with pytest.raises(ValueError, match="read-only"):
+        scene.bounds[0] += 1
+    crate = scene.objects[1]
+    taller = replace(scene, objects=(replace(crate, mesh=box((0, 0, 0), (1, 1, 7))),))
+    assert taller.bounds[1, 2] == 7 and taller.objects[0].closed_parts[0].bounds[1, 2] == 7
+
+
+def test_a_shifted_scene_is_the_same_elsewhere(scene):
+    both = replace(scene, further_gateways={"low": replace(scene.gateway, position=(4.0, 1.0, 0.7))})
+    step = np.array([1000.0, -20.0, 3.0])
+    there = shifted(both, step)
+    np.testing.assert_allclose(there.bounds, both.bounds + step)
+    np.testing.assert_allclose(there.transmitter.region, both.transmitter.region + step)
+    np.testing.assert_allclose(there.further_gateways["low"].position, np.array([4.0, 1.0, 0.7]) + step)
+    np.testing.assert_allclose(shifted(there, -step).extent, both.extent)
+    validate(there, "there")
+    np.testing.assert_allclose(both.bounds, scene.bounds)  # not moved
 
 
 def test_a_good_scene_passes(scene):

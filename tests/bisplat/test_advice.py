@@ -1,0 +1,159 @@
+"""What a message proposes can be followed: each call is refused or warned of, and the proposal then works."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+import sys
+import tomllib
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from PIL import Image, ImageOps
+
+from bisplat.__main__ import main
+from learn.data.splits import split
+from scenes.files.errors import InputError
+from scenes.files.extras import EXTRAS
+from scenes.scene.shapes import box
+from simulate.dataset.dataset_folder import read_dataset
+from tests.bisplat.option_trials import FIELD
+
+pytestmark = pytest.mark.usefixtures("small_models", "no_ceiling")
+
+PLACE = "--gateway 0.5 0.5 1 --boresight 1 0 0 --region-min 1 0.2 0.5 --region-max 2 0.8 0.9"
+
+NAMED = r'did you mean "(.+?)"'
+REPLACED = r"(--force) replaces"
+
+ADVICE: dict[str, tuple[str, str]] = {
+    "simulate clost -n 2 -o out --max-depth 0": (NAMED, "simulate {} -n 2 -o out --max-depth 0"),
+    "train tiny -o out --model mlpp --steps 1": (NAMED, "train tiny -o out --model {} --steps 1 --batch-size 17"),
+    "scene wall.obj -o out": (
+        r"needs (--output, )?--gateway, --boresight",
+        f"scene wall.obj -o out {PLACE} --unit m --default-material wood",
+    ),
+    "scene wall.obj": (r"; (--list) alone shows", "scene wall.obj {}"),
+    f"scene wall.obj -o out {PLACE}": (r"or (--default-material) MATERIAL", f"scene wall.obj -o out {PLACE} {{}} wood"),
+    f"scene odd.obj -o out {PLACE}": (r"(--material .*?)=MATERIAL", f"scene odd.obj -o out {PLACE} {{}}=wood'"),
+    f"scene wall.obj -o out {PLACE} --default-material wod": (
+        NAMED,
+        f"scene wall.obj -o out {PLACE} --default-material {{}}",
+    ),
+    f"scene wall.obj -o out {PLACE} --default-material mud": (
+        r"(--own-material mud)=PERMITTIVITY,CONDUCTIVITY,THICKNESS",
+        f"scene wall.obj -o out {PLACE} --default-material mud {{}}=15,1,0.3",
+    ),
+    f"scene wall.obj -o out {PLACE} --default-material wood --frequency 2.4": (
+        r"2\.4 GHz are (\S+?)[,;) ]",
+        f"scene wall.obj -o out {PLACE} --default-material wood --frequency {{}}",
+    ),
+    f"scene mm.obj -o out {PLACE} --default-material wood": (
+        r"with the unit (\w+) it would be",
+        f"scene mm.obj -o out {PLACE} --default-material wood --unit {{}}",
+    ),
+    "simulate 'my room.obj' -o out": (
+        r"import it with bisplat (scene .*?) -o FOLDER",
+        f"{{}} -o out {PLACE} --default-material wood",
+    ),
+    "scene closet -o there.png": (REPLACED, "scene closet -o there.png {}"),
+    "export tiny --hdf5 there.h5": (REPLACED, "export tiny --hdf5 there.h5 {}"),
+    "export tiny": (r"expected one of .*(--hdf5)", "export tiny {} out.h5"),
+    "check leaking": (r"use the (split blocked)", "train leaking -o out --{} --model mlp --steps 1"),
+    "check unlisted": (r"use the (split random)", "train unlisted -o out --{} --model mlp --steps 1"),
+    "train unlisted -o out": (r"use the (split random)", "train unlisted -o out --{} --model mlp --steps 1"),
+    "check zeros": (r"bisplat (convert) adds them", "{} zeros -o out"),
+    "check transposed": (r"bisplat (convert) transposes it back", "{} transposed -o out"),
+    "check colour": (r"bisplat (convert) turns it into 8-bit grey", "{} colour -o out"),
+    "check over": (r"bisplat (convert) turns them over", "{} over -o out"),
+    "check large": (r"bisplat (convert) samples it", "{} large -o out --elevations 0 89 --azimuths 0 359"),
+    "convert large -o out": (r"by (--elevations) and --azimuths", "convert large -o out {} 0 89 --azimuths 0 359"),
+    "check several": (r"bisplat (convert --one-per-position 1) keeps", "{} several -o out"),
+    "predict mlp -o out --positions tiny/tx_pos.csv": (
+        r"ends in (\.npz)",
+        "predict mlp -o out{} --positions tiny/tx_pos.csv",
+    ),
+    "scene closet -o out.png --port 8081": (r"expected (--view) beside", "scene closet --port 8081 {}"),
+    "simulate closet -n 2 -o out --cell 0.05": (
+        r"expected the (engine fullwave)",
+        f"simulate closet -n 2 -o out --{{}} --field {FIELD}",
+    ),
+}
+"""Of each call: a pattern of what its message proposes, and the call that follows it, with what the group matched."""
+
+
+def _run(call: str) -> int:
+    with pytest.MonkeyPatch.context() as patches:
+        patches.setattr(sys, "argv", ["bisplat", *shlex.split(call)])
+        try:
+            main()
+        except SystemExit as ended:
+            return ended.code if isinstance(ended.code, int) else 1
+    return 0
+
+
+@pytest.fixture(scope="module")
+def place(tmp_path_factory, write_folder) -> Path:
+    """A folder of meshes, and of folders of pictures as other programs write them."""
+    folder = tmp_path_factory.mktemp("place")
+    write_folder(folder / "tiny")
+    write_folder(folder / "leaking", count=60)
+    for name in ("unlisted", "zeros", "transposed", "colour", "over", "large", "several"):
+        write_folder(folder / name, count=12)
+    for part in ("train", "test"):
+        (folder / "unlisted" / f"{part}_index.txt").unlink()
+        index = folder / "zeros" / f"{part}_index.txt"
+        index.write_text("".join(f"{int(name)}\n" for name in index.read_text().split()))
+    changes: dict[str, Callable[[Image.Image], Image.Image]] = {
+        "transposed": lambda picture: picture.transpose(Image.Transpose.TRANSPOSE),
+        "colour": lambda picture: picture.convert("RGB"),
+        "over": ImageOps.flip,
+        "large": lambda picture: picture.resize((720, 180)),
+    }
+    for name, change in changes.items():
+        for path in (folder / name / "spectrum").iterdir():
+            change(Image.open(path)).save(path)
+    header, *rows = (folder / "several" / "tx_pos.csv").read_text().splitlines()
+    twice = [row for row in rows[::2] for _ in range(2)]
+    (folder / "several" / "tx_pos.csv").write_text("\n".join([header, *twice]) + "\n")
+    wall = box((-1, 2, 0), (4, 2.2, 2.4))
+    wall.export(folder / "wall.obj")
+    shutil.copy(folder / "wall.obj", folder / "my room.obj")
+    text = (folder / "wall.obj").read_text()
+    (folder / "odd.obj").write_text(re.sub(r"(?m)^(o .*|g .*)?$", "", text).replace("v ", "o a [1] = b's\nv ", 1))
+    wall.apply_scale(1000).export(folder / "mm.obj")
+    with pytest.MonkeyPatch.context() as patches:
+        patches.chdir(folder)
+        assert _run("train tiny -o mlp --model mlp-responses --steps 1 --batch-size 17") == 0
+    for name in ("there.png", "there.h5"):
+        (folder / name).write_text("precious")
+    return folder
+
+
+@pytest.mark.parametrize("call", ADVICE)
+def test_proposal_works(call, place, monkeypatch, capsys):
+    monkeypatch.chdir(place)
+    monkeypatch.setattr("scenes.browser.served_page.serve", lambda title, port, open_tab: None)
+    pattern, following = ADVICE[call]
+    before = set(place.rglob("*"))
+    status = _run(call)
+    said = " ".join("".join(capsys.readouterr()).split())
+    proposal = re.search(pattern, said)
+    assert proposal is not None and status in (0, 1), said
+    followed = _run(following.format(proposal[1]))
+    assert followed == 0, capsys.readouterr().err
+    for path in sorted(set(place.rglob("*")) - before, reverse=True):
+        path.rmdir() if path.is_dir() else path.unlink()
+
+
+def test_blocked_split_works_from_as_many_spectra_as_is_said(write_folder, tmp_path):
+    split(read_dataset(write_folder(tmp_path / "enough", count=21)), "blocked", seed=0)
+    with pytest.raises(InputError, match="blocked"):
+        split(read_dataset(write_folder(tmp_path / "few", count=20)), "blocked", seed=0)
+
+
+def test_packages_to_install_are_those_of_the_project():
+    project = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())["project"]
+    assert set(EXTRAS) <= set(project["optional-dependencies"]) and project["name"] == "bisplat-wrf"
