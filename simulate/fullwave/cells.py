@@ -37,6 +37,9 @@ closed at their corners, even if a pane sits a little behind its wall."""
 TOUCH = 1e-6
 """Barycentric tolerance, so that no line falls between two triangles of one surface."""
 
+EVEN = 1e-6
+"""Cells. Rounding of coordinates far from the origin does not decide how far the slab of an outer wall is continued."""
+
 
 @dataclass(frozen=True)
 class EdgeMaterials:
@@ -113,8 +116,8 @@ def _lay(
             reach = abs(stop) + CORNER
             low = np.where(low < room[0] + cell, low - reach, low)
             high = np.where(high > room[1] - cell, high + reach, high)
-        first = np.clip(np.floor((low - origin) / cell), 0, grid.shape).astype(int)
-        last = np.clip(np.ceil((high - origin) / cell), 0, grid.shape).astype(int)
+        first = np.clip(np.floor((low - origin) / cell + EVEN), 0, grid.shape).astype(int)
+        last = np.clip(np.ceil((high - origin) / cell - EVEN), 0, grid.shape).astype(int)
         for axis in range(3):
             across = abs(normal[axis]) > np.sqrt(0.5)
             base = 2 + (2 * number + across) * LEVELS - 1
