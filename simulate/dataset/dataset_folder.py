@@ -5,6 +5,7 @@ Rows of ``tx_pos.csv`` and pictures are numbered from 1. Everything in memory is
 
 from __future__ import annotations
 
+import functools
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,8 +15,9 @@ import numpy as np
 from jaxtyping import Complex, Float, Int, UInt8
 
 from scenes.files.errors import InputError
-from scenes.scene.description import SPEED_OF_LIGHT
+from scenes.files.plain_text import say
 from simulate.dataset.dataset_reader import read_gateway, read_metadata, read_names
+from simulate.dataset.frequency import Frequency, frequency_of
 from simulate.dataset.oddities import oddities
 from simulate.dataset.picture_files import read_pictures, what_is_at
 from simulate.dataset.responses_file import check_responses, read_responses
@@ -23,11 +25,8 @@ from simulate.positions.given_positions import read_points
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.identification import Identification, identify
+from simulate.spectra.identification import Identification, identify, stated_array, stated_grid
 from simulate.spectra.spectrum import spectrum_of
-
-NERF2_FREQUENCY = 915e6
-"""Hertz. NeRF²'s folders were measured in this RFID band, but do not state it."""
 
 
 @dataclass(frozen=True)
@@ -53,8 +52,10 @@ class Dataset:
             folder has none. Each row is known up to a common phase and the flip ``y_m -> conj(y_{MN−1−m})``, so phases
             of two positions cannot be compared.
         metadata: content of metadata.json; empty if the folder has none.
-        identification: the array and the grid of the spectra (``beamformer``), how they are known (``source``:
-            "metadata", "fitted" or "assumed"), and the error that they leave (``residual``, grey levels of 255).
+        identification: the array and the grid of the spectra (``beamformer``), how they are known (``source`` and
+            ``grid_source``: "metadata", "fitted" or "assumed"), and the error that they leave (``residual``, grey
+            levels of 255).
+        frequency: the frequency (``hertz``), and how it is known (``source``: "metadata", "freq.txt" or "assumed").
 
     Example:
         >>> import bisplat
@@ -77,6 +78,7 @@ class Dataset:
     retrieved: Complex[np.ndarray, "K elements"] | None = None
     metadata: dict[str, Any] = field(default_factory=dict)
     identification: Identification = field(default_factory=Identification)
+    frequency: Frequency = Frequency()
 
     @property
     def beamformer(self) -> Beamformer:
@@ -106,8 +108,8 @@ class Dataset:
 
     @property
     def wavelength(self) -> float:
-        """Wavelength in air, metres, at the frequency that metadata.json states; otherwise at NeRF²'s 915 MHz."""
-        return SPEED_OF_LIGHT / self.metadata.get("frequency_hz", NERF2_FREQUENCY)
+        """Wavelength in air, metres, at ``frequency``."""
+        return self.frequency.wavelength
 
     @property
     def spectra(self) -> Float[np.ndarray, "K 90 360"]:
@@ -116,6 +118,27 @@ class Dataset:
         Every published loader of this format reads the pictures in this way. Each access computes the array anew.
         """
         return spectrum_of(self.pictures)
+
+    def assumptions(self) -> list[str]:
+        """A sentence for each physical quantity that the folder does not state and its pictures do not show."""
+        found = []
+        if self.frequency.source == "assumed":
+            found.append(
+                f"the frequency is assumed to be {self.frequency}, a wavelength of {self.wavelength * 100:.1f} cm; state "
+                'it in metadata.json, such as {"frequency_hz": 2.4e9}'
+            )
+        array, rows = self.array, self.grid.elevations_deg
+        if self.identification.source == "assumed":
+            found.append(
+                f"the array is assumed to have {array.rows} × {array.columns} elements {array.spacing:g} wavelengths "
+                "apart; bisplat check says what the pictures show, and metadata.json can state another array"
+            )
+        if self.identification.grid_source == "assumed":
+            found.append(
+                f"the rows of the pictures are assumed to be elevations from {rows[0]:g}° to {rows[-1]:g}°; state them as "
+                "grid in metadata.json"
+            )
+        return found
 
 
 @dataclass(frozen=True)
@@ -138,7 +161,8 @@ def read_dataset(folder: Path | str) -> Dataset:
 
     The folder needs the pictures ``spectrum/00001.png`` and on, ``tx_pos.csv`` and ``gateway_info.yml``. Element
     responses, metadata and index files are read if they are there. If metadata.json does not state the array and the
-    grid of the spectra, they are found by a fit to the pictures.
+    grid of the spectra, they are found by a fit to the pictures. What the folder does not state and the pictures do not
+    show, such as the frequency, is assumed, and a line on stderr says so.
 
     Args:
         folder: the dataset folder.
@@ -163,7 +187,14 @@ def read_dataset(folder: Path | str) -> Dataset:
     if inspection.dataset is None:
         more = f" ({len(inspection.problems) - 1} more problems)" if len(inspection.problems) > 1 else ""
         raise InputError(inspection.problems[0] + more)
+    for sentence in inspection.dataset.assumptions():
+        _say_once(f"warning: {folder}: {sentence}")
     return inspection.dataset
+
+
+@functools.cache
+def _say_once(sentence: str) -> None:
+    say(sentence)  # many commands read a dataset more than once
 
 
 def inspect(folder: Path) -> Inspection:
@@ -187,7 +218,8 @@ def inspect(folder: Path) -> Inspection:
         problems.append(str(error))
     names, pictures = read_pictures(folder / "spectrum", problems)
     gateway_position, gateway_orientation = read_gateway(folder / "gateway_info.yml", problems)
-    metadata, stated = read_metadata(folder / "metadata.json", problems)
+    metadata = read_metadata(folder / "metadata.json", problems)
+    array, grid = stated_array(metadata), stated_grid(metadata)
     train, test = _read_split(folder, names, metadata, problems, warnings)
 
     numbers = np.array([int(name) for name in names], dtype=int)
@@ -203,11 +235,12 @@ def inspect(folder: Path) -> Inspection:
         if len(positions) > len(names):
             warnings.append(f"tx_pos.csv has {len(positions)} rows for {len(names)} pictures")
 
-    elements = (stated or Beamformer()).array.elements
+    rows = numbers - 1
+    frequency = frequency_of(folder, metadata, rows, problems) if len(rows) else Frequency()
+    elements = (array or PlanarArray()).elements
     responses, retrieved = read_responses(folder / "channels.npz", rows_known, elements, problems)
     if problems or positions is None:
         return Inspection(problems, warnings, None)
-    rows = numbers - 1
     of_pictures = None
     if responses is not None:
         of_pictures = responses[rows]
@@ -227,7 +260,8 @@ def inspect(folder: Path) -> Inspection:
         responses=None if retrieved else of_pictures,
         retrieved=of_pictures if retrieved else None,
         metadata=metadata,
-        identification=identify(pictures, stated),
+        identification=identify(pictures, array, grid),
+        frequency=frequency,
     )
     odd = oddities(positions[rows], pictures, dataset.identification, folder)
     return Inspection(odd.problems, [*warnings, *odd.warnings], None if odd.problems else dataset)

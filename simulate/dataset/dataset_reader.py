@@ -23,8 +23,6 @@ from scenes.scene.description import UNIT_TOLERANCE
 from simulate.dataset.metadata import read_metadata_file
 from simulate.dataset.picture_files import summary
 from simulate.positions.given_positions import FARTHEST
-from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.identification import beamformer_of
 
 GATEWAY = "gateway1 with position [x, y, z] and orientation [x, y, z, w]"
 
@@ -92,13 +90,12 @@ def read_gateway(path: Path, problems: list[str]) -> tuple[Float[np.ndarray, 3],
     return np.array(pose.position), np.array(pose.orientation) / length
 
 
-def read_metadata(path: Path, problems: list[str]) -> tuple[dict[str, Any], Beamformer | None]:
-    """Read metadata.json: its content, and the array and the grid that it states; faults are added to the problems."""
+def read_metadata(path: Path, problems: list[str]) -> dict[str, Any]:
+    """Read metadata.json; empty if there is none. Faults are added to the problems."""
     if not os.path.lexists(path):
-        return {}, None
+        return {}
     try:
-        metadata = read_metadata_file(path, "the settings of a dataset")
-        return metadata, beamformer_of(metadata)
+        return read_metadata_file(path, "the settings of a dataset")
     except InputError as error:
         problems.append(str(error))
-        return {}, None
+        return {}

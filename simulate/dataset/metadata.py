@@ -8,15 +8,16 @@ from __future__ import annotations
 import functools
 from dataclasses import MISSING
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from msgspec import UNSET, Meta, Struct, defstruct
+from msgspec import UNSET, Struct, defstruct
 
-from scenes.files.errors import InputError
+from scenes.files.errors import InputError, ParameterError
 from scenes.files.input_file import beside
 from scenes.files.json_file import read_json
 from scenes.files.schema import Count, conform, recorded
-from scenes.scene.description import HIGHEST_FREQUENCY, LOWEST_FREQUENCY, MOST_ELEMENTS
+from scenes.scene.description import MOST_ELEMENTS
+from scenes.scene.frequency import read_frequency
 from simulate.engines.engine_table import ENGINES
 from simulate.engines.rays_engine import Rays
 from simulate.spectra.angular_grid import AngularGrid
@@ -34,7 +35,7 @@ class Metadata(Struct, kw_only=True):
     scene: str = ""
     scene_file: str = ""
     scene_sha256: str = ""
-    frequency_hz: Annotated[float, Meta(ge=LOWEST_FREQUENCY, le=HIGHEST_FREQUENCY)] = LOWEST_FREQUENCY
+    frequency_hz: float | str = 0.0
     array: PlanarArray = PlanarArray()
     grid: AngularGrid = AngularGrid()
     spectra: Count = 0
@@ -81,6 +82,11 @@ def read_metadata_file(path: Path, expected: str, simulated: bool = False) -> di
     elements = checked.array.rows * checked.array.columns
     if elements > MOST_ELEMENTS:
         raise InputError(f"{path}: array: expected at most {MOST_ELEMENTS} elements, found {elements}")
+    if "frequency_hz" in content:
+        try:
+            read_frequency(checked.frequency_hz)
+        except ParameterError as error:
+            raise InputError(f"{path}: frequency_hz: {error.message}") from None
     try:
         beside(path, checked.scene_file)
     except InputError as error:

@@ -1,0 +1,145 @@
+"""Find an array that explains pictures that no 4 × 4 array explains as magnitudes.
+
+The search takes seconds, so only ``check`` and ``convert`` make it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from operator import itemgetter
+
+import numpy as np
+from jaxtyping import Float, UInt8
+from scipy.optimize import minimize_scalar
+from threadpoolctl import threadpool_limits
+
+from simulate.spectra.angular_grid import AngularGrid
+from simulate.spectra.array import PlanarArray
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.identification import CLEARLY, EXPLAINED, examined, with_fewest_elements
+from simulate.spectra.lags import GRIDS, SPACING_DIGITS, SPACING_STEP, SPACINGS
+from simulate.spectra.quantity import Quantity, median_residual
+from simulate.spectra.spectrum import evenly
+
+SQUARES = [(side, side) for side in range(2, 9)]
+LINES_ALONG_X = [(1, length) for length in range(2, 17)]
+LINES_ALONG_Y = [(length, 1) for length in range(2, 17)]
+"""Rows and columns of the arrays to try. Others are found as parts of the squares."""
+
+QUANTITIES: tuple[Quantity, ...] = ("magnitude", "power", "decibels")
+
+END_TO_END = (
+    AngularGrid(90.0, -1.0, 360 / 359),
+    AngularGrid(90.0, -90 / 89, 360 / 359),
+    AngularGrid(0.0, 1.0, 360 / 359),
+    AngularGrid(0.0, 90 / 89, 360 / 359),
+    AngularGrid(0.0, 90 / 89),
+    AngularGrid(90.0, -90 / 89),
+)
+"""Grids whose last column repeats the first, or whose rows reach both the horizon and boresight, as
+``numpy.linspace(-180, 180, 360)`` and ``numpy.linspace(0, 90, 90)`` make them."""
+
+COARSELY = 10.0
+"""Grey levels. Spacings that leave more than this are not refined. A spacing 0.01 wavelengths off leaves about 2."""
+
+FEW = 6
+"""Number of spectra from which candidates are found."""
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """An array, a grid and a quantity that explain pictures.
+
+    Attributes:
+        beamformer: the array and the grid.
+        quantity: what the grey levels stand for.
+        residual: median of the root mean square errors that it leaves, grey levels of 255.
+    """
+
+    beamformer: Beamformer
+    quantity: Quantity
+    residual: float
+
+
+@threadpool_limits.wrap(1)  # several threads are much slower on such small matrices
+def explain(pictures: UInt8[np.ndarray, "K 90 360"]) -> Explanation | None:
+    """Find the smallest array that explains pictures, and what their grey levels stand for.
+
+    Smallest first, since a larger array with a smaller spacing explains the pictures of a smaller one, too, and the
+    power of an array looks like the magnitude of one almost twice as large.
+
+    Args:
+        pictures: 8-bit pictures.
+
+    Returns:
+        The explanation; None if there is none.
+    """
+    spectra = examined(pictures)
+    if not len(spectra):
+        return None
+    few = evenly(spectra, FEW)
+    possible = [
+        (family, number, quantity)
+        for family in (SQUARES, LINES_ALONG_X, LINES_ALONG_Y)
+        for quantity, fits in _coarsely(few, *family[-1], GRIDS, QUANTITIES).items()
+        if fits[0][0] < COARSELY  # or no smaller array of this family explains them either
+        for number in range(len(family))
+    ]
+    possible.sort(key=lambda each: (math.prod(each[0][each[1]]), QUANTITIES.index(each[2])))
+    for family, number, quantity in possible:
+        found = _explanation(spectra, *family[number], quantity)
+        if found is not None and number + 1 < len(family):
+            next_one = _explanation(spectra, *family[number + 1], quantity)
+            if next_one is not None and found.residual > CLEARLY * next_one.residual:
+                return next_one
+        if found is not None:
+            return found
+    return None
+
+
+def _coarsely(
+    spectra: Float[np.ndarray, "K 90 360"],
+    rows: int,
+    columns: int,
+    grids: tuple[AngularGrid, ...],
+    quantities: tuple[Quantity, ...],
+) -> dict[Quantity, list[tuple[float, Beamformer]]]:
+    """The best spacing on each grid with what it leaves, for each quantity; the best grid first."""
+    left: dict[Quantity, list[tuple[float, Beamformer]]] = {quantity: [] for quantity in quantities}
+    for grid in grids:
+        tried = [Beamformer(PlanarArray(rows, columns, float(spacing)), grid) for spacing in SPACINGS]
+        residuals = [[median_residual(spectra, each, quantity, steps=0) for quantity in quantities] for each in tried]
+        for quantity, of_spacings in zip(quantities, zip(*residuals, strict=True), strict=True):
+            best = int(np.argmin(of_spacings))
+            left[quantity].append((of_spacings[best], tried[best]))
+    return {quantity: sorted(fits, key=itemgetter(0)) for quantity, fits in left.items()}
+
+
+def _explanation(
+    spectra: Float[np.ndarray, "K 90 360"], rows: int, columns: int, quantity: Quantity
+) -> Explanation | None:
+    """The explanation by an array of a given size with the best spacing and grid, if there is one."""
+    few = evenly(spectra, FEW)
+    grids = (*GRIDS, *END_TO_END) if (rows, columns, quantity) == (4, 4, "magnitude") else GRIDS
+    fits = []
+    for left, near in _coarsely(few, rows, columns, grids, (quantity,))[quantity][:2]:
+        if left > COARSELY:
+            continue
+        spacing = minimize_scalar(
+            lambda spacing, near=near: median_residual(few, _spaced(near, spacing), quantity),
+            bounds=(near.array.spacing - SPACING_STEP, near.array.spacing + SPACING_STEP),
+            method="bounded",
+            options={"xatol": 1e-4},
+        ).x
+        beamformer = _spaced(near, round(spacing, SPACING_DIGITS))
+        fits.append((median_residual(spectra, beamformer, quantity), beamformer))
+    residual, beamformer = min(fits, key=itemgetter(0), default=(np.inf, Beamformer()))
+    if residual >= EXPLAINED:
+        return None
+    beamformer = with_fewest_elements(spectra, beamformer, quantity)
+    return Explanation(beamformer, quantity, median_residual(spectra, beamformer, quantity))
+
+
+def _spaced(beamformer: Beamformer, spacing: float) -> Beamformer:
+    return replace(beamformer, array=replace(beamformer.array, spacing=float(spacing)))
