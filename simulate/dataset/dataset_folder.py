@@ -6,7 +6,6 @@ Rows of ``tx_pos.csv`` and pictures are numbered from 1. Everything in memory is
 from __future__ import annotations
 
 import functools
-from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -16,8 +15,9 @@ from jaxtyping import Complex, Float, Int, UInt8
 
 from scenes.files.errors import InputError
 from scenes.files.plain_text import say
-from simulate.dataset.dataset_reader import read_gateway, read_metadata, read_names
+from simulate.dataset.dataset_reader import read_gateway, read_metadata
 from simulate.dataset.frequency import Frequency, frequency_of
+from simulate.dataset.index_files import read_split
 from simulate.dataset.oddities import oddities
 from simulate.dataset.picture_files import read_pictures, what_is_at
 from simulate.dataset.responses_file import check_responses, read_responses
@@ -78,7 +78,7 @@ class Dataset:
     retrieved: Complex[np.ndarray, "K elements"] | None = None
     metadata: dict[str, Any] = field(default_factory=dict)
     identification: Identification = field(default_factory=Identification)
-    frequency: Frequency = Frequency()
+    frequency: Frequency = field(default_factory=Frequency)
 
     @property
     def beamformer(self) -> Beamformer:
@@ -124,8 +124,8 @@ class Dataset:
         found = []
         if self.frequency.source == "assumed":
             found.append(
-                f"the frequency is assumed to be {self.frequency}, a wavelength of {self.wavelength * 100:.1f} cm; state "
-                'it in metadata.json, such as {"frequency_hz": 2.4e9}'
+                f"the frequency is assumed to be {self.frequency}, a wavelength of {self.wavelength * 100:.1f} cm; "
+                'state it in metadata.json, such as {"frequency_hz": 2.4e9}'
             )
         array, rows = self.array, self.grid.elevations_deg
         if self.identification.source == "assumed":
@@ -135,8 +135,8 @@ class Dataset:
             )
         if self.identification.grid_source == "assumed":
             found.append(
-                f"the rows of the pictures are assumed to be elevations from {rows[0]:g}° to {rows[-1]:g}°; state them as "
-                "grid in metadata.json"
+                f"the rows of the pictures are assumed to be elevations from {rows[0]:g}° to {rows[-1]:g}°; state them "
+                "as grid in metadata.json"
             )
         return found
 
@@ -220,7 +220,7 @@ def inspect(folder: Path) -> Inspection:
     gateway_position, gateway_orientation = read_gateway(folder / "gateway_info.yml", problems)
     metadata = read_metadata(folder / "metadata.json", problems)
     array, grid = stated_array(metadata), stated_grid(metadata)
-    train, test = _read_split(folder, names, metadata, problems, warnings)
+    train, test = read_split(folder, names, metadata, problems, warnings)
 
     numbers = np.array([int(name) for name in names], dtype=int)
     rows_known = None if positions is None else len(positions)
@@ -265,55 +265,3 @@ def inspect(folder: Path) -> Inspection:
     )
     odd = oddities(positions[rows], pictures, dataset.identification, folder)
     return Inspection(odd.problems, [*warnings, *odd.warnings], None if odd.problems else dataset)
-
-
-def _read_split(
-    folder: Path, names: list[str], metadata: dict[str, Any], problems: list[str], warnings: list[str]
-) -> tuple[list[int], list[int]]:
-    """Indices of the folder's own training and test spectra; both empty if the folder has no index files."""
-    files = {label: folder / f"{label}_index.txt" for label in ("train", "test")}
-    simulated = "scene_file" in metadata  # an unfinished simulation has no index files yet
-    if not simulated and not any(path.exists() for path in files.values()):
-        warnings.append("there is no train_index.txt and no test_index.txt: use the split random or blocked")
-        return [], []
-    train, test = (read_names(path, names, problems) for path in files.values())
-    for path, index in zip(files.values(), (train, test), strict=True):
-        repeated = len(index) - len(set(index))
-        if repeated:
-            warnings.append(f"{path.name} names {repeated} spectra more than once; each counts once")
-    train, test = list(dict.fromkeys(train)), list(dict.fromkeys(test))
-    both = sorted(set(train) & set(test))
-    if both:
-        problems.append(
-            f"{files['test']}: expected names that are not in train_index.txt, found "
-            f"{names[both[0]]} in both ({len(both)} in all)"
-        )
-    unused = len(names) - len(set(train) | set(test))
-    if unused and not problems:
-        warnings.append(f"{unused} spectra are in neither train_index.txt nor test_index.txt")
-    return train, test
-
-
-def read_index(path: Path, dataset: Dataset) -> Int[np.ndarray, " n"]:
-    """Read an index file.
-
-    Args:
-        path: the index file, with one picture name per line.
-        dataset: the dataset whose pictures it names.
-
-    Returns:
-        Indices into the dataset.
-
-    Raises:
-        InputError: the file is missing or empty, or names a picture twice, or one that does not exist.
-    """
-    problems: list[str] = []
-    index = read_names(path, dataset.names, problems)
-    if not index and not problems:
-        problems.append(f"{path}: expected one picture name per line, found an empty file")
-    if len(set(index)) < len(index):
-        repeated = next(name for name, count in Counter(index).items() if count > 1)
-        problems.append(f"{path}: expected each name once, found {dataset.names[repeated]} more than once")
-    if problems:
-        raise InputError(problems[0])
-    return np.array(index, dtype=int)

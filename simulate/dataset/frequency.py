@@ -57,9 +57,7 @@ class Frequency:
         return f"{self.hertz / (1e9 if giga else 1e6):.6g} {'GHz' if giga else 'MHz'}"
 
 
-def frequency_of(
-    folder: Path, metadata: dict[str, Any], rows: Int[np.ndarray, " K"], problems: list[str]
-) -> Frequency:
+def frequency_of(folder: Path, metadata: dict[str, Any], rows: Int[np.ndarray, " K"], problems: list[str]) -> Frequency:
     """The frequency of a dataset folder.
 
     Args:
@@ -80,8 +78,8 @@ def frequency_of(
     lowest, highest = Frequency(float(listed.min()), "freq.txt"), Frequency(float(listed.max()), "freq.txt")
     if highest.hertz > (1 + SAME) * lowest.hertz:
         problems.append(
-            f"{path}: expected one frequency for all pictures, found {lowest} to {highest}; bisplat convert --frequency "
-            f'"{lowest}" keeps the pictures of one'
+            f"{path}: expected one frequency for all pictures, found {lowest} to {highest}; bisplat convert keeps the "
+            f'pictures of one, such as --frequency "{lowest}"'
         )
     elif stated is not None and abs(stated.hertz / lowest.hertz - 1) > SAME:
         problems.append(f"{path}: expected the {stated} of metadata.json, found {lowest}")
@@ -124,4 +122,4 @@ def _hertz(text: str, path: Path, row: int) -> float:
     try:
         return read_frequency(text)
     except ParameterError:
-        raise InputError(f'{path}, row {row}: expected a frequency in GHz, such as 3.5, found {shown(text)}') from None
+        raise InputError(f"{path}, row {row}: expected a frequency in GHz, such as 3.5, found {shown(text)}") from None

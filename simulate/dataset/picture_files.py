@@ -55,7 +55,9 @@ def picture_files(folder: Path) -> list[Path]:
     if not folder.is_dir():
         raise InputError(f"{folder}: expected a folder of pictures, found {what_is_at(folder)}")
     entries = sorted(path for path in folder.iterdir() if path.suffix)
-    files = [path for path in entries if path.suffix.lower() == ".png" and path.stem.isascii() and path.stem.isdecimal()]
+    files = [
+        path for path in entries if path.suffix.lower() == ".png" and path.stem.isascii() and path.stem.isdecimal()
+    ]
     if not files:
         found = f"found others, such as {shown(entries[0].name)}" if entries else "found none"
         raise InputError(f"{folder}: expected pictures 00001.png, 00002.png, ..., {found}")

@@ -17,7 +17,7 @@ from threadpoolctl import threadpool_limits
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.identification import CLEARLY, EXPLAINED, examined, with_fewest_elements
+from simulate.spectra.identification import CLEARLY, EXPLAINED, MOST_ELEMENTS, examined, with_fewest_elements
 from simulate.spectra.lags import GRIDS, SPACING_DIGITS, SPACING_STEP, SPACINGS
 from simulate.spectra.quantity import Quantity, median_residual
 from simulate.spectra.spectrum import evenly
@@ -43,7 +43,7 @@ END_TO_END = (
 COARSELY = 10.0
 """Grey levels. Spacings that leave more than this are not refined. A spacing 0.01 wavelengths off leaves about 2."""
 
-FEW = 6
+FEW = 4
 """Number of spectra from which candidates are found."""
 
 
@@ -63,7 +63,9 @@ class Explanation:
 
 
 @threadpool_limits.wrap(1)  # several threads are much slower on such small matrices
-def explain(pictures: UInt8[np.ndarray, "K 90 360"]) -> Explanation | None:
+def explain(
+    pictures: UInt8[np.ndarray, "K 90 360"], array: PlanarArray | None = None, grid: AngularGrid | None = None
+) -> Explanation | None:
     """Find the smallest array that explains pictures, and what their grey levels stand for.
 
     Smallest first, since a larger array with a smaller spacing explains the pictures of a smaller one, too, and the
@@ -71,6 +73,8 @@ def explain(pictures: UInt8[np.ndarray, "K 90 360"]) -> Explanation | None:
 
     Args:
         pictures: 8-bit pictures.
+        array: the array, if it is known. Then only the quantity and the grid are looked for.
+        grid: the grid, if it is known.
 
     Returns:
         The explanation; None if there is none.
@@ -78,24 +82,34 @@ def explain(pictures: UInt8[np.ndarray, "K 90 360"]) -> Explanation | None:
     spectra = examined(pictures)
     if not len(spectra):
         return None
+    grids = _likely_grids(spectra) if grid is None else (grid,)
+    if array is not None:
+        return _of_known(spectra, array, grids)
     few = evenly(spectra, FEW)
     possible = [
         (family, number, quantity)
         for family in (SQUARES, LINES_ALONG_X, LINES_ALONG_Y)
-        for quantity, fits in _coarsely(few, *family[-1], GRIDS, QUANTITIES).items()
+        for quantity, fits in _coarsely(few, *family[-1], grids, QUANTITIES).items()
         if fits[0][0] < COARSELY  # or no smaller array of this family explains them either
         for number in range(len(family))
     ]
     possible.sort(key=lambda each: (math.prod(each[0][each[1]]), QUANTITIES.index(each[2])))
     for family, number, quantity in possible:
-        found = _explanation(spectra, *family[number], quantity)
+        found = _explanation(spectra, *family[number], grids, quantity)
         if found is not None and number + 1 < len(family):
-            next_one = _explanation(spectra, *family[number + 1], quantity)
+            next_one = _explanation(spectra, *family[number + 1], grids, quantity)
             if next_one is not None and found.residual > CLEARLY * next_one.residual:
                 return next_one
         if found is not None:
             return found
     return None
+
+
+def _likely_grids(spectra: Float[np.ndarray, "K 90 360"]) -> tuple[AngularGrid, ...]:
+    """Those of ``GRIDS`` whose boresight is where the spectra change least along azimuth."""
+    spread = spectra.std(axis=2).mean(axis=0)
+    upside_down = spread[0] < spread[-1]
+    return tuple(each for each in GRIDS if (each.elevation_step_deg < 0) == upside_down)
 
 
 def _coarsely(
@@ -117,11 +131,13 @@ def _coarsely(
 
 
 def _explanation(
-    spectra: Float[np.ndarray, "K 90 360"], rows: int, columns: int, quantity: Quantity
+    spectra: Float[np.ndarray, "K 90 360"], rows: int, columns: int, grids: tuple[AngularGrid, ...], quantity: Quantity
 ) -> Explanation | None:
     """The explanation by an array of a given size with the best spacing and grid, if there is one."""
     few = evenly(spectra, FEW)
-    grids = (*GRIDS, *END_TO_END) if (rows, columns, quantity) == (4, 4, "magnitude") else GRIDS
+    if (rows, columns, quantity) == (4, 4, "magnitude") and len(grids) > 1:
+        upwards = grids[0].elevation_step_deg > 0
+        grids = (*grids, *(each for each in END_TO_END if (each.elevation_step_deg > 0) == upwards))
     fits = []
     for left, near in _coarsely(few, rows, columns, grids, (quantity,))[quantity][:2]:
         if left > COARSELY:
@@ -139,6 +155,20 @@ def _explanation(
         return None
     beamformer = with_fewest_elements(spectra, beamformer, quantity)
     return Explanation(beamformer, quantity, median_residual(spectra, beamformer, quantity))
+
+
+def _of_known(
+    spectra: Float[np.ndarray, "K 90 360"], array: PlanarArray, grids: tuple[AngularGrid, ...]
+) -> Explanation | None:
+    """The first quantity for which a known array explains the spectra on one of the grids."""
+    if array.elements > MOST_ELEMENTS:
+        return None
+    for quantity in QUANTITIES:
+        fits = [(median_residual(spectra, Beamformer(array, grid), quantity), grid) for grid in grids]
+        residual, grid = min(fits, key=itemgetter(0))
+        if residual < EXPLAINED:
+            return Explanation(Beamformer(array, grid), quantity, residual)
+    return None
 
 
 def _spaced(beamformer: Beamformer, spacing: float) -> Beamformer:

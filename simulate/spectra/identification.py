@@ -19,6 +19,9 @@ from simulate.spectra.spectrum import evenly, spectrum_of
 EXPLAINED = 0.6
 """Grey levels. An array explains a picture if it leaves a smaller root mean square error; rounding leaves 0.29."""
 
+DOUBTFUL = 3.0
+"""Grey levels. An array that leaves more did not measure the pictures."""
+
 CLEARLY = 1.5
 """The best grid is accepted only if the second best leaves more than this many times its error."""
 
@@ -113,7 +116,9 @@ def identify(
         if array is None:
             fits = fit_grids(spectra, grids=grids)
         else:
-            fits = sorted((fit_lags(spectra, Beamformer(array, each)) for each in grids), key=attrgetter("median_residual"))
+            fits = sorted(
+                (fit_lags(spectra, Beamformer(array, each)) for each in grids), key=attrgetter("median_residual")
+            )
         best = fits[0]
         clear = len(fits) == 1 or fits[1].median_residual > CLEARLY * best.median_residual
         if best.median_residual < EXPLAINED and clear:

@@ -1,8 +1,8 @@
 """What the grey levels of a picture stand for: the magnitude of a spectrum, its power, or its power in decibels.
 
-The power S² of a spectrum is a sum of the array's lag functions (``simulate.spectra.lags``). So pictures of power lie in
-this space themselves, pictures of magnitude after the fit of an offset, and pictures in decibels after 10^(p R/10) with
-the right range R from black to white. What the lag functions leave tells which of these the pictures are.
+The power S² of a spectrum is a sum of the array's lag functions (``simulate.spectra.lags``). So pictures p of power are
+such sums themselves, pictures of magnitude as (p + b)² with an offset b, and pictures in decibels as 10^(pR/10) with
+the range R from black to white. What the lag functions leave of each tells which of these the pictures are.
 """
 
 from __future__ import annotations
