@@ -84,7 +84,7 @@ def _of_array(dataset: Dataset) -> list[str]:
     left = f"{residual:.1f} grey levels (rounding alone: 0.3)"
     if stated:
         sentence = (
-            f"metadata.json states {array.rows} × {array.columns} elements {array.spacing:g} wavelengths apart and rows "
+            f"metadata.json states {array.rows} × {array.columns} elements {array.spacing:g} wavelengths apart, rows "
             f"from {dataset.grid.elevation_first_deg:g}°, but the pictures differ from what this array can measure by "
             f"{left}"
         )
