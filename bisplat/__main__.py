@@ -16,6 +16,7 @@ from typing import Any
 import tyro
 
 from bisplat.commands.command_groups import COMMANDS, overview, stated_version
+from bisplat.commands.number_options import REGISTRY
 from scenes.files.errors import InputError, ParameterError, printable
 from scenes.files.extras import MissingExtraError
 from scenes.files.plain_text import say
@@ -33,7 +34,7 @@ def main() -> None:
             print(stated_version())
         else:
             check_spelling(COMMANDS)
-            tyro.extras.subcommand_cli_from_dict(COMMANDS, prog=PROGRAM)
+            tyro.extras.subcommand_cli_from_dict(COMMANDS, prog=PROGRAM, registry=REGISTRY)
     except ParameterError as error:
         refuse(error.as_option())
     except MissingExtraError as error:
@@ -63,7 +64,7 @@ def check_spelling(named: Mapping[str, Callable[..., None]]) -> None:
     if escaped == sys.argv[1:]:
         return
     idle: dict[str, Any] = {name: functools.wraps(command)(lambda *_, **__: None) for name, command in named.items()}
-    tyro.extras.subcommand_cli_from_dict(idle, prog=PROGRAM, args=escaped)
+    tyro.extras.subcommand_cli_from_dict(idle, prog=PROGRAM, args=escaped, registry=REGISTRY)
 
 
 def refuse(sentence: str, hint: str = " (BISPLAT_TRACEBACK=1 shows the traceback)") -> None:

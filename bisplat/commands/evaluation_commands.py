@@ -30,7 +30,7 @@ def evaluate(
 
     Args:
         run: the run folder.
-        dataset: dataset folder to test on (default: the run's own).
+        dataset: dataset folder to test on (default: the run's own, which is also recognised where it has moved to).
         index: file with the names of the test spectra, one per line (default: the test part of the split).
         locate: instead locate the test transmitters from their spectra, and measure the errors.
         further_gateways: with --locate: runs of other gateways that received the same transmitters.

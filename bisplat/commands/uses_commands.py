@@ -80,32 +80,33 @@ def locate(
         pictures: for each run, a dataset folder or a folder of PNG spectra (00001.png, ...).
         output: the .csv file to write.
     """
+    from learn.localisation.heard_pictures import heard_pictures
     from learn.localisation.locate import grid_warning
     from learn.localisation.locate import locate as locate_pictures
     from learn.localisation.places_file import write_places
     from learn.training.fit_progress import FitProgress
     from learn.training.run_folder import load_run
-    from simulate.dataset.picture_files import read_all
 
     if len(runs) != len(pictures) or not runs:
         raise ParameterError("pictures", f"expected a folder for each of the {len(runs)} runs, found {len(pictures)}")
     if output.suffix.lower() != ".csv":
         raise InputError(f"{output}: expected a name that ends in .csv")
     require_new(output, force=force)
-    seen = [read_all(folder / "spectrum" if (folder / "spectrum").is_dir() else folder) for folder in pictures]
+    loaded = [load_run(run) for run in runs]
+    seen = [heard_pictures(folder, run) for folder, run in zip(pictures, loaded, strict=True)]
     names = seen[0][0]
     for folder, (other, _) in zip(pictures, seen, strict=True):
         if other != names:
             raise InputError(f"{folder}: expected pictures of the same names as in {pictures[0]}, found other ones")
-    loaded = [load_run(run) for run in runs]
     warning = grid_warning(loaded)
     if warning is not None:
         say(f"warning: {warning}")
     with FitProgress("location") as report:
         places = locate_pictures(loaded, [each for _, each in seen], report)
     write_places(output, names, places)
-    several, black = sum(len(each) > 1 for each in places), sum(not each for each in places)
-    unseen = f", and {black} with black pictures, which the file leaves out" if black else ""
+    several, empty = sum(len(each) > 1 for each in places), sum(not each for each in places)
+    told = "with pictures that tell nothing, such as those of one grey level, which the file leaves out"
+    unseen = f", and {empty} {told}" if empty else ""
     print(printable(f"{len(names)} transmitters, {several} of them with several possible places{unseen}: {output}"))
 
 

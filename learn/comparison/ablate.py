@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from learn.data.splits import SplitKind
 from learn.models.model_options import OPTION_MOST
 from learn.models.steps import STEPS_MOST
 from learn.training.registry import check_options
-from scenes.files.errors import ParameterError, require_whole
+from scenes.files.errors import ParameterError, require_whole, shown
 from simulate.dataset.dataset_folder import Dataset
 
 APERTURE: dict[str, dict[str, Any]] = {
@@ -100,6 +100,8 @@ def ablate(
     require_whole(1, SEEDS_MOST, seeds=seeds)
     if primitives is not None:
         require_whole(1, OPTION_MOST, primitives=primitives)
+    if isinstance(models, str) or not isinstance(models, Iterable):
+        raise ParameterError("models", f"expected a list of names of models, found {shown(models)}")
     for model in models:
         for _, method in variants(model, primitives):
             _check_parts(model, method)

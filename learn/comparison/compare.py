@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import copy
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -120,6 +120,8 @@ def makers(models: Models) -> dict[str, Callable[[], Method]]:
     >>> list(makers(["nearest", "kriging"]))
     ['nearest', 'kriging']
     """
+    if isinstance(models, str) or not isinstance(models, Iterable):
+        raise ParameterError("models", f"expected a list of names, or methods by label, found {shown(models)}")
     if not models:
         raise ParameterError("models", "expected at least one method, found none")
     if not isinstance(models, Mapping):

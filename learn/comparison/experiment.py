@@ -21,10 +21,11 @@ from learn.baselines.array_ceiling import CEILING, SAMPLES, array_ceiling
 from learn.comparison.scores_file import write_scores
 from learn.comparison.task import Method, Task
 from learn.data.metrics import Scores, score
-from learn.data.splits import SplitKind, split
+from learn.data.splits import SPLITS, SplitKind, split
+from learn.training.run_folder import require_same_spectra
 from learn.training.training_file import device_name
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError, require_whole
+from scenes.files.errors import InputError, require_path, require_whole, require_word
 from scenes.files.input_file import MEGABYTE, read_text
 from scenes.files.json_file import parse_json, read_json
 from scenes.files.output_folder import own_folder
@@ -56,6 +57,7 @@ class Settings:
         steps: number of training steps of each such model. None: as many as fit into ``minutes``.
         device: name of the GPU, or number of CPU threads, on which methods are trained.
         test_spectra: largest number of test spectra, evenly spread over the test part. None: all of them.
+        dataset_sha256: fingerprint of the dataset. None: version 0.2 began the experiment and kept none.
     """
 
     dataset: str
@@ -65,6 +67,7 @@ class Settings:
     steps: int | None
     device: str
     test_spectra: int | None = None
+    dataset_sha256: str | None = None
 
     def tested(self, test: Int[np.ndarray, " n"]) -> Int[np.ndarray, " K"]:
         """The spectra of the test part on which every method is scored."""
@@ -81,6 +84,7 @@ class Protocol(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     steps: Annotated[int, Meta(ge=1)] | None = None
     device: str
     test_spectra: Annotated[int, Meta(ge=1)] | None = None
+    dataset_sha256: str | None = None
 
 
 class Row(Struct, frozen=True, kw_only=True):
@@ -227,6 +231,11 @@ def _read_protocol(path: Path) -> dict[str, Any]:
     return content
 
 
+def without_fingerprint(settings: dict[str, Any]) -> dict[str, Any]:
+    """The settings of a protocol.json without the fingerprint of the dataset."""
+    return {key: value for key, value in settings.items() if key != "dataset_sha256"}
+
+
 @contextmanager
 def begun(
     dataset: Dataset | Path | str,
@@ -248,17 +257,25 @@ def begun(
         test_spectra: largest number of test spectra to score. None: all of the test part.
 
     Raises:
-        InputError: the dataset cannot be read; or the folder holds an experiment with other settings or other files, or
-            another process writes to it.
-        ParameterError: ``test_spectra`` is not a whole number above 0.
+        InputError: the dataset cannot be read; or the folder holds an experiment with other settings, on other spectra
+            or other files, or another process writes to it.
+        ParameterError: no split has this name, or ``test_spectra`` is not a whole number above 0.
     """
+    require_word(SPLITS, split=split)
+    if output is not None:
+        require_path(output=output)
     if test_spectra is not None:
         require_whole(1, MOST_POSITIONS, test_spectra=test_spectra)
     dataset = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
-    settings = Settings(str(dataset.folder.resolve()), split, SPLIT_SEED, minutes, steps, device_name(), test_spectra)
+    where, by = str(dataset.folder.resolve()), device_name()
+    settings = Settings(where, split, SPLIT_SEED, minutes, steps, by, test_spectra, dataset.fingerprint)
     folder = Path(output or tempfile.mkdtemp(prefix="bisplat-"))
     given = {key: value for key, value in asdict(settings).items() if value is not None}
-    with own_folder(folder, "experiment", PROTOCOL, given, _read_protocol):
+    # The fingerprint is compared by itself, since older experiments have none.
+    chosen = without_fingerprint(given)
+    with own_folder(folder, "experiment", PROTOCOL, chosen, lambda path: without_fingerprint(_read_protocol(path))):
+        if (folder / PROTOCOL).exists():
+            require_same_spectra(dataset, folder, _read_protocol(folder / PROTOCOL).get("dataset_sha256"))
         write_atomically(folder / PROTOCOL, (json.dumps(given, indent=2) + "\n").encode())
         yield Experiment(folder, dataset, settings)
 

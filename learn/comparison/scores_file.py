@@ -12,6 +12,7 @@ from learn.data.metrics import Scores
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, shown
 from scenes.files.input_file import MEGABYTE, read_text
+from scenes.files.number_text import parse_number
 
 COLUMNS = ("ssim", "psnr_db", "mae", "aoa_error_deg")
 """Columns of the file after the first one, ``name``, which is that of the spectrum."""
@@ -59,7 +60,7 @@ def _numbers(line: str) -> list[float] | None:
     """The numbers of a line. None: there are more or fewer than expected, or one is not a finite number."""
     _, *texts = line.split(",")
     try:
-        values = [float(text) for text in texts]
+        values = [parse_number(text) for text in texts]
     except ValueError:
         return None
     return values if len(values) == len(COLUMNS) and np.isfinite(values).all() else None

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -65,13 +65,16 @@ def sweep(
         [('nearest', 5), ('nearest', 10)]
     """
     check_effort(budget, seeds)
-    if not sizes or len(set(sizes)) < len(sizes):
-        raise ParameterError("sizes", f"expected different numbers of training spectra, found {shown(list(sizes))}")
+    if isinstance(sizes, str) or not isinstance(sizes, Iterable):
+        raise ParameterError("sizes", f"expected a list of numbers of training spectra, found {shown(sizes)}")
+    sizes = list(sizes)
     for size in sizes:
         require_whole(1, MOST_POSITIONS, sizes=size)
+    if not sizes or len(set(sizes)) < len(sizes):
+        raise ParameterError("sizes", f"expected different numbers of training spectra, found {shown(sizes)}")
     methods = makers(models)
     if init is not None:
-        run = init if isinstance(init, Run) else load_run(Path(init))
+        run = init if isinstance(init, Run) else load_run(init)
         model, folder = run.config.model, run.folder
         methods[f"{model} from {folder.name}"] = partial(TrainedModel, model, init=str(folder.resolve()))
     with begun(dataset, split, output, minutes=budget, test_spectra=test_spectra) as experiment:

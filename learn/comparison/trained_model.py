@@ -34,7 +34,7 @@ class TrainedModel:
 
     def fit(self, task: Task) -> None:
         begun = (task.folder / "config.json").exists()
-        config, learned = (read_config(task.folder)[0], None) if begun else self._config(task)
+        config, learned = (read_config(task.folder).config, None) if begun else self._config(task)
         train_run(config, task.folder, learned=learned)
         self._run: Run = load_run(task.folder)
 

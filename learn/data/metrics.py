@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 from skimage.metrics import structural_similarity
 
-from scenes.files.errors import ParameterError
+from scenes.files.errors import ParameterError, require_instance
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
 from simulate.spectra.spectrum import check_spectra
 
@@ -161,6 +161,7 @@ def aoa_error(
         >>> float(aoa_error(prediction, truth).round(3))
         2.0
     """
+    require_instance(AngularGrid, grid=grid)
     prediction, truth = _pair(prediction, truth)
     cosine = (grid.dominant_direction(prediction) * grid.dominant_direction(truth)).sum(-1)
     return np.degrees(np.arccos(np.clip(cosine, -1, 1)))

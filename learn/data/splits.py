@@ -6,13 +6,13 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
 from jaxtyping import Int
 from msgspec import Struct
 
-from scenes.files.errors import InputError, require_seed, require_whole, shown
+from scenes.files.errors import InputError, require_seed, require_whole, require_word, shown
 from scenes.files.input_file import MEGABYTE, read_text
 from scenes.files.json_file import parse_json
 from scenes.files.schema import conform
@@ -22,6 +22,7 @@ if TYPE_CHECKING:  # importing it is slow, and the command line's help only need
     from simulate.dataset.dataset_folder import Dataset
 
 SplitKind = Literal["files", "random", "blocked"]
+SPLITS: tuple[str, ...] = get_args(SplitKind)
 
 TEST_FRACTION = 0.2
 """Share of the spectra that ``random`` holds out for testing; the published loaders also split 80/20."""
@@ -87,7 +88,7 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
     Raises:
         InputError: the dataset has too few spectra for three parts, has fewer training spectra than ``train_size``, or
             lacks the index files that ``files`` needs.
-        ParameterError: the seed or ``train_size`` is not a whole number in its range.
+        ParameterError: no split has this name, or the seed or ``train_size`` is not a whole number in its range.
 
     Example:
         >>> import bisplat
@@ -95,6 +96,7 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
         >>> parts.test.tolist()
         [10, 11, 12, 13, 14, 15, 16, 17, 18, 19]
     """
+    require_word(SPLITS, split=kind)
     require_seed(seed=seed)
     if train_size is not None:
         require_whole(1, MOST_POSITIONS, train_size=train_size)

@@ -10,13 +10,22 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from learn.data.metrics import Scores, score
+from learn.data.same_receiver import in_megahertz, other_frequency
 from learn.training.run_folder import Run, load_run
-from scenes.files.errors import InputError, require_seed, require_whole
+from scenes.files.errors import (
+    InputError,
+    ParameterError,
+    require_instance,
+    require_path,
+    require_seed,
+    require_whole,
+    shown,
+)
 from scenes.files.progress import progress_bar
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_yaml import load_scene
-from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.dataset_folder import Dataset
 from simulate.engines.engine import Engine, Machines, ResponseSource, Setting
 from simulate.engines.engine_table import engine_class, engine_of
 from simulate.engines.fullwave_engine import FullWave
@@ -114,8 +123,9 @@ def crossvalidate(
 
     Raises:
         InputError: the run, its dataset, the field or the scene cannot be read; no gateway of the scene has the
-            position and orientation of the dataset's gateway; or this gateway has another array than the run.
-        ParameterError: ``positions`` or ``seed`` is not a whole number in its range.
+            position and orientation of the dataset's gateway; or this gateway has another array or frequency than the
+            run.
+        ParameterError: ``positions`` or ``seed`` is not a whole number in its range, or no engine has this name.
 
     Example:
         >>> fresh = crossvalidate("runs/lab", "lab", positions=5)
@@ -126,9 +136,22 @@ def crossvalidate(
     """
     require_whole(1, MOST_POSITIONS, positions=positions)
     require_seed(seed=seed)
-    run = run if isinstance(run, Run) else load_run(Path(run))
-    dataset = read_dataset(run.config.dataset)
+    if engine is not None:
+        require_instance(str, Engine, engine=engine)
+    if isinstance(engine, str):
+        engine_class(engine)  # refuses an unknown name
+    if field is not None:
+        require_path(field=field)
+    if tracer is not None and not hasattr(tracer, "responses"):
+        raise ParameterError("tracer", f"expected a Tracer, found {shown(tracer)}")
+    run = run if isinstance(run, Run) else load_run(run)
+    dataset = run.dataset()
     scene = seen_by(dataset, scene if isinstance(scene, Scene) else load_scene(scene))
+    if other_frequency(dataset.wavelength, scene.wavelength):
+        raise InputError(
+            f"{scene.name}: expected a scene at the frequency of {run.folder}, {in_megahertz(dataset.wavelength)}, "
+            f"found {in_megahertz(scene.wavelength)}"
+        )
     gateway = scene.gateway
     array, expected = PlanarArray.of(gateway), run.beamformer.array
     alike = (array.rows, array.columns) == (expected.rows, expected.columns)
@@ -140,13 +163,15 @@ def crossvalidate(
     known = dataset.positions[run.split(dataset).known]
     region = bounding_box(known)
     drawn = free_positions(scene, region, positions, np.random.default_rng(seed))
+    setting = Setting(scene, region, seed_of_rays(dataset.metadata))
     source: ResponseSource
     if field is not None:
-        source, truth_by = FullWave.kept(Path(field)), FullWave.called
+        FullWave(field=Path(field)).for_scene(scene)  # refuses the field of another scene
+        source, truth_by = FullWave.kept(setting, Path(field)), FullWave.called
     elif tracer is not None:
         source, truth_by = tracer, Rays.called
     else:
-        source, truth_by = _source(dataset, Setting(scene, region, seed_of_rays(dataset.metadata)), run, engine)
+        source, truth_by = _source(dataset, setting, run, engine)
     responses = source.responses(drawn)
     truth = spectrum_of(picture(run.beamformer.spectrum(responses)))
     prediction = run.predict(drawn)
@@ -173,12 +198,12 @@ def _source(dataset: Dataset, setting: Setting, run: Run, engine: str | Engine |
         by, folder = engine_class(engine)() if isinstance(engine, str) else engine, run.folder
     if not by.keeps_source:
         by = by.for_scene(setting.scene)
-        by.require(Machines())
+        by.require(setting, Machines())
         with progress_bar() as progress:
             return by.source(setting, folder, Machines(), progress), by.called
     if folder != dataset.folder:
         folder = simulate(setting.scene, run.folder / by.name, LEAST_SPECTRA, engine=by).folder
-    return by.kept(folder), by.called
+    return by.kept(setting, folder), by.called
 
 
 def seen_by(dataset: Dataset, scene: Scene) -> Scene:

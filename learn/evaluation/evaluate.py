@@ -15,7 +15,7 @@ from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.data.metrics import Scores, score
 from learn.training.deviation import NORMAL, pixel_errors
 from learn.training.run_folder import Run, load_run
-from scenes.files.errors import InputError
+from scenes.files.errors import InputError, require_path
 from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.dataset.index_files import read_index
 from simulate.spectra.spectrum import evenly, spectrum_of
@@ -111,15 +111,15 @@ def evaluate(
     Args:
         run: a trained run, or its folder.
         dataset: another dataset, or its folder; the run is then tested on all of its spectra. None, or the dataset that
-            the run was trained on: the run is tested on the test part of its split.
+            the run was trained on, in whatever folder it is now: the run is tested on the test part of its split.
         index: a file with the names of the spectra to test on instead, one per line.
 
     Returns:
         The predictions and the scores.
 
     Raises:
-        InputError: the run, the dataset or the index cannot be read; the index names spectra that the run was trained
-            on; or the spectra are on another grid than the run's predictions.
+        InputError: the run, the dataset or the index cannot be read; the run's dataset has been replaced; the index
+            names spectra that the run was trained on; or the spectra are on another grid than the run's predictions.
 
     Example:
         >>> evaluation = evaluate("runs/lab")
@@ -128,11 +128,15 @@ def evaluate(
         >>> list(evaluation.scores)
         ['model', 'mean-picture', 'nearest', 'inverse-distance', "array's ceiling"]
     """
-    run = run if isinstance(run, Run) else load_run(Path(run))
-    trained_on = Path(run.config.dataset)
-    tested_on = dataset if isinstance(dataset, Dataset) else read_dataset(dataset or trained_on)
-    same = dataset is None or tested_on.folder.resolve() == trained_on.resolve()
-    known_data = tested_on if same else read_dataset(trained_on)
+    if index is not None:
+        require_path(index=index)
+    run = run if isinstance(run, Run) else load_run(run)
+    if dataset is None:
+        tested_on = run.dataset()
+    else:
+        tested_on = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
+    same = dataset is None or run.is_trained_on(tested_on)
+    known_data = tested_on if same else run.dataset()
     grid = tested_on.grid
     if grid != run.beamformer.grid:
         raise InputError(

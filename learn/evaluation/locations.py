@@ -65,7 +65,8 @@ class Locations:
 
 
 def evaluate_locations(runs: Sequence[Run | Path], report: Report = lambda phase, done, total: None) -> Locations:
-    """Locate the test transmitters of a run's dataset from their pictures. Black pictures are left out.
+    """Locate the test transmitters of a run's dataset from their pictures. Pictures of one
+    grey level are left out.
 
     Args:
         runs: a trained run, or its folder. Further runs are those of other gateways that received the same
@@ -73,8 +74,8 @@ def evaluate_locations(runs: Sequence[Run | Path], report: Report = lambda phase
         report: told the progress, as by ``locate``.
 
     Raises:
-        InputError: a run or its dataset cannot be read; all test spectra are black; the datasets of several gateways
-            are not of the same transmitters; or a run was trained on test spectra of the first run.
+        InputError: a run or its dataset cannot be read; all test spectra have one grey level; the datasets of several
+            gateways are not of the same transmitters; or a run was trained on test spectra of the first run.
     """
     loaded = [run if isinstance(run, Run) else load_run(run) for run in runs]
     datasets = [run.dataset() for run in loaded]
@@ -93,7 +94,7 @@ def evaluate_locations(runs: Sequence[Run | Path], report: Report = lambda phase
     told = np.any([np.ptp(dataset.pictures[test], axis=(1, 2)) > 0 for dataset in datasets], axis=0)
     if not told.any():
         raise InputError(
-            f"{datasets[0].folder}: expected test spectra that are not black, found only {len(test)} black ones"
+            f"{datasets[0].folder}: expected test spectra of several grey levels, found none in {len(test)}"
         )
     test = evenly(test[told], LOCATED)
     pictures = [each.pictures[test] for each in datasets]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from functools import partial
 from typing import NamedTuple
@@ -15,8 +16,9 @@ from learn.localisation.refine import FARTHEST, Refined, refine
 from learn.models.base import Report
 from learn.models.geometry import grid_in
 from learn.training.run_folder import Run
-from scenes.files.errors import InputError
-from simulate.spectra.spectrum import evenly
+from scenes.files.errors import InputError, ParameterError, shown
+from simulate.positions.given_positions import check_points
+from simulate.spectra.spectrum import check_pictures, evenly
 
 SPACING = 0.125
 """Wavelengths between the grid's points. Fingerprints change completely within a quarter of a wavelength."""
@@ -76,14 +78,18 @@ def locate(
 
     Args:
         runs: a trained run for each gateway, all in one world frame.
-        pictures: for each gateway its pictures [K, 90, 360] of the same K transmitters, grey levels 0…255.
+        pictures: for each gateway its pictures [K, 90, 360] of the same K transmitters, grey levels 0…255 or spectra
+            0…1.
         report: called with the phase, the number of positions done, and the number of all positions.
         known: [n, 3] training positions of the first run, metres, world frame. None: they are read from its dataset.
 
     Returns:
-        The places of each transmitter, the most probable one first. A transmitter whose pictures are black has none.
+        The places of each transmitter, the most probable one first. A transmitter whose pictures have a single grey
+        level has none.
 
     Raises:
+        ParameterError: there are no runs, one twice, or not as many arrays of pictures; or pictures are not stacks of
+            the same number of pictures.
         InputError: the training positions of the runs have no region in common, or the first run's dataset, which has
             these positions, cannot be read.
 
@@ -94,6 +100,10 @@ def locate(
         >>> len(places), places[0][0].position.shape
         (2, (3,))
     """
+    runs = _checked_runs(runs)
+    pictures = _checked_pictures(pictures, len(runs))
+    if known is not None:
+        known = check_points(known, "known")
     region, wavelength = common_region(runs), float(runs[0].model.wavelength)
     field = Field(runs)
     numbers = TOLD * field.numbers
@@ -121,6 +131,28 @@ def locate(
         refined = refine(field.predicted, np.tile(fingerprint, (MODES, 1)), starts, region, wavelength)
         found.append(_places(refined, prior, numbers, wavelength))
     return found
+
+
+def _checked_runs(runs: Sequence[Run]) -> list[Run]:
+    if not isinstance(runs, Sequence) or not runs or not all(isinstance(run, Run) for run in runs):
+        raise ParameterError("runs", f"expected a list with a run for each gateway, found {shown(runs)}")
+    folders = [run.folder.resolve() for run in runs]
+    if len(set(folders)) < len(folders):
+        twice = Counter(folders).most_common(1)[0][0]
+        raise ParameterError("runs", f"expected a run for each gateway, found {twice} twice")
+    return list(runs)
+
+
+def _checked_pictures(pictures: Sequence[np.ndarray], count: int) -> list[np.ndarray]:
+    """A stack of pictures for each of ``count`` gateways, all of the same number of transmitters."""
+    if not isinstance(pictures, Sequence) or len(pictures) != count:
+        found = f"{len(pictures)} of them" if isinstance(pictures, Sequence | np.ndarray) else shown(pictures)
+        raise ParameterError("pictures", f"expected a list with an array for each of the {count} runs, found {found}")
+    checked = [check_pictures("pictures", each) for each in pictures]
+    if len({len(each) for each in checked}) > 1:
+        found = " and ".join(str(len(each)) for each in checked)
+        raise ParameterError("pictures", f"expected pictures of the same transmitters, found {found}")
+    return checked
 
 
 def grid_warning(runs: Sequence[Run]) -> str | None:

@@ -13,6 +13,7 @@ from learn.localisation.locate import Place
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, shown
 from scenes.files.input_file import MEGABYTE, read_text
+from scenes.files.number_text import parse_number
 
 LARGEST = 100 * MEGABYTE
 """Largest size of the CSV, bytes."""
@@ -61,8 +62,8 @@ def read_places(path: Path) -> dict[str, np.ndarray]:
         if row["place"] != "1":
             continue
         try:
-            position = np.array([float(row[axis]) for axis in "xyz"])
-        except (TypeError, ValueError):
+            position = np.array([parse_number(row[axis]) for axis in "xyz"])
+        except (AttributeError, ValueError):  # a row that is too short has None
             position = np.full(3, np.nan)
         if not np.isfinite(position).all():
             raise InputError(f"{path}, line {number}: expected a position in metres, found {shown(list(row.values()))}")

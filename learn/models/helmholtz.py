@@ -15,7 +15,7 @@ from learn.models.base import Report, SpectrumModel
 from learn.models.geometry import distances
 from learn.models.kriged_field import KrigedField
 from learn.models.quadrature import Quadrature
-from learn.models.retrieved_field import can_retrieve, fit_to_pictures, not_black, retrieved_responses
+from learn.models.retrieved_field import can_retrieve, fit_to_pictures, retrieved_responses, with_contrast
 from learn.models.smooth_field import SmoothField
 from learn.models.stacking import best_weights, by_distance, left_out_by_distance, left_out_by_kriging
 from simulate.dataset.dataset_folder import Dataset
@@ -190,7 +190,7 @@ class HelmholtzField(SpectrumModel):
         field = self._empty(way)
         field.report = report  # type: ignore[method-assign]
         if way == "phases":
-            seen = not_black(dataset, known)
+            seen = with_contrast(dataset, known)
             if of_spectra is None or len(seen) < len(known):
                 of_spectra = self._fitted("spectra", dataset, seen, report)
             fit_to_pictures(field, of_spectra, self._retrieved(dataset, seen), dataset, seen)

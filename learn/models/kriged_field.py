@@ -154,7 +154,7 @@ class KrigedField(SpectrumModel):
             assert dataset.responses is not None
             responses = torch.from_numpy(dataset.responses[known])
             root_mean_square = responses.abs().square().mean().sqrt()
-            if root_mean_square > 0:  # black pictures have responses of zero
+            if root_mean_square > 0:  # pictures of one grey level have responses of zero
                 responses = responses / root_mean_square
             self.values = torch.view_as_real(responses).flatten(1)
             self.mean = torch.zeros(self.values.shape[1])

@@ -6,7 +6,7 @@ import inspect
 from collections.abc import Mapping
 from typing import Any
 
-from scenes.files.errors import ParameterError, require_whole, shown
+from scenes.files.errors import ParameterError, require_flag, require_whole
 
 OPTION_MOST = 100_000
 """Largest number that a model's option can be; more primitives or a wider network would exhaust the memory."""
@@ -49,7 +49,6 @@ def check_options_of(model: type, name: str, options: Mapping[str, Any]) -> None
             has = f"which has {', '.join(known)}" if known else "which has none"
             raise ParameterError(option, f"expected an option of the model {name}, {has}; found {option}")
         if isinstance(known[option], bool):
-            if not isinstance(value, bool):
-                raise ParameterError(option, f"expected true or false, found {shown(value)}")
+            require_flag(**{option: value})
         elif isinstance(known[option], int):
             require_whole(1, OPTION_MOST, **{option: value})

@@ -34,9 +34,9 @@ def retrieved_responses(dataset: Dataset, known: Int[np.ndarray, " n"]) -> Compl
     return retrieve_responses(spectrum_of(dataset.pictures[known]), dataset.beamformer).responses
 
 
-def not_black(dataset: Dataset, known: Int[np.ndarray, " n"]) -> Int[np.ndarray, " m"]:
-    """The indices of the pictures that are not black. A black picture contains nothing about the field."""
-    return known[dataset.pictures[known].any(axis=(1, 2))]
+def with_contrast(dataset: Dataset, known: Int[np.ndarray, " n"]) -> Int[np.ndarray, " m"]:
+    """The indices of the pictures with several grey levels. One of a single level contains nothing about the field."""
+    return known[np.ptp(dataset.pictures[known], axis=(1, 2)) > 0]
 
 
 def can_retrieve(dataset: Dataset, known: Int[np.ndarray, " n"]) -> bool:
@@ -48,7 +48,7 @@ def can_retrieve(dataset: Dataset, known: Int[np.ndarray, " n"]) -> bool:
     """
     if dataset.array.elements < 2 or len(known) > MOST_RETRIEVED:
         return False
-    return len(not_black(dataset, known)) >= LEAST_RETRIEVED
+    return len(with_contrast(dataset, known)) >= LEAST_RETRIEVED
 
 
 def fit_to_pictures(
@@ -70,7 +70,7 @@ def fit_to_pictures(
         of_spectra: interpolates spectra, and is fitted to the same pictures.
         responses: result of ``retrieved_responses``.
         dataset: the dataset.
-        known: indices of the pictures, ascending, none of them black.
+        known: indices of the pictures, ascending, each with several grey levels.
 
     Returns:
         The responses of all K spectra of the dataset to which the field is fitted; those of the others are zero.

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from scenes.files.errors import ParameterError, require_positive, require_whole, require_within, shown
+from scenes.files.errors import require_positive, require_whole, require_within
+from scenes.files.options import check_kinds
 from scenes.files.schema import LATER
 from simulate.positions.given_positions import MOST_POSITIONS
 
@@ -39,14 +40,13 @@ class Steps:
     init: str | None = None
 
     def __post_init__(self) -> None:
+        check_kinds(self)
         require_whole(1, STEPS_MOST, steps=self.steps)
         require_whole(1, MOST_POSITIONS, batch_size=self.batch_size)
         require_positive(learning_rate=self.learning_rate)
         require_within(0, 1, "a learning rate", learning_rate=self.learning_rate)
         require_within(0, 1000, "a weight decay", weight_decay=self.weight_decay)
         require_within(0, 1, "a share", full_resolution=self.full_resolution)
-        if not isinstance(self.find_phases, bool):
-            raise ParameterError("find_phases", f"expected true or false, found {shown(self.find_phases)}")
 
     @property
     def coarse_steps(self) -> int:
@@ -65,6 +65,9 @@ class Processes:
 
     devices: int = 1
     nodes: int = 1
+
+    def __post_init__(self) -> None:
+        check_kinds(self)
 
     @property
     def count(self) -> int:

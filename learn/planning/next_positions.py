@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from learn.planning.greedy import choose
 from learn.planning.planned_fields import fields_of_run, fields_of_scene
 from learn.planning.tour import Tour, short_tour
 from learn.training.run_folder import Run, load_run
-from scenes.files.errors import InputError, named, require_seed, require_whole
+from scenes.files.errors import InputError, named, require_flag, require_instance, require_seed, require_whole
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import BUILT_IN, load_scene
 from simulate.dataset.dataset_folder import Dataset
@@ -90,6 +91,9 @@ def plan(
     """
     require_whole(1, PLANNED_MOST, n=n)
     require_seed(seed=seed)
+    require_flag(tour=tour)
+    require_instance(Propagation, propagation=propagation)
+    require_instance(Run, Scene, str, PathLike, run_or_scene=run_or_scene)
     subject = run_or_scene if isinstance(run_or_scene, Run | Scene) else _read(run_or_scene)
     scene: Scene | None
     if isinstance(subject, Scene):

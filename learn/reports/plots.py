@@ -20,7 +20,8 @@ from matplotlib.projections.polar import PolarAxes
 from matplotlib.ticker import Locator, LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
 
 from learn.baselines.array_ceiling import CEILING, shown_name
-from scenes.files.errors import ParameterError, shown
+from scenes.files.array_argument import check_array
+from scenes.files.errors import ParameterError, require_flag, require_instance
 from scenes.files.plain_text import in_figure
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
 from simulate.spectra.spectrum import check_spectra
@@ -70,6 +71,7 @@ def plot_spectrum(
         >>> ax.figure.savefig("spectrum.png")
     """
     values = _one(spectrum)
+    _check(ax, grid, difference)
     given, ax = ax, _new_axis(figsize=(6.4, 2.6)) if ax is None else ax
     azimuth, elevation = _pixel_edges(grid)
     turn = COLUMNS * grid.azimuth_step_deg
@@ -115,6 +117,7 @@ def plot_polar(
         'azimuth around, elevation from the rim (0°) to the centre (90°)'
     """
     values = _one(spectrum)
+    _check(ax, grid, difference)
     given, ax = ax, _new_axis(figsize=(6, 4.2), subplot_kw={"projection": "polar"}) if ax is None else ax
     if not isinstance(ax, PolarAxes):
         raise ParameterError("ax", f'expected an axis with projection="polar", found {type(ax).__name__}')
@@ -156,13 +159,15 @@ def plot_cdf(
         >>> ax.get_xlabel(), ax.get_ylabel(), len(ax.lines)
         ('AoA error (°)', 'share of spectra', 5)
     """
+    _check(ax)
     given, ax = ax, _new_axis(figsize=(6.4, 4.2)) if ax is None else ax
     # Grey is for the bound only.
     colours = cycle(colormaps["tab20"]([number for number in range(20) if number not in GREYS]))
     named = scores if isinstance(scores, Mapping) else {"": scores}
     for name, values in named.items():
-        if not (np.size(values) and np.isfinite(values).all()):
-            raise ParameterError("scores", f"expected finite numbers, found {shown(np.asarray(values).tolist())}")
+        values = check_array("scores", values, (None,), "scores of one method")
+        if not len(values):
+            raise ParameterError("scores", "expected at least one score, found none")
         style = CEILING_STYLE if name == CEILING else {"color": next(colours), "lw": 2 if name == "model" else 1.2}
         label = f"{in_figure(shown_name(name))}: median {np.median(values):.3f}" if name else None
         ax.ecdf(values, label=label, **style)
@@ -178,6 +183,13 @@ def _new_axis(**style: Any) -> Axes:
     from matplotlib import pyplot  # reports draw without it
 
     return pyplot.subplots(layout="constrained", **style)[1]
+
+
+def _check(ax: Axes | None, grid: AngularGrid = AngularGrid(), difference: bool = False) -> None:
+    require_instance(AngularGrid, grid=grid)
+    require_flag(difference=difference)
+    if ax is not None:
+        require_instance(Axes, ax=ax)
 
 
 def _one(spectrum: Float[np.ndarray, "90 360"]) -> Float[np.ndarray, "90 360"]:

@@ -4,25 +4,30 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Sequence
 from dataclasses import asdict, dataclass, field
 from importlib.metadata import version
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
+import numpy as np
 from msgspec import Meta, Struct
 
 from learn.data.splits import Split, SplitKind
 from learn.models.steps import Steps
 from learn.training.registry import DEFAULT_MODEL
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError
+from scenes.files.errors import InputError, ParameterError, cut, shown
 from scenes.files.json_file import read_json
+from scenes.files.options import check_kinds
 from scenes.files.schema import Count, conform
-from scenes.scene.description import MOST_ELEMENTS
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
+
+if TYPE_CHECKING:  # a slow import that the command line's help does not need
+    from simulate.dataset.dataset_folder import Dataset
+
+PACKAGE = "bisplat-wrf"
 
 LARGEST_OPTION = 10**6
 """Largest whole number among a model's options, such as its primitives; the memory grows in proportion to them."""
@@ -31,11 +36,13 @@ LARGEST_OPTION = 10**6
 Option = bool | Annotated[int, Meta(ge=-LARGEST_OPTION, le=LARGEST_OPTION)] | float | str | list[Any] | None
 
 
-class Receiver(Struct):
-    """The array and the grid in config.json."""
+class Origin(Struct):
+    """What config.json says besides the settings: the dataset's array, grid and fingerprint, and versions."""
 
     array: PlanarArray
     grid: AngularGrid
+    dataset_sha256: str | None = None
+    versions: dict[str, str] = {}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,8 +70,9 @@ class Config:
     by_steps: Steps | None = None
 
     def __post_init__(self) -> None:
+        check_kinds(self)
         # Options are converted as JSON converts them (tuples to lists), so that settings equal those read back.
-        object.__setattr__(self, "options", json.loads(json.dumps(self.options)))
+        object.__setattr__(self, "options", {name: _as_json(name, value) for name, value in self.options.items()})
 
     def settings(self) -> dict[str, Any]:
         """All settings in one flat dictionary, by the names of the parameters of ``train``."""
@@ -72,39 +80,63 @@ class Config:
         return {**content.pop("options"), **(content.pop("by_steps") or {}), **content}
 
 
-def write_config(folder: Path, config: Config, beamformer: Beamformer, split: Split, names: Sequence[str]) -> None:
+def _as_json(option: str, value: Any) -> Any:
+    try:
+        return json.loads(json.dumps(value.item() if isinstance(value, np.generic) else value))
+    except (TypeError, ValueError):
+        raise ParameterError(option, f"expected a number, a text, a switch or a list, found {shown(value)}") from None
+
+
+class RunRecord(NamedTuple):
+    """The content of config.json.
+
+    Attributes:
+        config: the settings.
+        beamformer: the dataset's array and grid.
+        dataset_sha256: fingerprint of the dataset. None: an older version trained the run, which kept none.
+        version: version of bisplat-wrf that trained the run; empty if it is not known.
+    """
+
+    config: Config
+    beamformer: Beamformer
+    dataset_sha256: str | None
+    version: str
+
+
+def write_config(folder: Path, config: Config, dataset: Dataset, split: Split) -> None:
     """Write config.json and split.json.
 
     Args:
         folder: the run folder.
         config: its settings.
-        beamformer: the dataset's array and grid.
-        split: indices into ``names``.
-        names: names of the dataset's spectra.
+        dataset: the dataset of the run.
+        split: indices into the dataset.
     """
     content = {
         **asdict(config),
-        "array": asdict(beamformer.array),
-        "grid": asdict(beamformer.grid),
+        "dataset_sha256": dataset.fingerprint,
+        "array": asdict(dataset.array),
+        "grid": asdict(dataset.grid),
         "normalisation": "pictures are min-max normalised per spectrum; positions are scaled inside the model",
-        "versions": {name: version(name) for name in ("bisplat-wrf", "torch", "lightning", "numpy")},
+        "versions": {name: version(name) for name in (PACKAGE, "torch", "lightning", "numpy")},
     }
     write_atomically(folder / "config.json", (json.dumps(content, indent=2) + "\n").encode())
-    parts = {part: [names[i] for i in getattr(split, part)] for part in ("train", "validation", "test")}
+    parts = {part: [dataset.names[i] for i in getattr(split, part)] for part in ("train", "validation", "test")}
     write_atomically(folder / "split.json", (json.dumps(parts, indent=1) + "\n").encode())
 
 
-def read_config(folder: Path) -> tuple[Config, Beamformer]:
+def read_config(folder: Path) -> RunRecord:
     """Read config.json.
 
     Args:
         folder: the run folder.
 
     Returns:
-        The settings, and the dataset's array and grid.
+        The settings, and what the run recorded of its dataset.
 
     Raises:
-        InputError: the folder has no config.json, or one that ``write_config`` cannot have written.
+        InputError: the folder has no config.json, or one that ``write_config`` cannot have written. If another version
+            wrote it, the message says so.
     """
     path = folder / "config.json"
     if not os.path.lexists(path):
@@ -112,8 +144,26 @@ def read_config(folder: Path) -> tuple[Config, Beamformer]:
     content = read_json(path, "the settings that bisplat train 0.2 writes")
     known = Config.__dataclass_fields__  # other keys are for readers only
     settings = {key: content[key] for key in content if key in known} if isinstance(content, dict) else content
-    config = conform(settings, Config, str(path), complete=True)
-    receiver = conform(content, Receiver, str(path))
-    if receiver.array.elements > MOST_ELEMENTS:
-        raise InputError(f"{path}: array: expected at most {MOST_ELEMENTS} elements, found {receiver.array}")
-    return config, Beamformer(receiver.array, receiver.grid)
+    try:
+        config = conform(settings, Config, str(path), complete=True)
+        origin = conform(content, Origin, str(path))
+    except InputError as error:
+        raise InputError(f"{error}{of_another_version(_version(content))}") from None
+    beamformer = Beamformer(origin.array, origin.grid)
+    return RunRecord(config, beamformer, origin.dataset_sha256, _version(content))
+
+
+def _version(content: Any) -> str:
+    versions = content.get("versions") if isinstance(content, dict) else None
+    return str(versions.get(PACKAGE, "")) if isinstance(versions, dict) else ""
+
+
+def of_another_version(trained_by: str) -> str:
+    """The end of a message about a run that cannot be read; empty if this version trained it.
+
+    Args:
+        trained_by: version of bisplat-wrf that trained the run; empty if it is not known.
+    """
+    if trained_by in ("", version(PACKAGE)):
+        return ""
+    return f"; bisplat-wrf {cut(trained_by)} trained this run, and this is {version(PACKAGE)}: train it again"

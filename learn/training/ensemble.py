@@ -46,7 +46,8 @@ class Ensemble:
     def __post_init__(self) -> None:
         first = self.runs[0]
         for run in self.runs[1:]:
-            other = run.split(self._data) if run.config.dataset == first.config.dataset else None
+            same = (run.config.dataset, run.dataset_sha256) == (first.config.dataset, first.dataset_sha256)
+            other = run.split(self._data) if same else None
             if other is None or not np.array_equal(other.validation, self._validation):
                 raise InputError(
                     f"{run.folder}: expected a run of the same dataset and split as {first.folder}, found another one; "

@@ -19,7 +19,7 @@ from learn.data.splits import Split
 from learn.models.base import Report, SpectrumModel
 from learn.models.capabilities import PredictsResponses
 from learn.models.kriged_field import KrigedField
-from learn.models.retrieved_field import can_retrieve, fit_to_pictures, not_black, retrieved_responses
+from learn.models.retrieved_field import can_retrieve, fit_to_pictures, retrieved_responses, with_contrast
 from learn.models.steps import Steps
 from learn.training.fit_progress import FitProgress
 from learn.training.lightning_module import Spectra
@@ -86,7 +86,7 @@ def _found(
     of_spectra = KrigedField(region, dataset.beamformer, wavelength, "spectra")
     field = KrigedField(region, dataset.beamformer, wavelength, "responses")
     of_spectra.report = field.report = report  # type: ignore[method-assign]
-    seen = not_black(dataset, parts.train)
+    seen = with_contrast(dataset, parts.train)
     of_spectra.fit(dataset, seen)
     report("responses behind pictures", 0, 1)
     return field, fit_to_pictures(field, of_spectra, retrieved_responses(dataset, seen), dataset, seen)

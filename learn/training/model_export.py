@@ -19,7 +19,7 @@ from torch.export import ExportedProgram, save
 from learn.models.capabilities import TracesRays
 from learn.training.run_folder import Run
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError
+from scenes.files.errors import InputError, require_instance, require_path
 from scenes.files.extras import require_extra
 
 INPUT, OUTPUT = "positions", "spectra"
@@ -56,6 +56,8 @@ def export(run: Run, path: Path | str) -> None:
         >>> program.module()(torch.tensor([[2.5, 3.0, 1.2]])).shape
         torch.Size([1, 90, 360])
     """
+    require_instance(Run, run=run)
+    require_path(path=path)
     path = Path(path)
     writers: dict[str, Callable[[ExportedProgram, Path], None]] = {".onnx": _write_onnx, ".pt2": save}
     if path.suffix not in writers:

@@ -24,13 +24,15 @@ from safetensors.torch import load_file, save
 from learn.data.splits import Split, read_split
 from learn.models.base import SpectrumModel
 from learn.models.capabilities import StatesVariance
-from learn.training.config import Config, read_config
+from learn.training.config import Config, of_another_version, read_config
 from learn.training.registry import check_options, model_class, model_entry
 from learn.training.training_file import read_training
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError, ParameterError, cut, reason, shown
+from scenes.files.errors import InputError, ParameterError, cut, reason, require_path, shown
 from scenes.files.input_file import MEGABYTE, require_regular
+from scenes.files.plain_text import say
 from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.picture_files import what_is_at
 from simulate.positions.given_positions import check_points
 from simulate.spectra.beamformer import Beamformer
 
@@ -137,6 +139,8 @@ class Run:
         config: settings of the run.
         beamformer: the dataset's array and grid.
         model: the trained model, in evaluation mode, on the GPU if there is one.
+        dataset_sha256: fingerprint of the dataset that it was trained on. None: an older version trained the run, which
+            kept none.
 
     Example:
         >>> import bisplat
@@ -152,6 +156,7 @@ class Run:
     config: Config
     beamformer: Beamformer
     model: SpectrumModel
+    dataset_sha256: str | None = None
 
     @property
     def name(self) -> str:
@@ -210,23 +215,51 @@ class Run:
             >>> bisplat.load_run("runs/lab").deviation([[2.5, 3.0, 1.2]]) is None  # it has 3 validation spectra
             True
         """
-        found = read_training(self.folder).deviation
+        points, found = check_points(positions), read_training(self.folder).deviation
         if found is None:
             return None
-        return found.at(uncertainty(self.model, check_points(positions)), len(positions))
+        return found.at(uncertainty(self.model, points), len(points))
 
     def dataset(self) -> Dataset:
-        """Read the dataset of this run from its folder.
+        """Read the dataset of this run from the folder in which it was at the training.
 
         Raises:
-            InputError: the folder no longer exists, or is not a valid dataset.
+            InputError: the folder no longer exists, is not a valid dataset, or holds other spectra now.
 
         Example:
             >>> import bisplat
             >>> bisplat.load_run("runs/lab").dataset().positions.shape
             (40, 3)
         """
-        return read_dataset(self.config.dataset)
+        folder = Path(self.config.dataset)
+        if not folder.is_dir():
+            raise InputError(
+                f"{folder}: expected the dataset that {self.folder} was trained on, found {what_is_at(folder)}; if it "
+                f'has moved, write its new place as "dataset" in {self.folder / "config.json"}'
+            )
+        found = read_dataset(folder)
+        if self.dataset_sha256 is None:
+            say(
+                f"warning: {self.folder}: an older version trained this run and kept no fingerprint of its dataset, so "
+                f"it is assumed that {folder} still holds the same spectra"
+            )
+        require_same_spectra(found, self.folder, self.dataset_sha256)
+        return found
+
+    def is_trained_on(self, dataset: Dataset) -> bool:
+        """Whether a dataset is that of this run, in whatever folder it is now.
+
+        Args:
+            dataset: any dataset.
+
+        Example:
+            >>> import bisplat
+            >>> bisplat.load_run("runs/lab").is_trained_on(bisplat.read_dataset("data/lab"))
+            True
+        """
+        if self.dataset_sha256 is None:
+            return dataset.folder.resolve() == Path(self.config.dataset).resolve()
+        return dataset.fingerprint == self.dataset_sha256
 
     def split(self, dataset: Dataset) -> Split:
         """Read which spectra this run was trained, validated and tested on.
@@ -248,6 +281,24 @@ class Run:
             (29, 3, 8)
         """
         return read_split(self.folder / "split.json", dataset.names, dataset.folder)
+
+
+def require_same_spectra(dataset: Dataset, folder: Path, dataset_sha256: str | None) -> None:
+    """Refuse a dataset that is not the one with which a run or an experiment was begun.
+
+    Args:
+        dataset: what is in the dataset's folder now.
+        folder: folder of the run or the experiment, for the message.
+        dataset_sha256: fingerprint that it recorded. None: it recorded none.
+
+    Raises:
+        InputError: the dataset has another fingerprint.
+    """
+    if dataset_sha256 not in (None, dataset.fingerprint):
+        raise InputError(
+            f"{dataset.folder}: expected the dataset that {folder} was trained on, found other spectra, as if they had "
+            "been simulated or measured again; put the former dataset there, or train on this one into another folder"
+        )
 
 
 def save_weights(folder: Path, model: SpectrumModel) -> None:
@@ -301,8 +352,9 @@ def load_run(folder: Path | str) -> Run:
         >>> run.predict([[2.5, 3.0, 1.2]]).spectra.shape
         (1, 90, 360)
     """
+    require_path(folder=folder)
     folder = Path(folder)
-    config, beamformer = read_config(folder)
+    config, beamformer, dataset_sha256, trained_by = read_config(folder)
     path = folder / "weights.safetensors"
     if not path.exists():
         raise InputError(
@@ -323,9 +375,10 @@ def load_run(folder: Path | str) -> Run:
         model.load_state_dict(weights)
     except (SafetensorError, RuntimeError, OSError) as error:
         found = cut(str(error).splitlines()[-1].strip())  # the first line of PyTorch's errors says nothing
-        raise InputError(f"{path}: expected the weights of {config.model}, found {found}") from error
+        other = of_another_version(trained_by)
+        raise InputError(f"{path}: expected the weights of {config.model}, found {found}{other}") from error
     wrong = next((name for name, each in model.state_dict().items() if not each.isfinite().all()), None)
     if wrong is not None:
         raise InputError(f"{path}: expected finite weights of {config.model}, found others in {wrong}")
     device = "cuda" if torch.cuda.is_available() else "cpu"
-    return Run(folder, config, beamformer, model.eval().to(device))
+    return Run(folder, config, beamformer, model.eval().to(device), dataset_sha256)

@@ -6,6 +6,7 @@ import os
 import time
 from collections.abc import Mapping
 from dataclasses import replace
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
@@ -27,10 +28,16 @@ from learn.training.fit_progress import FitProgress
 from learn.training.found_responses import Learned, learned_responses
 from learn.training.lightning_module import Spectra
 from learn.training.registry import DEFAULT_MODEL, check_options, model_entry
-from learn.training.run_folder import Run, build_model, load_run, load_weights, save_weights
+from learn.training.run_folder import Run, build_model, load_run, load_weights, require_same_spectra, save_weights
 from learn.training.training_file import write_training
 from learn.training.validation_scores import validate
-from scenes.files.errors import ParameterError, require_seed, require_whole
+from scenes.files.errors import (
+    ParameterError,
+    require_instance,
+    require_path,
+    require_seed,
+    require_whole,
+)
 from scenes.files.options import changed, optional, taken, takes
 from scenes.files.output_folder import own_folder, require_own
 from scenes.scene.shapes import bounding_box
@@ -76,8 +83,9 @@ def train(
         The trained run.
 
     Raises:
-        ParameterError: the model is unknown or cannot be imported, or lacks one of the options; settings of training by
-            steps are given for a model that is fitted in closed form; or a number is out of its range.
+        ParameterError: the model is unknown or cannot be imported, or lacks one of the options; no split has this name;
+            settings of training by steps are given for a model that is fitted in closed form; or a number is out of its
+            range.
         InputError: the dataset is not valid or has too few spectra for the split; or the output folder holds other
             files or a run with other settings, or another process writes to it.
 
@@ -87,10 +95,15 @@ def train(
         >>> run.predict([[2.5, 3.0, 1.2]]).responses.shape
         (1, 16)
     """
+    require_instance(Dataset, str, PathLike, dataset=dataset)
+    require_path(output=output)
+    if options is not None:
+        require_instance(Mapping, options=options)
     entry = model_entry(model)
     processes, given = taken(settings, Processes, optional(Steps))
     by_steps = {name: value for name, value in changed(given).items() if value is not None}
     if by_steps.get("init") is not None:
+        require_path(init=by_steps["init"])
         by_steps["init"] = str(Path(by_steps["init"]).resolve())
     if entry.by_steps is None and by_steps:
         raise ParameterError(next(iter(by_steps)), f"expected a model trained by steps, found {model}")
@@ -134,8 +147,10 @@ def train_run(
     _check(config, processes)
     dataset = dataset or read_dataset(config.dataset)
     parts = split(dataset, config.split, config.split_seed, config.train_size)
-    own: Any = (folder, "run", "config.json", config.settings(), lambda path: read_config(path.parent)[0].settings())
+    own: Any = (folder, "run", "config.json", config.settings(), _recorded_settings)
     require_own(*own)
+    if (folder / "config.json").exists():
+        require_same_spectra(dataset, folder, read_config(folder).dataset_sha256)
     if (folder / "weights.safetensors").exists():
         return
     if getattr(rank_zero_only, "rank", 0) != 0:  # only the first process claims the folder and writes to it
@@ -143,8 +158,12 @@ def train_run(
         return
     with own_folder(*own):
         if not (folder / "weights.safetensors").exists():  # another process may have finished the run just now
-            write_config(folder, config, dataset.beamformer, parts, dataset.names)
+            write_config(folder, config, dataset, parts)
             _train(config, folder, processes, dataset, parts, learned)
+
+
+def _recorded_settings(file: Path) -> dict[str, Any]:
+    return read_config(file.parent).config.settings()
 
 
 def _train(

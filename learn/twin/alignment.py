@@ -23,7 +23,7 @@ def aligned_to(
     turned = flips & (np.abs(products[1]) > np.abs(products[0]))
     chosen, product = np.where(turned[:, None], flipped, measured), np.where(turned, products[1], products[0])
     size, expected = np.linalg.norm(chosen, axis=1), np.linalg.norm(traced, axis=1)
-    scale = np.divide(expected, size, out=np.zeros_like(size), where=size > 0)  # a black picture has no power
+    scale = np.divide(expected, size, out=np.zeros_like(size), where=size > 0)  # a picture of one level has none
     return chosen * (scale * np.exp(1j * np.angle(product)))[:, None], 1.0
 
 

@@ -4,33 +4,47 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from os import PathLike
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from jaxtyping import Complex, Int
 
-from learn.data.splits import SplitKind
+from learn.data.same_receiver import (
+    SAME_DIRECTION,
+    SAME_PLACE,
+    in_words,
+    other_array,
+    other_frequency,
+    pose_difference,
+)
+from learn.data.splits import SPLITS, SplitKind
 from learn.data.splits import split as split_dataset
 from learn.models.retrieved_field import retrieved_responses
 from learn.twin.gauss_newton import Calibration, most_likely
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError, ParameterError, require_seed, require_whole
+from scenes.files.errors import InputError, ParameterError, require_instance, require_seed, require_whole, require_word
+from scenes.files.plain_text import say
 from scenes.scene.description import Scene
+from scenes.scene.shapes import bounding_box
 from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import OF_MATERIALS, Unknown, unknowns
 from scenes.storage.scene_yaml import load_scene, write_scene
 from simulate.dataset.dataset_folder import Dataset, read_dataset
-from simulate.positions.given_positions import MOST_POSITIONS
+from simulate.positions.given_positions import MOST_POSITIONS, reach_warning
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.spectrum import evenly
 
 RECORD = "calibration.json"
 
-SAME_FREQUENCY, SAME_SPACING = 0.05, 0.05
-"""Largest relative difference of wavelengths, and largest difference of element spacings in wavelengths, with which a
-dataset can have been measured in a scene."""
+MOST_TOLERANCES = 10.0
+"""Largest difference between the gateways of a scene and of a dataset, in tolerances."""
+
+UNEXPLAINED_MOST = 0.5
+"""Share of the measured power that a corrected scene may leave unexplained. Spectra of another room leave nine tenths,
+those of the right one in full wave a tenth."""
 
 
 def calibrate(
@@ -63,12 +77,13 @@ def calibrate(
         report: called with sentences on the progress.
 
     Returns:
-        The corrected scene, the corrections, and their standard deviations.
+        The corrected scene, the corrections, and their standard deviations. A warning is printed if the corrected scene
+        leaves more than half of the measured power unexplained.
 
     Raises:
-        InputError: the scene or the dataset cannot be read; the scene has several gateways, or another array or
-            frequency than the dataset; all tolerances are 0; all spectra are black; or no path reaches any of their
-            positions.
+        InputError: the scene or the dataset cannot be read; the scene has several gateways, or another array, frequency
+            or gateway than the dataset; all tolerances are 0; all spectra have one grey level; or no path reaches any
+            of their positions.
         ParameterError: ``n`` or ``seed`` is not a whole number in its range, or diffuse reflection is to be followed.
 
     Example:
@@ -83,10 +98,22 @@ def calibrate(
     """
     require_whole(1, MOST_POSITIONS, n=n)
     require_seed(seed=seed)
+    require_word(SPLITS, split=split)
+    require_instance(Tolerances, tolerances=tolerances)
+    require_instance(Propagation, propagation=propagation)
+    require_instance(Scene, str, PathLike, scene=scene)
     place = scene if isinstance(scene, Scene) else load_scene(scene)
     measured = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
     known = evenly(split_dataset(measured, split, seed).known, n)
-    return calibrate_by(place, measured, known, tolerances, propagation, report)
+    box = bounding_box(np.vstack([place.bounds, place.transmitter.region]))
+    warning = reach_warning(measured.positions[known], box, "the scene", "were they measured there, in its frame?")
+    if warning is not None:
+        say(f"warning: {measured.folder}: {warning}")
+    found = calibrate_by(place, measured, known, tolerances, propagation, report)
+    warning = doubt(found)
+    if warning is not None:
+        say(f"warning: {warning}")
+    return found
 
 
 def calibrate_by(
@@ -108,8 +135,8 @@ def calibrate_by(
         report: called with sentences on the progress.
 
     Raises:
-        InputError: the scene has several gateways, or another array or frequency than the dataset; all tolerances are
-            0; all spectra are black; or no path reaches any of their positions.
+        InputError: the scene has several gateways, or another array, frequency or gateway than the dataset; all
+            tolerances are 0; all spectra have one grey level; or no path reaches any of their positions.
         ParameterError: diffuse reflection is to be followed.
     """
     if propagation.diffuse:
@@ -117,26 +144,53 @@ def calibrate_by(
     if scene.further_gateways:
         raise InputError(f"{scene.name}: expected a scene with one gateway, found {1 + len(scene.further_gateways)}")
     array = PlanarArray.of(scene.gateway)
-    if (array.rows, array.columns) != (dataset.array.rows, dataset.array.columns):
-        raise InputError(
-            f"{dataset.folder}: expected spectra of the scene's array of {array.rows} × {array.columns} elements, "
-            f"found {dataset.array.rows} × {dataset.array.columns}"
-        )
-    if abs(scene.wavelength / dataset.wavelength - 1) > SAME_FREQUENCY:
+    if other_frequency(dataset.wavelength, scene.wavelength):
         raise InputError(
             f"{scene.name}: expected a scene of the dataset's wavelength of {dataset.wavelength:.4g} m, "
             f"found {scene.wavelength:.4g} m"
         )
-    if abs(array.spacing - dataset.array.spacing) > SAME_SPACING:
+    if other_array(array, dataset.array):
         raise InputError(
-            f"{dataset.folder}: expected spectra of the scene's array, whose elements are {array.spacing:g} λ apart, "
-            f"found {dataset.array.spacing:g} λ"
+            f"{dataset.folder}: expected spectra of the scene's array, {in_words(array)}, found those of "
+            f"{in_words(dataset.array)}"
         )
     which = unknowns(scene, tolerances)
     if not which:
         raise InputError(f"{scene.name}: expected a tolerance above 0, found nothing that may be wrong")
+    _require_same_gateway(scene, dataset, tolerances)
     measured, phases_known = measured_responses(dataset, known)
     return most_likely(scene, which, propagation, dataset.positions[known], measured, phases_known, report)
+
+
+def _require_same_gateway(scene: Scene, dataset: Dataset, tolerances: Tolerances) -> None:
+    """Refuse a dataset whose gateway is too far from the scene's for the tolerances."""
+    gateway = scene.gateway
+    distance, angle = pose_difference(
+        (gateway.position, gateway.orientation), (dataset.gateway_position, dataset.gateway_orientation)
+    )
+    farthest = max(MOST_TOLERANCES * tolerances.position, SAME_PLACE * scene.wavelength)
+    widest = max(MOST_TOLERANCES * tolerances.rotation, SAME_DIRECTION)
+    if distance > farthest or angle > widest:
+        raise InputError(
+            f"{dataset.folder / 'gateway_info.yml'}: expected the gateway of {scene.name}, at "
+            f"{np.round(gateway.position, 3).tolist()}, within {farthest:.2g} m and {widest:.2g}° ({MOST_TOLERANCES:g} "
+            f"tolerances), found one {distance:.3g} m away and turned by {angle:.3g}°"
+        )
+
+
+def doubt(calibration: Calibration) -> str | None:
+    """A sentence on a corrected scene that does not explain the spectra; None if it does.
+
+    Args:
+        calibration: what was found.
+    """
+    left, before = calibration.misfit
+    if left <= UNEXPLAINED_MOST:
+        return None
+    return (
+        f"{left:.0%} of the measured power is unexplained by the corrected scene ({before:.0%} before), so that its "
+        "corrections mean nothing: were the spectra measured in this room, in its frame, and at its frequency?"
+    )
 
 
 def measured_responses(dataset: Dataset, known: Int[np.ndarray, " n"]) -> tuple[Complex[np.ndarray, "n M"], bool]:

@@ -90,7 +90,7 @@ def most_likely(
         InputError: all responses are zero, or no path reaches any of the positions.
     """
     if not measured.any():
-        raise InputError(f"{scene.name}: expected spectra that are not black, found only black ones")
+        raise InputError(f"{scene.name}: expected spectra of several grey levels, found none")
     # Only responses behind pictures may be flipped, even while others are compared in phases of their own.
     search = _Search(scene, list(which), positions, measured, flips=not phases_known, report=report)
     tracer = Tracer(scene, propagation, search.region, report=report)

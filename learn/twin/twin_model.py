@@ -170,7 +170,7 @@ class Twin(PredictsResponses):
 
         Raises:
             InputError: the scene has several gateways, or another array or frequency than the dataset; all tolerances
-                are 0; all spectra are black; or no path reaches any of their positions.
+                are 0; all spectra have one grey level; or no path reaches any of their positions.
         """
         from learn.twin.calibrate import calibrate_by
 
@@ -199,17 +199,17 @@ class Twin(PredictsResponses):
             known: indices of the spectra.
 
         Raises:
-            InputError: all spectra are black.
+            InputError: all spectra have one grey level.
         """
         from learn.twin.alignment import aligned_to, unexplained
         from learn.twin.calibrate import measured_responses
 
         known = np.unique(known)
         measured, phases_known = measured_responses(dataset, known)
-        if not phases_known:  # a black picture contains nothing about the field
+        if not phases_known:  # a picture of one grey level contains nothing about the field
             seen = measured.any(axis=1)
             if not seen.any():
-                raise InputError(f"{dataset.folder}: expected spectra that are not black, found only black ones")
+                raise InputError(f"{dataset.folder}: expected spectra of several grey levels, found none")
             known, measured = known[seen], measured[seen]
         held_out = self._fit_gains(dataset.positions[known], measured, phases_known)
         traced = self._traced(dataset.positions[known])

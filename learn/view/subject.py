@@ -236,14 +236,14 @@ def subject(what: str) -> Subject:
         return _with_scene(folder.name, dataset, parts, None)
     run = load_run(folder)
     try:
-        dataset = read_dataset(run.config.dataset)
+        dataset = run.dataset()
         parts = run.split(dataset)
     except InputError as error:
         region = run.model.region.double().cpu().numpy()
         array = run.beamformer.array
         gateway = Gateway((0, 0, 0), (0, 0, 0, 1), array.rows, array.columns, array.spacing)
         missing = [
-            f"The dataset of this run cannot be read ({error}), so there are no recorded spectra and no scene. The "
+            f"The dataset of this run cannot be used ({error}), so there are no recorded spectra and no scene. The "
             "gateway is drawn at the origin with its boresight upwards."
         ]
         return Subject(folder.name, gateway, region, None, None, None, run, missing)

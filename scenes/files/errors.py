@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable
 from difflib import get_close_matches
 from numbers import Integral, Real
+from os import PathLike
 
 
 class InputError(ValueError):
@@ -124,6 +125,70 @@ def require_within(least: float, most: float, what: str, **values: float) -> Non
     for name, value in values.items():
         if not (_is_number(value) and least <= value <= most):
             raise ParameterError(name, f"expected {what} from {least:g} to {most:g}, found {shown(value)}")
+
+
+def require_flag(**values: bool) -> None:
+    """Refuse switches that are neither True nor False, such as "no", which Python takes for true.
+
+    Args:
+        values: the switches, by name of the parameter.
+
+    Raises:
+        ParameterError: one of them is something else.
+    """
+    for name, value in values.items():
+        if not isinstance(value, bool):
+            raise ParameterError(name, f"expected true or false, found {shown(value)}")
+
+
+def require_word(known: Iterable[str], **values: str) -> None:
+    """Refuse words that are not among the known ones.
+
+    Args:
+        known: the valid words.
+        values: the words, by name of the parameter.
+
+    Raises:
+        ParameterError: one of them is not known.
+
+    >>> require_word(("files", "random", "blocked"), split="ramdom")
+    Traceback (most recent call last):
+    ...
+    scenes.files.errors.ParameterError: split: expected files, random or blocked, found 'ramdom'; did you mean "random"?
+    """
+    *others, last = known
+    for name, value in values.items():
+        if not (isinstance(value, str) and value in (*others, last)):
+            hint = did_you_mean(value, (*others, last))
+            nearest = f"; {hint}" if hint.endswith("?") else ""  # the others are listed already
+            raise ParameterError(name, f"expected {', '.join(others)} or {last}, found {shown(value)}{nearest}")
+
+
+def require_path(**values: object) -> None:
+    """Raise a ParameterError for values that are neither texts nor paths."""
+    for name, value in values.items():
+        if not isinstance(value, str | PathLike):
+            raise ParameterError(name, f"expected a path, found {shown(value)}")
+
+
+def require_instance(*kinds: type, **values: object) -> None:
+    """Refuse values of other classes.
+
+    Args:
+        kinds: the classes, for a value of any of them.
+        values: the values, by name of the parameter.
+
+    Raises:
+        ParameterError: one of them is of none of these classes.
+
+    >>> require_instance(int, float, width="wide")
+    Traceback (most recent call last):
+    ...
+    scenes.files.errors.ParameterError: width: expected int or float, found 'wide'
+    """
+    for name, value in values.items():
+        if not isinstance(value, kinds):
+            raise ParameterError(name, f"expected {' or '.join(kind.__name__ for kind in kinds)}, found {shown(value)}")
 
 
 def _is_number(value: object) -> bool:

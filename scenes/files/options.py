@@ -12,9 +12,11 @@ from collections import ChainMap
 from collections.abc import Callable, Mapping
 from dataclasses import MISSING, Field, fields, is_dataclass, make_dataclass
 from functools import cache
-from typing import Annotated, Any, TypeVar, get_args, get_type_hints
+from typing import Annotated, Any, Literal, TypeVar, get_args, get_origin, get_type_hints
 
-from scenes.files.errors import ParameterError, did_you_mean, shown
+import numpy as np
+
+from scenes.files.errors import ParameterError, did_you_mean, require_flag, require_instance, require_word, shown
 
 PLACE = re.compile(r"^        \*\*\w+:.*(\n            .*)*", re.MULTILINE)
 """The entry ``**options`` in the arguments of a docstring."""
@@ -100,6 +102,51 @@ def takes(*kinds: type) -> Callable[[F], F]:
         return function
 
     return show
+
+
+def check_kinds(options: Any) -> None:
+    """Check the switches, words and nested settings of a dataclass, for its ``__post_init__``.
+
+    NumPy's numbers become Python's, which JSON can hold. The ranges of numbers are left to the dataclass.
+
+    Args:
+        options: an instance of a frozen dataclass.
+
+    Raises:
+        ParameterError: a switch is neither true nor false, a word is not one of its ``Literal``, or nested settings are
+            of another class.
+
+    >>> from dataclasses import dataclass
+    >>> @dataclass(frozen=True)
+    ... class Drawing:
+    ...     width: int = 3
+    ...     filled: bool = True
+    ...     def __post_init__(self):
+    ...         check_kinds(self)
+    >>> Drawing(np.int64(4))
+    Drawing(width=4, filled=True)
+    >>> Drawing(filled="no")
+    Traceback (most recent call last):
+    scenes.files.errors.ParameterError: filled: expected true or false, found 'no'
+    """
+    for name, kind in _hints(options.__class__).items():
+        value = getattr(options, name)
+        if isinstance(value, np.generic):
+            value = value.item()
+            object.__setattr__(options, name, value)
+        if kind is bool:
+            require_flag(**{name: value})
+        elif get_origin(kind) is Literal:
+            require_word(get_args(kind), **{name: value})
+        elif isinstance(kind, type) and is_dataclass(kind):
+            require_instance(kind, **{name: value})
+
+
+@cache
+def _hints(options: type) -> dict[str, Any]:
+    """The type of each option, by name."""
+    hints = get_type_hints(options)
+    return {each.name: hints[each.name] for each in fields(options)}
 
 
 @cache

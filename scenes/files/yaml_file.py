@@ -1,8 +1,8 @@
 """Read YAML from the user. All of the program's YAML is parsed here.
 
 YAML has features that a description does not need, and some are dangerous. Aliases can make a huge value of a small
-file. Dates and tags make values that are not texts, numbers, lists or mappings. PyYAML reads YAML 1.1, in which -.5 is
-a text.
+file. Dates and tags make values that are not texts, numbers, lists or mappings. PyYAML reads YAML 1.1, in which 1_0 is
+10, 1:30 is 90 and 010 is 8, while 1e3 and -.5 are texts. Here numbers are those of YAML 1.2, in decimals.
 """
 
 from __future__ import annotations
@@ -16,11 +16,20 @@ import yaml
 from scenes.files.errors import InputError, printable, shown
 from scenes.files.input_file import MEGABYTE, read_text
 from scenes.files.json_file import DEEPEST, TOO_DEEP
+from scenes.files.number_text import parse_number, parse_whole
 
 LIMIT = 4 * MEGABYTE
 """Largest size of a YAML file, bytes. It is enough for about 60,000 objects, which take half a minute to read."""
 
-TIMESTAMP = "tag:yaml.org,2002:timestamp"
+INTEGER, FLOAT, TIMESTAMP = (f"tag:yaml.org,2002:{name}" for name in ("int", "float", "timestamp"))
+
+NUMBERS = {
+    INTEGER: re.compile(r"[-+]?[0-9]+$"),
+    FLOAT: re.compile(
+        r"([-+]?([0-9]+\.[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?|[-+]?[0-9]+[eE][-+]?[0-9]+|[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN))$"
+    ),
+}
+"""What is a number without quotes, by tag."""
 
 
 class PlainLoader(yaml.SafeLoader):
@@ -51,12 +60,20 @@ class PlainLoader(yaml.SafeLoader):
             seen.add(key.value)
         return super().construct_mapping(node, deep)
 
+    def construct_yaml_int(self, node: yaml.ScalarNode) -> int:
+        return parse_whole(self.construct_scalar(node))
+
+    def construct_yaml_float(self, node: yaml.ScalarNode) -> float:
+        return parse_number(re.sub(r"\.(?=[a-zA-Z])", "", self.construct_scalar(node)))  # Python has no point in .inf
+
 
 # Dates stay texts, since no key of ours needs a date. So a scene may be named 2024-01-01.
 PlainLoader.yaml_implicit_resolvers = {
-    first: [(tag, pattern) for tag, pattern in resolvers if tag != TIMESTAMP]
+    first: [(tag, pattern) for tag, pattern in resolvers if tag not in (INTEGER, FLOAT, TIMESTAMP)]
     for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
 }
+PlainLoader.add_constructor(INTEGER, PlainLoader.construct_yaml_int)
+PlainLoader.add_constructor(FLOAT, PlainLoader.construct_yaml_float)
 
 
 class PlainDumper(yaml.SafeDumper):
@@ -64,7 +81,8 @@ class PlainDumper(yaml.SafeDumper):
 
 
 for each in (PlainLoader, PlainDumper):
-    each.add_implicit_resolver("tag:yaml.org,2002:float", re.compile(r"[-+]?\.\d+([eE][-+]?\d+)?$"), [*"-+."])
+    for tag, pattern in NUMBERS.items():
+        each.add_implicit_resolver(tag, pattern, [*"-+.0123456789"])
 
 
 def read_yaml(path: Path, expected: str) -> Any:

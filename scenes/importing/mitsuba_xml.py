@@ -18,6 +18,7 @@ from trimesh import Trimesh
 from scenes.files.errors import InputError, cut, did_you_mean, named
 from scenes.files.extras import require_extra
 from scenes.files.input_file import beside
+from scenes.files.number_text import parse_number
 from scenes.files.xml_file import read_xml
 from scenes.importing.mesh_files import read_mesh_file, require_ordinary
 from scenes.scene.materials import RadioMaterial, material_names, p2040_material
@@ -228,7 +229,7 @@ def _numbers(element: Element, key: str, counts: tuple[int, ...], label: str) ->
     """Return the numbers in an attribute, separated by spaces or commas."""
     text = element.get(key, "")
     try:
-        values = [float(word) for word in re.split(r"[\s,]+", text.strip())]
+        values = [parse_number(word) for word in re.split(r"[\s,]+", text.strip())]
     except ValueError:
         values = []
     if len(values) not in counts or not all(map(math.isfinite, values)):

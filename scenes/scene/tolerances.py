@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from scenes.files.errors import require_within
+from scenes.files.options import check_kinds
 
 
 @dataclass(frozen=True)
@@ -39,6 +40,7 @@ class Tolerances:
     frequency: float = 0.0
 
     def __post_init__(self) -> None:
+        check_kinds(self)
         require_within(0, 10, "metres", position=self.position, objects=self.objects)
         require_within(0, 90, "degrees", rotation=self.rotation)
         require_within(0, 2, "a relative deviation", materials=self.materials, frequency=self.frequency)

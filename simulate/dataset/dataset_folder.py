@@ -5,15 +5,16 @@ Rows of ``tx_pos.csv`` and pictures are numbered from 1. Everything in memory is
 
 from __future__ import annotations
 
-import functools
+import hashlib
 from dataclasses import dataclass, field
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from jaxtyping import Complex, Float, Int, UInt8
 
-from scenes.files.errors import InputError
+from scenes.files.errors import InputError, require_path
 from scenes.files.plain_text import say
 from simulate.dataset.dataset_reader import read_gateway, read_metadata
 from simulate.dataset.frequency import Frequency, frequency_of
@@ -111,6 +112,21 @@ class Dataset:
         """Wavelength in air, metres, at ``frequency``."""
         return self.frequency.wavelength
 
+    @cached_property
+    def fingerprint(self) -> str:
+        """SHA-256 of the names, positions and pictures, which tells whether two folders hold the same spectra.
+
+        Example:
+            >>> import bisplat
+            >>> dataset = bisplat.read_dataset("data/lab")
+            >>> len(dataset.fingerprint), dataset.fingerprint == bisplat.read_dataset("data/lab").fingerprint
+            (64, True)
+        """
+        digest = hashlib.sha256("\n".join(self.names).encode())
+        digest.update(np.ascontiguousarray(self.positions, dtype="<f8").data)
+        digest.update(np.ascontiguousarray(self.pictures).data)
+        return digest.hexdigest()
+
     @property
     def spectra(self) -> Float[np.ndarray, "K 90 360"]:
         """The pictures as numbers from 0 to 1 (grey levels / 255), float32, [K, 90, 360].
@@ -183,6 +199,7 @@ def read_dataset(folder: Path | str) -> Dataset:
         Traceback (most recent call last):
         scenes.files.errors.InputError: data/attic: expected a dataset folder, found nothing there
     """
+    require_path(folder=folder)
     inspection = inspect(Path(folder))
     if inspection.dataset is None:
         more = f" ({len(inspection.problems) - 1} more problems)" if len(inspection.problems) > 1 else ""
@@ -192,7 +209,7 @@ def read_dataset(folder: Path | str) -> Dataset:
     return inspection.dataset
 
 
-@functools.cache
+@cache
 def _say_once(sentence: str) -> None:
     say(sentence)  # many commands read a dataset more than once
 

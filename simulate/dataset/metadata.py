@@ -16,7 +16,6 @@ from scenes.files.errors import InputError, ParameterError
 from scenes.files.input_file import beside
 from scenes.files.json_file import read_json
 from scenes.files.schema import Count, conform, recorded
-from scenes.scene.description import MOST_ELEMENTS
 from scenes.scene.frequency import read_frequency
 from simulate.engines.engine_table import ENGINES
 from simulate.engines.rays_engine import Rays
@@ -79,9 +78,6 @@ def read_metadata_file(path: Path, expected: str, simulated: bool = False) -> di
     known = isinstance(engine, str) and engine in ENGINES
     schema = _schema(engine if known else "", simulated, tuple(ENGINES))
     checked: Any = conform(content, schema, str(path))
-    elements = checked.array.rows * checked.array.columns
-    if elements > MOST_ELEMENTS:
-        raise InputError(f"{path}: array: expected at most {MOST_ELEMENTS} elements, found {elements}")
     if "frequency_hz" in content:
         try:
             read_frequency(checked.frequency_hz)

@@ -19,6 +19,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from scenes.files.errors import require_whole
+from scenes.files.options import check_kinds
 from simulate.parallel.ray_cluster import require_ray
 
 if TYPE_CHECKING:  # their imports take long, and the help of the command line does not need them
@@ -67,6 +68,7 @@ class Machines:
     ray: str | None = None
 
     def __post_init__(self) -> None:
+        check_kinds(self)
         if self.workers is not None:
             require_whole(1, WORKERS_MOST, workers=self.workers)
 
@@ -140,14 +142,15 @@ class Engine(ABC):
         """
         return {name: version(name) for name in self.packages}
 
-    def require(self, machines: Machines) -> None:
+    def require(self, setting: Setting, machines: Machines) -> None:
         """Make sure that the engine can run, before anything is written.
 
         Args:
+            setting: the scene, region and seed.
             machines: where it is to run.
 
         Raises:
-            InputError: a package or library is missing.
+            InputError: a package or library is missing, or a file that the engine uses does not fit the setting.
             ParameterError: there is no Ray cluster at the address.
         """
         if machines != Machines():
@@ -181,26 +184,28 @@ class Engine(ABC):
             InputError: the computation failed.
         """
 
-    def is_whole(self, folder: Path) -> bool:
+    def is_whole(self, setting: Setting, folder: Path) -> bool:
         """Whether a finished dataset folder still has what ``source`` stored in it.
 
         Args:
+            setting: the scene, region and seed.
             folder: the dataset folder.
         """
         return True
 
     @classmethod
-    def kept(cls, folder: Path) -> ResponseSource:
+    def kept(cls, setting: Setting, folder: Path) -> ResponseSource:
         """Read what ``source`` stored in a dataset folder; only for engines with ``keeps_source``.
 
         Args:
+            setting: the scene, region and seed.
             folder: the dataset folder.
 
         Returns:
             The same as ``source`` returns.
 
         Raises:
-            InputError: it is missing or damaged.
+            InputError: it is missing or damaged, or does not fit the setting.
         """
         raise NotImplementedError
 

@@ -12,8 +12,9 @@ from msgspec import Meta, Struct
 from tyro.conf import Suppress
 
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError, require_within, shown
+from scenes.files.errors import InputError, require_path, require_within, shown
 from scenes.files.json_file import read_json
+from scenes.files.options import check_kinds
 from scenes.files.schema import Positive, conform
 from scenes.storage.scene_digest import scene_digest
 from simulate.engines.engine import Engine, Machines, Setting
@@ -49,6 +50,7 @@ class Solver:
     solver: Annotated[str, Suppress] = OURS
 
     def __post_init__(self) -> None:
+        check_kinds(self)
         if self.cell is not None:
             require_within(*CELLS, "metres", cell=self.cell)
 
@@ -68,6 +70,8 @@ class Made(Struct):
     engine: str = ""
     scene: str = ""
     scene_sha256: str = ""
+    frequency_hz: float | None = None
+    array: dict[str, Any] | None = None
     fullwave: Recorded | None = None
 
 
@@ -101,6 +105,11 @@ class FullWave(Solver, Engine):
 
     field: Path | None = None
     gpu: bool = False
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.field is not None:
+            require_path(field=self.field)
 
     name: ClassVar[str] = "fullwave"
     called: ClassVar[str] = "full wave"
@@ -142,8 +151,11 @@ class FullWave(Solver, Engine):
     def again(self, recorded: Engine) -> Engine:
         return replace(recorded, field=self.field, gpu=self.gpu) if isinstance(recorded, FullWave) else recorded
 
-    def require(self, machines: Machines) -> None:
-        super().require(replace(machines, workers=None))  # here workers are solver runs at a time, which need no Ray
+    def require(self, setting: Setting, machines: Machines) -> None:
+        # Here workers are solver runs at a time, which need no Ray.
+        super().require(setting, replace(machines, workers=None))
+        if self.field is not None:
+            self.kept(setting, Path(self.field))
 
     def source(self, setting: Setting, folder: Path, machines: Machines, progress: Progress) -> StoredField:
         """The field that is stored in the dataset folder.
@@ -169,7 +181,7 @@ class FullWave(Solver, Engine):
         from simulate.fullwave.settling import SETTLED
         from simulate.fullwave.stored_field import OF_POINTS
 
-        path, damage = folder / FIELD, self._damage(folder)
+        path, damage = folder / FIELD, self._damage(setting, folder)
         if damage is not None and path.exists():
             progress.console.print(f"{damage}; it is made again", markup=False, highlight=False, soft_wrap=True)
         if damage is not None and self.field is not None:
@@ -177,7 +189,7 @@ class FullWave(Solver, Engine):
         elif damage is not None:
             self._solved(setting, folder / "field", machines, progress).write(path)
         shutil.rmtree(folder / "field", ignore_errors=True)
-        field = self.kept(folder)
+        field = self.kept(setting, folder)
         settled, error = 20 * np.log10(max(field.unsettled.max(), 1e-9)), field.interpolation_error_db
         progress.console.print(
             f"stored field: settled to {settled:.0f} dB; interpolation error at most {error:.0f} dB "
@@ -187,19 +199,33 @@ class FullWave(Solver, Engine):
             progress.console.print("warning: the field has not settled to -60 dB; the scene may be a resonator")
         return field
 
-    def is_whole(self, folder: Path) -> bool:
-        return self._damage(folder) is None
+    def is_whole(self, setting: Setting, folder: Path) -> bool:
+        return self._damage(setting, folder) is None
 
     @classmethod
-    def kept(cls, folder: Path) -> StoredField:
+    def kept(cls, setting: Setting, folder: Path) -> StoredField:
         from simulate.fullwave.stored_field import read_stored_field
 
-        return read_stored_field(folder / FIELD)
+        path, gateway = folder / FIELD, setting.scene.gateway
+        field = read_stored_field(path)
+        if len(field.values) != gateway.rows * gateway.columns:
+            raise InputError(
+                f"{path}: expected the field of the array of {gateway.rows} × {gateway.columns} elements of "
+                f"{setting.scene.name}, found that of {len(field.values)} elements"
+            )
+        low, high = field.region
+        if (setting.region[0] < low).any() or (setting.region[1] > high).any():
+            raise InputError(
+                f"{path}: expected a field that is known in the whole region of the transmitters, from "
+                f"{setting.region[0].round(3).tolist()} to {setting.region[1].round(3).tolist()} m, found one from "
+                f"{low.round(3).tolist()} to {high.round(3).tolist()} m"
+            )
+        return field
 
-    def _damage(self, folder: Path) -> str | None:
-        """A sentence on why a folder has no readable stored field; None if it has one."""
+    def _damage(self, setting: Setting, folder: Path) -> str | None:
+        """A sentence on why a folder has no stored field that can be used; None if it has one."""
         try:
-            self.kept(folder)
+            self.kept(setting, folder)
         except InputError as error:
             return str(error)
         return None
@@ -227,7 +253,19 @@ def _solver_of_field(folder: Path, scene: Scene) -> Solver:
         raise InputError(f"{folder}: expected {expected}, found none with its {FIELD}")
     if made.scene_sha256 != scene_digest(scene):
         raise InputError(
-            f"{folder}: expected the field of the same scene, found that of {shown(made.scene)}, which differs in "
-            "objects, materials or antennas"
+            f"{folder}: expected the field of the same scene, found that of {shown(made.scene)}, "
+            f"{_difference(made, scene)}"
         )
     return Solver(made.fullwave.cell, made.fullwave.solver)
+
+
+def _difference(made: Made, scene: Scene) -> str:
+    """In what the scene of a field differs from another one."""
+    from simulate.spectra.array import PlanarArray
+
+    array = PlanarArray.of(scene.gateway)
+    if made.frequency_hz not in (None, scene.frequency):
+        return f"whose frequency is {made.frequency_hz:g} Hz instead of {scene.frequency:g} Hz"
+    if made.array not in (None, asdict(array)):
+        return f"whose array is {made.array} instead of {asdict(array)}"
+    return "which differs in objects, materials, antennas or region"

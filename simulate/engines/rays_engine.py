@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from scenes.files.extras import require_extra
+from scenes.files.options import check_kinds
 from scenes.files.schema import Count, recorded
 from simulate.engines.engine import Engine, Machines, ResponseSource, Setting
 from simulate.rays.core.propagation import Propagation
@@ -40,6 +41,9 @@ class Rays(Engine):
     """
 
     propagation: Propagation = Propagation()
+
+    def __post_init__(self) -> None:
+        check_kinds(self)
 
     name: ClassVar[str] = "rays"
     called: ClassVar[str] = "fresh ray tracing"
@@ -84,10 +88,10 @@ class Rays(Engine):
         require_extra("rays", "ray tracing")
         return super().versions()
 
-    def require(self, machines: Machines) -> None:
+    def require(self, setting: Setting, machines: Machines) -> None:
         import simulate.rays.core.ray_tracer  # noqa: F401  refuses a ray tracer that cannot be used
 
-        super().require(machines)
+        super().require(setting, machines)
 
     def source(self, setting: Setting, folder: Path, machines: Machines, progress: Progress) -> Tracer:
         return self.tracer(setting, progress)

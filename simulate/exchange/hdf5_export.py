@@ -11,6 +11,7 @@ import h5py
 import numpy as np
 
 from scenes.files.atomic import written_atomically
+from scenes.files.errors import require_path
 from scenes.files.progress import progress_bar
 from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.spectra.angular_grid import COLUMNS, ROWS
@@ -49,6 +50,7 @@ def export_hdf5(dataset: Dataset | Path | str, path: Path | str) -> None:
         ...     file["spectra"].shape, file["responses"].dtype, int(file.attrs["frequency_hz"])
         ((40, 90, 360), dtype('complex64'), 915000000)
     """
+    require_path(path=path)
     path = Path(path)
     if not isinstance(dataset, Dataset):
         dataset = read_dataset(dataset)

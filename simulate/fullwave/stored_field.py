@@ -52,6 +52,11 @@ class StoredField:
     steps: int
     interpolation_error_db: float = float("nan")
 
+    @property
+    def region(self) -> Float[np.ndarray, "2 3"]:
+        """Lowest and highest corner of the box in which the field is known, metres, world frame."""
+        return np.stack([self.origin, self.origin + self.spacing * (np.array(self.values.shape[1:]) - 1)])
+
     def responses(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements"]:
         """Element responses to a transmitter at each position, complex64, by quintic splines.
 
@@ -65,7 +70,7 @@ class StoredField:
         outside = (where < 0).any(axis=0) | (where > np.array(self.values.shape[1:])[:, None] - 1).any(axis=0)
         if outside.any():
             number = int(np.flatnonzero(outside)[0])
-            low, high = self.origin, self.origin + self.spacing * (np.array(self.values.shape[1:]) - 1)
+            low, high = self.region
             raise InputError(
                 f"position {number + 1}: expected a place within {low.round(3).tolist()} to {high.round(3).tolist()} "
                 f"m, where the field is known, found {positions[number].round(3).tolist()}"

@@ -60,7 +60,7 @@ def generate(request: Request, folder: Path, machines: Machines = Machines()) ->
     metadata = request.metadata()
     if _begun(folder, metadata) and _is_finished(request, folder):
         return
-    request.engine.require(machines)
+    request.engine.require(request.setting, machines)
 
     folder.mkdir(parents=True, exist_ok=True)
     with locked(folder):
@@ -102,7 +102,7 @@ def _is_finished(request: Request, folder: Path) -> bool:
     files = ("tx_pos.csv", "gateway_info.yml", "train_index.txt", LAST_FILE)
     if (folder / "parts").exists() or not all(_has_content(folder / name) for name in files):
         return False
-    if not request.engine.is_whole(folder):
+    if not request.engine.is_whole(request.setting, folder):
         return False
     parts = WrittenParts(request, folder, PART)
     return len(parts.whole()) == len(parts.starts)

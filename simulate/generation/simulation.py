@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import fields, is_dataclass, replace
+from os import PathLike
 from pathlib import Path
 from typing import Any, get_type_hints
 
 from scenes.checks.validation import validate
-from scenes.files.errors import InputError, ParameterError, shown
+from scenes.files.errors import InputError, ParameterError, require_instance, require_path, shown
 from scenes.files.options import default_of, taken, takes
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import load_scene
@@ -66,6 +67,8 @@ def simulate(
         >>> dataset.positions.shape, dataset.responses.shape, dataset.pictures.shape
         ((3, 3), (3, 16), (3, 90, 360))
     """
+    require_instance(Scene, str, PathLike, scene=scene)
+    require_path(output=output)
     defaults = {each.name: default_of(each) for every in ENGINES.values() for each in fields(every)}
     others = {name: value for name, value in options.items() if name not in defaults}
     content, machines = taken({"n": n, **others}, Simulation, Machines)

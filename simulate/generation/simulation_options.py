@@ -11,6 +11,7 @@ from jaxtyping import Float
 from tyro.conf import arg
 
 from scenes.files.errors import require_seed, require_whole
+from scenes.files.options import check_kinds
 from simulate.positions.given_positions import MOST_POSITIONS
 from simulate.spectra.measurement import Measurement
 
@@ -31,7 +32,8 @@ class Simulation:
         power_db: also write the absolute power of each spectrum in dB, to power_db/NNNNN.tif.
 
     Raises:
-        ParameterError: ``n`` is no whole number from ``LEAST_SPECTRA`` to ``MOST_POSITIONS``, or the seed is not valid.
+        ParameterError: ``n`` is no whole number from ``LEAST_SPECTRA`` to ``MOST_POSITIONS``, the seed is not valid, or
+            ``placement`` is no placement.
     """
 
     n: Annotated[int, arg(name="spectra", aliases=["-n"])] = 6000
@@ -42,5 +44,6 @@ class Simulation:
     power_db: bool = False
 
     def __post_init__(self) -> None:
+        check_kinds(self)
         require_whole(LEAST_SPECTRA, MOST_POSITIONS, n=self.n)
         require_seed(seed=self.seed)

@@ -11,8 +11,10 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
+from scenes.files.array_argument import check_array
 from scenes.files.errors import InputError, ParameterError, reason, shown
 from scenes.files.input_file import MEGABYTE, read_text
+from scenes.files.number_text import parse_number
 
 FARTHEST = 1e5
 """Metres; largest magnitude of a coordinate. Models store positions in single precision, which is exact to 4 mm there:
@@ -75,7 +77,7 @@ def _points(path: Path, rows: Iterator[list[str]]) -> Float[np.ndarray, "n 3"]:
         where = f"{path}, position {number} (line {number + 1})"
         found = shown(",".join(row)) if row else "an empty line"
         try:
-            point = [float(value) for value in row]
+            point = [parse_number(value) for value in row]
         except ValueError:
             point = []
         if len(point) != 3 or not np.isfinite(point).all():
@@ -88,11 +90,12 @@ def _points(path: Path, rows: Iterator[list[str]]) -> Float[np.ndarray, "n 3"]:
     return np.array(points, dtype=float)
 
 
-def check_points(positions: ArrayLike) -> Float[np.ndarray, "n 3"]:
+def check_points(positions: ArrayLike, parameter: str = "positions") -> Float[np.ndarray, "n 3"]:
     """Check positions from Python, and return them in double precision.
 
     Args:
         positions: metres, world frame.
+        parameter: name of the parameter, for the message.
 
     Raises:
         ParameterError: the positions are not 1 to ``MOST_POSITIONS`` rows of three finite numbers within ±``FARTHEST``.
@@ -101,18 +104,14 @@ def check_points(positions: ArrayLike) -> Float[np.ndarray, "n 3"]:
         >>> check_points([[1, 2, 3]])
         array([[1., 2., 3.]])
     """
-    try:
-        points = np.asarray(positions, dtype=float)
-    except (ValueError, TypeError, OverflowError):
-        raise ParameterError("positions", f"expected rows of x, y, z, found {shown(positions)}") from None
-    if points.ndim != 2 or points.shape[1] != 3 or not 1 <= len(points) <= MOST_POSITIONS:
-        found = f"found shape {points.shape}"
-        raise ParameterError("positions", f"expected 1 to {MOST_POSITIONS} rows of x, y, z, {found}")
+    points = check_array(parameter, positions, (None, 3), "rows of x, y, z", finite=False)
+    if not 1 <= len(points) <= MOST_POSITIONS:
+        raise ParameterError(parameter, f"expected 1 to {MOST_POSITIONS} rows of x, y, z, found {len(points)}")
     wrong = np.flatnonzero(~(np.abs(points) <= FARTHEST).all(axis=1))
     if len(wrong):
         row = int(wrong[0])
         what = "finite numbers" if not np.isfinite(points[row]).all() else f"coordinates within ±{FARTHEST:g} m"
-        raise ParameterError("positions", f"expected {what}, found {points[row].tolist()} in row {row}")
+        raise ParameterError(parameter, f"expected {what}, found {points[row].tolist()} in row {row}")
     return points
 
 

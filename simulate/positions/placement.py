@@ -109,6 +109,11 @@ def _smooth_path(
     raise _no_free_place(scene)
 
 
+def _all_the_same(positions: Float[np.ndarray, "n 3"]) -> bool:
+    """Whether positions are equal to the micrometre, to which tx_pos.csv has them. A dataset needs two places."""
+    return bool((positions.round(6) == positions[0].round(6)).all())
+
+
 def check_positions(positions: Float[np.ndarray, "n 3"], scene: Scene) -> Float[np.ndarray, "n 3"]:
     """Check that positions from Python are finite, not too far away, and outside every object.
 
@@ -120,9 +125,12 @@ def check_positions(positions: Float[np.ndarray, "n 3"], scene: Scene) -> Float[
         The positions in double precision.
 
     Raises:
-        ParameterError: ``check_points`` refuses the positions, or one of them is inside an object.
+        ParameterError: ``check_points`` refuses the positions, they are all the same, or one of them is inside an
+            object.
     """
     positions = check_points(positions)
+    if _all_the_same(positions):
+        raise ParameterError("positions", f"expected at least two different positions, found {len(positions)} alike")
     for row, blocker in enumerate(blocking_object(scene, positions)):
         if blocker is not None:
             raise ParameterError("positions", f'expected a free place in row {row}, found one inside "{blocker}"')
@@ -140,9 +148,11 @@ def read_positions(path: Path, scene: Scene) -> Float[np.ndarray, "n 3"]:
         The positions, metres, world frame.
 
     Raises:
-        InputError: ``read_points`` refuses the file, or a position is inside an object.
+        InputError: ``read_points`` refuses the file, the positions are all the same, or one is inside an object.
     """
     positions = read_points(path)
+    if _all_the_same(positions):
+        raise InputError(f"{path}: expected at least two different positions, found {len(positions)} alike")
     for index, blocker in enumerate(blocking_object(scene, positions)):
         if blocker is not None:
             raise InputError(f'{path}, line {index + 2}: expected a free place, found one inside "{blocker}"')

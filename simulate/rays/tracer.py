@@ -14,8 +14,10 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Complex, Float, Int
 
-from scenes.files.errors import ParameterError
+from scenes.files.array_argument import check_array
+from scenes.files.errors import ParameterError, require_instance, require_seed
 from scenes.scene.description import Scene
+from simulate.positions.given_positions import check_points
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.ray_scene import RayScene
 from simulate.rays.core.ray_tracer import PathsBuffer
@@ -86,7 +88,8 @@ class Tracer:
 
     Raises:
         InputError: libLLVM is missing or too old.
-        ParameterError: ``propagation`` has so many rays that the paths of one transmitter exceed the memory.
+        ParameterError: ``propagation`` has so many rays that the paths of one transmitter exceed the memory; the region
+            or the seed is not valid. The methods raise it for positions that are not rows of finite numbers.
 
     Example:
         A gateway above a concrete floor; the paths are the line of sight and one reflection:
@@ -114,6 +117,11 @@ class Tracer:
         report: Callable[[str], None] = lambda sentence: None,
         found: Found | None = None,
     ):
+        require_instance(Scene, scene=scene)
+        require_instance(Propagation, propagation=propagation)
+        require_seed(seed=seed)
+        if region is not None:
+            region = check_points(check_array("region", region, (2, 3), "two corners x, y, z"), "region")
         self.ray_scene = RayScene.of(scene, propagation)
         self.elements = gateway_antennas(scene)
         self._seed = seed
@@ -178,6 +186,9 @@ class Tracer:
         Returns:
             Complex responses, not normalised, complex64, [K, elements].
         """
+        positions = check_points(positions)
+        if factors is not None:
+            factors = check_array("factors", factors, (self.chains,), f"a factor for each of {self.chains} chains", "c")
         result = np.zeros((len(positions), len(self.elements)), np.complex128)
         for start, chain, paths in self._found(self.elements, positions):
             if factors is not None:
@@ -202,6 +213,7 @@ class Tracer:
         Returns:
             Complex responses, not normalised, complex64, [others, K, elements].
         """
+        positions = check_points(positions)
         scenes = [RayScene.of(each, self.ray_scene.propagation) for each in others]
         result = np.zeros((len(scenes), len(positions), len(self.elements)), np.complex128)
         for start, targets, _, buffer in self._solved(self.elements, positions):
@@ -225,6 +237,7 @@ class Tracer:
             Complex contributions, complex64, [K, elements, chains]. Without diffuse reflection their sum over the
             chains is ``responses``.
         """
+        positions = check_points(positions)
         result = np.zeros((len(positions), len(self.elements), self.chains), np.complex64)
         for start, chain, paths in self._found(self.elements, positions):
             np.add.at(result[start:], (paths.targets, paths.sources, chain), paths.responses)
@@ -239,6 +252,7 @@ class Tracer:
         Returns:
             The numbers, [K]. The middle element is that of ``middle``.
         """
+        positions = check_points(positions)
         result = np.zeros(len(positions), np.int64)
         for start, _, paths in self._found(self.middle, positions):
             np.add.at(result[start:], paths.targets, 1)
@@ -294,7 +308,8 @@ class Tracer:
             to the element's response. The middle element is that of ``middle``.
         """
         found = []
-        for batch in self.middle_terms(np.asarray(position)[None]):
+        place = check_array("position", position, (3,), "one position x, y, z")
+        for batch in self.middle_terms(check_points(place[None], "position")):
             for vertices, response in zip(batch.vertices, batch.responses, strict=True):
                 moved = np.append(True, (np.diff(vertices, axis=0) != 0).any(axis=1))
                 found.append(TracedPath(vertices[moved], response))

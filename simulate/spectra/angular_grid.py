@@ -14,6 +14,10 @@ import numpy as np
 from jaxtyping import Float
 from msgspec import Meta
 
+from scenes.files.array_argument import check_array
+from scenes.files.errors import ParameterError, require_within
+from scenes.files.options import check_kinds
+
 ROWS, COLUMNS = 90, 360
 """Size of every spectrum: number of elevations, number of azimuths."""
 
@@ -33,6 +37,9 @@ class AngularGrid:
         elevation_step_deg: step from one row to the next, degrees; negative if the pictures are upside down.
         azimuth_step_deg: step from one column to the next, degrees. Column 0 is azimuth 0°.
 
+    Raises:
+        ParameterError: a number is not within ±360 degrees, or a step is 0.
+
     Example:
         >>> import bisplat
         >>> grid = bisplat.AngularGrid()
@@ -43,6 +50,13 @@ class AngularGrid:
     elevation_first_deg: Annotated[float, Meta(ge=-360, le=360)] = 0.0
     elevation_step_deg: Annotated[float, Meta(gt=0, le=360)] = 1.0
     azimuth_step_deg: Annotated[float, Meta(gt=0, le=360)] = 1.0
+
+    def __post_init__(self) -> None:
+        check_kinds(self)
+        require_within(-360, 360, "degrees", **vars(self))
+        for name in ("elevation_step_deg", "azimuth_step_deg"):
+            if getattr(self, name) == 0:
+                raise ParameterError(name, "expected a step that is not 0, found 0")
 
     @cached_property
     def elevations_deg(self) -> Float[np.ndarray, " 90"]:
@@ -71,6 +85,9 @@ class AngularGrid:
         Returns:
             Azimuth and elevation, degrees, gateway frame, [..., 2].
 
+        Raises:
+            ParameterError: the array has another shape, or does not hold real numbers.
+
         Example:
             >>> import bisplat, numpy as np
             >>> spectrum = np.zeros((90, 360))
@@ -78,6 +95,7 @@ class AngularGrid:
             >>> bisplat.AngularGrid().dominant_angles(spectrum).tolist()
             [200.0, 40.0]
         """
+        spectrum = check_array("spectrum", spectrum, (..., ROWS, COLUMNS), "spectra [..., 90, 360]", finite=False)
         flat = spectrum.reshape(*spectrum.shape[:-2], -1).argmax(axis=-1)
         row, column = np.unravel_index(flat, (ROWS, COLUMNS))
         return np.stack([self.azimuths_deg[column], self.elevations_deg[row]], axis=-1)
@@ -90,6 +108,9 @@ class AngularGrid:
 
         Returns:
             Unit vectors, gateway frame, [..., 3].
+
+        Raises:
+            ParameterError: the array has another shape, or does not hold real numbers.
 
         Example:
             >>> import bisplat, numpy as np
@@ -114,11 +135,20 @@ def direction(
     Returns:
         Unit vectors.
 
+    Raises:
+        ParameterError: an angle is not a finite number, or the shapes cannot be broadcast.
+
     Example:
         >>> direction(np.radians(90.0), np.radians(0.0)).round(6).tolist()
         [0.0, 1.0, 0.0]
     """
-    azimuth, elevation = np.broadcast_arrays(azimuth, elevation)
+    azimuth = check_array("azimuth", azimuth, (...,), "angles in radians")
+    elevation = check_array("elevation", elevation, (...,), "angles in radians")
+    try:
+        azimuth, elevation = np.broadcast_arrays(azimuth, elevation)
+    except ValueError:
+        found = f"found shapes {azimuth.shape} and {elevation.shape}"
+        raise ParameterError("elevation", f"expected the shape of azimuth, or one that fits it, {found}") from None
     return np.stack(
         [np.cos(elevation) * np.cos(azimuth), np.cos(elevation) * np.sin(azimuth), np.sin(elevation)], axis=-1
     )

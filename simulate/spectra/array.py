@@ -14,7 +14,9 @@ import numpy as np
 from jaxtyping import Complex, Float
 from msgspec import Meta
 
-from scenes.scene.description import MOST_IN_A_ROW, WIDEST_SPACING, Gateway
+from scenes.files.errors import ParameterError, require_positive, require_whole, require_within
+from scenes.files.options import check_kinds
+from scenes.scene.description import MOST_ELEMENTS, MOST_IN_A_ROW, WIDEST_SPACING, Gateway
 from simulate.spectra.angular_grid import direction
 
 
@@ -30,6 +32,10 @@ class PlanarArray:
         columns: number N of elements along x.
         spacing: distance between neighbouring elements, wavelengths.
 
+    Raises:
+        ParameterError: a number of elements is not 1 to 64, there are more than 1024 in all, or the spacing is not
+            above 0 and at most 100 wavelengths.
+
     Example:
         The responses to a plane wave from azimuth 200° and elevation 40°:
 
@@ -43,6 +49,15 @@ class PlanarArray:
     rows: Annotated[int, Meta(ge=1, le=MOST_IN_A_ROW)] = 4
     columns: Annotated[int, Meta(ge=1, le=MOST_IN_A_ROW)] = 4
     spacing: Annotated[float, Meta(gt=0, le=WIDEST_SPACING)] = 0.5
+
+    def __post_init__(self) -> None:
+        check_kinds(self)
+        require_whole(1, MOST_IN_A_ROW, rows=self.rows, columns=self.columns)
+        if self.elements > MOST_ELEMENTS:
+            found = f"{self.rows} × {self.columns}"
+            raise ParameterError("rows", f"expected at most {MOST_ELEMENTS} elements in all, found {found}")
+        require_positive(spacing=self.spacing)
+        require_within(0, WIDEST_SPACING, "wavelengths", spacing=self.spacing)
 
     @classmethod
     def of(cls, gateway: Gateway) -> PlanarArray:
@@ -90,6 +105,9 @@ class PlanarArray:
 
         Returns:
             Complex responses of magnitude 1, [..., elements].
+
+        Raises:
+            ParameterError: an angle is not a finite number, or the shapes cannot be broadcast.
 
         Example:
             A wave from the boresight reaches all elements at the same time:

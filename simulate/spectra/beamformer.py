@@ -11,6 +11,8 @@ from functools import cached_property
 import numpy as np
 from jaxtyping import Complex, Float
 
+from scenes.files.array_argument import check_array
+from scenes.files.options import check_kinds
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
 from simulate.spectra.array import PlanarArray
 
@@ -41,6 +43,9 @@ class Beamformer:
     array: PlanarArray = field(default_factory=PlanarArray)
     grid: AngularGrid = field(default_factory=AngularGrid)
 
+    def __post_init__(self) -> None:
+        check_kinds(self)
+
     @cached_property
     def steering(self) -> Complex[np.ndarray, "90 360 elements"]:
         """Steering vectors e^{−jk u·d_m} / √(MN) of all pixels, complex, [90, 360, elements].
@@ -62,6 +67,9 @@ class Beamformer:
         Returns:
             The spectrum on the grid, [..., 90, 360], in the unit of the responses.
 
+        Raises:
+            ParameterError: the array has another shape, or does not hold numbers.
+
         Example:
             >>> import bisplat, numpy as np
             >>> beamformer = bisplat.Beamformer()
@@ -69,7 +77,10 @@ class Beamformer:
             >>> beamformer.grid.dominant_angles(beamformer.spectrum(y)).tolist()
             [200.0, 40.0]
         """
-        pixels = responses @ self.steering.reshape(-1, self.array.elements).T
+        elements = self.array.elements
+        what = f"responses of {elements} elements"
+        responses = check_array("responses", responses, (..., elements), what, "c", finite=False)
+        pixels = responses @ self.steering.reshape(-1, elements).T
         return np.abs(pixels).reshape(*responses.shape[:-1], ROWS, COLUMNS)
 
     def power_db(self, responses: Complex[np.ndarray, "*batch elements"]) -> Float[np.ndarray, "*batch 90 360"]:
@@ -84,6 +95,9 @@ class Beamformer:
 
         Returns:
             The power, dB, [..., 90, 360]; never less than −200 dB.
+
+        Raises:
+            ParameterError: the array has another shape, or does not hold numbers.
 
         Example:
             A plane wave of −60 dB at every element of a 4 × 4 array, whose gain is 12.04 dB:

@@ -23,10 +23,11 @@ from jaxtyping import Complex, Float, Int
 from scipy.optimize import minimize_scalar
 from threadpoolctl import threadpool_limits
 
+from scenes.files.errors import require_instance
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid, direction
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.spectrum import LARGEST_GREY
+from simulate.spectra.spectrum import LARGEST_GREY, check_stack
 
 VALUES_PER_FUNCTION = 8
 """Approximate number of pixels that the fit uses for each lag function. A 4 × 4 array has 49 lag functions."""
@@ -164,6 +165,9 @@ def fit_lags(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamformer) -> 
         A ``LagFit`` with the arrays ``lags`` (R_Δ, [K, lags]), ``offset`` (b, [K]) and ``residual`` (root mean square
         error of each spectrum, grey levels of 255, [K]), and with ``median_residual``, the median of the last.
 
+    Raises:
+        ParameterError: the spectra are not a stack of finite numbers from 0 to 1.
+
     Example:
         Half a wavelength is the spacing of this dataset's array, 0.4 wavelengths is not:
 
@@ -175,6 +179,8 @@ def fit_lags(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamformer) -> 
         >>> bool(bisplat.fit_lags(spectra, bisplat.Beamformer(wrong)).median_residual > 2)
         True
     """
+    require_instance(Beamformer, beamformer=beamformer)
+    spectra = check_stack("spectra", spectra)
     space = LagSpace.of(beamformer)
     values = space.sampled(spectra)
     # What remains after the least-squares fit of the lags. The only unknown left is b.

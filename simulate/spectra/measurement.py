@@ -15,7 +15,9 @@ import numpy as np
 from jaxtyping import Complex, Float, Int
 from tyro.conf import arg
 
-from scenes.files.errors import require_within
+from scenes.files.array_argument import check_array
+from scenes.files.errors import require_seed, require_within
+from scenes.files.options import check_kinds
 
 # Every effect has its own stream of random numbers. Turning one effect on leaves the draws of the others unchanged.
 # No stream is 0, since NumPy treats the seed [seed, 0, 0] like the bare seed, which draws the positions and the split.
@@ -56,6 +58,7 @@ class Measurement:
     phase_noise_deg: Annotated[float, arg(aliases=["--phase-noise"])] = 0.0
 
     def __post_init__(self) -> None:
+        check_kinds(self)
         if self.snr_db is not None:
             require_within(-200, 200, "an SNR in dB", snr_db=self.snr_db)
         require_within(0, 60, "a standard deviation in dB", gain_error_db=self.gain_error_db)
@@ -84,6 +87,9 @@ class Measurement:
         Returns:
             The measured responses, [K, elements], of the same data type; the given array itself if all errors are off.
 
+        Raises:
+            ParameterError: an array has another shape or is not finite, or the seed is not valid.
+
         Example:
             The same spectrum gets the same errors, alone or among others:
 
@@ -94,6 +100,9 @@ class Measurement:
             >>> np.array_equal(both[1:], second)
             True
         """
+        check_array("responses", responses, (None, None), "responses [K, elements]", "c")
+        check_array("numbers", numbers, (len(responses),), "a number for each spectrum")
+        require_seed(seed=seed)
         if self.off:
             return responses
         elements = responses.shape[1]

@@ -16,11 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Complex, Float
 
+from scenes.files.errors import require_instance, require_seed
 from simulate.spectra.angular_grid import COLUMNS
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.lags import fit_lags, lag_vectors
-from simulate.spectra.spectrum import LARGEST_GREY
+from simulate.spectra.spectrum import LARGEST_GREY, check_stack
 
 STARTS, ROUNDS = 8, 16
 """Random starts per round, and the largest number of rounds. Spectra that failed are tried again in the next round."""
@@ -73,6 +74,9 @@ def retrieve_responses(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamf
         1; and ``residual``, the root mean square error of the spectrum that these responses make, grey levels of 255,
         [K]. The rounding to 8 bits leaves about 0.3; above 0.5 the retrieval is doubtful.
 
+    Raises:
+        ParameterError: the spectra are not a stack of finite numbers from 0 to 1, or the seed is not valid.
+
     Example:
         >>> import bisplat
         >>> dataset = bisplat.read_dataset("data/lab")
@@ -80,6 +84,9 @@ def retrieve_responses(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamf
         >>> found.responses.shape, bool((found.residual < 0.5).all())
         ((2, 16), True)
     """
+    require_instance(Beamformer, beamformer=beamformer)
+    require_seed(seed=seed)
+    spectra = check_stack("spectra", spectra)
     generator = np.random.default_rng(seed)
     array = beamformer.array
     steering, row, column = _some_directions(beamformer)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float, Shaped, UInt8
 
-from scenes.files.errors import ParameterError
+from scenes.files.errors import ParameterError, shown
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 
 LARGEST_GREY = 255
@@ -63,19 +63,54 @@ def check_spectra(parameter: str, spectra: Float[np.ndarray, "*batch 90 360"]) -
         spectra: a spectrum or a stack of spectra, 0…1.
 
     Raises:
-        ParameterError: the array has another shape, or holds whole numbers, such as the grey levels of pictures.
+        ParameterError: the array is masked, has another shape, or holds whole numbers, such as the grey levels of
+            pictures.
 
     >>> check_spectra("truth", np.zeros((2, 90, 360), np.uint8))
     Traceback (most recent call last):
     ...
     scenes.files.errors.ParameterError: truth: expected numbers from 0 to 1 (grey levels / 255), found uint8
     """
-    spectra = np.asarray(spectra)
+    if np.ma.isMaskedArray(spectra):
+        raise ParameterError(parameter, f"expected spectra of {ROWS} x {COLUMNS}, found a masked array")
+    try:
+        spectra = np.asarray(spectra)
+    except ValueError:  # rows of different lengths
+        raise ParameterError(parameter, f"expected spectra of {ROWS} x {COLUMNS}, found {shown(spectra)}") from None
     if spectra.shape[-2:] != (ROWS, COLUMNS):
         raise ParameterError(parameter, f"expected spectra of {ROWS} x {COLUMNS}, found shape {spectra.shape}")
     if not np.issubdtype(spectra.dtype, np.floating):
         raise ParameterError(parameter, f"expected numbers from 0 to 1 (grey levels / 255), found {spectra.dtype}")
     return spectra
+
+
+def check_stack(parameter: str, spectra: Float[np.ndarray, "K 90 360"]) -> Float[np.ndarray, "K 90 360"]:
+    """Check spectra that a user gave, as ``check_spectra``, which must be a stack of finite ones.
+
+    Raises:
+        ParameterError: as ``check_spectra``, or there is none or only one without a stack, or a value is not finite.
+    """
+    stack = check_spectra(parameter, spectra)
+    if stack.ndim != 3 or not len(stack):
+        raise ParameterError(parameter, f"expected spectra [K, {ROWS}, {COLUMNS}], found shape {stack.shape}")
+    if not np.isfinite(stack).all():
+        raise ParameterError(parameter, "expected finite numbers from 0 to 1, found others")
+    return stack
+
+
+def check_pictures(
+    parameter: str, pictures: UInt8[np.ndarray, "K 90 360"] | Float[np.ndarray, "K 90 360"]
+) -> UInt8[np.ndarray, "K 90 360"] | Float[np.ndarray, "K 90 360"]:
+    """Check a stack of pictures, grey levels 0…255, or of spectra, 0…1.
+
+    Raises:
+        ParameterError: as ``check_stack``.
+    """
+    if not (isinstance(pictures, np.ndarray) and pictures.dtype == np.uint8) or np.ma.isMaskedArray(pictures):
+        return check_stack(parameter, pictures)
+    if pictures.ndim != 3 or pictures.shape[1:] != (ROWS, COLUMNS) or not len(pictures):
+        raise ParameterError(parameter, f"expected pictures [K, {ROWS}, {COLUMNS}], found shape {pictures.shape}")
+    return pictures
 
 
 def evenly(values: Shaped[np.ndarray, "n *shape"], most: int) -> Shaped[np.ndarray, "m *shape"]:

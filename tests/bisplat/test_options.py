@@ -121,13 +121,24 @@ def test_absurd_numbers(command, option, refuse):
         ((*SIMULATE.split(), "--ray", f"127.0.0.1:{'9' * 1000}"), "--ray: "),
         (("simulate", "x" * 200, "-o", "out"), "unknown scene"),
         (("scene", "x.obj", "--material", "y" * 10_000), "needs --output"),
-        (("locate", "x" * 5000, "--pictures", "y" * 5000, "-o", "out.csv"), "yyy…yyy"),
+        (("locate", "x" * 5000, "--pictures", "y" * 5000, "-o", "out.csv"), "xxx…xxx"),
         (("evaluate", "no\nwhere\x1b[2J"), r"no\nwhere\x1b[2J"),
     ],
 )
 def test_other_texts(arguments, word, refuse):
     sentence = refuse(*arguments)
     assert word in sentence and len(sentence) < 600
+
+
+@pytest.mark.parametrize("option", ["--seed", "--learning-rate", "--weight-decay"])
+@pytest.mark.parametrize("text", ["1_0", "１", "1:30", "0x1", "٣"])
+def test_numbers_are_written_with_the_digits_0_to_9(option, text, monkeypatch, capsys):
+    """Python's float and int read the first two and the last."""
+    monkeypatch.setattr(sys, "argv", ["bisplat", *TRAIN.split(), option, text])
+    with pytest.raises(SystemExit) as ended:
+        main()
+    said = " ".join(capsys.readouterr().err.split())
+    assert ended.value.code == 2 and option in said and text in said
 
 
 def test_the_parsers_errors_escape_control_characters(monkeypatch, capsys):

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+from os import PathLike
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
 
-from scenes.files.errors import InputError, shown
+from scenes.files.errors import InputError, require_flag, require_instance, require_path, shown
 from scenes.files.output_folder import new_folder
 from scenes.files.progress import progress_bar
 from simulate.dataset.dataset_folder import Dataset
@@ -53,6 +54,9 @@ def export_deepmimo(dataset: Dataset | Path | str, folder: Path | str, force: bo
         >>> len(power), bool(np.nanmax(power) < -20)
         (40, True)
     """
+    require_instance(Dataset, str, PathLike, dataset=dataset)
+    require_path(folder=folder)
+    require_flag(force=force)
     folder = Path(folder)
     _check_name(folder)
     with new_folder(folder, force) as unfinished:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from scenes.files.errors import require_whole
+from scenes.files.options import check_kinds
 
 DEPTH_MOST, RAYS_MOST, PATCHES_MOST = 30, 10**8, 10**6
 """Largest numbers of interactions, rays and patches. More would exhaust the memory."""
@@ -32,7 +33,7 @@ class Propagation:
 
     Raises:
         ParameterError: ``max_depth`` is outside 0 to 30, ``rays`` is outside 1 to 100 million, ``patches`` is outside 1
-            to 1 million, or one of them is no whole number.
+            to 1 million, one of them is no whole number, or a switch is neither true nor false.
 
     Example:
         Line of sight and single reflections only:
@@ -58,6 +59,7 @@ class Propagation:
     rays: int = 1_000_000
 
     def __post_init__(self) -> None:
+        check_kinds(self)
         require_whole(0, DEPTH_MOST, max_depth=self.max_depth)
         require_whole(1, RAYS_MOST, rays=self.rays)
         require_whole(1, PATCHES_MOST, patches=self.patches)

@@ -126,6 +126,9 @@ def test_run_on_rays_is_validated_by_full_wave_if_asked(floor_scene, full_wave, 
     run = train(rays, tmp_path / "run")
     fresh = crossvalidate(run, floor_scene, positions=8, field=full_wave.folder)
     assert fresh.truth_by == "full wave" and np.median(fresh.correlation) > 0.99
+    thicker = replace(floor_scene, objects=(replace(floor_scene.objects[0], thickness=0.3),))
+    with pytest.raises(InputError, match="expected the field of the same scene, found that of 'floor', which differs"):
+        crossvalidate(run, thicker, positions=8, field=full_wave.folder)
     monkeypatch.setattr(run_plan, "default_cell", lambda scene: 0.03)  # which the formula ignores
     solved = crossvalidate(run, dipoles, positions=8, engine="fullwave")
     assert solved.truth_by == "full wave" and (tmp_path / "run" / "fullwave" / "field.npz").is_file()

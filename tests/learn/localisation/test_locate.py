@@ -4,6 +4,7 @@ import csv
 import json
 import shutil
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from learn.localisation import fingerprints
 from learn.localisation import locate as locate_module
 from learn.localisation import refine as refine_module
 from learn.localisation.fingerprints import Field, Fingerprints
+from learn.localisation.heard_pictures import heard_pictures
 from learn.localisation.locate import MODES, _starts, grid_warning
 from learn.localisation.places_file import HEADER
 from learn.localisation.refine import FARTHEST, refine
@@ -25,7 +27,10 @@ from learn.training import run_folder
 from learn.training.deviation import Deviation
 from learn.training.training_file import TrainingFile
 from scenes.files.errors import InputError
+from simulate.dataset.dataset_writer import write_gateway
+from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.spectrum import picture
 
 
 @pytest.fixture(scope="module")
@@ -106,11 +111,11 @@ def test_a_black_picture_has_no_place(folder, runs, tmp_path, monkeypatch, capsy
     monkeypatch.setattr(refine_module, "STEPS", 1)
     pictures = tmp_path / "seen"
     pictures.mkdir()
-    for number, picture in enumerate((bisplat.read_dataset(folder / "one").pictures[0], np.zeros((90, 360))), start=1):
-        imsave(pictures / f"{number:05d}.png", picture.astype(np.uint8), check_contrast=False)
+    for number, one in enumerate((bisplat.read_dataset(folder / "one").pictures[0], np.zeros((90, 360))), start=1):
+        imsave(pictures / f"{number:05d}.png", one.astype(np.uint8), check_contrast=False)
     locate_command((runs[0].folder,), (pictures,), tmp_path / "places.csv")
     assert {row["name"] for row in csv.DictReader((tmp_path / "places.csv").open())} == {"00001"}
-    assert "1 with black pictures" in capsys.readouterr().out
+    assert "1 with pictures that tell nothing" in capsys.readouterr().out
 
 
 def test_black_test_spectra_are_not_located(runs, monkeypatch):
@@ -122,7 +127,7 @@ def test_black_test_spectra_are_not_located(runs, monkeypatch):
     monkeypatch.setattr(type(runs[0]), "dataset", lambda self: replace(data, pictures=pictures))
     assert evaluate_locations([runs[0]]).names == [data.names[each] for each in test[:2]]
     pictures[test] = 0
-    with pytest.raises(InputError, match="expected test spectra that are not black, found only 30 black ones"):
+    with pytest.raises(InputError, match="expected test spectra of several grey levels, found none in 30"):
         evaluate_locations([runs[0]])
 
 
@@ -141,6 +146,60 @@ def test_bad_input_is_refused(folder, runs, tmp_path):
         with pytest.raises(InputError, match=message):
             locate_command((runs[0].folder,), pictures, tmp_path / output)
     assert not list(tmp_path.iterdir())
+
+
+def change_metadata(folder, **content):
+    (folder / "metadata.json").write_text(json.dumps(content))
+
+
+def change_gateway(folder, position, orientation=(0, 0, 0, 1)):
+    write_gateway(folder / "gateway_info.yml", "elsewhere", position, orientation)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (
+            partial(change_metadata, array={"rows": 2, "columns": 8, "spacing": 0.5}),
+            "metadata.json: expected pictures of the array of .*, 4 × 4 elements 0.5 λ apart, found those of 2 × 8",
+        ),
+        (partial(change_metadata, frequency_hz=2.4e9), "frequency of .*, 915 MHz, found 2400 MHz"),
+        (
+            partial(change_metadata, array={"rows": 4, "columns": 4, "spacing": 0.5}),
+            "pictures on the grid of .*elevation_first_deg=0.*found .*elevation_first_deg=1",
+        ),
+        (partial(change_gateway, position=(9, 9, 9)), "a gateway 15 m away and turned by 0°; if this file is wrong"),
+        (
+            partial(change_gateway, position=(0, 0, 1), orientation=(0, 0, 0.6, 0.8)),
+            "0 m away and turned by 73.7",
+        ),
+        (lambda folder: (folder / "gateway_info.yml").write_text("x"), "gateway_info.yml: expected"),
+    ],
+)
+def test_pictures_of_another_receiver_are_refused(change, words, folder, runs, tmp_path):
+    """Each folder is valid alone."""
+    heard = shutil.copytree(folder / "one", tmp_path / "heard")
+    (heard / "channels.npz").unlink()
+    change(heard)
+    with pytest.raises(InputError, match=words):
+        locate_command((runs[0].folder,), (heard,), tmp_path / "places.csv")
+    assert not (tmp_path / "places.csv").exists()
+
+
+def test_pictures_of_the_same_receiver_are_taken(folder, runs, capsys):
+    assert len(heard_pictures(folder / "one", runs[0])[0]) == 140
+    assert capsys.readouterr().err == ""
+
+
+def test_pictures_that_the_runs_array_does_not_explain_are_warned_of(runs, tmp_path, capsys):
+    other = Beamformer(PlanarArray(4, 4, 0.35))
+    (tmp_path / "seen").mkdir()
+    responses = np.random.default_rng(0).normal(size=(3, 16, 2)) @ [1, 1j]
+    for number, image in enumerate(picture(other.spectrum(responses)), start=1):
+        imsave(tmp_path / "seen" / f"{number:05d}.png", image, check_contrast=False)
+    heard_pictures(tmp_path / "seen", runs[0])
+    said = " ".join(capsys.readouterr().err.split())
+    assert "warning: " in said and "4 × 4 elements 0.5 λ apart, leaves" in said and "by another array?" in said
 
 
 def test_a_run_trained_on_anothers_test_spectra_is_refused(folder, runs, tmp_path):

@@ -29,7 +29,7 @@ BAD = [
     ({"options": {"primitives": {}}}, "options: expected .*, found {'primitives': {}}"),
     ({"by_steps": STEPS | {"steps": 0}}, "by_steps.steps: expected a whole number of at least 1, found 0"),
     ({"by_steps": STEPS | {"speed": 0}}, "by_steps: expected a known key, found 'speed'"),
-    ({"array": {"rows": 64, "columns": 64}}, "array: expected at most 1024 elements, found"),
+    ({"array": {"rows": 64, "columns": 64}}, "array.rows: expected at most 1024 elements in all, found"),
     ({"grid": {"elevation_step_deg": -1}}, "grid.elevation_step_deg: expected a number above 0, found -1"),
 ]
 
@@ -40,7 +40,7 @@ def write(folder, name, content):
 
 
 def test_settings_are_read(tmp_path):
-    config, beamformer = read_config(write(tmp_path, "config.json", CONFIG))
+    config, beamformer, *_ = read_config(write(tmp_path, "config.json", CONFIG))
     assert config.by_steps is not None and config.by_steps.steps == 3 and beamformer.array.elements == 16
 
 

@@ -52,7 +52,7 @@ def kriged_run(write_folder, tmp_path_factory) -> Path:
     model._set({"responses": 0.5, "inverse-distance": 0.5}, {"responses": field})
     folder = place / "run"
     parts = split(dataset, "files", 0)
-    write_config(folder, Config(dataset=str(dataset.folder)), dataset.beamformer, parts, dataset.names)
+    write_config(folder, Config(dataset=str(dataset.folder)), dataset, parts)
     save_weights(folder, model)
     return folder
 

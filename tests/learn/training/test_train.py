@@ -228,7 +228,7 @@ def test_what_a_process_left_that_was_killed_in_its_first_moment_is_no_other_fil
 
 
 def test_run_folder_says_what_was_trained(tiny, tiny_config, finished_run):
-    config, beamformer = read_config(finished_run)
+    config, beamformer, *_ = read_config(finished_run)
     assert config == tiny_config and beamformer == Beamformer()
     parts = json.loads((finished_run / "split.json").read_text())
     assert parts.keys() == {"train", "validation", "test"}

@@ -37,8 +37,14 @@ EXACT = Tolerances(position=0, rotation=0, objects=0, materials=0)
             Tolerances(),
             "scene of the dataset's wavelength of 0.3276 m, found 0.1249",
         ),
-        ({}, PlanarArray(spacing=0.4), Tolerances(), "whose elements are 0.5 λ apart, found 0.4 λ"),
-        ({}, PlanarArray(2, 4), Tolerances(), "the scene's array of 4 × 4 elements, found 2 × 4"),
+        ({}, PlanarArray(spacing=0.4), Tolerances(), "4 × 4 elements 0.5 λ apart, found those of 4 × 4 elements 0.4"),
+        ({}, PlanarArray(2, 4), Tolerances(), "the scene's array, 4 × 4 elements 0.5 λ apart, found those of 2 × 4"),
+        (
+            {},
+            PlanarArray(),
+            Tolerances(),
+            r"gateway_info\.yml: expected the gateway of small, at .*, found one 0\.5 m away",
+        ),
         ({}, PlanarArray(), EXACT, "expected a tolerance above 0, found nothing that may be wrong"),
     ],
 )
@@ -52,13 +58,29 @@ def test_what_was_not_measured_there_is_refused(tiny, of_scene, array, tolerance
 
 def test_spectra_are_taken_evenly_from_those_that_are_not_held_out(tiny, monkeypatch):
     used = []
-    monkeypatch.setattr(calibrate_module, "calibrate_by", lambda place, data, known, *options: used.extend(known))
+
+    def calibrate_by(place, data, known, *options):
+        used.extend(known)
+        return Calibration(place, [], np.zeros(0), np.zeros(0), 1, (0.1, 0.5))
+
+    monkeypatch.setattr(calibrate_module, "calibrate_by", calibrate_by)
     known = split(read_dataset(tiny), "random", 3).known
     calibrate(small_scene(CABINET), tiny, 4, split="random", seed=3)
     assert len(used) == 4 and set(used) < set(known)
     assert {used[0], used[-1]} == {known[0], known[-1]}
     with pytest.raises(ParameterError, match="n: expected"):
         calibrate(small_scene(CABINET), tiny, 0)
+
+
+def test_spectra_of_another_place_are_warned_of(tiny, monkeypatch, capsys):
+    """The positions of ``tiny`` reach to x = 4 m, those of this scene end at 3 m, and nothing explains the power."""
+    outdoors = replace(small_scene(CABINET), objects=(SceneObject("block", box((0, 0, 0), (1, 1, 1)), "concrete"),))
+    found = Calibration(outdoors, [], np.zeros(0), np.zeros(0), 1, (0.93, 0.99))
+    monkeypatch.setattr(calibrate_module, "calibrate_by", lambda *arguments: found)
+    assert calibrate(outdoors, tiny) is found
+    said = " ".join(capsys.readouterr().err.split())
+    assert "positions are far outside the box around the scene" in said and "measured there, in its frame?" in said
+    assert "warning: 93% of the measured power is unexplained by the corrected scene (99% before)" in said
 
 
 def test_random_phases_are_refused(tiny):

@@ -160,7 +160,7 @@ def test_run_without_its_dataset_is_shown_with_a_note(finished_run, small_models
     config = json.loads((run / "config.json").read_text())
     (run / "config.json").write_text(json.dumps({**config, "dataset": str(tmp_path / "gone")}))
     found = subject(str(run))
-    assert found.dataset is None and "dataset of this run cannot be read" in found.missing[0]
+    assert found.dataset is None and "dataset of this run cannot be used" in found.missing[0]
     assert list(found.predictors) == ["bisplat-aperture"] and len(found.tested) == 0 == len(found.scores)
 
 

@@ -4,11 +4,12 @@ import time
 
 import msgspec
 import pytest
+import yaml
 
 from scenes.files.errors import InputError
 from scenes.files.json_file import read_json
 from scenes.files.schema import conform
-from scenes.files.yaml_file import read_yaml
+from scenes.files.yaml_file import PlainDumper, read_yaml
 from tests import hostile_files as hostile
 
 
@@ -66,11 +67,30 @@ def test_nan_is_read_where_a_model_may_have_diverged(tmp_path):
         ("a: 2024-01-31\n", {"a": "2024-01-31"}),  # a text, since nothing of ours is a date
         ("a: 2024-13-45\n", {"a": "2024-13-45"}),
         ("a: {b: [1, 2.5, null, x]}\n", {"a": {"b": [1, 2.5, None, "x"]}}),
+        ("a: [1e3, -.5, 5., -1.5e-3, 010, .inf]\n", {"a": [1000.0, -0.5, 5.0, -0.0015, 10, float("inf")]}),
+        (
+            "a: [1_0, 1:30, 1:30.5, 0x10, 0b1, １]\n",
+            {"a": ["1_0", "1:30", "1:30.5", "0x10", "0b1", "１"]},
+        ),
         ("", None),
     ],
 )
 def test_yaml_is_read_as_it_is(tmp_path, content, value):
     assert read_yaml(write(tmp_path / "given", content), "a thing") == value
+
+
+@pytest.mark.parametrize("text", ["1_0", "1:30", "0x10", "010", "1e3", "-.5", "１", "1.5", "on", "2024-01-01"])
+def test_a_text_that_looks_like_a_number_is_written_as_a_text(tmp_path, text):
+    """A scene may have such a name."""
+    written = yaml.dump({"name": text}, Dumper=PlainDumper)
+    assert read_yaml(write(tmp_path / "given", written), "a thing") == {"name": text}
+
+
+@pytest.mark.parametrize("value", ["1_0", "1:30", "0x10", "３", "!!int 1_0", "!!float 1:30"])
+def test_what_only_a_program_reads_as_a_number_is_refused(tmp_path, value):
+    path = write(tmp_path / "given", f"rows: 1\nsize: [0, {value}]\n")
+    with pytest.raises(InputError, match=rf"expected a(.*) number, found '{value.split()[-1]}'"):
+        conform(read_yaml(path, "a thing"), Inner, str(path), numbers_as_text=True)
 
 
 class Inner(msgspec.Struct, forbid_unknown_fields=True):

@@ -4,6 +4,7 @@ import json
 import time
 from dataclasses import replace
 from itertools import count
+from pathlib import Path
 from threading import Event
 from types import SimpleNamespace
 
@@ -179,8 +180,64 @@ def test_field_of_another_scene_is_refused(scene, solver, tmp_path):
     write_scene(scene, tmp_path / "scene")
     text = (tmp_path / "scene" / "scene.yaml").read_text().replace("915", "920")
     (tmp_path / "scene" / "scene.yaml").write_text(text)
-    with pytest.raises(InputError, match="expected the field of the same scene, found that of 'small', which differs"):
+    with pytest.raises(InputError, match=r"that of 'small', whose frequency is 9\.15e\+08 Hz instead of 9\.2e\+08 Hz"):
         simulate(tmp_path / "scene" / "scene.yaml", tmp_path / "b", n=4, engine="fullwave", field=tmp_path / "small")
+
+
+def test_what_differs_in_the_scene_of_a_field_is_named(scene, solver, tmp_path):
+    simulate(scene, tmp_path / "small", n=4, engine="fullwave", cell=0.03)
+    turned = replace(scene, gateway=replace(scene.gateway, rows=1, columns=2))
+    nearer = replace(scene, transmitter=replace(scene.transmitter, region_max=(0.6, 0.7, 0.55)))
+    for other, words in (
+        (turned, "'small', whose array is .*'rows': 2, 'columns': 1.* instead of .*'rows': 1, 'columns': 2"),
+        (nearer, "'small', which differs in objects, materials, antennas or region"),
+    ):
+        with pytest.raises(InputError, match=f"expected the field of the same scene, found that of {words}"):
+            simulate(other, tmp_path / "b", n=4, engine="fullwave", field=tmp_path / "small")
+
+
+def change_field(folder: Path, **arrays: object) -> bytes:
+    """Change arrays of a stored field. Returns the file as it was."""
+    whole = (folder / FIELD).read_bytes()
+    with np.load(folder / FIELD) as field:
+        np.savez(folder / FIELD, **{**field, **arrays})
+    return whole
+
+
+def test_field_that_does_not_fit_is_refused_and_not_copied(scene, solver, tmp_path):
+    """Each file is valid alone. The same command works once the field is mended."""
+    folder = simulate(scene, tmp_path / "small", n=4, engine="fullwave", cell=0.03).folder
+    field = read_stored_field(folder / FIELD)
+    again = {"n": 5, "engine": "fullwave", "field": folder}
+    wrong = [
+        ({"values": field.values[:1], "unsettled": field.unsettled[:1]}, "of 2 × 1 elements of small, found that of 1"),
+        ({"origin": field.origin + 0.3}, r"in the whole region of the transmitters, from \[0\.35, 0\.3, 0\.3\]"),
+    ]
+    for arrays, words in wrong:
+        whole = change_field(folder, **arrays)
+        with pytest.raises(InputError, match=rf"{folder / FIELD}: expected .*{words}"):
+            simulate(scene, tmp_path / "more", **again)
+        assert not (tmp_path / "more").exists()
+        (folder / FIELD).write_bytes(whole)
+    with pytest.raises(InputError, match=rf"{folder / FIELD}: expected .* known in the whole region"):
+        simulate(scene, tmp_path / "more", **{**again, "positions": [[0.5, 0.5, 0.5], [5, 0.5, 0.5]]})
+    (folder / FIELD).write_bytes(whole[:-100])
+    with pytest.raises(InputError, match=f"{folder / FIELD}: expected the stored field"):
+        simulate(scene, tmp_path / "more", **again)
+    (folder / FIELD).write_bytes(whole)
+    assert len(simulate(scene, tmp_path / "more", **again).names) == 5
+
+
+def test_stored_field_of_other_elements_in_the_dataset_is_made_again(scene, solver, tmp_path, capsys):
+    """Version 0.2.0 left such a copy behind."""
+    settings = {"n": 4, "engine": "fullwave", "cell": 0.03}
+    folder = simulate(scene, tmp_path / "small", **settings).folder
+    field = read_stored_field(folder / FIELD)
+    whole = change_field(folder, values=field.values[:1], unsettled=field.unsettled[:1])
+    simulate(scene, folder, **settings)
+    assert read_stored_field(folder / FIELD).values.shape == field.values.shape
+    assert "found that of 1 elements; it is made again" in capsys.readouterr().err
+    assert len(whole) == (folder / FIELD).stat().st_size
 
 
 def test_damaged_field_of_a_finished_dataset_is_solved_again(scene, solver, tmp_path, capsys):

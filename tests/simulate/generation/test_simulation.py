@@ -10,9 +10,11 @@ from bisplat.__main__ import main
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.shapes import sheet
 from scenes.storage.scene_yaml import write_scene
+from simulate.dataset.dataset_folder import inspect
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.sionna_scene import sionna_names
+from simulate.spectra.measurement import Measurement
 from tests.folders import contents
 
 DIRECT = Propagation(max_depth=0)
@@ -41,13 +43,33 @@ def test_given_positions_are_used(scene, tmp_path):
     assert (simulate(scene, tmp_path / "d", positions=positions, propagation=DIRECT).positions == positions).all()
 
 
+def test_a_position_may_occur_twice(scene, tmp_path):
+    """What ``simulate`` writes, ``check`` accepts: noise differs from spectrum to spectrum."""
+    positions, noisy = [[-3, 0, 1], [-3, 0, 1], [-4, 0.5, 1]], Measurement(snr_db=20)
+    folder = simulate(scene, tmp_path / "d", positions=positions, measurement=noisy, propagation=DIRECT).folder
+    found = inspect(folder)
+    assert found.problems == [] and "2 of 3 pictures share their position with another picture" in found.warnings
+
+
+def test_numpy_numbers_are_taken(scene, tmp_path):
+    """The folder is that of Python's numbers."""
+    plain = simulate(scene, tmp_path / "a", n=3, seed=2, propagation=Propagation(max_depth=0))
+    settings = {"n": np.int64(3), "seed": np.uint32(2), "propagation": Propagation(max_depth=np.int8(0))}
+    assert contents(simulate(scene, tmp_path / "b", **settings).folder) == contents(plain.folder)
+
+
 @pytest.mark.parametrize(
     ("wrong", "message"),
     [
         ({"n": 1}, "n: expected a whole number of at least 2, found 1"),
         ({"seed": -1}, "seed: expected a whole number of at least 0, found -1"),
         ({"workers": 0}, "workers: expected a whole number of at least 1, found 0"),
-        ({"positions": np.zeros(3)}, "positions: expected 1 to 1000000 rows of x, y, z, found shape"),
+        ({"positions": np.zeros(3)}, "positions: expected rows of x, y, z, found shape"),
+        ({"positions": [[-3, 0, 1]] * 2}, "positions: expected at least two different positions, found 2 alike"),
+        ({"placement": "line"}, "placement: expected uniform, grid or path, found 'line'"),
+        ({"power_db": "no"}, "power_db: expected true or false, found 'no'"),
+        ({"measurement": 20}, "measurement: expected Measurement, found 20"),
+        ({"engine": "ray"}, "engine: expected the name of an engine, found 'ray'; did you mean \"rays\""),
         ({"positions": np.full((2, 3), np.nan)}, "positions: expected finite numbers, found .* in row 0"),
     ],
 )

@@ -1,0 +1,64 @@
+"""Whether two things belong to one receiver: a scene and a dataset, or a run and the pictures to be located."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float
+from scipy.spatial.transform import Rotation
+
+from scenes.scene.description import SPEED_OF_LIGHT
+from simulate.spectra.array import PlanarArray
+
+SAME_FREQUENCY, SAME_SPACING = 0.05, 0.05
+"""Largest relative difference of wavelengths, and largest difference of element spacings in wavelengths, of one
+receiver. Many folders do not state their frequency, and 920 MHz is then taken for 915 MHz."""
+
+SAME_PLACE, SAME_DIRECTION = 1 / 8, 5.0
+"""Largest distance of two positions, wavelengths, and largest angle between two orientations, degrees, of one gateway
+that was surveyed twice."""
+
+Pose = tuple[Sequence[float] | Float[np.ndarray, " 3"], Sequence[float] | Float[np.ndarray, " 4"]]
+"""Position, metres, and unit quaternion (x, y, z, w) of a gateway, world frame."""
+
+
+def other_frequency(wavelength: float, found: float) -> bool:
+    """Whether two wavelengths (metres) are of different receivers."""
+    return abs(found / wavelength - 1) > SAME_FREQUENCY
+
+
+def other_array(array: PlanarArray, found: PlanarArray) -> bool:
+    """Whether two arrays are of different receivers."""
+    shapes = (array.rows, array.columns), (found.rows, found.columns)
+    return shapes[0] != shapes[1] or abs(array.spacing - found.spacing) > SAME_SPACING
+
+
+def pose_difference(pose: Pose, found: Pose) -> tuple[float, float]:
+    """Distance (metres) and angle (degrees) between two poses of a gateway.
+
+    >>> turned = [0.0, 0.0, np.sin(np.pi / 8), np.cos(np.pi / 8)]
+    >>> pose_difference(([0, 0, 1], [0, 0, 0, 1]), ([0, 3, 5], turned))
+    (5.0, 45.0)
+    """
+    turn = Rotation.from_quat(np.asarray(pose[1])).inv() * Rotation.from_quat(np.asarray(found[1]))
+    distance = np.linalg.norm(np.subtract(pose[0], found[0]))
+    return float(distance), round(float(np.degrees(turn.magnitude())), 6)
+
+
+def in_megahertz(wavelength: float) -> str:
+    """The frequency of a wavelength (metres), for a sentence.
+
+    >>> in_megahertz(0.3276)
+    '915 MHz'
+    """
+    return f"{SPEED_OF_LIGHT / wavelength / 1e6:.4g} MHz"
+
+
+def in_words(array: PlanarArray) -> str:
+    """An array, for a sentence.
+
+    >>> in_words(PlanarArray(2, 8))
+    '2 × 8 elements 0.5 λ apart'
+    """
+    return f"{array.rows} × {array.columns} elements {array.spacing:g} λ apart"
