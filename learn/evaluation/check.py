@@ -10,9 +10,10 @@ import numpy as np
 from jaxtyping import Float
 
 from learn.evaluation.leakage import Leakage, leakage
-from learn.evaluation.picture_doubts import bearing, picture_doubts
+from learn.evaluation.picture_doubts import picture_doubts
 from scenes.scene.description import boresight_of
 from scenes.scene.shapes import bounding_box
+from simulate.dataset.bearings import bearing_of
 from simulate.dataset.dataset_folder import Dataset, inspect
 
 SOURCES = {
@@ -79,7 +80,7 @@ class Check:
             "array": f"{array.rows} × {array.columns}, {array.spacing:.3f} λ apart ({SOURCES[known.source]})",
             "rows (elevation)": _angles(grid.elevations_deg, SOURCES[known.grid_source]),
             "columns (azimuth)": _angles(grid.azimuths_deg, SOURCES[azimuths]),
-            "strongest directions": f"{bearing(dataset)[0]:.0f}° from those of the transmitters (median)",
+            "strongest directions": f"{bearing_of(dataset).error:.0f}° from those of the transmitters (median)",
             "order": "by number, taken for the order of measurement",
             "left unexplained": "not computed" if residual is None else f"{residual:.2f} grey levels of 255 (median)",
             "complex responses": responses,

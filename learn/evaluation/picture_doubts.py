@@ -7,7 +7,7 @@ from dataclasses import asdict
 
 import numpy as np
 
-from simulate.dataset.bearings import Turn, in_gateway_frame, likely_turn
+from simulate.dataset.bearings import bearing_of
 from simulate.dataset.dataset_folder import Dataset
 from simulate.spectra.explanation import Explanation, explain
 from simulate.spectra.identification import DOUBTFUL, EXPLAINED, LEAST_LEVELS, grey_levels
@@ -35,24 +35,15 @@ def picture_doubts(dataset: Dataset) -> list[str]:
     return found if dataset.responses is not None else _of_levels(dataset) + found + _of_magnitudes(dataset)
 
 
-def bearing(dataset: Dataset) -> tuple[float, Turn | None, float]:
-    """How far the maxima are from the transmitters, and after which turn less, as from ``likely_turn``."""
-    towards = in_gateway_frame(dataset.positions, dataset.gateway_position, dataset.gateway_orientation)
-    return likely_turn(dataset.pictures, dataset.grid, dataset.array, towards)
-
-
 def _of_azimuths(dataset: Dataset) -> list[str]:
     """A sentence if the maxima would point at the transmitters if the azimuths were others."""
-    as_it_is, turn, after = bearing(dataset)
-    if turn is None or "scene_file" in dataset.metadata:
+    doubt = bearing_of(dataset).doubt(dataset.grid)
+    if doubt is None or "scene_file" in dataset.metadata:
         return []
-    remedy = f"bisplat convert {turn.option(dataset.grid)} reads them so"
-    if dataset.responses is not None:
-        remedy = "have the responses in channels.npz phases of the other sign, or another order of elements?"
-    return [
-        f"the strongest directions point at the transmitters ({after:.0f}° off, median) if the pictures are {turn}, "
-        f"and not as they are ({as_it_is:.0f}° off); {remedy}"
-    ]
+    if dataset.responses is None:
+        return [doubt]
+    of_responses = "have the responses in channels.npz phases of the other sign, or another order of elements?"
+    return [f"{doubt.partition(':')[0]}; {of_responses}"]
 
 
 def _of_levels(dataset: Dataset) -> list[str]:

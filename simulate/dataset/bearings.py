@@ -11,9 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, UInt8
 from scipy.spatial.transform import Rotation
 
+from simulate.dataset.dataset_folder import Dataset
 from simulate.spectra.angular_grid import AngularGrid, direction
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.spectrum import evenly
@@ -60,67 +60,62 @@ class Turn:
         return f"--azimuths {first:g} {first - span if self.mirrored else first + span:.6g}"
 
 
-def undecidable(array: PlanarArray) -> list[Turn]:
-    """The turns that the pictures of an array cannot show, without the one that changes nothing.
+def turns_of(array: PlanarArray) -> list[Turn]:
+    """The turns and mirrorings that leave an array the same; first the one that changes nothing.
 
-    >>> [str(turn) for turn in undecidable(PlanarArray(2, 3))]
+    >>> [str(turn) for turn in turns_of(PlanarArray(2, 3))[1:]]
     ['turned by 180°', 'mirrored', 'mirrored and turned by 180°']
     """
     turns = (0, 90, 180, 270) if array.rows == array.columns else (0, 180)
-    return [Turn(mirrored, by) for mirrored in (False, True) for by in turns][1:]
+    return [Turn(mirrored, by) for mirrored in (False, True) for by in turns]
 
 
-def bearing_errors(
-    pictures: UInt8[np.ndarray, "K 90 360"],
-    grid: AngularGrid,
-    towards: Float[np.ndarray, "K 3"],
-    turns: list[Turn],
-) -> list[float]:
-    """Median angle between each spectrum's maximum and the direction of its transmitter, for each turn, degrees.
+@dataclass(frozen=True)
+class Bearing:
+    """How far the maxima of a dataset's spectra are from the directions of the transmitters.
 
-    Args:
-        pictures: the pictures. Those of one grey level are left out.
-        grid: their grid.
-        towards: vectors from the gateway to the transmitters, gateway frame.
-        turns: the azimuths to try.
-
-    Returns:
-        The angles; not a number if no picture has a maximum.
+    Attributes:
+        error: median angle between them, degrees; not a number if no picture has a maximum.
+        turn: the turn after which the maxima point at the transmitters; None if there is none or they do so already.
+        error_after: median angle after the best turn, degrees.
     """
-    chosen = [index for index in evenly(np.arange(len(pictures)), EXAMINED) if np.ptp(pictures[index])]
-    length = np.linalg.norm(towards[chosen], axis=1, keepdims=True)
-    units = towards[chosen] / np.where(length > 0, length, 1)
-    if not len(units):
-        return [np.nan] * len(turns)
-    azimuth, elevation = np.moveaxis(np.stack([grid.dominant_angles(pictures[index]) for index in chosen]), -1, 0)
-    found = []
+
+    error: float
+    turn: Turn | None
+    error_after: float
+
+    def doubt(self, grid: AngularGrid) -> str | None:
+        """A sentence if the azimuths of pictures on a grid seem to be others."""
+        if self.turn is None:
+            return None
+        return (
+            f"the strongest directions point at the transmitters ({self.error_after:.0f}° off, median) if the pictures "
+            f"are {self.turn}, and not as they are ({self.error:.0f}° off): bisplat convert {self.turn.option(grid)} "
+            "reads them so"
+        )
+
+
+def bearing_of(dataset: Dataset) -> Bearing:
+    """Compare the maxima of a dataset's spectra with the directions of its transmitters."""
+    to_gateway_frame = Rotation.from_quat(dataset.gateway_orientation).inv()
+    towards = to_gateway_frame.apply(dataset.positions - dataset.gateway_position)
+    distance = np.linalg.norm(towards, axis=1)
+    chosen = [
+        index
+        for index in evenly(np.arange(len(towards)), EXAMINED)
+        if distance[index] > 0 and np.ptp(dataset.pictures[index])
+    ]
+    if not chosen:
+        return Bearing(np.nan, None, np.nan)
+    units = towards[chosen] / distance[chosen, None]
+    angles = np.stack([dataset.grid.dominant_angles(dataset.pictures[index]) for index in chosen])
+    azimuth, elevation = np.radians(angles).T
+    turns = turns_of(dataset.array)
+    errors = []
     for turn in turns:
-        turned = turn.by + (-azimuth if turn.mirrored else azimuth)
-        maxima = direction(np.radians(turned), np.radians(elevation))
-        cosine = (maxima * units).sum(axis=1).clip(-1, 1)
-        found.append(float(np.degrees(np.median(np.arccos(cosine)))))
-    return found
-
-
-def in_gateway_frame(
-    positions: Float[np.ndarray, "K 3"], gateway: Float[np.ndarray, 3], orientation: Float[np.ndarray, 4]
-) -> Float[np.ndarray, "K 3"]:
-    """Vectors from the gateway to positions, in the gateway's frame, metres."""
-    return Rotation.from_quat(orientation).apply(positions - gateway, inverse=True)
-
-
-def likely_turn(
-    pictures: UInt8[np.ndarray, "K 90 360"], grid: AngularGrid, array: PlanarArray, towards: Float[np.ndarray, "K 3"]
-) -> tuple[float, Turn | None, float]:
-    """Whether the maxima point at the transmitters after a turn that the pictures cannot show, and not before.
-
-    Returns:
-        Median angle as it is; the turn after which the maxima point at the transmitters, None if there is none or they
-        do so already; and the median angle after it.
-    """
-    turns = [Turn(), *undecidable(array)]
-    as_it_is, *others = bearing_errors(pictures, grid, towards, turns)
-    best = int(np.argmin(others))
-    believed = others[best] < POINTS and as_it_is > max(FARTHER * others[best], 2 * POINTS)
-    line = 1 in (array.rows, array.columns)  # whose maxima are the same on both sides of it
-    return as_it_is, turns[1 + best] if believed and not line else None, others[best]
+        maxima = direction(np.radians(turn.by) + (-azimuth if turn.mirrored else azimuth), elevation)
+        errors.append(np.degrees(np.median(np.arccos((maxima * units).sum(axis=1).clip(-1, 1)))))
+    best = 1 + int(np.argmin(errors[1:]))
+    believed = errors[best] < POINTS and errors[0] > max(FARTHER * errors[best], 2 * POINTS)
+    line = 1 in (dataset.array.rows, dataset.array.columns)  # whose maxima are the same on both sides of it
+    return Bearing(float(errors[0]), turns[best] if believed and not line else None, float(errors[best]))

@@ -147,7 +147,7 @@ class Dataset:
         if self.identification.source == "assumed":
             found.append(
                 f"the array is assumed to have {array.rows} × {array.columns} elements {array.spacing:g} wavelengths "
-                "apart; bisplat check says what the pictures show, and metadata.json can state another array"
+                "apart; state it as array in metadata.json (bisplat check says what the pictures show)"
             )
         if self.identification.grid_source == "assumed":
             found.append(

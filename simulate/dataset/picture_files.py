@@ -165,8 +165,9 @@ def read_picture(path: Path) -> UInt8[np.ndarray, "90 360"]:
 def _mended_by(height: int, width: int) -> str:
     if (height, width) == (COLUMNS, ROWS):
         return ", a transposed spectrum; bisplat convert transposes it back"
-    if (height, width) != (ROWS, COLUMNS):
-        return "; bisplat convert samples it at the directions of this format"
+    options = " and ".join((["--elevations"] if height != ROWS else []) + (["--azimuths"] if width != COLUMNS else []))
+    if options:
+        return f"; bisplat convert samples it at the directions of this format, given {options}"
     return "; bisplat convert turns it into 8-bit grey"
 
 

@@ -19,7 +19,7 @@ from scenes.files.errors import InputError
 from scenes.files.input_file import MEGABYTE, read_bytes
 from scenes.files.output_folder import new_folder
 from scenes.files.progress import progress_bar
-from simulate.dataset.bearings import undecidable
+from simulate.dataset.bearings import bearing_of
 from simulate.dataset.dataset_folder import Dataset, inspect
 from simulate.dataset.dataset_reader import read_gateway, read_metadata
 from simulate.dataset.dataset_writer import encode_picture, write_index, write_metadata, write_positions
@@ -171,10 +171,13 @@ def _of_result(dataset: Dataset, conversion: Conversion) -> list[str]:
             f"no array that was tried explains the pictures: {array.rows} × {array.columns} elements leave "
             f"{known.residual:.1f} of 255 grey levels (rounding alone: 0.3)"
         )
-    if conversion.azimuths is None:
-        turns = ", ".join(str(turn) for turn in undecidable(array))
+    doubt = bearing_of(dataset).doubt(dataset.grid)
+    if doubt is not None:
+        said.append(f"warning: {doubt}")
+    elif conversion.azimuths is None:
+        step = "any multiple of 90°" if array.rows == array.columns else "180°"
         said.append(
-            f"took column 0 for azimuth 0° and azimuths for rising; if they are not, --azimuths states them (the "
-            f"pictures of this array fit as well {turns})"
+            f"took column 0 for azimuth 0° and azimuths for rising. The array explains pictures that are turned by "
+            f"{step} or mirrored as well; if yours are, state --azimuths"
         )
     return said + dataset.assumptions()

@@ -90,7 +90,7 @@ def reading_of(
     )
     if explained is None or flipped != upside_down:
         return reading
-    return _with_array(reading, explained, sample, array, grid)
+    return _with_array(reading, explained, sample, array, grid, conversion.azimuths is not None)
 
 
 def _explained(
@@ -109,8 +109,18 @@ def _with_array(
     sample: Float[np.ndarray, "n 90 360"],
     array: PlanarArray | None,
     grid: AngularGrid | None,
+    azimuths: bool,
 ) -> Reading:
-    """The reading, with the array and the grid stated unless ``read_dataset`` finds them itself."""
+    """The reading, with the array and the grid stated unless ``read_dataset`` finds them itself.
+
+    Args:
+        reading: the reading.
+        explained: what explains the pictures.
+        sample: as for ``reading_of``.
+        array: as for ``reading_of``.
+        grid: as for ``reading_of``.
+        azimuths: whether an option states the azimuths. Then the grid is stated in any case.
+    """
     found = explained.beamformer.grid
     if reading.flipped:
         last = found.elevation_first_deg + (ROWS - 1) * found.elevation_step_deg
@@ -118,7 +128,7 @@ def _with_array(
     beamformer = Beamformer(explained.beamformer.array, found)
     read_back = identify(np.stack([reading.picture(each) for each in sample]), array, grid)
     if read_back.beamformer == beamformer:
-        return reading
+        return reading if grid is not None or not azimuths else replace(reading, stated={"grid": asdict(found)})
     stated = {"array": asdict(beamformer.array), "grid": asdict(beamformer.grid)}
     reading.said.append(
         f"stated an array of {beamformer.array.rows} × {beamformer.array.columns} elements, "
