@@ -80,7 +80,7 @@ def read_metadata_file(path: Path, expected: str, simulated: bool = False) -> di
     checked: Any = conform(content, schema, str(path))
     if "frequency_hz" in content:
         try:
-            read_frequency(checked.frequency_hz)
+            read_frequency(content["frequency_hz"])
         except ParameterError as error:
             raise InputError(f"{path}: frequency_hz: {error.message}") from None
     try:

@@ -6,6 +6,7 @@ The search takes seconds, so only ``check`` and ``convert`` make it.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from operator import itemgetter
 
@@ -45,6 +46,9 @@ COARSELY = 10.0
 
 FEW = 4
 """Number of spectra from which candidates are found."""
+
+Coarse = dict[Quantity, list[tuple[float, Beamformer]]]
+"""For each quantity, what the best spacing on each grid leaves, and this array and grid; the best grid first."""
 
 
 @dataclass(frozen=True)
@@ -86,21 +90,26 @@ def explain(
     if array is not None:
         return _of_known(spectra, array, grids)
     few = evenly(spectra, FEW)
-    possible = [
-        (family, number, quantity)
-        for family in (SQUARES, LINES_ALONG_X, LINES_ALONG_Y)
-        for quantity, fits in _coarsely(few, *family[-1], grids, QUANTITIES).items()
-        if fits[0][0] < COARSELY  # or no smaller array of this family explains them either
-        for number in range(len(family))
-    ]
-    possible.sort(key=lambda each: (math.prod(each[0][each[1]]), QUANTITIES.index(each[2])))
-    for family, number, quantity in possible:
-        found = _explanation(spectra, *family[number], grids, quantity)
-        if found is not None and number + 1 < len(family):
-            next_one = _explanation(spectra, *family[number + 1], grids, quantity)
-            if next_one is not None and found.residual > CLEARLY * next_one.residual:
-                return next_one
-        if found is not None:
+    coarse: dict[tuple[int, int], Coarse] = {}
+    sizes = []
+    for family in (SQUARES, LINES_ALONG_X, LINES_ALONG_Y):
+        coarse[family[-1]] = _coarsely(few, *family[-1], grids, QUANTITIES)
+        # If the largest array explains them nowhere, no smaller one of this family does, since it has its lags.
+        possible = [each for each in QUANTITIES if coarse[family[-1]][each][0][0] < COARSELY]
+        sizes += [(size, following, possible) for size, following in zip(family, [*family[1:], None], strict=True)]
+    for size, following, quantities in sorted(sizes, key=lambda each: math.prod(each[0])):
+        for quantity in quantities:
+            for each in (size, following):
+                if each is not None and each not in coarse:
+                    coarse[each] = _coarsely(
+                        few, *each, _with_end_to_end(grids) if each == (4, 4) else grids, quantities
+                    )
+            found = _refined(spectra, coarse[size][quantity], quantity)
+            if found is None:
+                continue
+            larger = None if following is None else _refined(spectra, coarse[following][quantity], quantity)
+            if larger is not None and found.residual > CLEARLY * larger.residual:
+                return larger
             return found
     return None
 
@@ -112,13 +121,20 @@ def _likely_grids(spectra: Float[np.ndarray, "K 90 360"]) -> tuple[AngularGrid, 
     return tuple(each for each in GRIDS if (each.elevation_step_deg < 0) == upside_down)
 
 
+def _with_end_to_end(grids: tuple[AngularGrid, ...]) -> tuple[AngularGrid, ...]:
+    """The grids, and those of ``END_TO_END`` with the same direction, unless the grid is known."""
+    upwards = grids[0].elevation_step_deg > 0
+    further = [each for each in END_TO_END if (each.elevation_step_deg > 0) == upwards]
+    return (*grids, *further) if len(grids) > 1 else grids
+
+
 def _coarsely(
     spectra: Float[np.ndarray, "K 90 360"],
     rows: int,
     columns: int,
     grids: tuple[AngularGrid, ...],
-    quantities: tuple[Quantity, ...],
-) -> dict[Quantity, list[tuple[float, Beamformer]]]:
+    quantities: Sequence[Quantity],
+) -> Coarse:
     """The best spacing on each grid with what it leaves, for each quantity; the best grid first."""
     left: dict[Quantity, list[tuple[float, Beamformer]]] = {quantity: [] for quantity in quantities}
     for grid in grids:
@@ -130,18 +146,13 @@ def _coarsely(
     return {quantity: sorted(fits, key=itemgetter(0)) for quantity, fits in left.items()}
 
 
-def _explanation(
-    spectra: Float[np.ndarray, "K 90 360"], rows: int, columns: int, grids: tuple[AngularGrid, ...], quantity: Quantity
+def _refined(
+    spectra: Float[np.ndarray, "K 90 360"], coarse: list[tuple[float, Beamformer]], quantity: Quantity
 ) -> Explanation | None:
-    """The explanation by an array of a given size with the best spacing and grid, if there is one."""
+    """The explanation with a spacing near one of the best two, without needless elements, if there is one."""
     few = evenly(spectra, FEW)
-    if (rows, columns, quantity) == (4, 4, "magnitude") and len(grids) > 1:
-        upwards = grids[0].elevation_step_deg > 0
-        grids = (*grids, *(each for each in END_TO_END if (each.elevation_step_deg > 0) == upwards))
     fits = []
-    for left, near in _coarsely(few, rows, columns, grids, (quantity,))[quantity][:2]:
-        if left > COARSELY:
-            continue
+    for _, near in [fit for fit in coarse[:2] if fit[0] < COARSELY]:
         spacing = minimize_scalar(
             lambda spacing, near=near: median_residual(few, _spaced(near, spacing), quantity),
             bounds=(near.array.spacing - SPACING_STEP, near.array.spacing + SPACING_STEP),
