@@ -98,7 +98,8 @@ def _explained(
 ) -> Explanation | None:
     """The array that explains pictures: what ``read_dataset`` would find, or else what a longer search finds."""
     known = identify(pictures, array, grid)
-    if known.residual is not None and known.residual < EXPLAINED and "assumed" not in (known.source, known.grid_source):
+    stated = array is not None and grid is not None and known.residual is not None and known.residual < EXPLAINED
+    if known.residual is not None and (stated or "fitted" in (known.source, known.grid_source)):
         return Explanation(known.beamformer, "magnitude", known.residual)
     return explain(pictures, array, grid)
 

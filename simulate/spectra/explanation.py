@@ -18,7 +18,7 @@ from threadpoolctl import threadpool_limits
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.identification import CLEARLY, EXPLAINED, MOST_ELEMENTS, examined, with_fewest_elements
+from simulate.spectra.identification import CLEARLY, EXPLAINED, MOST_ELEMENTS, examined, rounding, with_fewest_elements
 from simulate.spectra.lags import GRIDS, SPACING_DIGITS, SPACING_STEP, SPACINGS
 from simulate.spectra.quantity import Quantity, median_residual
 from simulate.spectra.spectrum import evenly
@@ -90,6 +90,11 @@ def explain(
     if array is not None:
         return _of_known(spectra, array, grids)
     few = evenly(spectra, FEW)
+    if grid is None:
+        wider = _coarsely(few, 4, 4, (*grids, *_end_to_end(grids)), ("magnitude",))
+        found = _refined(spectra, wider["magnitude"], "magnitude")
+        if found is not None:
+            return found
     coarse: dict[tuple[int, int], Coarse] = {}
     sizes = []
     for family in (SQUARES, LINES_ALONG_X, LINES_ALONG_Y):
@@ -101,9 +106,7 @@ def explain(
         for quantity in quantities:
             for each in (size, following):
                 if each is not None and each not in coarse:
-                    coarse[each] = _coarsely(
-                        few, *each, _with_end_to_end(grids) if each == (4, 4) else grids, quantities
-                    )
+                    coarse[each] = _coarsely(few, *each, grids, quantities)
             found = _refined(spectra, coarse[size][quantity], quantity)
             if found is None:
                 continue
@@ -121,11 +124,10 @@ def _likely_grids(spectra: Float[np.ndarray, "K 90 360"]) -> tuple[AngularGrid, 
     return tuple(each for each in GRIDS if (each.elevation_step_deg < 0) == upside_down)
 
 
-def _with_end_to_end(grids: tuple[AngularGrid, ...]) -> tuple[AngularGrid, ...]:
-    """The grids, and those of ``END_TO_END`` with the same direction, unless the grid is known."""
+def _end_to_end(grids: tuple[AngularGrid, ...]) -> tuple[AngularGrid, ...]:
+    """Those of ``END_TO_END`` whose rows rise or fall as those of the grids."""
     upwards = grids[0].elevation_step_deg > 0
-    further = [each for each in END_TO_END if (each.elevation_step_deg > 0) == upwards]
-    return (*grids, *further) if len(grids) > 1 else grids
+    return tuple(each for each in END_TO_END if (each.elevation_step_deg > 0) == upwards)
 
 
 def _coarsely(
@@ -162,7 +164,7 @@ def _refined(
         beamformer = _spaced(near, round(spacing, SPACING_DIGITS))
         fits.append((median_residual(spectra, beamformer, quantity), beamformer))
     residual, beamformer = min(fits, key=itemgetter(0), default=(np.inf, Beamformer()))
-    if residual >= EXPLAINED:
+    if residual >= rounding(spectra) * EXPLAINED:
         return None
     beamformer = with_fewest_elements(spectra, beamformer, quantity)
     return Explanation(beamformer, quantity, median_residual(spectra, beamformer, quantity))
@@ -177,7 +179,7 @@ def _of_known(
     for quantity in QUANTITIES:
         fits = [(median_residual(spectra, Beamformer(array, grid), quantity), grid) for grid in grids]
         residual, grid = min(fits, key=itemgetter(0))
-        if residual < EXPLAINED:
+        if residual < rounding(spectra) * EXPLAINED:
             return Explanation(Beamformer(array, grid), quantity, residual)
     return None
 

@@ -14,10 +14,11 @@ from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.lags import EXAMINED, GRIDS, fit_grids, fit_lags
 from simulate.spectra.quantity import Quantity, median_residual
-from simulate.spectra.spectrum import evenly, spectrum_of
+from simulate.spectra.spectrum import LARGEST_GREY, evenly, spectrum_of
 
 EXPLAINED = 0.6
-"""Grey levels. An array explains a picture if it leaves a smaller root mean square error; rounding leaves 0.29."""
+"""Grey levels. An array explains a picture of 8 bits if it leaves a smaller root mean square error; rounding leaves
+0.29. For fewer bits it may be larger (``rounding``)."""
 
 DOUBTFUL = 3.0
 """Grey levels. An array that leaves more did not measure the pictures."""
@@ -93,6 +94,16 @@ def grey_levels(picture: UInt8[np.ndarray, "90 360"]) -> int:
     return int(np.count_nonzero(np.bincount(picture.ravel(), minlength=256)))
 
 
+def rounding(spectra: Float[np.ndarray, "K 90 360"]) -> float:
+    """Median step between the levels that spectra have, grey levels of 255: 1 for 8 bits, 4 for 6 bits.
+
+    Args:
+        spectra: pictures as numbers from 0 to 1.
+    """
+    pictures = np.round(LARGEST_GREY * spectra).astype(np.uint8)
+    return max(1.0, float(np.median([np.ptp(each) / max(grey_levels(each) - 1, 1) for each in pictures])))
+
+
 def identify(
     pictures: UInt8[np.ndarray, "K 90 360"], array: PlanarArray | None = None, grid: AngularGrid | None = None
 ) -> Identification:
@@ -121,7 +132,7 @@ def identify(
             )
         best = fits[0]
         clear = len(fits) == 1 or fits[1].median_residual > CLEARLY * best.median_residual
-        if best.median_residual < EXPLAINED and clear:
+        if best.median_residual < rounding(spectra) * EXPLAINED and clear:
             found = best.beamformer
             if array is None:
                 found = with_fewest_elements(spectra, found, "magnitude")
@@ -144,7 +155,7 @@ def with_fewest_elements(
         quantity: what the pictures stand for.
     """
     array = beamformer.array
-    enough = min(EXPLAINED, CLEARLY * median_residual(spectra, beamformer, quantity))
+    enough = min(rounding(spectra) * EXPLAINED, CLEARLY * median_residual(spectra, beamformer, quantity))
     shapes = [(rows, columns) for rows in range(1, array.rows + 1) for columns in range(1, array.columns + 1)]
     for rows, columns in sorted(shapes[1:-1], key=lambda shape: shape[0] * shape[1]):
         smaller = replace(beamformer, array=PlanarArray(rows, columns, array.spacing))

@@ -19,7 +19,10 @@ from simulate.spectra.spectrum import LARGEST_GREY, normalise
 Quantity = Literal["magnitude", "power", "decibels"]
 
 RANGES = np.array([10.0, 15, 20, 25, 30, 35, 40, 50, 60])
-"""Ranges from black to white to try for pictures in decibels."""
+"""Ranges from black to white to try for pictures in decibels. At larger ones, so few pixels count that every array fits."""
+
+WIDEST = 80.0
+"""Largest range of a single picture, for one with a deep null."""
 
 RANGE_STEPS = 12
 """Steps by which the range of each picture is refined. Each divides the interval by 1.6."""
@@ -62,7 +65,7 @@ def decibel_residual(
     best = tried.argmin(axis=0)
     if not steps:
         return tried.min(axis=0), RANGES[best]
-    low, high = RANGES[np.maximum(best - 1, 0)], RANGES[np.minimum(best + 1, len(RANGES) - 1)]
+    low, high = RANGES[np.maximum(best - 1, 0)], np.append(RANGES[1:], WIDEST)[best]
     golden = (5**0.5 - 1) / 2
     for _ in range(steps):  # golden-section search, all pictures at once
         left, right = high - golden * (high - low), low + golden * (high - low)
