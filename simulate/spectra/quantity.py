@@ -19,7 +19,7 @@ from simulate.spectra.spectrum import LARGEST_GREY, normalise
 Quantity = Literal["magnitude", "power", "decibels"]
 
 RANGES = np.array([10.0, 15, 20, 25, 30, 35, 40, 50, 60])
-"""Ranges from black to white to try for pictures in decibels. At larger ones, so few pixels count that every array fits."""
+"""Ranges from black to white to try for pictures in decibels. At larger ones few pixels count, and any array fits."""
 
 WIDEST = 80.0
 """Largest range of a single picture, for one with a deep null."""
