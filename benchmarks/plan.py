@@ -34,7 +34,7 @@ from learn.training.run_folder import predict
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import Dataset
-from simulate.dataset.frequency import Frequency
+from simulate.dataset.dataset_frequency import Frequency
 from simulate.engines.fullwave_engine import FIELD
 from simulate.fullwave.stored_field import StoredField, read_stored_field
 from simulate.positions.placement import place

@@ -19,8 +19,8 @@ from learn.data.same_receiver import (
 from learn.training.run_folder import Run
 from scenes.files.errors import InputError
 from scenes.files.plain_text import say
+from simulate.dataset.dataset_frequency import frequency_of
 from simulate.dataset.dataset_reader import read_gateway, read_metadata
-from simulate.dataset.frequency import frequency_of
 from simulate.dataset.picture_files import read_all
 from simulate.spectra.identification import EXPLAINED, MOST_ELEMENTS, examined, stated_array, stated_grid
 from simulate.spectra.lags import fit_lags

@@ -16,8 +16,8 @@ from jaxtyping import Complex, Float, Int, UInt8
 
 from scenes.files.errors import InputError, require_path
 from scenes.files.plain_text import say
+from simulate.dataset.dataset_frequency import Frequency, frequency_of
 from simulate.dataset.dataset_reader import read_gateway, read_metadata
-from simulate.dataset.frequency import Frequency, frequency_of
 from simulate.dataset.index_files import read_split
 from simulate.dataset.oddities import oddities
 from simulate.dataset.picture_files import read_pictures, what_is_at

@@ -12,7 +12,7 @@ from jaxtyping import Float, Int
 
 from scenes.files.errors import InputError, ParameterError, shown
 from scenes.scene.frequency import read_frequency
-from simulate.dataset.frequency import SAME, Frequency, read_frequencies
+from simulate.dataset.dataset_frequency import SAME, Frequency, read_frequencies
 from simulate.exchange.conversion import Conversion
 
 LISTED = 10

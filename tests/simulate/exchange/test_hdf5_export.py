@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from simulate.dataset.dataset_folder import Dataset
-from simulate.dataset.frequency import Frequency
+from simulate.dataset.dataset_frequency import Frequency
 from simulate.exchange import hdf5_export
 from simulate.exchange.hdf5_export import export_hdf5
 from simulate.generation.simulation import simulate

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from scenes.files.errors import InputError
-from simulate.dataset.frequency import Frequency, frequency_of, read_frequencies
+from simulate.dataset.dataset_frequency import Frequency, frequency_of, read_frequencies
 
 ROWS = np.arange(3)
 
