@@ -34,6 +34,7 @@ from learn.training.run_folder import predict
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset_frequency import Frequency
 from simulate.engines.fullwave_engine import FIELD
 from simulate.fullwave.stored_field import StoredField, read_stored_field
 from simulate.positions.placement import place
@@ -64,8 +65,8 @@ def dataset_at(positions: Points, scene: Scene, field: Tracer | StoredField) -> 
         train=np.arange(0),
         test=np.arange(0),
         responses=responses,
-        metadata={"frequency_hz": scene.frequency},
-        identification=Identification(beamformer, "metadata"),
+        identification=Identification(beamformer, "metadata", "metadata"),
+        frequency=Frequency(scene.frequency, "metadata"),
     )
 
 

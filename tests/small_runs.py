@@ -13,7 +13,14 @@ import pytest
 from learn.models.steps import Steps
 from learn.training.config import Config
 from learn.training.registry import MODELS
-from simulate.dataset.dataset_writer import encode_picture, write_gateway, write_index, write_positions, write_responses
+from simulate.dataset.dataset_writer import (
+    encode_picture,
+    write_gateway,
+    write_index,
+    write_metadata,
+    write_positions,
+    write_responses,
+)
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import picture
 
@@ -66,7 +73,7 @@ def plane_waves() -> Callable[..., np.ndarray]:
 def write_folder(plane_waves) -> Callable[..., Path]:
     """Function: writes a NeRF² folder of a transmitter on a path, seen as two plane waves; every fifth is for testing.
 
-    Like a measured folder it has no metadata and, unless asked for, no responses.
+    It states its frequency. Otherwise it is like a measured folder, without metadata and, unless asked for, responses.
     """
 
     def write(folder: Path, count: int = 24, keep_responses: bool = False) -> Path:
@@ -78,6 +85,7 @@ def write_folder(plane_waves) -> Callable[..., Path]:
         for name, image in zip(names, picture(Beamformer().spectrum(responses)), strict=True):
             (folder / "spectrum" / f"{name}.png").write_bytes(encode_picture(image))
         write_positions(folder / "tx_pos.csv", positions)
+        write_metadata(folder / "metadata.json", {"frequency_hz": 915e6})
         write_gateway(folder / "gateway_info.yml", "tiny", (0, 0, 1), (0, 0, 0, 1))
         write_index(folder / "train_index.txt", [name for index, name in enumerate(names) if index % 5 != 2])
         write_index(folder / "test_index.txt", names[2::5])

@@ -2,28 +2,28 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from jaxtyping import Float
+
 from learn.evaluation.leakage import Leakage, leakage
+from learn.evaluation.picture_doubts import picture_doubts
 from scenes.files.errors import require_path
 from scenes.scene.description import boresight_of
 from scenes.scene.shapes import bounding_box
+from simulate.dataset.bearings import bearing_of
 from simulate.dataset.dataset_folder import Dataset, inspect
-from simulate.spectra.identification import larger_array
 
 SOURCES = {
     "metadata": "metadata.json",
     "fitted": "from the pictures",
+    "freq.txt": "freq.txt",
     "assumed": "assumed",
 }
-"""For the user: how the array and the grid are known."""
-
-
-DOUBTFUL = 3.0
-"""Grey levels; an array that leaves more unexplained did not measure the pictures."""
+"""For the user: how the frequency, the array and the grid are known."""
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,9 @@ class Check:
         if dataset is None:
             return {}
         array, grid = dataset.array, dataset.grid
-        found, residual = SOURCES[dataset.identification.source], dataset.identification.residual
+        known, residual = dataset.identification, dataset.identification.residual
+        # The pictures of an array show the azimuth of column 0 only up to turns by which the array looks the same.
+        azimuths = "metadata" if known.grid_source == "metadata" else "assumed"
         corners = bounding_box(dataset.positions)
         responses = "no" if dataset.retrieved is None else "found behind the pictures, each with a phase of its own"
         if dataset.responses is not None:
@@ -75,26 +77,31 @@ class Check:
             "positions (m)": " to ".join(str(corner.round(3).tolist()) for corner in corners),
             "gateway at (m)": str(dataset.gateway_position.round(3).tolist()),
             "gateway looks along": str(boresight_of(dataset.gateway_orientation).round(3).tolist()),
-            "array": f"{array.rows} × {array.columns}, {array.spacing:.3f} λ apart ({found})",
-            "rows (elevation)": f"{grid.elevations_deg[0]:g}° to {grid.elevations_deg[-1]:g}° ({found})",
+            "frequency": f"{dataset.frequency} ({SOURCES[dataset.frequency.source]})",
+            "array": f"{array.rows} × {array.columns}, {array.spacing:.3f} λ apart ({SOURCES[known.source]})",
+            "rows (elevation)": _angles(grid.elevations_deg, SOURCES[known.grid_source]),
+            "columns (azimuth)": _angles(grid.azimuths_deg, SOURCES[azimuths]),
+            "strongest directions": f"{bearing_of(dataset).error:.0f}° from those of the transmitters (median)",
+            "order": "by number, taken for the order of measurement",
             "left unexplained": "not computed" if residual is None else f"{residual:.2f} grey levels of 255 (median)",
             "complex responses": responses,
             "split": self.leakage.facts() if self.leakage is not None else "none",
         }
 
     def beamformer(self) -> dict[str, Any]:
-        """Array and grid of the dataset, as ``bisplat check --json`` prints them.
+        """Frequency, array and grid of the dataset, as ``bisplat check --json`` prints them.
 
         Returns:
-            The dictionaries "array" and "grid"; empty if there are problems. ``array["source"]`` says how both are
-            known: "metadata" (metadata.json states them), "fitted" (to the pictures) or "assumed".
+            The dictionaries "frequency", "array" and "grid"; empty if there are problems. The key "source" of each says
+            how it is known: "metadata" (metadata.json states it), "freq.txt", "fitted" (to the pictures) or "assumed".
         """
         if self.dataset is None:
             return {}
         known = self.dataset.identification
         return {
+            "frequency": asdict(self.dataset.frequency),
             "array": {**asdict(known.beamformer.array), "source": known.source},
-            "grid": asdict(known.beamformer.grid),
+            "grid": {**asdict(known.beamformer.grid), "source": known.grid_source},
             "fit_residual_grey_levels": None if known.residual is None else round(known.residual, 3),
         }
 
@@ -124,32 +131,10 @@ def check(folder: Path | str) -> Check:
     if split_leakage is not None and split_leakage.leaks:
         warnings.append(split_leakage.warning())
     if inspection.dataset is not None:
-        warnings += _of_array(inspection.dataset)
+        warnings += picture_doubts(inspection.dataset)
+        warnings += inspection.dataset.assumptions()
     return Check(inspection.problems, warnings, inspection.dataset, split_leakage)
 
 
-def _of_array(dataset: Dataset) -> list[str]:
-    """A warning if the array and the grid do not explain the pictures."""
-    known = dataset.identification
-    array, residual = known.beamformer.array, known.residual
-    if residual is None or residual < DOUBTFUL:
-        return []
-    if known.source == "metadata":
-        return [
-            f"metadata.json states {array.rows} × {array.columns} elements {array.spacing} wavelengths apart and rows "
-            f"from {dataset.grid.elevation_first_deg:g}°, but the pictures differ from what this array can measure by "
-            f"{residual:.1f} grey levels (rounding alone: 0.3)"
-        ]
-    sentence = (
-        f"no 4 × 4 array can have measured these pictures: the best one leaves a difference of {residual:.1f} grey "
-        "levels (rounding alone: 0.3)"
-    )
-    larger = larger_array(dataset.pictures)
-    if larger is None:
-        return [f"{sentence}; models that predict element responses assume a 4 × 4 array at half a wavelength"]
-    found = larger.beamformer
-    stated = json.dumps({"array": asdict(found.array), "grid": asdict(found.grid)})
-    return [
-        f"{sentence}. An array of {found.array.rows} × {found.array.columns} elements {found.array.spacing} "
-        f"wavelengths apart leaves only {larger.median_residual:.2f}: write {stated} to metadata.json"
-    ]
+def _angles(degrees: Float[np.ndarray, " n"], source: str) -> str:
+    return f"{degrees[0]:g}° to {degrees[-1]:g}° ({source})"

@@ -16,7 +16,8 @@ from learn.data.metrics import Scores, score
 from learn.training.deviation import NORMAL, pixel_errors
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import InputError, require_path
-from simulate.dataset.dataset_folder import Dataset, read_dataset, read_index
+from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.index_files import read_index
 from simulate.spectra.spectrum import evenly, spectrum_of
 
 JSON_NAMES = {
@@ -145,7 +146,7 @@ def evaluate(
     parts = run.split(known_data)
     known, test = parts.known, parts.test if same else np.arange(len(tested_on.names))
     if index is not None:
-        test = read_index(Path(index), tested_on)
+        test = read_index(Path(index), tested_on.names)
         both = np.intersect1d(test, known) if same else np.array([])
         if len(both):
             raise InputError(

@@ -19,12 +19,11 @@ from learn.data.same_receiver import (
 from learn.training.run_folder import Run
 from scenes.files.errors import InputError
 from scenes.files.plain_text import say
-from scenes.scene.description import SPEED_OF_LIGHT
+from simulate.dataset.dataset_frequency import frequency_of
 from simulate.dataset.dataset_reader import read_gateway, read_metadata
 from simulate.dataset.picture_files import read_all
-from simulate.spectra.identification import EXPLAINED, MOST_ELEMENTS
-from simulate.spectra.lags import EXAMINED, fit_lags
-from simulate.spectra.spectrum import evenly, spectrum_of
+from simulate.spectra.identification import EXPLAINED, MOST_ELEMENTS, examined, stated_array, stated_grid
+from simulate.spectra.lags import fit_lags
 
 
 def heard_pictures(folder: Path, run: Run) -> tuple[list[str], UInt8[np.ndarray, "K 90 360"]]:
@@ -44,33 +43,36 @@ def heard_pictures(folder: Path, run: Run) -> tuple[list[str], UInt8[np.ndarray,
             another array, grid or frequency than that of the run, or another gateway than that of its dataset.
     """
     names, pictures = read_all(folder / "spectrum" if (folder / "spectrum").is_dir() else folder)
-    _check_metadata(folder, pictures, run)
+    _check_metadata(folder, names, pictures, run)
     _check_gateway(folder, run)
     return names, pictures
 
 
-def _check_metadata(folder: Path, pictures: UInt8[np.ndarray, "K 90 360"], run: Run) -> None:
+def _check_metadata(folder: Path, names: list[str], pictures: UInt8[np.ndarray, "K 90 360"], run: Run) -> None:
     """Compare the stated frequency, array and grid with those of a run, or else the pictures with its array."""
     problems: list[str] = []
     path, of_run = folder / "metadata.json", run.beamformer
-    metadata, stated = read_metadata(path, problems)
+    metadata = read_metadata(path, problems)
+    frequency = frequency_of(folder, metadata, np.array([int(name) for name in names]) - 1, problems)
     if problems:
         raise InputError(problems[0])
+    array, grid = stated_array(metadata), stated_grid(metadata)
     wavelength = float(run.model.wavelength)
-    if "frequency_hz" in metadata and other_frequency(wavelength, SPEED_OF_LIGHT / metadata["frequency_hz"]):
+    if frequency.source != "assumed" and other_frequency(wavelength, frequency.wavelength):
         raise InputError(
-            f"{path}: expected pictures at the frequency of {run.folder}, {in_megahertz(wavelength)}, found "
-            f"{in_megahertz(SPEED_OF_LIGHT / metadata['frequency_hz'])}"
+            f"{folder}: expected pictures at the frequency of {run.folder}, {in_megahertz(wavelength)}, found "
+            f"{in_megahertz(frequency.wavelength)}"
         )
-    if stated is not None and other_array(of_run.array, stated.array):
+    if array is not None and other_array(of_run.array, array):
         raise InputError(
             f"{path}: expected pictures of the array of {run.folder}, {in_words(of_run.array)}, found those of "
-            f"{in_words(stated.array)}"
+            f"{in_words(array)}"
         )
-    if stated is not None and stated.grid != of_run.grid:
-        raise InputError(f"{path}: expected pictures on the grid of {run.folder}, {of_run.grid}, found {stated.grid}")
-    if stated is None and of_run.array.elements <= MOST_ELEMENTS:
-        left = fit_lags(spectrum_of(evenly(pictures, EXAMINED)), of_run).median_residual
+    if grid is not None and grid != of_run.grid:
+        raise InputError(f"{path}: expected pictures on the grid of {run.folder}, {of_run.grid}, found {grid}")
+    telling = examined(pictures)
+    if array is None and len(telling) and of_run.array.elements <= MOST_ELEMENTS:
+        left = fit_lags(telling, of_run).median_residual
         if left > EXPLAINED:
             say(
                 f"warning: {folder}: the array of {run.folder}, {in_words(of_run.array)}, leaves {left:.2g} grey "

@@ -22,10 +22,10 @@ from learn.models.capabilities import HasPrimitives, PredictsResponses
 from learn.models.splat import Splats
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import InputError
-from scenes.scene.description import SPEED_OF_LIGHT, Gateway, Scene
+from scenes.scene.description import Gateway, Scene
 from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_yaml import load_scene
-from simulate.dataset.dataset_folder import NERF2_FREQUENCY, Dataset, read_dataset
+from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.engines.rays_engine import Rays, seed_of_rays
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.array import PlanarArray
@@ -102,10 +102,13 @@ class Subject:
 
     @property
     def wavelength(self) -> float:
-        """Wavelength, metres; if only a run is known, at the frequency of NeRF²'s measurements."""
+        """Wavelength, metres."""
         if self.dataset is not None:
             return self.dataset.wavelength
-        return self.scene.wavelength if self.scene is not None else SPEED_OF_LIGHT / NERF2_FREQUENCY
+        if self.run is not None:
+            return float(self.run.model.wavelength)
+        assert self.scene is not None  # a subject is at least one of the three
+        return self.scene.wavelength
 
     @cached_property
     def beamformer(self) -> Beamformer:

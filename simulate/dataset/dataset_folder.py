@@ -6,9 +6,8 @@ Rows of ``tx_pos.csv`` and pictures are numbered from 1. Everything in memory is
 from __future__ import annotations
 
 import hashlib
-from collections import Counter
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any
 
@@ -17,8 +16,10 @@ from jaxtyping import Complex, Float, Int, UInt8
 
 from scenes.files.errors import InputError, require_path
 from scenes.files.input_file import what_is_at
-from scenes.scene.description import SPEED_OF_LIGHT
-from simulate.dataset.dataset_reader import read_gateway, read_metadata, read_names
+from scenes.files.plain_text import say
+from simulate.dataset.dataset_frequency import Frequency, frequency_of
+from simulate.dataset.dataset_reader import read_gateway, read_metadata
+from simulate.dataset.index_files import read_split
 from simulate.dataset.oddities import oddities
 from simulate.dataset.picture_files import read_pictures
 from simulate.dataset.responses_file import check_responses, read_responses
@@ -26,11 +27,8 @@ from simulate.positions.given_positions import read_points
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.identification import Identification, identify
+from simulate.spectra.identification import Identification, identify, stated_array, stated_grid
 from simulate.spectra.spectrum import spectrum_of
-
-NERF2_FREQUENCY = 915e6
-"""Hertz. NeRF²'s folders were measured in this RFID band, but do not state it."""
 
 
 @dataclass(frozen=True)
@@ -56,8 +54,10 @@ class Dataset:
             folder has none. Each row is known up to a common phase and the flip ``y_m -> conj(y_{MN−1−m})``, so phases
             of two positions cannot be compared.
         metadata: content of metadata.json; empty if the folder has none.
-        identification: the array and the grid of the spectra (``beamformer``), how they are known (``source``:
-            "metadata", "fitted" or "assumed"), and the error that they leave (``residual``, grey levels of 255).
+        identification: the array and the grid of the spectra (``beamformer``), how they are known (``source`` and
+            ``grid_source``: "metadata", "fitted" or "assumed"), and the error that they leave (``residual``, grey
+            levels of 255).
+        frequency: the frequency (``hertz``), and how it is known (``source``: "metadata", "freq.txt" or "assumed").
 
     Example:
         >>> import bisplat
@@ -80,6 +80,7 @@ class Dataset:
     retrieved: Complex[np.ndarray, "K elements"] | None = None
     metadata: dict[str, Any] = field(default_factory=dict)
     identification: Identification = field(default_factory=Identification)
+    frequency: Frequency = field(default_factory=Frequency)
 
     @property
     def beamformer(self) -> Beamformer:
@@ -109,8 +110,8 @@ class Dataset:
 
     @property
     def wavelength(self) -> float:
-        """Wavelength in air, metres, at the frequency that metadata.json states; otherwise at NeRF²'s 915 MHz."""
-        return SPEED_OF_LIGHT / self.metadata.get("frequency_hz", NERF2_FREQUENCY)
+        """Wavelength in air, metres, at ``frequency``."""
+        return self.frequency.wavelength
 
     @cached_property
     def fingerprint(self) -> str:
@@ -135,6 +136,27 @@ class Dataset:
         """
         return spectrum_of(self.pictures)
 
+    def assumptions(self) -> list[str]:
+        """A sentence for each physical quantity that the folder does not state and its pictures do not show."""
+        found = []
+        if self.frequency.source == "assumed":
+            found.append(
+                f"the frequency is assumed to be {self.frequency}, a wavelength of {self.wavelength * 100:.1f} cm; "
+                'state it in metadata.json, such as {"frequency_hz": 2.4e9}'
+            )
+        array, rows = self.array, self.grid.elevations_deg
+        if self.identification.source == "assumed":
+            found.append(
+                f"the array is assumed to have {array.rows} × {array.columns} elements {array.spacing:g} wavelengths "
+                "apart; state it as array in metadata.json (bisplat check says what the pictures show)"
+            )
+        if self.identification.grid_source == "assumed":
+            found.append(
+                f"the rows of the pictures are assumed to be elevations from {rows[0]:g}° to {rows[-1]:g}°; state them "
+                "as grid in metadata.json"
+            )
+        return found
+
 
 @dataclass(frozen=True)
 class Inspection:
@@ -156,7 +178,8 @@ def read_dataset(folder: Path | str) -> Dataset:
 
     The folder needs the pictures ``spectrum/00001.png`` and on, ``tx_pos.csv`` and ``gateway_info.yml``. Element
     responses, metadata and index files are read if they are there. If metadata.json does not state the array and the
-    grid of the spectra, they are found by a fit to the pictures.
+    grid of the spectra, they are found by a fit to the pictures. What the folder does not state and the pictures do not
+    show, such as the frequency, is assumed, and a line on stderr says so.
 
     Args:
         folder: the dataset folder.
@@ -182,7 +205,14 @@ def read_dataset(folder: Path | str) -> Dataset:
     if inspection.dataset is None:
         more = f" ({len(inspection.problems) - 1} more problems)" if len(inspection.problems) > 1 else ""
         raise InputError(inspection.problems[0] + more)
+    for sentence in inspection.dataset.assumptions():
+        _say_once(f"warning: {folder}: {sentence}")
     return inspection.dataset
+
+
+@cache
+def _say_once(sentence: str) -> None:
+    say(sentence)  # many commands read a dataset more than once
 
 
 def inspect(folder: Path) -> Inspection:
@@ -206,8 +236,9 @@ def inspect(folder: Path) -> Inspection:
         problems.append(str(error))
     names, pictures = read_pictures(folder / "spectrum", problems)
     gateway_position, gateway_orientation = read_gateway(folder / "gateway_info.yml", problems)
-    metadata, stated = read_metadata(folder / "metadata.json", problems)
-    train, test = _read_split(folder, names, metadata, problems, warnings)
+    metadata = read_metadata(folder / "metadata.json", problems)
+    array, grid = stated_array(metadata), stated_grid(metadata)
+    train, test = read_split(folder, names, metadata, problems, warnings)
 
     numbers = np.array([int(name) for name in names], dtype=int)
     rows_known = None if positions is None else len(positions)
@@ -222,11 +253,12 @@ def inspect(folder: Path) -> Inspection:
         if len(positions) > len(names):
             warnings.append(f"tx_pos.csv has {len(positions)} rows for {len(names)} pictures")
 
-    elements = (stated or Beamformer()).array.elements
+    rows = numbers - 1
+    frequency = frequency_of(folder, metadata, rows, problems) if len(rows) else Frequency()
+    elements = (array or PlanarArray()).elements
     responses, retrieved = read_responses(folder / "channels.npz", rows_known, elements, problems)
     if problems or positions is None:
         return Inspection(problems, warnings, None)
-    rows = numbers - 1
     of_pictures = None
     if responses is not None:
         of_pictures = responses[rows]
@@ -246,59 +278,8 @@ def inspect(folder: Path) -> Inspection:
         responses=None if retrieved else of_pictures,
         retrieved=of_pictures if retrieved else None,
         metadata=metadata,
-        identification=identify(pictures, stated),
+        identification=identify(pictures, array, grid),
+        frequency=frequency,
     )
     odd = oddities(positions[rows], pictures, dataset.identification, folder)
     return Inspection(odd.problems, [*warnings, *odd.warnings], None if odd.problems else dataset)
-
-
-def _read_split(
-    folder: Path, names: list[str], metadata: dict[str, Any], problems: list[str], warnings: list[str]
-) -> tuple[list[int], list[int]]:
-    """Indices of the folder's own training and test spectra; both empty if the folder has no index files."""
-    files = {label: folder / f"{label}_index.txt" for label in ("train", "test")}
-    simulated = "scene_file" in metadata  # an unfinished simulation has no index files yet
-    if not simulated and not any(path.exists() for path in files.values()):
-        warnings.append("there are no index files: use the split random (or blocked, from 21 spectra on)")
-        return [], []
-    train, test = (read_names(path, names, problems) for path in files.values())
-    for path, index in zip(files.values(), (train, test), strict=True):
-        repeated = len(index) - len(set(index))
-        if repeated:
-            warnings.append(f"{path.name} names {repeated} spectra more than once; each counts once")
-    train, test = list(dict.fromkeys(train)), list(dict.fromkeys(test))
-    both = sorted(set(train) & set(test))
-    if both:
-        problems.append(
-            f"{files['test']}: expected names that are not in train_index.txt, found "
-            f"{names[both[0]]} in both ({len(both)} in all)"
-        )
-    unused = len(names) - len(set(train) | set(test))
-    if unused and not problems:
-        warnings.append(f"{unused} spectra are in neither train_index.txt nor test_index.txt")
-    return train, test
-
-
-def read_index(path: Path, dataset: Dataset) -> Int[np.ndarray, " n"]:
-    """Read an index file.
-
-    Args:
-        path: the index file, with one picture name per line.
-        dataset: the dataset whose pictures it names.
-
-    Returns:
-        Indices into the dataset.
-
-    Raises:
-        InputError: the file is missing or empty, or names a picture twice, or one that does not exist.
-    """
-    problems: list[str] = []
-    index = read_names(path, dataset.names, problems)
-    if not index and not problems:
-        problems.append(f"{path}: expected one picture name per line, found an empty file")
-    if len(set(index)) < len(index):
-        repeated = next(name for name, count in Counter(index).items() if count > 1)
-        problems.append(f"{path}: expected each name once, found {dataset.names[repeated]} more than once")
-    if problems:
-        raise InputError(problems[0])
-    return np.array(index, dtype=int)

@@ -8,15 +8,15 @@ from __future__ import annotations
 import functools
 from dataclasses import MISSING
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from msgspec import UNSET, Meta, Struct, defstruct
+from msgspec import UNSET, Struct, defstruct
 
-from scenes.files.errors import InputError
+from scenes.files.errors import InputError, ParameterError
 from scenes.files.input_file import beside
 from scenes.files.json_file import read_json
 from scenes.files.schema import Count, conform, recorded
-from scenes.scene.frequency import HIGHEST_FREQUENCY, LOWEST_FREQUENCY
+from scenes.scene.frequency import read_frequency
 from simulate.engines.engine_table import ENGINES
 from simulate.engines.rays_engine import Rays
 from simulate.spectra.angular_grid import AngularGrid
@@ -34,7 +34,7 @@ class Metadata(Struct, kw_only=True):
     scene: str = ""
     scene_file: str = ""
     scene_sha256: str = ""
-    frequency_hz: Annotated[float, Meta(ge=LOWEST_FREQUENCY, le=HIGHEST_FREQUENCY)] = LOWEST_FREQUENCY
+    frequency_hz: float | str = 0.0
     array: PlanarArray = PlanarArray()
     grid: AngularGrid = AngularGrid()
     spectra: Count = 0
@@ -78,6 +78,11 @@ def read_metadata_file(path: Path, expected: str, simulated: bool = False) -> di
     known = isinstance(engine, str) and engine in ENGINES
     schema = _schema(engine if known else "", simulated, tuple(ENGINES))
     checked: Any = conform(content, schema, str(path))
+    if "frequency_hz" in content:
+        try:
+            read_frequency(content["frequency_hz"])
+        except ParameterError as error:
+            raise InputError(f"{path}: frequency_hz: {error.message}") from None
     try:
         beside(path, checked.scene_file)
     except InputError as error:

@@ -10,7 +10,7 @@ from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import UInt8
+from jaxtyping import Int, UInt8
 from PIL import Image
 
 from scenes.files.errors import InputError, reason, shown
@@ -49,9 +49,13 @@ def picture_files(folder: Path) -> list[Path]:
     """
     if not folder.is_dir():
         raise InputError(f"{folder}: expected a folder of pictures, found {what_is_at(folder)}")
-    files = [path for path in folder.glob("*.png") if path.stem.isascii() and path.stem.isdecimal()]
+    entries = sorted(path for path in folder.iterdir() if path.suffix)
+    files = [
+        path for path in entries if path.suffix.lower() == ".png" and path.stem.isascii() and path.stem.isdecimal()
+    ]
     if not files:
-        raise InputError(f"{folder}: expected pictures 00001.png, 00002.png, ..., found none")
+        found = f"found others, such as {shown(entries[0].name)}" if entries else "found none"
+        raise InputError(f"{folder}: expected pictures 00001.png, 00002.png, ..., {found}")
     long = min((path.name for path in files if not is_number(path.stem)), default=None)
     if long is not None:
         raise InputError(f"{folder}: expected names of at most {MOST_DIGITS} digits, found {shown(long)}")
@@ -156,17 +160,21 @@ def read_picture(path: Path) -> UInt8[np.ndarray, "90 360"]:
 def _mended_by(height: int, width: int) -> str:
     if (height, width) == (COLUMNS, ROWS):
         return ", a transposed spectrum; bisplat convert transposes it back"
-    if (height, width) != (ROWS, COLUMNS):
-        return "; bisplat convert samples it at the directions of this format"
+    options = " and ".join((["--elevations"] if height != ROWS else []) + (["--azimuths"] if width != COLUMNS else []))
+    if options:
+        return f"; bisplat convert samples it at the directions of this format, given {options}"
     return "; bisplat convert turns it into 8-bit grey"
 
 
-def read_any_picture(path: Path) -> tuple[np.ndarray, str]:
-    """Read a PNG of any size and mode: its pixels, and Pillow's name for its mode.
+def read_any_picture(path: Path) -> tuple[Int[np.ndarray, "H W"], str]:
+    """Read a PNG of grey levels, of any size and mode: the levels, and Pillow's name for its mode.
+
+    Levels are 0 to 255, or 0 to 65535 if the mode begins with I. Transparency is left out.
 
     Raises:
         InputError: the file is not a regular file of at most ``LARGEST_FILE`` bytes or not a readable PNG, or the
-            picture has several frames or more than ``MOST_PIXELS`` pixels. The size is checked before any decoding.
+            picture has several frames, more than ``MOST_PIXELS`` pixels, or colours. The size is checked before any
+            decoding.
     """
     content = read_bytes(path, "a PNG picture", LARGEST_FILE)
     try:
@@ -177,7 +185,7 @@ def read_any_picture(path: Path) -> tuple[np.ndarray, str]:
                 frames = getattr(image, "n_frames", 1)
                 if width * height <= MOST_PIXELS and frames == 1:
                     image.load()
-                    return np.asarray(image), image.mode
+                    pixels, mode = _pixels(image), image.mode
     except Image.DecompressionBombError:
         raise _too_large(path, "more") from None
     except Image.UnidentifiedImageError:
@@ -187,7 +195,25 @@ def read_any_picture(path: Path) -> tuple[np.ndarray, str]:
         raise InputError(f"{path}: expected a whole PNG picture, found a damaged one ({reason(error)})") from error
     if frames > 1:
         raise InputError(f"{path}: expected a PNG picture with one frame, found one with {frames}")
-    raise _too_large(path, f"{width} × {height}")
+    if width * height > MOST_PIXELS:
+        raise _too_large(path, f"{width} × {height}")
+    if pixels.ndim == 3:
+        if np.ptp(pixels, axis=-1).any():
+            raise InputError(
+                f"{path}: expected grey levels, found a picture of mode {mode} with colours that are not grey, whose "
+                "order from dark to bright is not known"
+            )
+        pixels = pixels[..., 0]
+    return pixels, mode
+
+
+def _pixels(image: Image.Image) -> np.ndarray:
+    """Grey levels [H, W] or colours [H, W, 3], without transparency; the colours of a palette, not their numbers."""
+    if image.mode in ("L", "LA", "1"):
+        return np.asarray(image.convert("L"))
+    if image.mode.startswith("I"):
+        return np.asarray(image)
+    return np.asarray(image.convert("RGB"))
 
 
 def _too_large(path: Path, found: str) -> InputError:

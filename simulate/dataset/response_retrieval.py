@@ -41,9 +41,12 @@ def retrieve(dataset: Dataset) -> Retrieval:
         raise InputError(f"{path}: expected no responses, or retrieved ones, found recorded ones, which are better")
     known = dataset.identification
     if known.source == "assumed":
+        left = (
+            "they have too few grey levels" if known.residual is None else f"it leaves {known.residual:.1f} grey levels"
+        )
         raise InputError(
-            f"{folder / 'spectrum'}: expected pictures that an array explains, found that a 4 × 4 array leaves "
-            f"{known.residual:.1f} grey levels; bisplat check tells more"
+            f"{folder / 'spectrum'}: expected pictures that a 4 × 4 array explains, found that {left}; bisplat check "
+            "tells more"
         )
     with locked(folder):
         remove_left(folder)

@@ -13,7 +13,7 @@ import numpy as np
 from scenes.files.atomic import written_atomically
 from scenes.files.errors import require_path
 from scenes.files.progress import progress_bar
-from simulate.dataset.dataset_folder import NERF2_FREQUENCY, Dataset, read_dataset
+from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 
 AT_ONCE = 100
@@ -107,8 +107,8 @@ def _write_attributes(file: h5py.File, dataset: Dataset) -> None:
         {
             "gateway_position_m": dataset.gateway_position,
             "gateway_orientation_xyzw": dataset.gateway_orientation,
-            "frequency_hz": float(dataset.metadata.get("frequency_hz", NERF2_FREQUENCY)),
-            "frequency_source": "metadata" if "frequency_hz" in dataset.metadata else "assumed",
+            "frequency_hz": dataset.frequency.hertz,
+            "frequency_source": dataset.frequency.source,
             "array_rows": array.rows,
             "array_columns": array.columns,
             "array_spacing_wavelengths": array.spacing,

@@ -25,7 +25,7 @@ from simulate.positions.given_positions import read_points
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.identification import beamformer_of
+from simulate.spectra.identification import stated_grid
 from simulate.spectra.measurement import Measurement
 
 
@@ -108,7 +108,7 @@ def read_request(folder: Path) -> Request:
         scene_file = folder / "scene.yaml"
         raise InputError(f"{folder}: expected a simulated dataset, found the folder of a scene; give {scene_file}")
     metadata = read_metadata_file(path, "the metadata of a simulated dataset", simulated=True)
-    errors, stated = dict(metadata["measurement"]), beamformer_of(metadata)
+    errors = dict(metadata["measurement"])
     measurement_seed = errors.pop("seed")
     request = Request(
         scene=read_scene(folder / metadata["scene_file"]),
@@ -119,7 +119,7 @@ def read_request(folder: Path) -> Request:
         measurement=Measurement(**errors),
         measurement_seed=measurement_seed,
         power=metadata["power"],
-        grid=AngularGrid() if stated is None else stated.grid,
+        grid=stated_grid(metadata) or AngularGrid(),
     )
     found = seed_of_rays(metadata)
     if isinstance(request.engine, Rays) and found != request.seed:

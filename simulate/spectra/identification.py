@@ -2,32 +2,40 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from operator import attrgetter
 from typing import Any, Literal
 
 import numpy as np
-from jaxtyping import UInt8
+from jaxtyping import Float, UInt8
 
-from simulate.spectra.angular_grid import AngularGrid
+from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.lags import EXAMINED, GRIDS, LagFit, fit_grids, fit_lags
-from simulate.spectra.spectrum import evenly, spectrum_of
+from simulate.spectra.lags import EXAMINED, GRIDS, fit_grids, fit_lags
+from simulate.spectra.quantity import Quantity, median_residual
+from simulate.spectra.spectrum import LARGEST_GREY, evenly, spectrum_of
 
 EXPLAINED = 0.6
-"""Grey levels. An array explains a picture if it leaves a smaller root mean square error; rounding leaves 0.29."""
+"""Grey levels. An array explains a picture of 8 bits if it leaves a smaller root mean square error; rounding leaves
+0.29. For fewer bits it may be larger (``rounding``)."""
+
+DOUBTFUL = 3.0
+"""Grey levels. An array that leaves more did not measure the pictures."""
 
 CLEARLY = 1.5
 """The best grid is accepted only if the second best leaves more than this many times its error."""
 
-LARGEST_SIZE = 8
-"""Most elements along a side of the square arrays to try where no 4 × 4 array explains the pictures."""
+LEAST_LEVELS = 32
+"""Different grey levels of a picture that can contradict an array. Every array explains a picture of two levels."""
 
 MOST_ELEMENTS = 144
 """Number of elements above which no fit is made, since it would take many seconds."""
 
+Source = Literal["metadata", "fitted", "assumed"]
+
 METADATA_GRID = AngularGrid(elevation_first_deg=1.0)
-"""Grid of folders whose metadata.json states an array but no grid: version 0.1 simulated them."""
+"""Grid of simulated folders whose metadata.json states an array but no grid. Version 0.1 made them."""
 
 
 @dataclass(frozen=True)
@@ -36,56 +44,121 @@ class Identification:
 
     Attributes:
         beamformer: the array and the grid.
-        source: "metadata" if metadata.json states them, "fitted" if the pictures show them, otherwise "assumed". Then
-            they are 4 × 4 elements half a wavelength apart, on NeRF²'s grid.
+        source: how the array is known: "metadata" if metadata.json states it, "fitted" if the pictures show it,
+            otherwise "assumed". Then it has 4 × 4 elements half a wavelength apart.
+        grid_source: the same for the grid. An assumed grid is that of NeRF²'s measured pictures.
         residual: median of the root mean square errors that the array leaves on the examined pictures, grey levels of
-            255; None if there are no pictures, or if the array is too large to fit.
+            255; None if no picture has enough grey levels to be examined, or if the array is too large to fit.
     """
 
     beamformer: Beamformer = field(default_factory=Beamformer)
-    source: Literal["metadata", "fitted", "assumed"] = "assumed"
+    source: Source = "assumed"
+    grid_source: Source = "assumed"
     residual: float | None = None
 
 
-def beamformer_of(metadata: dict[str, Any]) -> Beamformer | None:
-    """The array and the grid that metadata.json states; None if it states no array.
+def stated_array(metadata: dict[str, Any]) -> PlanarArray | None:
+    """The array that metadata.json states; None if it states none.
 
     Args:
         metadata: content of metadata.json, from ``read_metadata_file``.
     """
-    if "array" not in metadata:
-        return None
-    grid = AngularGrid(**metadata["grid"]) if "grid" in metadata else METADATA_GRID
-    return Beamformer(PlanarArray(**metadata["array"]), grid)
+    return PlanarArray(**metadata["array"]) if "array" in metadata else None
 
 
-def identify(pictures: UInt8[np.ndarray, "K 90 360"], stated: Beamformer | None) -> Identification:
-    """Take the array and the grid that metadata.json states, or find those of a 4 × 4 array by a fit to the pictures.
+def stated_grid(metadata: dict[str, Any]) -> AngularGrid | None:
+    """The grid that metadata.json states; None if it states none.
+
+    Args:
+        metadata: content of metadata.json, from ``read_metadata_file``.
+    """
+    if "grid" in metadata:
+        return AngularGrid(**metadata["grid"])
+    return METADATA_GRID if "array" in metadata and "scene_file" in metadata else None
+
+
+def examined(pictures: UInt8[np.ndarray, "K 90 360"]) -> Float[np.ndarray, "n 90 360"]:
+    """The spectra of at most ``EXAMINED`` pictures, of those that have ``LEAST_LEVELS`` different grey levels."""
+    wide = np.flatnonzero(np.ptp(pictures.reshape(len(pictures), -1), axis=1) >= LEAST_LEVELS - 1)
+    chosen = [pictures[index] for index in evenly(wide, EXAMINED)]
+    telling = [each for each in chosen if grey_levels(each) >= LEAST_LEVELS]
+    return spectrum_of(np.stack(telling)) if telling else np.zeros((0, ROWS, COLUMNS), np.float32)
+
+
+def grey_levels(picture: UInt8[np.ndarray, "90 360"]) -> int:
+    """Number of different grey levels of a picture.
+
+    >>> grey_levels(np.array([[0, 3], [3, 255]], np.uint8))
+    3
+    """
+    return int(np.count_nonzero(np.bincount(picture.ravel(), minlength=256)))
+
+
+def rounding(spectra: Float[np.ndarray, "K 90 360"]) -> float:
+    """Median step between the levels that spectra have, grey levels of 255: 1 for 8 bits, 4 for 6 bits.
+
+    Args:
+        spectra: pictures as numbers from 0 to 1.
+    """
+    pictures = np.round(LARGEST_GREY * spectra).astype(np.uint8)
+    return max(1.0, float(np.median([np.ptp(each) / max(grey_levels(each) - 1, 1) for each in pictures])))
+
+
+def identify(
+    pictures: UInt8[np.ndarray, "K 90 360"], array: PlanarArray | None = None, grid: AngularGrid | None = None
+) -> Identification:
+    """Take the array and the grid that metadata.json states, and find what it does not state by a fit to the pictures.
+
+    An array that is not stated is looked for among those of up to 4 × 4 elements.
 
     Args:
         pictures: 8-bit pictures.
-        stated: from ``beamformer_of``.
+        array: from ``stated_array``.
+        grid: from ``stated_grid``.
     """
-    if not len(pictures):
-        return Identification(stated or Beamformer(), "metadata" if stated else "assumed", None)
-    spectra = spectrum_of(evenly(pictures, EXAMINED))
-    if stated is not None:
-        small = stated.array.elements <= MOST_ELEMENTS
-        return Identification(stated, "metadata", fit_lags(spectra, stated).median_residual if small else None)
-    best, second = fit_grids(spectra)
-    if best.median_residual < EXPLAINED and second.median_residual > CLEARLY * best.median_residual:
-        return Identification(best.beamformer, "fitted", best.median_residual)
-    assumed = Beamformer()
-    return Identification(assumed, "assumed", fit_lags(spectra, assumed).median_residual)
+    spectra = examined(pictures)
+    stated = Beamformer(array or PlanarArray(), grid or AngularGrid())
+    source: Source = "assumed" if array is None else "metadata"
+    grid_source: Source = "assumed" if grid is None else "metadata"
+    if not len(spectra) or stated.array.elements > MOST_ELEMENTS:
+        return Identification(stated, source, grid_source)
+    if array is None or grid is None:
+        grids = GRIDS if grid is None else (grid,)
+        if array is None:
+            fits = fit_grids(spectra, grids=grids)
+        else:
+            fits = sorted(
+                (fit_lags(spectra, Beamformer(array, each)) for each in grids), key=attrgetter("median_residual")
+            )
+        best = fits[0]
+        clear = len(fits) == 1 or fits[1].median_residual > CLEARLY * best.median_residual
+        if best.median_residual < rounding(spectra) * EXPLAINED and clear:
+            found = best.beamformer
+            if array is None:
+                found = with_fewest_elements(spectra, found, "magnitude")
+                source = "fitted"
+            grid_source = "fitted" if grid is None else "metadata"
+            return Identification(found, source, grid_source, median_residual(spectra, found, "magnitude"))
+    return Identification(stated, source, grid_source, median_residual(spectra, stated, "magnitude"))
 
 
-def larger_array(pictures: UInt8[np.ndarray, "K 90 360"]) -> LagFit | None:
-    """The smallest square array larger than 4 × 4 that explains the pictures; None if there is none.
+def with_fewest_elements(
+    spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamformer, quantity: Quantity
+) -> Beamformer:
+    """The part of an array with the fewest rows and columns that explains spectra as well as the whole.
+
+    A 4 × 4 array explains the spectra of a 3 × 4 array with the same spacing, too.
 
     Args:
-        pictures: 8-bit pictures.
+        spectra: pictures as numbers from 0 to 1.
+        beamformer: an array that explains them, and the grid.
+        quantity: what the pictures stand for.
     """
-    spectra = spectrum_of(evenly(pictures, EXAMINED))
-    # Smallest first, since a larger array with a smaller spacing explains the pictures of a smaller one, too.
-    fits = (fit_grids(spectra, size, size, GRIDS[:2])[0] for size in range(5, LARGEST_SIZE + 1))
-    return next((fit for fit in fits if fit.median_residual < EXPLAINED), None)
+    array = beamformer.array
+    enough = min(rounding(spectra) * EXPLAINED, CLEARLY * median_residual(spectra, beamformer, quantity))
+    shapes = [(rows, columns) for rows in range(1, array.rows + 1) for columns in range(1, array.columns + 1)]
+    for rows, columns in sorted(shapes[1:-1], key=lambda shape: shape[0] * shape[1]):
+        smaller = replace(beamformer, array=PlanarArray(rows, columns, array.spacing))
+        if median_residual(spectra, smaller, quantity) < enough:
+            return smaller
+    return beamformer

@@ -15,7 +15,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cache
+from functools import cache, lru_cache
 from operator import attrgetter
 
 import numpy as np
@@ -78,6 +78,54 @@ def lag_functions(
 
 
 @dataclass(frozen=True)
+class LagSpace:
+    """The lag functions of an array at some pixels of a grid: the space of the powers that the array can measure.
+
+    Attributes:
+        rows: the rows of these pixels.
+        columns: the columns of these pixels.
+        orthonormal: an orthonormal basis of the space, [pixels, functions].
+        triangular: the lag functions in this basis, [functions, functions].
+    """
+
+    rows: Int[np.ndarray, " r"]
+    columns: Int[np.ndarray, " c"]
+    orthonormal: Float[np.ndarray, "P F"]
+    triangular: Float[np.ndarray, "F F"]
+
+    @classmethod
+    @lru_cache(maxsize=2)  # one array on one grid is tried for several quantities in turn
+    def of(cls, beamformer: Beamformer) -> LagSpace:
+        """The space of an array on a grid, at about ``VALUES_PER_FUNCTION`` pixels for each lag function."""
+        array, grid = beamformer.array, beamformer.grid
+        functions = 2 * len(lag_vectors(array)) - 1
+        every = max(2, int(math.sqrt(ROWS * COLUMNS / (VALUES_PER_FUNCTION * functions))))
+        rows, columns = np.arange(0, ROWS, every), np.arange(0, COLUMNS, every)
+        elevation, azimuth = np.meshgrid(
+            np.radians(grid.elevations_deg[rows]), np.radians(grid.azimuths_deg[columns]), indexing="ij"
+        )
+        return cls(rows, columns, *np.linalg.qr(lag_functions(array, azimuth.ravel(), elevation.ravel())))
+
+    @property
+    def freedom(self) -> int:
+        """Number of pixels less that of the functions, since the fit absorbs a share of the errors."""
+        pixels, functions = self.orthonormal.shape
+        return pixels - functions
+
+    def sampled(self, spectra: Float[np.ndarray, "K 90 360"]) -> Float[np.ndarray, "K P"]:
+        """The spectra at the pixels."""
+        return spectra[:, self.rows][:, :, self.columns].reshape(len(spectra), -1).astype(np.float64)
+
+    def remainder(self, values: Float[np.ndarray, "K P"]) -> Float[np.ndarray, "K P"]:
+        """What the lag functions leave of values at the pixels, by least squares."""
+        return values - (values @ self.orthonormal) @ self.orthonormal.T
+
+    def coefficients(self, values: Float[np.ndarray, "K P"]) -> Float[np.ndarray, "K F"]:
+        """The factors of the lag functions that fit values at the pixels best."""
+        return np.linalg.solve(self.triangular, self.orthonormal.T @ values.T).T
+
+
+@dataclass(frozen=True)
 class LagFit:
     """How well an array with a grid explains K spectra.
 
@@ -133,32 +181,21 @@ def fit_lags(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamformer) -> 
     """
     require_instance(Beamformer, beamformer=beamformer)
     spectra = check_stack("spectra", spectra)
-    array, grid = beamformer.array, beamformer.grid
-    count = len(lag_vectors(array)) - 1
-    every = max(2, int(math.sqrt(ROWS * COLUMNS / (VALUES_PER_FUNCTION * (2 * count + 1)))))
-    rows, columns = np.arange(0, ROWS, every), np.arange(0, COLUMNS, every)
-    elevation, azimuth = np.meshgrid(
-        np.radians(grid.elevations_deg[rows]), np.radians(grid.azimuths_deg[columns]), indexing="ij"
-    )
-    functions = lag_functions(array, azimuth.ravel(), elevation.ravel())
-    values = spectra[:, rows][:, :, columns].reshape(len(spectra), -1).astype(np.float64)
-    orthonormal, triangular = np.linalg.qr(functions)
-
-    def remainder(x: np.ndarray) -> np.ndarray:
-        return x - (x @ orthonormal) @ orthonormal.T
-
+    space = LagSpace.of(beamformer)
+    values = space.sampled(spectra)
     # What remains after the least-squares fit of the lags. The only unknown left is b.
-    square, linear = remainder(values**2), remainder(values)
+    square, linear = space.remainder(values**2), space.remainder(values)
     offset = np.maximum(-(square * linear).sum(axis=1) / (2 * np.maximum((linear**2).sum(axis=1), 1e-30)), 0)
     left = square + 2 * offset[:, None] * linear
     errors = LARGEST_GREY * left / (2 * np.maximum(values + offset[:, None], LEAST_AMPLITUDE))
-    coefficients = np.linalg.solve(triangular, orthonormal.T @ (values**2 + 2 * offset[:, None] * values).T).T
+    coefficients = space.coefficients(values**2 + 2 * offset[:, None] * values)
+    count = coefficients.shape[1] // 2
     lags = np.empty((len(spectra), count + 1), complex)
     lags[:, 0] = coefficients[:, 0] + offset**2
     # R e^{-jx} + R* e^{jx} = 2 Re R cos x + 2 Im R sin x
     lags[:, 1:] = (coefficients[:, 1 : count + 1] + 1j * coefficients[:, count + 1 :]) / 2
-    freedom = values.shape[1] - functions.shape[1] - 1  # the fit absorbs a share of the errors
-    return LagFit(beamformer, array.elements * lags, offset, np.sqrt((errors**2).sum(axis=1) / freedom))
+    residual = np.sqrt((errors**2).sum(axis=1) / (space.freedom - 1))
+    return LagFit(beamformer, beamformer.array.elements * lags, offset, residual)
 
 
 @threadpool_limits.wrap(1)  # several threads are much slower on such small matrices
@@ -176,7 +213,7 @@ def fit_grids(
         grids: the grids to try.
 
     Returns:
-        The fits on the two best grids, the better one first.
+        The fits on the two best grids, the better one first; one fit if there is only one grid.
     """
 
     by_residual = attrgetter("median_residual")

@@ -136,6 +136,7 @@ def place(tmp_path_factory, write_folder) -> Path:
 def test_proposal_works(call, place, monkeypatch, capsys):
     monkeypatch.chdir(place)
     monkeypatch.setattr("scenes.browser.served_page.serve", lambda title, port, open_tab: None)
+    monkeypatch.setattr("scenes.drawing.scene_drawing.draw_scene", lambda scene, path: path.write_bytes(b""))
     pattern, following = ADVICE[call]
     before = set(place.rglob("*"))
     status = _run(call)

@@ -165,7 +165,7 @@ def change_gateway(folder, position, orientation=(0, 0, 0, 1)):
         ),
         (partial(change_metadata, frequency_hz=2.4e9), "frequency of .*, 915 MHz, found 2400 MHz"),
         (
-            partial(change_metadata, array={"rows": 4, "columns": 4, "spacing": 0.5}),
+            partial(change_metadata, grid={"elevation_first_deg": 1.0}),
             "pictures on the grid of .*elevation_first_deg=0.*found .*elevation_first_deg=1",
         ),
         (partial(change_gateway, position=(9, 9, 9)), "a gateway 15 m away and turned by 0°; if this file is wrong"),

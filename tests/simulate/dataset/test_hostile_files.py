@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from scenes.files.errors import InputError, ParameterError
-from simulate.dataset.dataset_folder import inspect, read_dataset, read_index
+from simulate.dataset.dataset_folder import inspect, read_dataset
 from simulate.dataset.dataset_writer import encode_picture, write_gateway, write_index, write_positions, write_responses
+from simulate.dataset.index_files import read_index
 from simulate.dataset.picture_files import picture_files, read_any_picture, read_picture
 from simulate.exchange.conversion import Conversion
 from simulate.exchange.convert import convert
@@ -124,7 +125,7 @@ def test_a_million_repeated_names_count_once(folder):
     assert found.dataset is not None and found.dataset.train.tolist() == [0, 2]
     assert "train_index.txt names 999998 spectra more than once; each counts once" in found.warnings
     with pytest.raises(InputError, match="expected each name once, found 00001 more than once"):
-        read_index(folder / "train_index.txt", found.dataset)
+        read_index(folder / "train_index.txt", found.dataset.names)
 
 
 def test_a_name_in_both_index_files(folder):

@@ -119,7 +119,7 @@ def test_pictures_of_no_array_are_refused(folder):
     noise = np.random.default_rng(0).integers(0, 256, (COUNT, 90, 360), dtype=np.uint8)
     for number, image in enumerate(noise, start=1):
         (folder / "spectrum" / f"{number:05d}.png").write_bytes(encode_picture(image))
-    with pytest.raises(InputError, match="expected pictures that an array explains"):
+    with pytest.raises(InputError, match="expected pictures that a 4 × 4 array explains"):
         retrieve(read_dataset(folder))
     write_metadata(folder / "metadata.json", {"array": {}})  # stated: then it is tried
     assert (retrieve(read_dataset(folder)).residual > 3).all()

@@ -11,6 +11,8 @@ from simulate.dataset.dataset_folder import inspect, read_dataset
 from simulate.dataset.dataset_writer import write_gateway, write_index, write_positions
 from simulate.exchange.conversion import Conversion
 from simulate.exchange.convert import convert
+from simulate.spectra import explanation
+from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import picture
@@ -20,6 +22,14 @@ NAMES = [f"{number:05d}" for number in range(1, COUNT + 1)]
 GENERATOR = np.random.default_rng(1)
 PICTURES = picture(Beamformer(PlanarArray(spacing=0.48)).spectrum(GENERATOR.normal(size=(COUNT, 16, 2)) @ [1, 1j]))
 POSITIONS = GENERATOR.uniform(-2, 2, (COUNT, 3)).round(6)
+
+
+@pytest.fixture(autouse=True)
+def short_search(monkeypatch):
+    """Where no array explains the pictures, only small ones are tried."""
+    monkeypatch.setattr(explanation, "SQUARES", explanation.SQUARES[:2])
+    monkeypatch.setattr(explanation, "LINES_ALONG_X", explanation.LINES_ALONG_X[:1])
+    monkeypatch.setattr(explanation, "LINES_ALONG_Y", explanation.LINES_ALONG_Y[:1])
 
 
 @pytest.fixture
@@ -58,6 +68,26 @@ def in_16_bits(folder):
     save(folder, PICTURES.astype(np.uint16) * 257)
 
 
+def of_8_bits_in_16(folder):
+    save(folder, PICTURES.astype(np.uint16))
+
+
+def of_12_bits_in_16(folder):
+    save(folder, PICTURES.astype(np.uint16) * 16)
+
+
+def with_a_grey_palette(folder):
+    save(folder, 255 - PICTURES)
+    for path in (folder / "spectrum").iterdir():
+        image = Image.open(path)
+        image.putpalette([255 - level for level in range(256) for _ in range(3)])
+        image.save(path)
+
+
+def with_alpha(folder):
+    save(folder, np.stack([PICTURES, np.full_like(PICTURES, 255)], axis=-1))
+
+
 def numbered_from_0(folder):
     save(folder, PICTURES, [str(number) for number in range(COUNT)])
     indices_from_0(folder)
@@ -73,6 +103,10 @@ SPOILT = {
     transposed: "bisplat convert transposes it back; 7 more pictures have the same fault",
     in_colour: "found 360 × 90 of mode RGB",
     in_16_bits: "bisplat convert turns it into 8-bit grey",
+    of_8_bits_in_16: "found 360 × 90 of mode I;16; bisplat convert turns it into 8-bit grey",
+    of_12_bits_in_16: "found 360 × 90 of mode I;16; bisplat convert turns it into 8-bit grey",
+    with_a_grey_palette: "found 360 × 90 of mode P; bisplat convert turns it into 8-bit grey",
+    with_alpha: "found 360 × 90 of mode LA; bisplat convert turns it into 8-bit grey",
     numbered_from_0: "found 0.png",
     indices_from_0: "as GSRF writes them: bisplat convert adds them",
 }
@@ -97,7 +131,7 @@ def test_folder_without_index_files_is_valid(foreign, tmp_path):
         (foreign / f"{label}_index.txt").unlink()
     found = inspect(foreign)
     assert not found.problems and "split random or blocked" in found.warnings[0]
-    assert "no index files" in convert(foreign, tmp_path / "mended")[0]
+    assert any("no index files" in sentence for sentence in convert(foreign, tmp_path / "mended"))
 
 
 def test_unfinished_simulation_is_not_a_folder_without_index_files(foreign):
@@ -142,13 +176,133 @@ def test_other_resolution_is_sampled_at_the_directions_it_has(foreign, tmp_path)
     assert found[40, 180] == 0
 
 
+def test_columns_all_around_are_sampled_between_the_last_and_the_first(foreign, tmp_path):
+    """Two steps of 180 columns at 0°, 2°, …, 358°; 359° lies between the last column and the first."""
+    coarse = np.zeros((90, 180), np.uint8)
+    coarse[:, -1], coarse[:, 0] = 100, 200
+    save(foreign, np.stack([coarse] * COUNT))
+    convert(foreign, tmp_path / "mended", Conversion(azimuths=(0, 358)))
+    assert inspect(tmp_path / "mended").dataset.pictures[0, 40, [357, 358, 359, 0, 1]].tolist() == [
+        50,
+        100,
+        150,
+        200,
+        100,
+    ]
+
+
+TURNS = {
+    "half a turn": (np.roll(PICTURES, 180, axis=2), (-180, 179)),
+    "mirrored": (np.roll(PICTURES[:, :, ::-1], 1, axis=2), (0, -359)),
+    "361 columns": (np.concatenate([PICTURES, PICTURES[:, :, :1]], axis=2), (0, 360)),
+}
+
+
+@pytest.mark.parametrize("turn", TURNS)
+def test_azimuths_are_taken_as_stated(turn, foreign, tmp_path):
+    pictures, azimuths = TURNS[turn]
+    save(foreign, pictures)
+    convert(foreign, tmp_path / "mended", Conversion(azimuths=azimuths))
+    assert (read_dataset(tmp_path / "mended").pictures == PICTURES).all()
+
+
+def test_90_rows_are_kept_and_their_elevations_stated(foreign, tmp_path):
+    convert(foreign, tmp_path / "kept", Conversion(elevations=(1, 90)))
+    kept = read_dataset(tmp_path / "kept")
+    assert (kept.pictures == PICTURES).all() and kept.grid == AngularGrid(1.0)
+    convert(foreign, tmp_path / "turned", Conversion(elevations=(89, 0)))
+    turned = read_dataset(tmp_path / "turned")
+    assert (turned.pictures == PICTURES[:, ::-1]).all() and turned.grid == AngularGrid()
+    with pytest.raises(ParameterError, match="flip_elevation: expected no --elevations beside it"):
+        convert(foreign, tmp_path / "both", Conversion(flip_elevation=True, elevations=(89, 0)))
+
+
+def test_rows_outside_the_stated_elevations_are_not_invented(foreign, tmp_path):
+    ramp = np.repeat(np.arange(10, 81, dtype=np.uint8)[:, None], 360, axis=1)  # level = elevation from 10° to 80°
+    save(foreign, np.stack([3 * ramp] * COUNT))
+    convert(foreign, tmp_path / "mended", Conversion(elevations=(10, 80)))
+    mended = read_dataset(tmp_path / "mended")
+    assert mended.grid.elevations_deg[[0, -1]].tolist() == [10, 80]
+    np.testing.assert_allclose(mended.pictures[0, :, 7], 3 * mended.grid.elevations_deg, atol=0.51)
+
+
+def test_powers_are_told_and_their_root_is_taken(foreign, tmp_path):
+    power = (PICTURES[:4, :, :, None] / 255.0) ** 2  # of spectra whose minimum is nearly 0
+    save(foreign, np.round(255 * power[..., 0]).astype(np.uint8), NAMES[:4])
+    (foreign / "test_index.txt").write_text("00004\n")
+    (foreign / "train_index.txt").write_text("00001\n00002\n")
+    said = convert(foreign, tmp_path / "mended", Conversion(quantity="power"))
+    assert any("square root" in sentence for sentence in said)
+    mended = read_dataset(tmp_path / "mended")
+    assert np.abs(mended.pictures.astype(int) - PICTURES[:4])[PICTURES[:4] > 64].max() <= 2
+
+
+def test_decibels_need_a_range_that_nothing_shows(foreign, tmp_path):
+    noise = GENERATOR.integers(0, 256, (COUNT, 90, 360), dtype=np.uint8)
+    save(foreign, noise)
+    with pytest.raises(ParameterError, match="decibels: expected the range from black to white in dB"):
+        convert(foreign, tmp_path / "mended", Conversion(quantity="decibels", elevations=(0, 89)))
+    convert(foreign, tmp_path / "mended", Conversion(quantity="decibels", decibels=40, elevations=(0, 89)))
+    expected = (10 ** (40 * (noise / 255 - 1) / 20) - 0.01) / 0.99
+    np.testing.assert_allclose(inspect(tmp_path / "mended").dataset.pictures, 255 * expected, atol=0.51)
+
+
+def test_frequency_is_read_stated_and_kept(foreign, tmp_path):
+    """freq.txt in GHz; a metadata.json by hand is no reason to refuse; an option is stronger than neither."""
+    convert(foreign, tmp_path / "stated", Conversion(frequency="2.4 GHz"))
+    found = read_dataset(tmp_path / "stated").frequency
+    assert (found.hertz, found.source) == (2.4e9, "metadata")
+    (foreign / "freq.txt").write_text("3.5\n" * COUNT)
+    convert(foreign, tmp_path / "listed")
+    assert read_dataset(tmp_path / "listed").wavelength == pytest.approx(0.0857, abs=1e-4)
+    (foreign / "metadata.json").write_text('{"frequency_hz": 3.5e9, "room": "attic"}')
+    convert(foreign, tmp_path / "both")
+    assert read_dataset(tmp_path / "both").metadata["room"] == "attic"
+    with pytest.raises(ParameterError, match=r"frequency: expected one that freq\.txt lists, 3\.5 GHz, found 2\.4 GHz"):
+        convert(foreign, tmp_path / "other", Conversion(frequency="2.4e9"))
+
+
+def test_pictures_of_one_frequency_are_kept(foreign, tmp_path):
+    write_positions(foreign / "tx_pos.csv", np.repeat(POSITIONS[:4], 2, axis=0))
+    (foreign / "freq.txt").write_text("2.4\n5.8\n" * 4)
+    assert "found 2.4 GHz to 5.8 GHz" in inspect(foreign).problems[0]
+    with pytest.raises(InputError, match=r'one dataset has one: --frequency "2\.4 GHz" keeps its pictures'):
+        convert(foreign, tmp_path / "all")
+    convert(foreign, tmp_path / "one", Conversion(frequency="5.8 GHz"))
+    one = read_dataset(tmp_path / "one")
+    assert (one.pictures == PICTURES[1::2]).all() and (one.positions == POSITIONS[:4]).all()
+    assert one.frequency.hertz == 5.8e9
+
+
+def test_a_picture_left_out_shifts_no_position(foreign, tmp_path):
+    """Picture 4 keeps row 4, as check reads it."""
+    (foreign / "spectrum" / "00003.png").unlink()
+    write_index(foreign / "train_index.txt", ["1", "2", "4"])
+    write_index(foreign / "test_index.txt", ["8"])
+    convert(foreign, tmp_path / "mended")
+    mended = read_dataset(tmp_path / "mended")
+    assert (mended.positions == np.delete(POSITIONS, 2, axis=0)).all()
+    assert (mended.pictures[mended.test[0]] == PICTURES[7]).all()
+
+
+def test_what_is_left_out_is_named(foreign, tmp_path):
+    (foreign / "notes.txt").write_text("measured on Monday")
+    assert any("notes.txt" in sentence for sentence in convert(foreign, tmp_path / "mended"))
+
+
+def test_suffix_in_capitals(foreign):
+    for path in (foreign / "spectrum").iterdir():
+        path.rename(path.with_suffix(".PNG"))
+    assert (read_dataset(foreign).pictures == PICTURES).all()
+
+
 def test_only_new_folders_are_written_and_ours_are_not_converted(foreign, tmp_path):
     (tmp_path / "old").mkdir()
     (tmp_path / "old" / "thesis.tex").write_text("precious")
     with pytest.raises(InputError, match="expected a new folder"):
         convert(foreign, tmp_path / "old")
-    (foreign / "metadata.json").write_text("{}")
-    with pytest.raises(InputError, match=r"metadata\.json of bisplat"):
+    (foreign / "metadata.json").write_text('{"scene_file": "scene/scene.yaml"}')
+    with pytest.raises(InputError, match="found one that bisplat simulated"):
         convert(foreign, tmp_path / "new")
 
 

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.dataset_frequency import Frequency
 from simulate.exchange import hdf5_export
 from simulate.exchange.hdf5_export import export_hdf5
 from simulate.generation.simulation import simulate
@@ -54,7 +55,9 @@ def test_every_array_and_number_of_a_simulated_dataset_is_there(dataset, tmp_pat
 
 
 def test_measured_dataset_has_no_responses_but_those_that_were_retrieved(dataset, tmp_path):
-    measured = replace(dataset, responses=None, metadata={}, train=np.zeros(0, int), test=np.zeros(0, int))
+    measured = replace(
+        dataset, responses=None, metadata={}, frequency=Frequency(), train=np.zeros(0, int), test=np.zeros(0, int)
+    )
     export_hdf5(measured, tmp_path / "measured.h5")
     export_hdf5(replace(measured, retrieved=dataset.responses), tmp_path / "retrieved.h5")
     with h5py.File(tmp_path / "measured.h5") as file:

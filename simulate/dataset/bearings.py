@@ -1,0 +1,121 @@
+"""Whether the maxima of the spectra point at the transmitters, and whether they would if the azimuths were others.
+
+An array looks the same after some turns and mirrorings: a square one after turns by 90° and mirrored at its axes and
+diagonals, a rectangular one after a turn by 180° and mirrored at its axes. Spectra that are turned or mirrored so are
+those of the same responses at exchanged elements. So pictures show the azimuth of their first column only up to these.
+In line of sight, the positions can show it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from simulate.dataset.dataset_folder import Dataset
+from simulate.spectra.angular_grid import AngularGrid, direction
+from simulate.spectra.array import PlanarArray
+from simulate.spectra.spectrum import evenly
+
+EXAMINED = 400
+"""Most spectra whose maxima are looked at."""
+
+POINTS = 15.0
+"""Degrees. Median angle between maximum and transmitter up to which the maxima point at the transmitters."""
+
+FARTHER = 3.0
+"""Other azimuths are believed if the angle as it is is this many times that angle, and above twice ``POINTS``."""
+
+
+@dataclass(frozen=True)
+class Turn:
+    """Azimuths that the columns may have instead of the stated ones: ±φ + by.
+
+    Attributes:
+        mirrored: whether the azimuths fall from column to column.
+        by: azimuth of the first column, degrees.
+    """
+
+    mirrored: bool = False
+    by: int = 0
+
+    def __str__(self) -> str:
+        """The turn in words.
+
+        >>> str(Turn(by=180)), str(Turn(mirrored=True)), str(Turn(True, 90))
+        ('turned by 180°', 'mirrored', 'mirrored and turned by 90°')
+        """
+        words = ["mirrored"] if self.mirrored else []
+        return " and ".join([*words, *([f"turned by {self.by}°"] if self.by else [])])
+
+    def option(self, grid: AngularGrid) -> str:
+        """The option of ``bisplat convert`` that states these azimuths of pictures on a grid.
+
+        >>> Turn(by=180).option(AngularGrid()), Turn(True, 0).option(AngularGrid())
+        ('--azimuths -180 179', '--azimuths 0 -359')
+        """
+        span = grid.azimuths_deg[-1]
+        first = self.by - 360 if self.by and not self.mirrored else self.by
+        return f"--azimuths {first:g} {first - span if self.mirrored else first + span:.6g}"
+
+
+def turns_of(array: PlanarArray) -> list[Turn]:
+    """The turns and mirrorings that leave an array the same; first the one that changes nothing.
+
+    >>> [str(turn) for turn in turns_of(PlanarArray(2, 3))[1:]]
+    ['turned by 180°', 'mirrored', 'mirrored and turned by 180°']
+    """
+    turns = (0, 90, 180, 270) if array.rows == array.columns else (0, 180)
+    return [Turn(mirrored, by) for mirrored in (False, True) for by in turns]
+
+
+@dataclass(frozen=True)
+class Bearing:
+    """How far the maxima of a dataset's spectra are from the directions of the transmitters.
+
+    Attributes:
+        error: median angle between them, degrees; not a number if no picture has a maximum.
+        turn: the turn after which the maxima point at the transmitters; None if there is none or they do so already.
+        error_after: median angle after the best turn, degrees.
+    """
+
+    error: float
+    turn: Turn | None
+    error_after: float
+
+    def doubt(self, grid: AngularGrid) -> str | None:
+        """A sentence if the azimuths of pictures on a grid seem to be others."""
+        if self.turn is None:
+            return None
+        return (
+            f"the strongest directions point at the transmitters ({self.error_after:.0f}° off, median) if the pictures "
+            f"are {self.turn}, and not as they are ({self.error:.0f}° off): bisplat convert {self.turn.option(grid)} "
+            "reads them so"
+        )
+
+
+def bearing_of(dataset: Dataset) -> Bearing:
+    """Compare the maxima of a dataset's spectra with the directions of its transmitters."""
+    to_gateway_frame = Rotation.from_quat(dataset.gateway_orientation).inv()
+    towards = to_gateway_frame.apply(dataset.positions - dataset.gateway_position)
+    distance = np.linalg.norm(towards, axis=1)
+    chosen = [
+        index
+        for index in evenly(np.arange(len(towards)), EXAMINED)
+        if distance[index] > 0 and np.ptp(dataset.pictures[index])
+    ]
+    if not chosen:
+        return Bearing(np.nan, None, np.nan)
+    units = towards[chosen] / distance[chosen, None]
+    angles = np.stack([dataset.grid.dominant_angles(dataset.pictures[index]) for index in chosen])
+    azimuth, elevation = np.radians(angles).T
+    turns = turns_of(dataset.array)
+    errors = []
+    for turn in turns:
+        maxima = direction(np.radians(turn.by) + (-azimuth if turn.mirrored else azimuth), elevation)
+        errors.append(np.degrees(np.median(np.arccos((maxima * units).sum(axis=1).clip(-1, 1)))))
+    best = 1 + int(np.argmin(errors[1:]))
+    believed = errors[best] < POINTS and errors[0] > max(FARTHER * errors[best], 2 * POINTS)
+    line = 1 in (dataset.array.rows, dataset.array.columns)  # whose maxima are the same on both sides of it
+    return Bearing(float(errors[0]), turns[best] if believed and not line else None, float(errors[best]))

@@ -1,0 +1,111 @@
+"""Read the index files of a dataset folder: its own training and test spectra."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Int
+
+from scenes.files.errors import InputError, shown
+from scenes.files.input_file import MEGABYTE, read_text
+from simulate.dataset.picture_files import summary
+
+LARGEST_INDEX = 20 * MEGABYTE
+"""Most bytes of an index file. A million names of six digits take 7 MB."""
+
+
+def read_names(path: Path, names: Sequence[str], problems: list[str]) -> list[int]:
+    """Read an index file.
+
+    Args:
+        path: the file, with one picture name per line.
+        names: names of the dataset's pictures.
+        problems: a sentence for each kind of fault is appended.
+
+    Returns:
+        Indices into ``names``.
+    """
+    if not names:
+        return []  # the pictures are the problem, not every row of this file
+    try:
+        listed = read_text(path, "one picture name per line", LARGEST_INDEX).split()
+    except InputError as error:
+        problems.append(str(error))
+        return []
+    index_of = {name: index for index, name in enumerate(names)}
+    unknown = [(row, name) for row, name in enumerate(listed, start=1) if name not in index_of]
+    if unknown:
+        row, name = unknown[0]
+        sentence = f"{path}, row {row}: expected the name of a picture, found {shown(name)}, which has no picture"
+        numbers = {str(int(each)) for each in names}
+        if len(unknown) == len(listed) and all(each in numbers | {"0"} for each in listed):
+            sentence += "; the names lack leading zeros, as GSRF writes them: bisplat convert adds them"
+        problems.append(summary([sentence] * len(unknown), "rows"))
+    return [index_of[name] for name in listed if name in index_of]
+
+
+def read_split(
+    folder: Path, names: list[str], metadata: dict[str, Any], problems: list[str], warnings: list[str]
+) -> tuple[list[int], list[int]]:
+    """Read the folder's own split.
+
+    Args:
+        folder: the dataset folder.
+        names: names of its pictures.
+        metadata: content of its metadata.json.
+        problems: a sentence for each kind of fault is appended.
+        warnings: a sentence for each oddity is appended.
+
+    Returns:
+        Indices of the training and of the test spectra; both empty if the folder has no index files.
+    """
+    files = {label: folder / f"{label}_index.txt" for label in ("train", "test")}
+    simulated = "scene_file" in metadata  # an unfinished simulation has no index files yet
+    if not simulated and not any(path.exists() for path in files.values()):
+        warnings.append("there are no index files: use the split random (or blocked, from 21 spectra on)")
+        return [], []
+    train, test = (read_names(path, names, problems) for path in files.values())
+    for path, index in zip(files.values(), (train, test), strict=True):
+        repeated = len(index) - len(set(index))
+        if repeated:
+            warnings.append(f"{path.name} names {repeated} spectra more than once; each counts once")
+    train, test = list(dict.fromkeys(train)), list(dict.fromkeys(test))
+    both = sorted(set(train) & set(test))
+    if both:
+        problems.append(
+            f"{files['test']}: expected names that are not in train_index.txt, found "
+            f"{names[both[0]]} in both ({len(both)} in all)"
+        )
+    unused = len(names) - len(set(train) | set(test))
+    if unused and not problems:
+        warnings.append(f"{unused} spectra are in neither train_index.txt nor test_index.txt")
+    return train, test
+
+
+def read_index(path: Path, names: Sequence[str]) -> Int[np.ndarray, " n"]:
+    """Read an index file.
+
+    Args:
+        path: the index file, with one picture name per line.
+        names: names of the dataset's pictures.
+
+    Returns:
+        Indices of the pictures.
+
+    Raises:
+        InputError: the file is missing or empty, or names a picture twice, or one that does not exist.
+    """
+    problems: list[str] = []
+    index = read_names(path, names, problems)
+    if not index and not problems:
+        problems.append(f"{path}: expected one picture name per line, found an empty file")
+    if len(set(index)) < len(index):
+        repeated = next(name for name, count in Counter(index).items() if count > 1)
+        problems.append(f"{path}: expected each name once, found {names[repeated]} more than once")
+    if problems:
+        raise InputError(problems[0])
+    return np.array(index, dtype=int)
