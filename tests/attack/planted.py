@@ -60,8 +60,10 @@ def _precious(here: Path) -> Path:
 @st.composite
 def links(draw: Draw, output: str) -> Change:
     """One to three things at names that a command may use for what is unfinished."""
+    # An output with a suffix is a file, in which nothing can be planted.
+    names = [name for name in NAMES if "/" not in name] if "." in output else NAMES
     planted = [
-        (draw(st.sampled_from(NAMES)).format(output), draw(st.sampled_from(sorted(WAYS))))
+        (draw(st.sampled_from(names)).format(output), draw(st.sampled_from(sorted(WAYS))))
         for _ in range(draw(st.integers(1, 3)))
     ]
 
