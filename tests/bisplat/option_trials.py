@@ -136,6 +136,10 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials("convert measured -o out", [("-o out2", "-o out")]),
         Trial("convert turned -o out --flip-elevation False", "--flip-elevation True", "--flip-elevation False"),
         *_trials("convert twice -o out", ["--one-per-position 1"]),
+        *_trials(
+            "convert measured -o out", ["--frequency 2.4e9", "--quantity power", "--quantity decibels"], CONVERTED
+        ),
+        *_trials("convert measured -o out --quantity decibels", ["--decibels 30"], CONVERTED),
         *_trials("convert small -o out --azimuths 0 358", ["--elevations 0 88"], CONVERTED),
         *_trials("convert small -o out --elevations 0 88", ["--azimuths 0 358"], CONVERTED),
     ],
