@@ -24,7 +24,9 @@ def read_indices(source: Path, old_names: Sequence[str]) -> tuple[dict[str, list
     labels = ("train", "test")
     files = {label: source / f"{label}_index.txt" for label in labels}
     if not all(path.exists() for path in files.values()):
-        return {}, ["wrote no index files, since the source has none: use the split random or blocked"]
+        return {}, [
+            "wrote no index files, since the source has none: use the split random (or blocked, from 21 spectra on)"
+        ]
     what = "one picture name per line"
     listed = {label: read_text(path, what, LARGEST_INDEX).split() for label, path in files.items()}
     everything = [*listed["train"], *listed["test"]]
