@@ -56,12 +56,12 @@ def calibrate(
 
     require_whole(1, MOST_POSITIONS, spectra=spectra)
     followed, allowed = checked(Propagation, propagation), checked(Tolerances, tolerances)
-    place = load_scene(scene)
-    _refuse_idle_tolerances(place, allowed)
-    refuse_idle_propagation(followed, [place])
     if split != "random":
         refuse_given(["--seed"], f"--split random beside it, found {split}, which draws nothing")
     with new_folder(output, force) as unfinished:
+        place = load_scene(scene)
+        _refuse_idle_tolerances(place, allowed)
+        refuse_idle_propagation(followed, [place])
         found = calibrate_scene(
             place,
             dataset,

@@ -63,7 +63,7 @@ class Check:
         dataset = self.dataset
         if dataset is None:
             return {}
-        array, grid = dataset.array, dataset.grid
+        array, grid, bearing = dataset.array, dataset.grid, bearing_of(dataset).error
         known, residual = dataset.identification, dataset.identification.residual
         # The pictures of an array show the azimuth of column 0 only up to turns by which the array looks the same.
         azimuths = "metadata" if known.grid_source == "metadata" else "assumed"
@@ -81,7 +81,9 @@ class Check:
             "array": f"{array.rows} × {array.columns}, {array.spacing:.3f} λ apart ({SOURCES[known.source]})",
             "rows (elevation)": _angles(grid.elevations_deg, SOURCES[known.grid_source]),
             "columns (azimuth)": _angles(grid.azimuths_deg, SOURCES[azimuths]),
-            "strongest directions": f"{bearing_of(dataset).error:.0f}° from those of the transmitters (median)",
+            "strongest directions": (
+                f"{bearing:.0f}° from those of the transmitters (median)" if np.isfinite(bearing) else "none"
+            ),
             "order": "by number, taken for the order of measurement",
             "left unexplained": "not computed" if residual is None else f"{residual:.2f} grey levels of 255 (median)",
             "complex responses": responses,

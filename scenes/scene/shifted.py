@@ -19,7 +19,7 @@ def shifted(scene: Scene, step: Float[np.ndarray, " 3"]) -> Scene:
 
     >>> from scenes.places.closet import closet
     >>> shifted(closet(), np.array([1000.0, 0.0, 0.0])).bounds.round(2).tolist()
-    [[1000.0, -0.03, 0.0], [1003.0, 2.5, 2.4]]
+    [[999.95, 0.0, 0.0], [1003.0, 2.5, 2.4]]
     """
 
     def gateway(old: Gateway) -> Gateway:

@@ -130,7 +130,7 @@ def test_folder_without_index_files_is_valid(foreign, tmp_path):
     for label in ("train", "test"):
         (foreign / f"{label}_index.txt").unlink()
     found = inspect(foreign)
-    assert not found.problems and "split random or blocked" in found.warnings[0]
+    assert not found.problems and "use the split random" in found.warnings[0]
     assert any("no index files" in sentence for sentence in convert(foreign, tmp_path / "mended"))
 
 

@@ -8,10 +8,10 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
+from scenes.checks import outer_walls as module
 from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
 from scenes.scene.materials import RadioMaterial
 from scenes.scene.shapes import box, sheet
-from simulate.rays.core import slabs as module
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.ray_scene import RayScene
 from simulate.rays.core.ray_tracer import mi
