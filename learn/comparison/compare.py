@@ -13,7 +13,7 @@ from learn.comparison.methods import is_reduced, method_named, method_names
 from learn.comparison.table import Comparison
 from learn.comparison.task import Method
 from learn.data.splits import SplitKind
-from scenes.files.errors import ParameterError, require_positive, require_whole, require_within, shown
+from scenes.files.errors import ParameterError, require_instance, require_positive, require_whole, require_within, shown
 from simulate.dataset.dataset_folder import Dataset
 
 Models = Sequence[str] | Mapping[str, str | Method | Callable[[], Method]]
@@ -122,11 +122,14 @@ def makers(models: Models) -> dict[str, Callable[[], Method]]:
     """
     if isinstance(models, str) or not isinstance(models, Iterable):
         raise ParameterError("models", f"expected a list of names, or methods by label, found {shown(models)}")
-    if not models:
+    given = models if isinstance(models, Mapping) else list(models)
+    if not given:
         raise ParameterError("models", "expected at least one method, found none")
-    if not isinstance(models, Mapping):
-        return {f"{name} (reduced)" if is_reduced(name) else name: method_named(name) for name in models}
-    return {name: _maker(name, given) for name, given in models.items()}
+    if not isinstance(given, Mapping):
+        for name in given:
+            require_instance(str, models=name)
+        return {f"{name} (reduced)" if is_reduced(name) else name: method_named(name) for name in given}
+    return {name: _maker(name, each) for name, each in given.items()}
 
 
 def _maker(name: str, given: Any) -> Callable[[], Method]:

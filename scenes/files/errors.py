@@ -165,9 +165,9 @@ def require_word(known: Iterable[str], **values: str) -> None:
 
 
 def require_path(**values: object) -> None:
-    """Raise a ParameterError for values that are neither texts nor paths."""
+    """Raise a ParameterError for values that are neither texts nor paths. An empty text would be the folder here."""
     for name, value in values.items():
-        if not isinstance(value, str | PathLike):
+        if not isinstance(value, str | PathLike) or value == "":
             raise ParameterError(name, f"expected a path, found {shown(value)}")
 
 

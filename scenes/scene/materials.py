@@ -9,7 +9,7 @@ from decimal import Decimal
 
 import numpy as np
 
-from scenes.files.errors import InputError, ParameterError, did_you_mean, is_number, named, shown
+from scenes.files.errors import InputError, ParameterError, did_you_mean, is_number, named, require_instance, shown
 from scenes.scene.frequency import read_frequency
 
 RGB = tuple[float, float, float]
@@ -269,7 +269,10 @@ def p2040_materials(names: Iterable[str], frequency: float) -> dict[str, RadioMa
     """
     if isinstance(names, str) or not isinstance(names, Iterable):
         raise ParameterError("names", f"expected a list of names of materials, found {shown(names)}")
-    return {name: p2040_material(name, frequency) for name in sorted(set(names))}
+    listed = list(names)
+    for name in listed:
+        require_instance(str, names=name)
+    return {name: p2040_material(name, frequency) for name in sorted(set(listed))}
 
 
 def p2040_source(material: RadioMaterial, frequency: float) -> str | None:

@@ -127,8 +127,10 @@ class Workplace:
         return seen
 
     def _check_predictions(self, output: str, story: str) -> None:
-        arrays = np.load(self.here / output)
-        assert all(np.isfinite(arrays[each]).all() for each in arrays), f"predicted no numbers: {story}"
+        place = self.here / output
+        for file in [place] if place.is_file() else place.rglob("*.npz"):  # in a new folder
+            arrays = np.load(file)
+            assert all(np.isfinite(arrays[each]).all() for each in arrays), f"predicted no numbers: {story}"
 
     def _check_sentence(self, command: list[str], ended: Ended, story: str) -> None:
         if ended.status == 2:  # of the parser of the command line

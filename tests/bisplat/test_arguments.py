@@ -24,7 +24,7 @@ FLAG = ("no", 1, None, np.array([True]))
 NUMBER = ("3", NAN, INF, 1j, True, np.array([1.0, 2.0]))
 WORD = ("x", 3, None, ["files"])
 OBJECT = ("x", 3, {}, np.zeros(3))
-PATH = (5, 1.5, ["a"], {})
+PATH = (5, 1.5, ["a"], {}, "")
 MASKED = np.ma.masked_array([[1.0, 2, 3]], mask=[[1, 0, 0]])
 POINTS = (
     "x", None, 3, [], [1.0, 2, 3], [[1.0, 2]], [[1.0, 2, NAN]], [[1.0, 2, INF]], [["1", "2", "3"]], [[1, 2, 3 + 1j]],
@@ -39,7 +39,7 @@ SPECTRA = (
 STACK = (*SPECTRA, np.zeros((90, 360)), np.zeros((0, 90, 360)), np.full((1, 90, 360), NAN))
 RESPONSES = ("x", None, 3, np.zeros(15), np.full(16, "1"), np.ma.zeros(16), np.zeros(16, bool))
 ANGLES = ("x", None, NAN, [NAN], 1j, np.ma.zeros(3), [True])
-NAMES = ("nearest", 3, [], ["nearst"], [3], None)
+NAMES = ("nearest", 3, [], ["nearst"], [3], np.ones(3), None)
 
 
 @dataclass(frozen=True)
@@ -228,7 +228,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             },
         ),
         "compare": Call(
-            bisplat.compare, {"dataset": data, "models": ["nearest"]}, COMPARED | ALSO | {"models": NAMES[:5]}
+            bisplat.compare, {"dataset": data, "models": ["nearest"]}, COMPARED | ALSO | {"models": NAMES[:6]}
         ),
         "ablate": Call(
             bisplat.ablate,
@@ -321,7 +321,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
         "p2040_materials": Call(
             bisplat.p2040_materials,
             {"names": ["concrete"], "frequency": 1e9},
-            {"names": ("concrete", 3, None, ["x"], [3]), "frequency": (*NUMBER, 0, None)},
+            {"names": ("concrete", 3, None, ["x"], [3], np.ones((2, 3))), "frequency": (*NUMBER, 0, None)},
         ),
         "shapes.box": Call(
             bisplat.shapes.box, {"low": (0, 0, 0), "high": (1, 1, 1)}, {"low": [*POINT, (1, 0, 0)], "high": POINT}
