@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+import socket
 from collections.abc import Callable
 from pathlib import Path
 
@@ -150,14 +151,20 @@ def test_tabs_have_states_of_their_own(tab, viewer, run, room, open_tab, on_scre
     second.context.close()
 
 
+def free_port() -> str:
+    with socket.socket() as probe:
+        probe.bind(("localhost", 0))
+        return str(probe.getsockname()[1])
+
+
 @pytest.mark.parametrize("what", ["scene", "dataset"])
 def test_scene_or_dataset_alone(what, room, run, tiny, tmp_path, serve, open_tab):
     if what == "scene":
-        served = serve("view", str(write_scene(room, tmp_path / "place")))
+        served = serve("view", str(write_scene(room, tmp_path / "place")), "--port", free_port())
         page = open_tab(served.url, "ray-traced: dominant direction")
         expect(page.get_by_text("predicted:")).to_have_count(0)
     else:
-        served = serve("view", str(tiny))
+        served = serve("view", str(tiny), "--port", free_port())
         page = open_tab(served.url, "recorded: dominant direction")
         expect(page.get_by_text("names no scene")).to_be_visible()
         expect(page.get_by_role("combobox", name="predicted by")).to_have_value("inverse-distance")
