@@ -169,8 +169,7 @@ def predict(runs: Positional[tuple[Path, ...]], positions: Path, output: Output,
         say(f"warning: {positions}: {warning}")
     if len(loaded) > 1:
         together = Ensemble(loaded)
-        mean = together.predict(points)
-        arrays, deviation = {"spectra": mean.spectra}, together.deviation(mean.variance)
+        arrays, deviation = {"spectra": together.predict(points)}, together.deviation(points)
     else:
         prediction, deviation = loaded[0].predict(points), loaded[0].deviation(points)
         arrays = {"spectra": prediction.spectra}

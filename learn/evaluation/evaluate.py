@@ -96,8 +96,10 @@ class Evaluation:
         baselines = {json_name: self.scores[name].summary() for name, json_name in JSON_NAMES.items()}
         metrics = {**self.scores["model"].summary(), "test_spectra": len(self.test), "baselines": baselines}
         if self.deviation is not None and self.errors_in_deviations is not None:
-            metrics["within_90_percent_interval"] = float(np.mean(self.errors_in_deviations <= NORMAL))
-            metrics["deviation_median"] = float(np.median(self.deviation))
+            told = np.isfinite(self.deviation)  # far from everything known it is nan
+            if told.any():
+                metrics["within_90_percent_interval"] = float(np.mean(self.errors_in_deviations[told] <= NORMAL))
+                metrics["deviation_median"] = float(np.median(self.deviation[told]))
         return metrics
 
 

@@ -21,7 +21,7 @@ from learn.training.checkpoints import LAST, UNREADABLE, Checkpoints, WholeFiles
 from learn.training.lightning_module import Spectra, Training
 from learn.training.run_folder import save_weights
 from learn.training.training_file import write_training
-from learn.training.validation_scores import validate
+from learn.training.validation_scores import told, validate
 from scenes.files.errors import InputError, printable
 
 STEPS_PER_VALIDATION, VALIDATIONS = 100, 15
@@ -152,8 +152,10 @@ def train_by_steps(
         raise
     if trainer.is_global_zero:
         model.load_state_dict({name.removeprefix("model."): value for name, value in checkpoints.weights.items()})
-        deviation = validate(model.eval(), spectra.dataset, spectra.parts).deviation
+        data, parts = spectra.dataset, spectra.parts
+        deviation = validate(model.eval(), data, parts).deviation
+        told(deviation, len(parts.validation))
         seconds = seconds_before + timer.time_elapsed("train")
-        write_training(folder, steps, seconds, checkpoints.score, deviation)
+        write_training(folder, steps, seconds, checkpoints.score, deviation, data.positions[parts.train])
         save_weights(folder, model)
     trainer.strategy.barrier()  # the other processes wait until the weights are written

@@ -1,17 +1,21 @@
 """The standard deviation of a predicted spectrum's values: how far a prediction may be off.
 
-A model is fitted to the training part. Its errors on the validation part then tell how far its predictions are off,
-whatever the model (split conformal prediction [papadopoulos2002]). If the model computes a variance of its own, as
-kriging does, predictions with a large variance get a larger deviation.
+It grows with the distance from the known positions. Known spectra tell by how much: each is predicted once more from
+those that are farther away than a radius (``learn.training.gaps``). Validation spectra, to which the model was not
+fitted, then set the scale (split conformal prediction [papadopoulos2002]).
 """
 
 from __future__ import annotations
 
-from typing import Annotated
+from typing import Annotated, Literal
 
 import numpy as np
 from jaxtyping import Float
 from msgspec import Meta, Struct
+from msgspec.structs import replace
+from scipy.optimize import brentq
+from scipy.spatial import cKDTree
+from sklearn.isotonic import IsotonicRegression
 
 LEAST_VALIDATED = 10
 """Least number of validation spectra; fewer say too little about the errors."""
@@ -25,8 +29,12 @@ LEAST = 0.5 / 255
 EVERY = 5
 """Only pixels of every so many rows and columns are compared; nearer ones have similar errors."""
 
-SHARES = (0.0, 0.25, 0.5, 0.75, 0.95)
-"""Candidates for the share of the mean squared error that grows with the model's own variance."""
+KNOTS = 12
+"""Number of points of the curve of errors over distance or variance."""
+
+REACH_LEAST = 2.0
+"""A position is beyond all knowledge if it is at least this far from every known one, wavelengths, and farther than the
+diagonal of their bounding box."""
 
 MOST = 1000.0
 """Largest coefficient of a deviation."""
@@ -34,29 +42,78 @@ Coefficient = Annotated[float, Meta(ge=0, le=MOST)]
 
 
 class Deviation(Struct, frozen=True):
-    """The deviation ``σ(r)² = c² + g² u(r)``, with the model's relative variance u at the position r, if any.
+    """The deviation ``σ(r)² = min(c² + g² e(a(r))², s²)``.
+
+    e is the curve of errors over a gap, which known spectra tell. Its argument a is the model's own relative variance
+    at the position r, or the distance to the nearest known position.
 
     Attributes:
         constant: c, in the units of a spectrum 0…1.
-        growth: g, in the same units.
-        spectra: number of validation spectra to which c and g were fitted; 0 in runs of older versions: unknown.
+        growth: g. Without a curve (runs of older versions) e² is the model's relative variance.
+        spectra: number of validation spectra that told c and g; 0 in runs of older versions: unknown.
+        over: what a is: "variance" (relative, 0…1) or "distance" (wavelengths).
+        gaps: values a of the curve's points, ascending.
+        errors: values e there, ascending, in the units of a spectrum.
+        nothing: s, the deviation of knowing nothing about a position.
     """
 
     constant: Coefficient
     growth: Coefficient
     spectra: Annotated[int, Meta(ge=0)] = 0
+    over: Literal["variance", "distance"] = "variance"
+    gaps: list[Annotated[float, Meta(ge=0)]] = []
+    errors: list[Coefficient] = []
+    nothing: Coefficient = MOST
 
-    def at(self, variance: Float[np.ndarray, " K"] | None, count: int) -> Float[np.ndarray, " K"]:
+    def at(self, gap: Float[np.ndarray, " K"] | None, count: int) -> Float[np.ndarray, " K"]:
         """Standard deviation σ at K positions.
 
         Args:
-            variance: u at the positions. None: the model computes none, and u is 0.
+            gap: a at the positions. None: the model states no variance, and a is 0.
             count: K.
 
-        >>> Deviation(0.03, 0.4).at(np.array([0.0, 0.01]), 2).tolist()
-        [0.03, 0.05]
+        >>> stated = Deviation(0.03, 1.0, 20, "distance", [0.0, 0.2, 1.2], [0.0, 0.04, 0.24], 0.2)
+        >>> stated.at(np.array([0.0, 0.2, 9.0]), 3).tolist()
+        [0.03, 0.05, 0.2]
         """
-        return np.sqrt(self.constant**2 + self.growth**2 * (np.zeros(count) if variance is None else variance))
+        a = np.zeros(count) if gap is None else gap
+        squared = np.interp(a, self.gaps, np.square(self.errors)) if self.gaps else a
+        return np.minimum(np.sqrt(self.constant**2 + self.growth**2 * squared), self.nothing)
+
+    def facts(self) -> str:
+        """The deviation in one sentence, for the user who trains."""
+        near, far = self.at(np.array([0.0, np.inf]), 2)
+        return (
+            f"{self.spectra} validation spectra and gaps among the known ones tell how far predictions are off: "
+            f"standard deviation {near:.3f} at a known position, {far:.3f} far from all"
+        )
+
+
+class Gaps(Struct, frozen=True):
+    """Errors of known spectra that are predicted from those farther away than a radius, and what they depend on.
+
+    Attributes:
+        over: what ``gap`` is, as for ``Deviation``.
+        gap: [n] relative variance, or distance to the nearest used position (wavelengths).
+        error: [n] deviation of each predicted spectrum: the size that holds ``SHARE`` of its errors, over ``NORMAL``.
+    """
+
+    over: Literal["variance", "distance"]
+    gap: Float[np.ndarray, " n"]
+    error: Float[np.ndarray, " n"]
+
+    def curve(self) -> tuple[list[float], list[float]]:
+        """Gaps and errors of at most ``KNOTS`` points of a curve that begins at 0 and never falls.
+
+        >>> Gaps("distance", np.array([0.1, 0.1, 0.5, 0.5]), np.array([0.02, 0.02, 0.1, 0.1])).curve()
+        ([0.0, 0.1, 0.5], [0.0, 0.02, 0.1])
+        """
+        order = np.argsort(self.gap, kind="stable")
+        groups = [part for part in np.array_split(order, min(KNOTS, len(np.unique(self.gap)))) if len(part)]
+        gaps = np.array([self.gap[part].mean() for part in groups])
+        errors = np.exp([np.log(np.maximum(self.error[part], LEAST)).mean() for part in groups])
+        rising = IsotonicRegression().fit_transform(gaps, errors)
+        return [0.0, *gaps.round(6).tolist()], [0.0, *rising.round(6).tolist()]
 
 
 def pixel_errors(
@@ -76,12 +133,54 @@ def pixel_errors(
     return (truth[:, ::EVERY, ::EVERY] - prediction[:, ::EVERY, ::EVERY]).reshape(len(truth), -1).astype(float)
 
 
-def fit_deviation(error: Float[np.ndarray, "K P"], variance: Float[np.ndarray, " K"] | None) -> Deviation | None:
-    """The c and g with which the errors are most likely, scaled so that ``SHARE`` of them lie within ``NORMAL`` σ.
+def size_of(error: Float[np.ndarray, "*n P"]) -> Float[np.ndarray, "*n"]:
+    """The standard deviation of a normal distribution that has as many errors within its 90 % interval.
+
+    >>> bool(abs(size_of(0.2 * np.random.default_rng(0).normal(size=100_000)) - 0.2) < 0.002)
+    True
+    """
+    return np.quantile(np.abs(error), SHARE, axis=-1) / NORMAL
+
+
+def nearest_known(
+    known: Float[np.ndarray, "n 3"], positions: Float[np.ndarray, "K 3"], wavelength: float
+) -> Float[np.ndarray, " K"]:
+    """Distance from each position to the nearest known one, wavelengths.
+
+    >>> nearest_known(np.zeros((1, 3)), np.array([[0.0, 0.0, 0.5]]), 0.25).tolist()
+    [2.0]
+    """
+    return cKDTree(known).query(positions)[0] / wavelength
+
+
+def reach(known: Float[np.ndarray, "n 3"], wavelength: float) -> float:
+    """Distance from the nearest known position beyond which nothing is known, wavelengths.
+
+    >>> reach(np.array([[0.0, 0.0, 0.0], [3.0, 4.0, 0.0]]), 0.5), reach(np.zeros((1, 3)), 0.5)
+    (10.0, 2.0)
+    """
+    return max(REACH_LEAST, float(np.linalg.norm(np.ptp(known, axis=0))) / wavelength)
+
+
+def fit_deviation(
+    error: Float[np.ndarray, "K P"],
+    gap: Float[np.ndarray, " K"] | None,
+    over: Literal["variance", "distance"] = "variance",
+    curve: tuple[list[float], list[float]] | None = None,
+    nothing: float = MOST,
+) -> Deviation | None:
+    """The deviation of which ``SHARE`` of the errors lie within ``NORMAL`` σ.
+
+    If the model's own errors over gaps are known, g is their scale, and c is 0. The errors of another model, which
+    stands for this one, are taken as they are, and c is what this model adds to them; if it is better than the other
+    one, c is 0 and g is below 1.
 
     Args:
         error: result of ``pixel_errors`` for spectra to which the model was not fitted.
-        variance: u at their positions. None: the model computes none.
+        gap: a at their positions, as for ``Deviation``. None: unknown, and σ is the same everywhere.
+        over: what a is. The curve over the variance is the model's own; that over the distance is one of kriging.
+        curve: gaps and errors of the curve's points. None: unknown, and σ is the same everywhere.
+        nothing: s, as for ``Deviation``.
 
     Returns:
         The deviation. None: there are fewer spectra than ``LEAST_VALIDATED``.
@@ -92,17 +191,21 @@ def fit_deviation(error: Float[np.ndarray, "K P"], variance: Float[np.ndarray, "
     """
     if len(error) < LEAST_VALIDATED:
         return None
-    mean = 0.0 if variance is None else float(variance.mean())
-    shapes = [Deviation(1.0, 0.0)]
-    if variance is not None and mean > 0:
-        shapes = [Deviation((1 - share) ** 0.5, (share / mean) ** 0.5) for share in SHARES]
-    likelihoods, scaled = [], []
-    for shape in shapes:
-        sigma = np.maximum(shape.at(variance, len(error)), 1e-6)
-        ratios = np.abs(error) / sigma[:, None]
-        size = max(float(np.sqrt(np.mean(ratios**2))), 1e-6)
-        likelihoods.append(-np.log(sigma).mean() - np.log(size))
-        scale = float(np.quantile(ratios, SHARE)) / NORMAL
-        constant, growth = min(max(scale * shape.constant, LEAST), MOST), min(scale * shape.growth, MOST)
-        scaled.append(Deviation(constant, growth, len(error)))
-    return scaled[int(np.argmax(likelihoods))]
+    if gap is None or curve is None:
+        return Deviation(_within(float(size_of(error.ravel()))), 0.0, len(error))
+    stated = Deviation(0.0, 1.0, len(error), over, *curve, max(nothing, LEAST))
+    expected = np.maximum(np.sqrt(np.interp(gap, stated.gaps, np.square(stated.errors))), LEAST)[:, None]
+    growth = float(size_of((np.abs(error) / expected).ravel()))
+    if over == "variance" or growth <= 1:
+        return replace(stated, constant=LEAST, growth=min(growth, MOST))
+
+    def share_outside(constant: float) -> float:
+        return float(np.mean(np.abs(error) > NORMAL * np.sqrt(constant**2 + expected**2)))
+
+    largest = float(np.abs(error).max())
+    constant = brentq(lambda c: share_outside(c) - (1 - SHARE), 0.0, largest, xtol=1e-4)
+    return replace(stated, constant=_within(float(constant)))
+
+
+def _within(coefficient: float) -> float:
+    return min(max(coefficient, LEAST), MOST)

@@ -1,33 +1,21 @@
-"""Ensembles of runs: the mean of their predictions, and how far it may be off, judged by how much the runs differ."""
+"""Ensembles of runs: the mean of their predictions, and how far it may be off."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
 
-from learn.training.deviation import EVERY, Deviation, fit_deviation, pixel_errors
+from learn.training.deviation import Deviation, fit_deviation, nearest_known, pixel_errors
 from learn.training.lightning_module import Spectra
-from learn.training.run_folder import Run
+from learn.training.run_folder import Run, uncertainty
+from learn.training.training_file import read_training
 from scenes.files.errors import InputError
 from simulate.dataset.dataset_folder import Dataset
 from simulate.spectra.spectrum import evenly, spectrum_of
-
-
-class Mean(NamedTuple):
-    """Mean and variance of the predictions of several runs.
-
-    Attributes:
-        spectra: mean of the predicted spectra, 0…1.
-        variance: mean over a spectrum's values of their variance over the runs.
-    """
-
-    spectra: Float[np.ndarray, "K 90 360"]
-    variance: Float[np.ndarray, " K"]
 
 
 @dataclass(frozen=True)
@@ -54,8 +42,8 @@ class Ensemble:
                     "bisplat compare --seeds trains runs of the same split"
                 )
 
-    def predict(self, positions: Float[np.ndarray, "K 3"]) -> Mean:
-        """The mean of the predicted spectra, and how far the runs differ.
+    def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:
+        """The mean of the spectra that the runs predict, 0…1.
 
         Args:
             positions: transmitter positions, metres, in the world frame of the dataset of the runs.
@@ -64,20 +52,21 @@ class Ensemble:
             ParameterError: the positions do not have the shape [K, 3], or are not finite numbers.
             InputError: a model predicts values that are not finite.
         """
-        spectra = [run.predict(positions).spectra for run in self.runs]
-        variance = np.var([each[:, ::EVERY, ::EVERY] for each in spectra], axis=0, dtype=float)
-        return Mean(np.mean(spectra, axis=0), variance.mean(axis=(1, 2)))
+        return np.mean([run.predict(positions).spectra for run in self.runs], axis=0)
 
-    def deviation(self, variance: Float[np.ndarray, " K"]) -> Float[np.ndarray, " K"] | None:
+    def deviation(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, " K"] | None:
         """How far the means may be off: standard deviations of their values, 0…1, as by ``Run.deviation``.
 
+        The errors over gaps are those that the first run knows; validation spectra, on which no run was trained, tell
+        how far the mean is off near known positions.
+
         Args:
-            variance: variance of the predictions, from ``predict``.
+            positions: as for ``predict``.
 
         Returns:
             The standard deviations. None: the runs have too few validation spectra.
         """
-        return None if self._fitted is None else self._fitted.at(variance, len(variance))
+        return None if self._fitted is None else self.runs[0].stated(self._fitted, positions)
 
     @cached_property
     def _data(self) -> Dataset:
@@ -93,5 +82,12 @@ class Ensemble:
         data, validated = self._data, evenly(self._validation, Spectra.VALIDATED)
         if not len(validated):
             return None
-        mean = self.predict(data.positions[validated])
-        return fit_deviation(pixel_errors(mean.spectra, spectrum_of(data.pictures[validated])), mean.variance)
+        first, of_first = self.runs[0], read_training(self.runs[0].folder).deviation
+        positions = data.positions[validated]
+        error = pixel_errors(self.predict(positions), spectrum_of(data.pictures[validated]))
+        if of_first is None or not of_first.gaps:
+            return fit_deviation(error, None)
+        known = data.positions[first.split(data).train]
+        over_distance = of_first.over == "distance"
+        gap = nearest_known(known, positions, data.wavelength) if over_distance else uncertainty(first.model, positions)
+        return fit_deviation(error, gap, of_first.over, (of_first.gaps, of_first.errors), of_first.nothing)

@@ -4,6 +4,7 @@ config.json          settings, the model's ``options``, the settings ``by_steps`
 split.json           names of the training, validation and test spectra
 weights.safetensors  weights of the best checkpoint; the training is finished if this file exists
 training.json        steps, seconds, device, date, validation SSIM, how far predictions are off
+known_positions.csv  positions of the spectra that the model learned from, metres
 checkpoints/         last.ckpt and previous.ckpt, from which a training resumes (``learn.training.checkpoints``)
 logs/                CSV and TensorBoard
 """
@@ -25,9 +26,10 @@ from learn.data.splits import Split, read_split
 from learn.models.base import SpectrumModel
 from learn.models.capabilities import StatesVariance
 from learn.training.config import Config, of_another_version, read_config
+from learn.training.deviation import Deviation, nearest_known, reach
 from learn.training.own_dataset import require_same_spectra
 from learn.training.registry import check_options, model_class, model_entry
-from learn.training.training_file import read_training
+from learn.training.training_file import read_known_positions, read_training
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, ParameterError, cut, reason, require_instance, require_path, shown
 from scenes.files.input_file import MEGABYTE, require_regular
@@ -195,16 +197,17 @@ class Run:
     def deviation(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, " K"] | None:
         """State how far predicted spectra may be off.
 
-        The errors on the validation spectra tell it, whatever the model (split conformal prediction
-        [papadopoulos2002]): 90 % of them lie within 1.645 of these standard deviations. If the model computes a
-        variance of its own, as kriging does, the deviation grows with it: ``σ(r)² = c² + g² u(r)`` with this variance u
-        at the position r.
+        About 90 % of the errors lie within 1.645 of these standard deviations. The deviation grows with the distance
+        to the known positions, up to that of knowing nothing; for models that compute a variance of their own, such as
+        kriging, it grows with this variance. Known spectra that are predicted from those farther away tell by how much,
+        and validation spectra set the scale (documentation, How sure a prediction is).
 
         Args:
             positions: [K, 3] transmitter positions, metres, in the world frame of the run's dataset.
 
         Returns:
-            [K] standard deviation of the values of each spectrum, 0…1. None: the run had fewer than 10 validation
+            [K] standard deviation of the values of each spectrum, 0…1. It is nan, with a warning, at positions that are
+            farther from all known ones than these are from one another. None: the run had fewer than 10 validation
             spectra, or an older version trained it, which did not keep the deviation.
 
         Raises:
@@ -217,9 +220,29 @@ class Run:
             True
         """
         points, found = check_points(positions), read_training(self.folder).deviation
-        if found is None:
-            return None
-        return found.at(uncertainty(self.model, points), len(points))
+        return None if found is None else self.stated(found, points)
+
+    def stated(self, deviation: Deviation, points: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, " K"]:
+        """The standard deviations at positions, nan where nothing is known.
+
+        Args:
+            deviation: that of this run, or of an ensemble of which it is the first run.
+            points: positions, metres.
+        """
+        known = read_known_positions(self.folder)
+        if known is None:  # an older version trained this run
+            return deviation.at(uncertainty(self.model, points), len(points))
+        wavelength = float(self.model.wavelength)
+        distance, farthest = nearest_known(known, points, wavelength), reach(known, wavelength)
+        gap = distance if deviation.over == "distance" else uncertainty(self.model, points)
+        beyond = distance > farthest
+        if beyond.any():
+            say(
+                f"warning: {self.folder}: {int(beyond.sum())} of {len(points)} positions are more than "
+                f"{farthest * wavelength:.3g} m from everything that the run knows; how far predictions are off there "
+                "is unknown, and the deviation is nan"
+            )
+        return np.where(beyond, np.nan, deviation.at(gap, len(points)))
 
     def dataset(self) -> Dataset:
         """Read the dataset of this run from the folder in which it was at the training.

@@ -31,7 +31,7 @@ from learn.training.own_dataset import require_same_receiver, require_same_spect
 from learn.training.registry import DEFAULT_MODEL, check_options, model_entry
 from learn.training.run_folder import Run, build_model, load_run, load_weights, save_weights
 from learn.training.training_file import write_training
-from learn.training.validation_scores import validate
+from learn.training.validation_scores import told, validate
 from scenes.files.atomic import require_writable
 from scenes.files.errors import ParameterError, require_instance, require_path, require_seed, require_whole
 from scenes.files.options import changed, optional, taken, takes
@@ -221,7 +221,8 @@ def _fit_in_closed_form(model: SpectrumModel, dataset: Dataset, parts: Split, fo
     with FitProgress(f"fit to all {len(parts.known)} known spectra") as model.report:
         model.refit(dataset, parts.known)
     Console(stderr=True).print(f"bisplat: {found}", highlight=False, soft_wrap=True)
-    write_training(folder, 0, time.perf_counter() - began, *validation)
+    told(validation.deviation, len(parts.validation))
+    write_training(folder, 0, time.perf_counter() - began, *validation, dataset.positions[parts.known])
     save_weights(folder, model)
 
 

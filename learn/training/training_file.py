@@ -1,4 +1,4 @@
-"""The file training.json of a run folder: training time, validation score, and the deviation of predictions."""
+"""The files of a run folder that say what was learned: training.json and known_positions.csv."""
 
 from __future__ import annotations
 
@@ -7,7 +7,9 @@ import json
 from pathlib import Path
 from typing import Annotated, Any
 
+import numpy as np
 import torch
+from jaxtyping import Float
 from msgspec import Meta, Struct, to_builtins
 
 from learn.models.steps import STEPS_MOST
@@ -15,8 +17,10 @@ from learn.training.deviation import Deviation
 from scenes.files.atomic import write_atomically
 from scenes.files.json_file import read_json
 from scenes.files.schema import conform
+from simulate.dataset.dataset_writer import write_positions
+from simulate.positions.given_positions import read_points
 
-FILE = "training.json"
+FILE, KNOWN = "training.json", "known_positions.csv"
 
 
 def device_name() -> str:
@@ -25,9 +29,14 @@ def device_name() -> str:
 
 
 def write_training(
-    folder: Path, steps: int, seconds: float, validation_ssim: float, deviation: Deviation | None
+    folder: Path,
+    steps: int,
+    seconds: float,
+    validation_ssim: float,
+    deviation: Deviation | None,
+    learned_from: Float[np.ndarray, "n 3"],
 ) -> None:
-    """Write training.json.
+    """Write training.json and known_positions.csv.
 
     Args:
         folder: the run folder.
@@ -35,7 +44,9 @@ def write_training(
         seconds: training time, seconds.
         validation_ssim: median SSIM on the validation part of the weights that are kept.
         deviation: how far predictions are off. None: there are too few validation spectra.
+        learned_from: positions of the spectra that the model learned from, metres, world frame.
     """
+    write_positions(folder / KNOWN, learned_from)
     content: dict[str, Any] = {
         "steps": steps,
         "seconds": round(seconds, 1),
@@ -67,3 +78,16 @@ def read_training(folder: Path) -> TrainingFile:
     """
     path = folder / FILE
     return conform(read_json(path, "the steps and seconds of a training", nan=True), TrainingFile, str(path))
+
+
+def read_known_positions(folder: Path) -> Float[np.ndarray, "n 3"] | None:
+    """Positions of the spectra that the model of a run learned from, metres. None: an older version trained the run.
+
+    Args:
+        folder: the run folder.
+
+    Raises:
+        InputError: the file known_positions.csv is damaged.
+    """
+    path = folder / KNOWN
+    return read_points(path) if path.exists() else None

@@ -5,13 +5,16 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from jaxtyping import Float, Int
 
 from learn.data.metrics import ssim_of_each
 from learn.data.splits import Split
 from learn.models.base import SpectrumModel
-from learn.training.deviation import Deviation, fit_deviation, pixel_errors
+from learn.training.deviation import LEAST_VALIDATED, Deviation, fit_deviation, nearest_known, pixel_errors
+from learn.training.gaps import errors_over_gaps, knowing_nothing
 from learn.training.lightning_module import Spectra
 from learn.training.run_folder import predict, uncertainty
+from scenes.files.plain_text import say
 from simulate.dataset.dataset_folder import Dataset
 from simulate.spectra.spectrum import evenly, spectrum_of
 
@@ -41,7 +44,42 @@ def validate(model: SpectrumModel, dataset: Dataset, parts: Split) -> Validation
         return Validation(0.0, None)
     positions, truth = dataset.positions[validated], spectrum_of(dataset.pictures[validated])
     prediction = predict(model, positions).spectra
-    error = pixel_errors(prediction, truth)
     return Validation(
-        float(np.median(ssim_of_each(prediction, truth))), fit_deviation(error, uncertainty(model, positions))
+        float(np.median(ssim_of_each(prediction, truth))), _deviation(model, dataset, parts, validated, prediction)
     )
+
+
+def _deviation(
+    model: SpectrumModel,
+    dataset: Dataset,
+    parts: Split,
+    validated: Int[np.ndarray, " V"],
+    prediction: Float[np.ndarray, "V 90 360"],
+) -> Deviation | None:
+    """The deviation of the model's predictions. None: there are too few validation spectra."""
+    if len(validated) < LEAST_VALIDATED:
+        return None
+    positions = dataset.positions[validated]
+    gaps = errors_over_gaps(model, dataset, parts.train)
+    by_variance = gaps is not None and gaps.over == "variance"
+    nearest = nearest_known(dataset.positions[parts.train], positions, dataset.wavelength)
+    gap = uncertainty(model, positions) if by_variance else nearest
+    nothing = knowing_nothing(prediction, positions, dataset, parts.train)
+    error = pixel_errors(prediction, spectrum_of(dataset.pictures[validated]))
+    return fit_deviation(error, gap) if gaps is None else fit_deviation(error, gap, gaps.over, gaps.curve(), nothing)
+
+
+def told(deviation: Deviation | None, validated: int) -> None:
+    """Say what the validation spectra told about the deviation of predictions.
+
+    Args:
+        deviation: what they told, if anything.
+        validated: number of validation spectra.
+    """
+    if deviation is None:
+        say(
+            f"this run states no deviation of its predictions: {validated} validation spectra cannot tell it, "
+            f"{LEAST_VALIDATED} can"
+        )
+    else:
+        say(deviation.facts())

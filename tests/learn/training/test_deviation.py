@@ -11,29 +11,44 @@ from learn.evaluation.evaluate import evaluate
 from learn.reports.evaluation_report import write_evaluation
 from learn.training.deviation import LEAST, LEAST_VALIDATED, NORMAL, fit_deviation
 from learn.training.run_folder import load_run
+from learn.training.training_file import read_known_positions
 
-VARIANCE = np.random.default_rng(1).uniform(size=4000)
+GAP = np.random.default_rng(1).uniform(0, 2, size=4000)
+CURVE = ([0.0, 2.0], [0.0, 0.2])
 
 
 @pytest.mark.parametrize(
-    ("constant", "growth", "variance"), [(0.05, 0.0, None), (0.05, 0.0, VARIANCE), (0.02, 0.3, VARIANCE)]
+    ("over", "constant", "growth"), [("distance", 0.05, 0.0), ("distance", 0.05, 1.0), ("variance", 0.0, 1.6)]
 )
-def test_intervals_hold_nine_tenths_of_new_errors(constant, growth, variance):
+def test_intervals_hold_nine_tenths_of_new_errors_at_every_distance(over, constant, growth):
     generator = np.random.default_rng(0)
-    true = np.sqrt(constant**2 + growth**2 * (0 if variance is None else variance)) * np.ones(4000)
-    # Far errors are more frequent than those of a normal distribution.
-    errors = true[:, None] * generator.standard_t(4, size=(4000, 5))
-    half = None if variance is None else variance[:2000]
-    found = fit_deviation(errors[:2000], half)
-    stated = found.at(None if variance is None else variance[2000:], 2000)
-    assert np.mean(np.abs(errors[2000:]) <= NORMAL * stated[:, None]) == pytest.approx(0.9, abs=0.02)
-    if growth:  # positions of large variance are told from those of small
-        assert np.corrcoef(stated, true[2000:])[0, 1] > 0.98
+    # The squared error grows in proportion to the gap. Large errors are more frequent than those of a normal
+    # distribution, of which nine tenths would lie within the same 1.645 deviations.
+    true = np.sqrt(constant**2 + growth**2 * 0.02 * GAP)
+    errors = true[:, None] * generator.standard_t(4, size=(4000, 5)) * NORMAL / 2.1318
+    curve = CURVE if growth else ([0.0, 2.0], [0.0, 1e-6])
+    found = fit_deviation(errors[:2000], GAP[:2000], over, curve)
+    stated, new = found.at(GAP[2000:], 2000), errors[2000:]
+    for low in (0.0, 0.5, 1.0, 1.5):
+        band = (GAP[2000:] >= low) & (GAP[2000:] < low + 0.5)
+        assert np.mean(np.abs(new[band]) <= NORMAL * stated[band, None]) == pytest.approx(0.9, abs=0.03)
 
 
 def test_a_few_errors_say_nothing_and_none_is_below_half_a_grey_level():
     assert fit_deviation(np.zeros((LEAST_VALIDATED - 1, 9)), None) is None
     assert fit_deviation(np.zeros((50, 9)), None).at(None, 1) == LEAST
+
+
+def test_the_deviation_is_at_most_that_of_knowing_nothing():
+    errors = np.random.default_rng(0).normal(scale=0.1, size=(50, 100))
+    found = fit_deviation(errors, np.full(50, 1.0), "distance", CURVE, nothing=0.15)
+    assert (np.diff(found.at(np.linspace(0, 3, 30), 30)) >= 0).all()
+    assert found.at(np.array([1.0, 100.0]), 2) == pytest.approx([0.1, 0.15], abs=0.01)
+
+
+def test_a_model_better_than_kriging_scales_the_curve():
+    errors = np.random.default_rng(0).normal(scale=0.5 * np.sqrt(0.02), size=(50, 100))
+    assert fit_deviation(errors, np.ones(50), "distance", CURVE).growth == pytest.approx(0.5, rel=0.05)
 
 
 @pytest.fixture(scope="module")
@@ -45,9 +60,26 @@ def run(tmp_path_factory, write_folder):
 
 def test_a_run_states_the_deviation_of_its_validation(run):
     kept = json.loads((run.folder / "training.json").read_text())["deviation"]
-    stated = run.deviation(np.array([[2.0, 0.5, 1.0], [1.0, 0.0, 1.0]]))
-    np.testing.assert_allclose(stated, kept["constant"])  # a network has no variance of its own
-    assert kept["growth"] == 0 and kept["constant"] > LEAST
+    data = run.dataset()
+    known = data.positions[run.split(data).train]
+    np.testing.assert_allclose(read_known_positions(run.folder), known, atol=1e-6)
+    at_known, beside = run.deviation(known[:1])[0], run.deviation(known[:1] + 0.3)[0]
+    assert at_known == pytest.approx(kept["constant"]) and LEAST < at_known <= beside <= kept["nothing"]
+    assert kept["over"] == "distance" and kept["spectra"] == 12
+
+
+def test_far_from_everything_the_deviation_is_not_a_number(run, capsys):
+    stated = run.deviation(np.array([[50.0, 50.0, 1.0], [2.0, 0.5, 1.0]]))
+    assert np.isnan(stated[0]) and np.isfinite(stated[1])
+    assert "1 of 2 positions are more than" in capsys.readouterr().err
+
+
+def test_too_few_validation_spectra_are_said(tmp_path, write_folder, capsys):
+    few = bisplat.train(write_folder(tmp_path / "data", 40), tmp_path / "run", model="mlp", steps=2)
+    assert few.deviation(np.zeros((1, 3))) is None
+    assert "states no deviation of its predictions: 3 validation spectra cannot tell it, 10 can" in (
+        capsys.readouterr().err
+    )
 
 
 @pytest.mark.slow
