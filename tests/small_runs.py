@@ -127,7 +127,7 @@ def no_ceiling(monkeypatch) -> None:
 
 @pytest.fixture(scope="session")
 def tiny_config(tiny) -> Config:
-    """Two validations, each after two epochs of three steps."""
+    """Two validations, each after six steps, which are two passes of three batches."""
     return Config(
         dataset=str(tiny),
         model="bisplat-aperture",

@@ -18,7 +18,7 @@ class Steps:
     """Settings of training by gradient steps.
 
     Attributes:
-        steps: number of optimiser steps, rounded to whole validation periods.
+        steps: number of optimiser steps.
         batch_size: number of spectra per step.
         learning_rate: learning rate of AdamW after the warm-up.
         weight_decay: weight decay of AdamW.

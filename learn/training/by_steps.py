@@ -5,10 +5,10 @@ from __future__ import annotations
 import logging
 import signal
 import warnings
-from dataclasses import replace
 from pathlib import Path
 
 import lightning as L
+import numpy as np
 from lightning.pytorch.callbacks import Callback, Timer
 from lightning.pytorch.loggers import CSVLogger, TensorBoardLogger
 from rich.console import Console
@@ -26,8 +26,7 @@ from scenes.files.errors import InputError, printable
 
 STEPS_PER_VALIDATION, VALIDATIONS = 100, 15
 """Smallest number of steps between validations, and number of validations of a long training, which has more steps than
-the product of both. An epoch has at most as many steps as lie between validations. Each epoch draws its batches from
-the whole training part."""
+the product of both."""
 
 GRADIENT_NORM = 1.0
 """Gradients are clipped to this norm."""
@@ -65,6 +64,16 @@ class ProgressOnStderr(Callback):
         self._progress.stop()
 
 
+def epochs_of(steps: int) -> list[int]:
+    """Number of steps between validations, for each validation; they add up to ``steps``.
+
+    >>> epochs_of(250), epochs_of(99), epochs_of(3001)[-2:]
+    ([125, 125], [99], [200, 200])
+    """
+    validations = max(1, min(steps // STEPS_PER_VALIDATION, VALIDATIONS))
+    return [len(part) for part in np.array_split(range(steps), validations)]
+
+
 def train_by_steps(
     model: SpectrumModel,
     spectra: Spectra,
@@ -93,12 +102,7 @@ def train_by_steps(
     for name in ("lightning.pytorch", "lightning.fabric"):
         logging.getLogger(name).setLevel(logging.ERROR)
     warnings.filterwarnings("ignore", module="lightning")
-    period = min(max(STEPS_PER_VALIDATION, by_steps.steps // VALIDATIONS), by_steps.steps)
-    batches = min(spectra.batches, period)
-    # The number of epochs is a multiple of the epochs between validations, so that the last weights are validated too.
-    epochs_per_validation = max(1, round(period / batches))
-    epochs = epochs_per_validation * max(1, round(by_steps.steps / (epochs_per_validation * batches)))
-    steps = epochs * batches
+    spectra.epochs = epochs_of(by_steps.steps)
     last = folder / "checkpoints" / LAST
     resumed = has_checkpoint(last.parent)
     checkpoints = Checkpoints(last)
@@ -106,18 +110,17 @@ def train_by_steps(
     # Each start of a training gets a new log folder, since CSVLogger deletes a log that it finds.
     attempt = len(list(folder.glob("logs/version_*")))
     trainer = L.Trainer(
-        max_epochs=epochs,
-        limit_train_batches=batches,
+        max_epochs=len(spectra.epochs),
+        reload_dataloaders_every_n_epochs=1,  # each epoch has its own number of steps
         accelerator="auto",
         devices=processes.devices,
         num_nodes=processes.nodes,
         use_distributed_sampler=False,  # Spectra shares the batches among the processes itself
         # A branch that is bypassed gets no gradient; this strategy of DDP allows that.
         strategy="auto" if processes.count == 1 else "ddp_find_unused_parameters_true",
-        check_val_every_n_epoch=epochs_per_validation,
         num_sanity_val_steps=0,
         gradient_clip_val=GRADIENT_NORM,
-        callbacks=[timer, ProgressOnStderr(steps), checkpoints],
+        callbacks=[timer, ProgressOnStderr(by_steps.steps), checkpoints],
         plugins=[WholeFiles()],
         enable_checkpointing=False,  # Lightning's own; ours is one of the callbacks
         logger=[
@@ -130,7 +133,7 @@ def train_by_steps(
     on_interrupt = signal.getsignal(signal.SIGINT)
     try:
         trainer.fit(
-            Training(model, replace(by_steps, steps=steps), pixels),
+            Training(model, by_steps, pixels),
             datamodule=spectra,
             ckpt_path=last if resumed else None,
             weights_only=True,
@@ -156,6 +159,6 @@ def train_by_steps(
         deviation = validate(model.eval(), data, parts).deviation
         told(deviation, len(parts.validation))
         seconds = seconds_before + timer.time_elapsed("train")
-        write_training(folder, steps, seconds, checkpoints.score, deviation, data.positions[parts.train])
+        write_training(folder, by_steps.steps, seconds, checkpoints.score, deviation, data.positions[parts.train])
         save_weights(folder, model)
     trainer.strategy.barrier()  # the other processes wait until the weights are written

@@ -82,10 +82,10 @@ class Deviation(Struct, frozen=True):
 
     def facts(self) -> str:
         """The deviation in one sentence, for the user who trains."""
-        near, far = self.at(np.array([0.0, np.inf]), 2)
+        near, far = self.at(np.array([self.gaps[1] if self.gaps else 0.0, np.inf]), 2)
         return (
             f"{self.spectra} validation spectra and gaps among the known ones tell how far predictions are off: "
-            f"standard deviation {near:.3f} at a known position, {far:.3f} far from all"
+            f"standard deviation {near:.3f} between known positions, {far:.3f} far from all"
         )
 
 

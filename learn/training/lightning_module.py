@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import lightning as L
@@ -10,7 +11,7 @@ import torch
 from jaxtyping import Complex, Float, Int, UInt8
 from torch import Tensor
 from torch.optim.lr_scheduler import CosineAnnealingLR, LinearLR, SequentialLR
-from torch.utils.data import BatchSampler, DataLoader, SequentialSampler, Subset, TensorDataset
+from torch.utils.data import BatchSampler, DataLoader, Sampler, SequentialSampler, Subset, TensorDataset
 from torch.utils.data.distributed import DistributedSampler
 
 from learn.data.metrics import ssim_of_each
@@ -103,13 +104,35 @@ class Training(L.LightningModule):
         return {"optimizer": optimiser, "lr_scheduler": {"scheduler": schedule, "interval": "step"}}
 
 
-class Batches(BatchSampler):
-    """Batches of indices. Lightning sets the epoch here, which the sampler needs to shuffle."""
+class Batches(Sampler[list[int]]):
+    """Batches of indices: those numbered from ``first`` on of an endless row of passes over the training part.
 
-    sampler: DistributedSampler
+    Each pass has an order of its own. An incomplete last batch of a pass is left out. The order depends only on the
+    sampler's seed and the number of the pass, whatever the length of the epochs.
 
-    def set_epoch(self, epoch: int) -> None:
-        self.sampler.set_epoch(epoch)
+    Args:
+        sampler: draws the order of a pass.
+        size: number of spectra in a batch.
+        first: number of batches before these.
+        count: number of these batches.
+    """
+
+    def __init__(self, sampler: DistributedSampler, size: int, first: int, count: int):
+        self._sampler, self._size, self._first, self._count = sampler, size, first, count
+
+    def __len__(self) -> int:
+        return self._count
+
+    def __iter__(self) -> Iterator[list[int]]:
+        drop_last = len(self._sampler) > self._size
+        in_a_pass = len(BatchSampler(self._sampler, self._size, drop_last))
+        number, last = self._first, self._first + self._count
+        while number < last:
+            done, begin = divmod(number, in_a_pass)
+            self._sampler.set_epoch(done)
+            batches = list(BatchSampler(self._sampler, self._size, drop_last))[begin : begin + last - number]
+            yield from batches
+            number += len(batches)
 
 
 class Spectra(L.LightningDataModule):
@@ -118,8 +141,8 @@ class Spectra(L.LightningDataModule):
     The responses (real, imaginary) are scaled to a mean square magnitude of 1 over the training part. If none are
     given, they have 0 elements.
 
-    The order of the spectra in an epoch depends only on the seed and the epoch. A resumed run therefore gets the same
-    batches as an uninterrupted one, and the processes of a distributed run together get those of a single process.
+    The order of the spectra depends only on the seed. A resumed run therefore gets the same batches as an uninterrupted
+    one, and the processes of a distributed run together get those of a single process.
 
     Args:
         dataset: the spectra.
@@ -127,7 +150,12 @@ class Spectra(L.LightningDataModule):
         batch_size: number of spectra per step, of all processes together.
         seed: seed of the order.
         responses: responses of all K spectra to learn from. None: the model learns from pictures.
+
+    Attributes:
+        epochs: number of steps of each epoch; the model is validated after each. None: a single pass.
     """
+
+    epochs: Sequence[int] | None = None
 
     VALIDATED, VALIDATED_AT_ONCE = 128, 16
     """Largest number of validation spectra, evenly spread over the validation part, and number of them in a batch."""
@@ -147,18 +175,14 @@ class Spectra(L.LightningDataModule):
             scale = np.sqrt(np.square(np.abs(responses[parts.train])).mean())
             self._responses = torch.view_as_real(torch.from_numpy(responses / (scale or 1.0))).float()
 
-    @property
-    def batches(self) -> int:
-        """Number of steps per epoch. An incomplete last batch is left out of that epoch."""
-        return max(1, len(self.parts.train) // self._batch_size)
-
     def train_dataloader(self) -> DataLoader:
-        data, processes, rank = self._data(self.parts.train), 1, 0
+        data, processes, rank, epoch = self._data(self.parts.train), 1, 0, 0
         if self.trainer is not None:
-            processes, rank = self.trainer.world_size, self.trainer.global_rank
+            processes, rank, epoch = self.trainer.world_size, self.trainer.global_rank, self.trainer.current_epoch
+        lengths = self.epochs or [max(1, len(self.parts.train) // self._batch_size)]
+        epoch = min(epoch, len(lengths) - 1)  # a finished training is resumed only to write its weights
         sampler: DistributedSampler = DistributedSampler(data, processes, rank, seed=self._seed, drop_last=True)
-        drop_last = len(data) > self._batch_size
-        batches = Batches(sampler, self._batch_size // processes, drop_last)
+        batches = Batches(sampler, self._batch_size // processes, sum(lengths[:epoch]), lengths[epoch])
         return DataLoader(data, batch_size=None, sampler=batches)
 
     def val_dataloader(self) -> DataLoader:
