@@ -122,7 +122,7 @@ def no_ceiling(monkeypatch) -> None:
     """The array's ceiling takes longest of all that ``evaluate`` does: here the truth itself in its place."""
     from learn.evaluation import evaluate
 
-    monkeypatch.setattr(evaluate, "array_ceiling", lambda truth, beamformer: truth)
+    monkeypatch.setattr(evaluate, "array_ceiling", lambda truth, beamformer, recorded: truth)
 
 
 @pytest.fixture(scope="session")

@@ -12,6 +12,7 @@ from tyro.conf import Positional, arg
 
 from bisplat.commands.given_options import refuse_given
 from bisplat.commands.simulate_command import Output
+from learn.data.splits import SplitKind
 from learn.training.registry import DEFAULT_MODEL, MODELS
 from scenes.files.errors import printable
 from scenes.files.text_tables import print_rows
@@ -23,9 +24,10 @@ else:
 
 DatasetFolder = Annotated[Positional[Path], arg(help="NeRF² dataset folder.")]
 Split = Annotated[
-    Literal["files", "random", "blocked"],
+    SplitKind,
     arg(help="choice of test spectra, as for bisplat train. All methods have the same test spectra."),
 ]
+Guard = Annotated[float, arg(help="known positions nearer than this to a test position are left out, wavelengths.")]
 Budget = Annotated[float, arg(help="training time of each model that is trained in steps, minutes.")]
 Seeds = Annotated[int, arg(help="number of fits of each method, with seeds 0, 1, …")]
 TestSpectra = Annotated[int | None, arg(help="largest number of test spectra to score (default: all).")]
@@ -37,6 +39,7 @@ def compare(
     output: Output,
     models: tuple[str, ...] = (),
     split: Split = "files",
+    guard: Guard = 0.0,
     budget: Budget = 5.0,
     seeds: Seeds = 1,
     test_spectra: TestSpectra = None,
@@ -55,7 +58,7 @@ def compare(
     from learn.comparison.compare import compare as compare_methods
     from learn.reports.comparison_report import write_comparison
 
-    comparison = compare_methods(dataset, models or None, split, budget, seeds, test_spectra, output)
+    comparison = compare_methods(dataset, models or None, split, budget, seeds, test_spectra, output, guard)
     write_comparison(comparison, output)
     print_averages("comparison", comparison.table(), json, comparison.remark())
     print(printable(f"table: {output / 'table.html'}"), file=sys.stderr)
@@ -66,6 +69,7 @@ def ablate(
     output: Output,
     models: tuple[ModelName, ...] = ("bisplat", "bisplat-aperture"),
     split: Split = "files",
+    guard: Guard = 0.0,
     steps: int = 1000,
     seeds: Seeds = 3,
     test_spectra: TestSpectra = None,
@@ -85,7 +89,7 @@ def ablate(
     from learn.comparison.ablate import ablate as ablate_models
     from learn.reports.comparison_report import write_ablation
 
-    comparison = ablate_models(dataset, models, split, steps, seeds, test_spectra, primitives, output)
+    comparison = ablate_models(dataset, models, split, steps, seeds, test_spectra, primitives, output, guard)
     write_ablation(comparison, output)
     print_averages("ablation", comparison.averages(), json)
 
@@ -96,6 +100,7 @@ def sweep(
     sizes: tuple[int, ...],
     models: tuple[str, ...] = (DEFAULT_MODEL, "bisplat-aperture", "bisplat", "inverse-distance"),
     split: Split = "files",
+    guard: Guard = 0.0,
     budget: Budget = 5.0,
     seeds: Seeds = 1,
     test_spectra: TestSpectra = None,
@@ -117,7 +122,7 @@ def sweep(
     from learn.comparison.sweep import sweep as sweep_sizes
     from learn.reports.comparison_report import write_sweep
 
-    comparison = sweep_sizes(dataset, sizes, models, split, budget, seeds, test_spectra, init, output)
+    comparison = sweep_sizes(dataset, sizes, models, split, budget, seeds, test_spectra, init, output, guard)
     write_sweep(comparison, output)
     print_averages("sweep", comparison.averages(), json, comparison.remark())
 

@@ -24,6 +24,7 @@ def evaluate(
     index: Path | None = None,
     locate: bool = False,
     further_gateways: tuple[Path, ...] = (),
+    ceiling: bool = True,
     json: bool = False,
 ) -> None:
     """Score a trained model and the baselines on held-out spectra.
@@ -36,24 +37,34 @@ def evaluate(
         index: file with the names of the test spectra, one per line (default: the test part of the split).
         locate: instead locate the test transmitters from their spectra, and measure the errors.
         further_gateways: with --locate: runs of other gateways that received the same transmitters.
+        ceiling: score the array's ceiling, too, which takes long for large arrays without recorded responses.
         json: print the scores as JSON.
     """
     if locate or further_gateways:
+        refuse_given(["--ceiling", "--no-ceiling"], "none beside --locate, which scores no spectra")
         _evaluate_locations(run, dataset or index, locate, further_gateways, json)
         return
     from learn.baselines.array_ceiling import shown_name
+    from learn.data.split_distances import say_distances
     from learn.evaluation.evaluate import evaluate as score_run
     from learn.reports.evaluation_report import write_evaluation
+    from learn.training.fit_progress import FitProgress
 
     require_new(run / "evaluation" / "report.html", force=True)
-    evaluation = score_run(run, dataset, index)
+    with FitProgress("evaluation") as progress:
+        evaluation = score_run(run, dataset, index, ceiling, progress)
     write_evaluation(evaluation, run / "evaluation")
+    say_distances(evaluation.distances)
+    metrics = evaluation.metrics()
     if json:
-        print(json_format.dumps(evaluation.metrics(), indent=2))
+        print(json_format.dumps(metrics, indent=2))
     else:
         columns = {shown_name(name): scores.summary() for name, scores in evaluation.scores.items()}
         known = len(evaluation.known_positions)
         print_table(f"{len(evaluation.test)} test spectra, predicted from {known} known ones", columns)
+        if "within_90_percent_interval" in metrics:
+            share, width = metrics["within_90_percent_interval"], metrics["deviation_median"]
+            print(f"{share:.1%} of the true values are within the stated 90 % intervals; median deviation {width:.3f}")
         print(f"report: {run / 'evaluation' / 'report.html'}")
 
 

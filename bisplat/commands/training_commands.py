@@ -79,6 +79,7 @@ def train(
     output: Output,
     model: ModelName = DEFAULT_MODEL,
     split: SplitKind = "files",
+    guard: float = 0.0,
     seed: int = 0,
     encoding: Literal["octaves", "waves"] | None = None,
     bypass: tuple[str, ...] = (),
@@ -94,7 +95,9 @@ def train(
         dataset: NeRF² dataset folder, simulated or measured.
         output: folder of the new run.
         model: name of the model (documentation: The models), or module:Class for your own.
-        split: choice of test spectra. files: the dataset's own; random: a fifth; blocked: every fourth block of ten.
+        split: choice of test spectra. files: the dataset's own; random: a fifth; blocked: every fourth block of ten;
+            area: two of ten areas.
+        guard: known positions nearer than this to a test position are left out, wavelengths.
         seed: seed of the split, the initial weights and the order of the spectra.
         encoding: how the position is encoded. octaves: as in the paper; waves: plane waves of the dataset's wavelength.
         bypass: parts of bisplat or bisplat-plus to switch off: dynamic, delta, bst, order.
@@ -112,6 +115,7 @@ def train(
         output,
         model=model,
         split=split,
+        guard=guard,
         seed=seed,
         options={name: value for name, value in given.items() if value is not None},
         **changed(steps),

@@ -56,8 +56,8 @@ def calibrate(
 
     require_whole(1, MOST_POSITIONS, spectra=spectra)
     followed, allowed = checked(Propagation, propagation), checked(Tolerances, tolerances)
-    if split != "random":
-        refuse_given(["--seed"], f"--split random beside it, found {split}, which draws nothing")
+    if split not in ("random", "area"):
+        refuse_given(["--seed"], f"--split random or area beside it, found {split}, which draws nothing")
     with new_folder(output, force) as unfinished:
         place = load_scene(scene)
         _refuse_idle_tolerances(place, allowed)

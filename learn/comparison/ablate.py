@@ -61,6 +61,7 @@ def ablate(
     test_spectra: int | None = None,
     primitives: int | None = None,
     output: Path | str | None = None,
+    guard: float = 0.0,
 ) -> Comparison:
     """Train models with one part at a time switched off, and score them.
 
@@ -73,14 +74,15 @@ def ablate(
     Args:
         dataset: a dataset, or its folder.
         models: the models whose parts are switched off.
-        split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth of the spectra)
-            or "blocked" (every fourth block of ten consecutive spectra).
+        split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth), "blocked"
+            (every fourth block of ten consecutive spectra) or "area" (two of ten areas of the region).
         steps: number of training steps, the same for every row and seed, so that rows differ only in the part.
         seeds: number of trainings of each row, with seeds 0, 1, …
         test_spectra: largest number of test spectra to score, evenly spread over the test part. None: all of them.
         primitives: number of primitives in every row. None: the models' own numbers, which train slowly without a GPU.
         output: folder for results.jsonl, per_sample/ and runs/. None: a new temporary folder, which is not deleted; its
             path is ``Comparison.folder``.
+        guard: known positions nearer than this to a test position are left out, wavelengths.
 
     Returns:
         All rows measured in the folder; their labels say what is switched off.
@@ -106,7 +108,7 @@ def ablate(
         for _, method in variants(model, primitives):
             _check_parts(model, method)
     methods = makers({label: method for model in models for label, method in variants(model, primitives)})
-    with begun(dataset, split, output, steps=steps, test_spectra=test_spectra) as experiment:
+    with begun(dataset, split, output, steps=steps, test_spectra=test_spectra, guard=guard) as experiment:
         experiment.measure(methods, seeds)
         return Comparison.of(experiment)
 

@@ -32,6 +32,7 @@ def compare(
     seeds: int = 1,
     test_spectra: int | None = None,
     output: Path | str | None = None,
+    guard: float = 0.0,
 ) -> Comparison:
     """Fit and score methods on one split, and measure the array's ceiling.
 
@@ -51,13 +52,14 @@ def compare(
             to one of these: a name, a class with ``fit`` and ``predict``, a function that returns an object with both,
             or such an object, which is copied for each seed. None: every baseline and every model that needs no
             options.
-        split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth of the spectra)
-            or "blocked" (every fourth block of ten consecutive spectra).
+        split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth), "blocked"
+            (every fourth block of ten consecutive spectra) or "area" (two of ten areas of the region).
         budget: training time of each model that is trained by steps, minutes.
         seeds: number of fits of each method, with seeds 0, 1, …
         test_spectra: largest number of test spectra to score, evenly spread over the test part. None: all of them.
         output: folder for results.jsonl, per_sample/ and runs/. None: a new temporary folder, which is not deleted; its
             path is ``Comparison.folder``.
+        guard: known positions nearer than this to a test position are left out, wavelengths.
 
     Returns:
         All rows measured in the folder.
@@ -88,7 +90,7 @@ def compare(
     """
     check_effort(budget, seeds)
     methods = makers(method_names() if models is None else models)
-    with begun(dataset, split, output, minutes=budget, test_spectra=test_spectra) as experiment:
+    with begun(dataset, split, output, minutes=budget, test_spectra=test_spectra, guard=guard) as experiment:
         experiment.measure(methods, seeds)
         experiment.measure_ceiling()
         return Comparison.of(experiment)

@@ -10,6 +10,7 @@ import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -21,11 +22,12 @@ from learn.baselines.array_ceiling import CEILING, SAMPLES, array_ceiling
 from learn.comparison.scores_file import write_scores
 from learn.comparison.task import Method, Task
 from learn.data.metrics import Scores, score
-from learn.data.splits import SPLITS, SplitKind, split
+from learn.data.split_distances import SplitDistances, say_distances
+from learn.data.splits import GUARD_MOST, SPLITS, SplitKind, split
 from learn.training.own_dataset import require_same_spectra
 from learn.training.training_file import device_name
 from scenes.files.atomic import require_writable, write_atomically
-from scenes.files.errors import InputError, require_path, require_whole, require_word
+from scenes.files.errors import InputError, require_path, require_whole, require_within, require_word
 from scenes.files.input_file import MEGABYTE, read_text
 from scenes.files.json_file import parse_json, read_json
 from scenes.files.output_folder import own_folder
@@ -58,6 +60,7 @@ class Settings:
         device: name of the GPU, or number of CPU threads, on which methods are trained.
         test_spectra: largest number of test spectra, evenly spread over the test part. None: all of them.
         dataset_sha256: fingerprint of the dataset. None: version 0.2 began the experiment and kept none.
+        guard: known positions nearer than this to a test position are left out, wavelengths. None: all are known.
     """
 
     dataset: str
@@ -68,6 +71,7 @@ class Settings:
     device: str
     test_spectra: int | None = None
     dataset_sha256: str | None = None
+    guard: float | None = None
 
     def tested(self, test: Int[np.ndarray, " n"]) -> Int[np.ndarray, " K"]:
         """The spectra of the test part on which every method is scored."""
@@ -85,6 +89,7 @@ class Protocol(Struct, frozen=True, forbid_unknown_fields=True, kw_only=True):
     device: str
     test_spectra: Annotated[int, Meta(ge=1)] | None = None
     dataset_sha256: str | None = None
+    guard: Annotated[float, Meta(gt=0, le=GUARD_MOST)] | None = None
 
 
 class Row(Struct, frozen=True, kw_only=True):
@@ -128,6 +133,14 @@ class Experiment:
 
     def __init__(self, folder: Path, dataset: Dataset, settings: Settings):
         self.folder, self.dataset, self.settings = folder, dataset, settings
+
+    @cached_property
+    def distances(self) -> SplitDistances:
+        """Distances from the test positions to the nearest ones of the whole known part."""
+        settings, positions = self.settings, self.dataset.positions
+        parts = split(self.dataset, settings.split, settings.split_seed, guard=settings.guard or 0.0)
+        tested = self.settings.tested(parts.test)
+        return SplitDistances.between(positions[parts.known], positions[tested], self.dataset.wavelength)
 
     @property
     def rows(self) -> list[dict[str, Any]]:
@@ -178,6 +191,7 @@ class Experiment:
             settings.minutes,
             settings.steps,
             folder,
+            settings.guard or 0.0,
         )
         method = make()
         began = time.perf_counter()
@@ -206,7 +220,9 @@ class Experiment:
         parts = split(self.dataset, self.settings.split, self.settings.split_seed)
         test = evenly(self.settings.tested(parts.test), SAMPLES)
         truth = self._spectra(test)
-        self._keep(key, test, score(array_ceiling(truth, self.dataset.beamformer), truth, self.dataset.grid), {})
+        recorded = None if self.dataset.responses is None else self.dataset.responses[test]
+        bound = array_ceiling(truth, self.dataset.beamformer, recorded)
+        self._keep(key, test, score(bound, truth, self.dataset.grid), {})
 
     def _has(self, key: dict[str, Any]) -> bool:
         return any(key.items() <= row.items() for row in self.rows)
@@ -245,6 +261,7 @@ def begun(
     minutes: float | None = None,
     steps: int | None = None,
     test_spectra: int | None = None,
+    guard: float = 0.0,
 ) -> Iterator[Experiment]:
     """Begin an experiment in a new folder, or continue the one in a folder, and keep other processes from it.
 
@@ -255,22 +272,25 @@ def begun(
         minutes: training time of each model that is trained by steps. None: ``steps`` is set.
         steps: number of training steps of each such model. None: ``minutes`` is set.
         test_spectra: largest number of test spectra to score. None: all of the test part.
+        guard: known positions nearer than this to a test position are left out, wavelengths.
 
     Raises:
-        InputError: the dataset cannot be read; or the folder holds an experiment with other settings, on other spectra
-            or other files, or another process writes to it.
-        ParameterError: no split has this name, or ``test_spectra`` is not a whole number above 0.
+        InputError: the dataset cannot be read; the guard leaves no known positions; or the folder holds an experiment
+            with other settings, on other spectra or other files, or another process writes to it.
+        ParameterError: no split has this name, ``test_spectra`` is not a whole number above 0, or ``guard`` is not
+            from 0 to ``GUARD_MOST``.
     """
     require_word(SPLITS, split=split)
     if output is not None:
         require_path(output=output)
     if test_spectra is not None:
         require_whole(1, MOST_POSITIONS, test_spectra=test_spectra)
+    require_within(0, GUARD_MOST, "wavelengths", guard=guard)
     if output is not None:
         require_writable(Path(output) / PROTOCOL)
     dataset = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
     where, by = str(dataset.folder.resolve()), device_name()
-    settings = Settings(where, split, SPLIT_SEED, minutes, steps, by, test_spectra, dataset.fingerprint)
+    settings = Settings(where, split, SPLIT_SEED, minutes, steps, by, test_spectra, dataset.fingerprint, guard or None)
     folder = Path(output or tempfile.mkdtemp(prefix="bisplat-"))
     given = {key: value for key, value in asdict(settings).items() if value is not None}
     # The fingerprint is compared by itself, since older experiments have none.
@@ -279,7 +299,9 @@ def begun(
         if (folder / PROTOCOL).exists():
             require_same_spectra(dataset, folder, _read_protocol(folder / PROTOCOL).get("dataset_sha256"))
         write_atomically(folder / PROTOCOL, (json.dumps(given, indent=2) + "\n").encode())
-        yield Experiment(folder, dataset, settings)
+        experiment = Experiment(folder, dataset, settings)
+        say_distances(experiment.distances)
+        yield experiment
 
 
 def row_name(row: Mapping[str, Any]) -> str:

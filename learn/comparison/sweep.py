@@ -28,6 +28,7 @@ def sweep(
     test_spectra: int | None = None,
     init: Run | Path | str | None = None,
     output: Path | str | None = None,
+    guard: float = 0.0,
 ) -> Comparison:
     """Fit and score methods on training parts of several sizes.
 
@@ -40,8 +41,8 @@ def sweep(
         dataset: a dataset, or its folder.
         sizes: numbers of training spectra. Each smaller training part is contained in every larger one.
         models: names of methods, or a dictionary from labels to methods, as for ``bisplat.compare``.
-        split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth of the spectra)
-            or "blocked" (every fourth block of ten consecutive spectra).
+        split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth), "blocked"
+            (every fourth block of ten consecutive spectra) or "area" (two of ten areas of the region).
         budget: training time of each model that is trained by steps, minutes.
         seeds: number of fits of each method and size, with seeds 0, 1, …
         test_spectra: largest number of test spectra to score, evenly spread over the test part. None: all of them.
@@ -49,6 +50,7 @@ def sweep(
             "MODEL from FOLDER".
         output: folder for results.jsonl, per_sample/ and runs/. None: a new temporary folder, which is not deleted; its
             path is ``Comparison.folder``.
+        guard: known positions nearer than this to a test position are left out, wavelengths.
 
     Returns:
         All rows measured in the folder. The entry "train_size" of a row is its number of training spectra.
@@ -77,6 +79,6 @@ def sweep(
         run = init if isinstance(init, Run) else load_run(init)
         model, folder = run.config.model, run.folder
         methods[f"{model} from {folder.name}"] = partial(TrainedModel, model, init=str(folder.resolve()))
-    with begun(dataset, split, output, minutes=budget, test_spectra=test_spectra) as experiment:
+    with begun(dataset, split, output, minutes=budget, test_spectra=test_spectra, guard=guard) as experiment:
         experiment.measure(methods, seeds, sorted(sizes))
         return Comparison.of(experiment)

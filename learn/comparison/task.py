@@ -29,6 +29,7 @@ class Task:
         minutes: training time. None: no limit, ``steps`` is set.
         steps: number of training steps of a model trained by steps. None: as many as fit into ``minutes``.
         folder: the method's own folder; it is kept, so that an interrupted training can continue.
+        guard: known positions nearer than this to a test position are left out, wavelengths.
     """
 
     dataset: Dataset
@@ -39,11 +40,12 @@ class Task:
     minutes: float | None
     steps: int | None
     folder: Path
+    guard: float = 0.0
 
     @cached_property
     def parts(self) -> Split:
         """Training, validation and test part."""
-        return split(self.dataset, self.kind, self.split_seed, self.train_size)
+        return split(self.dataset, self.kind, self.split_seed, self.train_size, self.guard)
 
     @property
     def positions(self) -> Float[np.ndarray, "n 3"]:

@@ -44,6 +44,7 @@ class TrainedModel:
             dataset=str(task.dataset.folder.resolve()),
             model=self.model,
             split=task.kind,
+            guard=task.guard,
             seed=task.seed,
             split_seed=task.split_seed,
             train_size=task.train_size,

@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Int
 from msgspec import Struct
 
-from scenes.files.errors import InputError, require_seed, require_whole, require_word, shown
+from scenes.files.errors import InputError, require_seed, require_whole, require_within, require_word, shown
 from scenes.files.input_file import MEGABYTE, read_text
 from scenes.files.json_file import parse_json
 from scenes.files.schema import conform
@@ -21,7 +21,7 @@ from simulate.positions.given_positions import MOST_POSITIONS
 if TYPE_CHECKING:  # importing it is slow, and the command line's help only needs SplitKind
     from simulate.dataset.dataset_folder import Dataset
 
-SplitKind = Literal["files", "random", "blocked"]
+SplitKind = Literal["files", "random", "blocked", "area"]
 SPLITS: tuple[str, ...] = get_args(SplitKind)
 
 TEST_FRACTION = 0.2
@@ -30,9 +30,15 @@ TEST_FRACTION = 0.2
 BLOCK, EVERY = 10, 4
 """``blocked`` holds out every fourth block of ten consecutive spectra for testing."""
 
+AREAS, TEST_AREAS = 10, 2
+"""``area`` divides the region into so many areas, and holds out so many of them for testing."""
+
 VALIDATION_FRACTION = 0.1
 """Share of the training part that is set aside to choose the best checkpoint. The test part chooses nothing."""
 
+
+GUARD_MOST = 100.0
+"""Largest guard, wavelengths."""
 
 PARTS = ("train", "validation", "test")
 
@@ -60,35 +66,40 @@ class Split:
         return np.sort(np.concatenate([self.train, self.validation]))
 
 
-def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None = None) -> Split:
+def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None = None, guard: float = 0.0) -> Split:
     """Split a dataset into a training, a validation and a test part.
 
-    There are three kinds of split:
+    There are four kinds of split:
 
     - ``files`` reads the folder's own train_index.txt and test_index.txt.
     - ``random`` draws 20 % of the spectra for testing.
     - ``blocked`` holds out every fourth block of ten consecutive spectra.
+    - ``area`` divides the positions into ten areas by k-means, each the positions nearest to a centre, and holds out
+      two of them, whatever the order of measurement.
 
     Measured positions follow a path. With ``random``, and with the index files of most folders, the spectra recorded
     just before and after a test spectrum are therefore in the training part. With ``blocked`` this happens only at the
-    ends of a block.
+    ends of a block, and with ``area`` at the borders of an area, unless the path comes back.
 
-    The validation part is 10 % of the training part; with ``blocked`` it consists of whole blocks.
+    The validation part is 10 % of the training part; with ``blocked`` it consists of whole blocks, with ``area`` of one
+    area.
 
     Args:
         dataset: the spectra.
         kind: how the test part is chosen.
-        seed: seed of the test part of ``random``, and of the validation part.
+        seed: seed of the test part of ``random`` and ``area``, and of the validation part.
         train_size: number of training spectra to keep. A smaller part is contained in every larger one. The validation
             part shrinks in proportion, since baselines use it too; the test part stays the same. None: keep all.
+        guard: known positions nearer than this to a test position are left out, wavelengths.
 
     Returns:
         Disjoint parts, each sorted.
 
     Raises:
         InputError: the dataset has too few spectra for three parts, has fewer training spectra than ``train_size``, or
-            lacks the index files that ``files`` needs.
-        ParameterError: no split has this name, or the seed or ``train_size`` is not a whole number in its range.
+            lacks the index files that ``files`` needs; or ``guard`` leaves no training or no validation spectrum.
+        ParameterError: no split has this name, the seed or ``train_size`` is not a whole number in its range, or
+            ``guard`` is not from 0 to ``GUARD_MOST``.
 
     Example:
         >>> import bisplat
@@ -100,6 +111,7 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
     require_seed(seed=seed)
     if train_size is not None:
         require_whole(1, MOST_POSITIONS, train_size=train_size)
+    require_within(0, GUARD_MOST, "wavelengths", guard=guard)
     count = len(dataset.names)
     generator = np.random.default_rng(seed)
     block = np.arange(count) // BLOCK
@@ -115,14 +127,17 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
         held_out = round(TEST_FRACTION * count)
         known, test = np.sort(order[held_out:]), np.sort(order[:held_out])
     else:
-        held_out_block = block % EVERY == 1
+        block = _areas(dataset, seed) if kind == "area" else block
+        held_out_block = block < TEST_AREAS if kind == "area" else block % EVERY == 1
         known, test = np.flatnonzero(~held_out_block), np.flatnonzero(held_out_block)
 
-    unit = block[known] if kind == "blocked" else known
+    unit = block[known] if kind in ("blocked", "area") else known
     units = np.unique(unit)
     chosen = generator.permutation(units)[: max(1, round(VALIDATION_FRACTION * len(units)))]
     in_validation = np.isin(unit, chosen)
     train, validation = known[~in_validation], known[in_validation]
+    if guard:
+        train, validation = (_guarded(dataset, part, test, guard) for part in (train, validation))
     if train_size is not None:
         if train_size > len(train):
             raise InputError(f"{dataset.folder}: expected {train_size} spectra to train on, found {len(train)}")
@@ -136,6 +151,45 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
             f"found {count}, which give {len(result.train)}, {len(result.validation)} and {len(result.test)}"
         )
     return result
+
+
+def _guarded(
+    dataset: Dataset, known: Int[np.ndarray, " n"], test: Int[np.ndarray, " K"], guard: float
+) -> Int[np.ndarray, " m"]:
+    """The known spectra that are at least ``guard`` wavelengths from every test position.
+
+    Raises:
+        InputError: there are none.
+    """
+    from scipy.spatial import cKDTree
+
+    if not (len(known) and len(test)):
+        return known
+    distance = cKDTree(dataset.positions[test]).query(dataset.positions[known])[0] / dataset.wavelength
+    if (distance < guard).all():
+        raise InputError(
+            f"{dataset.folder}: expected known positions at least {guard:g} wavelengths from every test position, "
+            f"found none; the farthest is {distance.max():.3g} wavelengths from one (a smaller --guard, or the split "
+            "area, leaves more)"
+        )
+    return known[distance >= guard]
+
+
+def _areas(dataset: Dataset, seed: int) -> Int[np.ndarray, " K"]:
+    """Number of the area in which each position lies, in an order that the seed draws.
+
+    Raises:
+        InputError: there are not two positions for each area.
+    """
+    from sklearn.cluster import KMeans  # slow to import
+
+    places = np.unique(dataset.positions, axis=0)
+    if len(places) < 2 * AREAS:
+        raise InputError(
+            f"{dataset.folder}: expected at least {2 * AREAS} positions for the split area, found {len(places)}"
+        )
+    found = KMeans(AREAS, n_init=4, random_state=seed).fit_predict(dataset.positions)
+    return np.random.default_rng(seed).permutation(AREAS)[found]
 
 
 class SplitFile(Struct, frozen=True, forbid_unknown_fields=True):

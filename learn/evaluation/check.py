@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from learn.data.split_distances import SplitDistances
 from learn.evaluation.leakage import Leakage, leakage
 from learn.evaluation.picture_doubts import picture_doubts
 from scenes.files.errors import require_path
@@ -54,6 +55,15 @@ class Check:
         """Whether there are no problems."""
         return not self.problems
 
+    @property
+    def distances(self) -> SplitDistances | None:
+        """Distances of the folder's own split. None: there are problems, or it has no training or no test part."""
+        dataset = self.dataset
+        if dataset is None or not (len(dataset.train) and len(dataset.test)):
+            return None
+        positions = dataset.positions
+        return SplitDistances.between(positions[dataset.train], positions[dataset.test], dataset.wavelength)
+
     def description(self) -> dict[str, str]:
         """Describe the dataset in words.
 
@@ -88,6 +98,7 @@ class Check:
             "left unexplained": "not computed" if residual is None else f"{residual:.2f} grey levels of 255 (median)",
             "complex responses": responses,
             "split": self.leakage.facts() if self.leakage is not None else "none",
+            "test positions": "none" if self.distances is None else self.distances.sentence(),
         }
 
     def beamformer(self) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -13,9 +14,11 @@ from jaxtyping import Float, Int
 from learn.baselines.array_ceiling import CEILING, SAMPLES, array_ceiling
 from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.data.metrics import Scores, score
+from learn.data.split_distances import SplitDistances
+from learn.models.base import Report
 from learn.training.deviation import NORMAL, pixel_errors
 from learn.training.run_folder import Run, load_run
-from scenes.files.errors import InputError, require_path
+from scenes.files.errors import InputError, require_flag, require_path
 from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.dataset.index_files import read_index
 from simulate.spectra.spectrum import evenly, spectrum_of
@@ -43,7 +46,7 @@ class Evaluation:
         deviation: [K] standard deviation that the run states for the values of each predicted spectrum, 0…1. None: it
             states none.
         scores: scores by name: "model", "mean-picture", "nearest" and "inverse-distance" of all K test spectra, and
-            "array's ceiling" of at most 50 of them, evenly spread.
+            "array's ceiling" of at most 50 of them, evenly spread, unless it was left out.
 
     Example:
         >>> import bisplat
@@ -74,6 +77,11 @@ class Evaluation:
         return spectrum_of(self.dataset.pictures[self.test])
 
     @cached_property
+    def distances(self) -> SplitDistances:
+        """Distances from the test positions to the nearest known ones."""
+        return SplitDistances.between(self.known_positions, self.positions, self.dataset.wavelength)
+
+    @cached_property
     def errors_in_deviations(self) -> Float[np.ndarray, "K P"] | None:
         """[K, P] absolute errors at P pixels of each spectrum, divided by ``deviation``. None: the run states no
         deviation.
@@ -88,13 +96,22 @@ class Evaluation:
         """Medians and means over the test spectra, as in metrics.json.
 
         Returns:
-            The entries of ``Scores.summary`` for the model; "test_spectra" (K); and "baselines", a dictionary of such
-            entries for "mean_picture", "nearest", "inverse_distance" and "array_ceiling". If the run states deviations,
+            The entries of ``Scores.summary`` for the model; "test_spectra" (K); "known_spectra" (n); the least and the
+            median distance from a test position to the nearest known one ("test_to_known_least_m", …, also in
+            wavelengths); and "baselines", a dictionary of entries as the model's for "mean_picture", "nearest",
+            "inverse_distance" and "array_ceiling". If the run states deviations,
             also "within_90_percent_interval" (share of the errors that lie in the stated 90 % intervals) and
             "deviation_median".
         """
-        baselines = {json_name: self.scores[name].summary() for name, json_name in JSON_NAMES.items()}
-        metrics = {**self.scores["model"].summary(), "test_spectra": len(self.test), "baselines": baselines}
+        others = [(name, json_name) for name, json_name in JSON_NAMES.items() if name in self.scores]
+        baselines = {json_name: self.scores[name].summary() for name, json_name in others}
+        metrics = {
+            **self.scores["model"].summary(),
+            "test_spectra": len(self.test),
+            "known_spectra": self.distances.known,
+            **self.distances.facts(),
+            "baselines": baselines,
+        }
         if self.deviation is not None and self.errors_in_deviations is not None:
             told = np.isfinite(self.deviation)  # far from everything known it is nan
             if told.any():
@@ -104,7 +121,11 @@ class Evaluation:
 
 
 def evaluate(
-    run: Run | Path | str, dataset: Dataset | Path | str | None = None, index: Path | None = None
+    run: Run | Path | str,
+    dataset: Dataset | Path | str | None = None,
+    index: Path | None = None,
+    ceiling: bool = True,
+    report: Report = lambda phase, done, total: None,
 ) -> Evaluation:
     """Score a run, the baselines and the array's ceiling on the same held-out spectra.
 
@@ -115,6 +136,9 @@ def evaluate(
         dataset: another dataset, or its folder; the run is then tested on all of its spectra. None, or the dataset that
             the run was trained on, in whatever folder it is now: the run is tested on the test part of its split.
         index: a file with the names of the spectra to test on instead, one per line.
+        ceiling: also score the array's ceiling. If the dataset has no responses, these are found behind at most 50
+            spectra, which takes a few seconds for 4 × 4 elements, and far longer for large arrays.
+        report: called with the part, the number of parts done, and the number of all parts.
 
     Returns:
         The predictions and the scores.
@@ -132,6 +156,7 @@ def evaluate(
     """
     if index is not None:
         require_path(index=index)
+    require_flag(ceiling=ceiling)
     run = run if isinstance(run, Run) else load_run(run)
     if dataset is None:
         tested_on = run.dataset()
@@ -159,13 +184,21 @@ def evaluate(
     truth = spectrum_of(tested_on.pictures[test])
     positions = tested_on.positions[test]
     known_spectra, known_positions = spectrum_of(known_data.pictures[known]), known_data.positions[known]
-    prediction = run.predict(positions).spectra
-    ceiling_rows = evenly(np.arange(len(test)), SAMPLES)
-    scores = {
-        "model": score(prediction, truth, grid),
-        "mean-picture": score(mean_picture(known_spectra, positions), truth, grid),
-        "nearest": score(nearest(known_positions, known_spectra, positions), truth, grid),
-        "inverse-distance": score(inverse_distance(known_positions, known_spectra, positions), truth, grid),
-        CEILING: score(array_ceiling(truth[ceiling_rows], tested_on.beamformer), truth[ceiling_rows], grid),
+    methods: dict[str, Callable[[], Float[np.ndarray, "K 90 360"]]] = {
+        "mean-picture": lambda: mean_picture(known_spectra, positions),
+        "nearest": lambda: nearest(known_positions, known_spectra, positions),
+        "inverse-distance": lambda: inverse_distance(known_positions, known_spectra, positions),
     }
+    total = len(methods) + 1 + ceiling
+    report("model", 0, total)
+    prediction = run.predict(positions).spectra
+    scores = {"model": score(prediction, truth, grid)}
+    for name, predicted in methods.items():
+        report(name, len(scores), total)
+        scores[name] = score(predicted(), truth, grid)
+    if ceiling:
+        report(CEILING, len(scores), total)
+        rows = evenly(np.arange(len(test)), SAMPLES)
+        recorded = None if tested_on.responses is None else tested_on.responses[test[rows]]
+        scores[CEILING] = score(array_ceiling(truth[rows], tested_on.beamformer, recorded), truth[rows], grid)
     return Evaluation(run.name, tested_on, test, known_positions, prediction, run.deviation(positions), scores)

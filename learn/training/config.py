@@ -19,7 +19,7 @@ from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, ParameterError, cut, shown
 from scenes.files.json_file import read_json
 from scenes.files.options import check_kinds
-from scenes.files.schema import Count, conform
+from scenes.files.schema import LATER, Count, conform
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
@@ -53,6 +53,7 @@ class Config:
         dataset: absolute path of the dataset folder.
         model: name of the model, or ``module:Class``.
         split: how the test part is chosen.
+        guard: known positions nearer than this to a test position are left out, wavelengths.
         seed: seed of the initial weights and the order of the spectra.
         split_seed: seed of the split.
         train_size: number of training spectra, drawn at random from the training part. None: all of them.
@@ -66,6 +67,7 @@ class Config:
     seed: Count = 0
     split_seed: Count = 0
     train_size: Annotated[int, Meta(ge=1)] | None = None
+    guard: float = field(default=0.0, metadata=LATER)
     options: dict[str, Option] = field(default_factory=dict)
     by_steps: Steps | None = None
 

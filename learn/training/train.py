@@ -17,7 +17,8 @@ from jaxtyping import Float
 from lightning.pytorch.utilities import rank_zero_only
 from rich.console import Console
 
-from learn.data.splits import Split, SplitKind, split
+from learn.data.split_distances import SplitDistances, say_distances
+from learn.data.splits import GUARD_MOST, Split, SplitKind, split
 from learn.models.base import SpectrumModel
 from learn.models.capabilities import FitsInClosedForm
 from learn.models.quadrature import quadrature
@@ -33,7 +34,14 @@ from learn.training.run_folder import Run, build_model, load_run, load_weights, 
 from learn.training.training_file import write_training
 from learn.training.validation_scores import told, validate
 from scenes.files.atomic import require_writable
-from scenes.files.errors import ParameterError, require_instance, require_path, require_seed, require_whole
+from scenes.files.errors import (
+    ParameterError,
+    require_instance,
+    require_path,
+    require_seed,
+    require_whole,
+    require_within,
+)
 from scenes.files.options import changed, optional, taken, takes
 from scenes.files.output_folder import own_folder, require_own
 from scenes.scene.shapes import bounding_box
@@ -51,6 +59,7 @@ def train(
     *,
     model: str = DEFAULT_MODEL,
     split: SplitKind = "files",
+    guard: float = 0.0,
     seed: int = 0,
     options: Mapping[str, Any] | None = None,
     **settings: Any,
@@ -69,8 +78,9 @@ def train(
         model: name of a model: "helmholtz", "twin", "bisplat", "bisplat-plus", "bisplat-aperture", "mlp",
             "mlp-responses", "nerf2" or "swiftwrf" (documentation, The models); or your own subclass of
             ``bisplat.SpectrumModel`` as "module:Class", in the current folder or on Python's path.
-        split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth of the spectra)
-            or "blocked" (every fourth block of ten consecutive spectra).
+        split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth), "blocked"
+            (every fourth block of ten consecutive spectra) or "area" (two of ten areas of the region).
+        guard: known positions nearer than this to a test position are left out, wavelengths.
         seed: seed of the split, the initial weights and the order of the spectra.
         options: options of the model that differ from its defaults, such as ``{"primitives": 250}``.
         **settings: those of ``Processes`` and ``Steps``.
@@ -108,12 +118,13 @@ def train(
         dataset=str(folder.resolve()),
         model=model,
         split=split,
+        guard=guard,
         seed=seed,
         split_seed=seed,
         options=dict(options or {}),
         by_steps=entry.by_steps and replace(entry.by_steps, **by_steps),
     )
-    train_run(config, Path(output), processes, dataset if isinstance(dataset, Dataset) else None)
+    train_run(config, Path(output), processes, dataset if isinstance(dataset, Dataset) else None, say_split=True)
     return load_run(Path(output))
 
 
@@ -123,6 +134,7 @@ def train_run(
     processes: Processes = Processes(),
     dataset: Dataset | None = None,
     learned: Learned | None = None,
+    say_split: bool = False,
 ) -> None:
     """Train with the settings of a run. A finished run is left as it is.
 
@@ -134,6 +146,7 @@ def train_run(
         processes: where it runs. Lightning starts a process for each device of this machine.
         dataset: the dataset of ``config`` if it has been read already. None: it is read.
         learned: what ``learned_responses`` found for this training. None: it is called.
+        say_split: say how many spectra the parts of the split have, and how far they are from one another.
 
     Raises:
         ParameterError: the model lacks one of the options, or a number is out of its range.
@@ -147,7 +160,7 @@ def train_run(
     if not finished:
         require_writable(folder / "config.json")
     dataset = dataset or read_dataset(config.dataset)
-    parts = split(dataset, config.split, config.split_seed, config.train_size)
+    parts = split(dataset, config.split, config.split_seed, config.train_size, config.guard)
     if (folder / "config.json").exists():
         require_same_spectra(dataset, folder, read_config(folder).dataset_sha256)
     if finished:
@@ -161,6 +174,13 @@ def train_run(
     with own_folder(*own):
         if not (folder / "weights.safetensors").exists():  # another process may have finished the run just now
             write_config(folder, config, dataset, parts)
+            if say_split:
+                known, tested = dataset.positions[parts.known], dataset.positions[parts.test]
+                sizes = (
+                    f"{len(parts.train)} training, {len(parts.validation)} validation, {len(parts.test)} test spectra"
+                )
+                distances = SplitDistances.between(known, tested, dataset.wavelength)
+                say_distances(distances, f"split {config.split}: {sizes}; ")
             _train(config, folder, processes, dataset, parts, learned)
 
 
@@ -196,6 +216,7 @@ def _check(config: Config, processes: Processes) -> None:
         if not config.options.get(name):
             raise ParameterError(name, f"expected a value, which the model {config.model} needs, found none")
     require_seed(seed=config.seed, split_seed=config.split_seed)
+    require_within(0, GUARD_MOST, "wavelengths", guard=config.guard)
     if config.train_size is not None:
         require_whole(1, MOST_POSITIONS, train_size=config.train_size)
     require_whole(1, torch.cuda.device_count() or max(PROCESSES_LEAST, os.cpu_count() or 1), devices=processes.devices)

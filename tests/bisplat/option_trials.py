@@ -119,10 +119,10 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials("train data -o out --model bisplat", ["--bypass bst"], TRAIN),
         *_trials("train data -o out --model twin --scene closet", [("--scene lab", "--scene closet")], TRAIN),
         *_trials("train measured -o out --model mlp-responses", ["--no-find-phases"], TRAIN),
-        *_trials(f"{MLP}", ["--devices 2", "--nodes 2"], TRAIN),
+        *_trials(f"{MLP}", ["--devices 2", "--nodes 2", "--guard 0.1"], TRAIN),
     ],
     "evaluate": [
-        *_trials("evaluate mlp", ["--dataset others", "--index one.txt", "--json"]),
+        *_trials("evaluate mlp", ["--dataset others", "--index one.txt", "--no-ceiling", "--json"]),
         *_trials("evaluate mlp", ["--locate"], LOCATED),
         *_trials("evaluate mlp --locate", ["--further-gateways mlp"], LOCATED),
     ],
@@ -185,18 +185,18 @@ TRIALS: dict[str, list[Trial]] = {
     "compare": [
         *_trials(NEAREST, [("--models mean-picture", "--models nearest"), "--split random", "--seeds 2", "--json"]),
         *_trials(NEAREST, ["--test-spectra 1", ("-o out2", "-o out")]),
-        *_trials("compare data -o out --models mlp", ["--budget 1"], "learn.comparison.compare:compare"),
+        *_trials("compare data -o out --models mlp", ["--budget 1", "--guard 0.1"], "learn.comparison.compare:compare"),
     ],
     "ablate": [
         Trial(ABLATE, "--json", stops_at="bisplat.commands.comparison_commands:print_averages"),
-        *_trials(ABLATE, ["--split random", "--test-spectra 1", "--primitives 9"], ABLATED),
+        *_trials(ABLATE, ["--split random", "--guard 0.1", "--test-spectra 1", "--primitives 9"], ABLATED),
         *_trials(ABLATE, [("--steps 2", "--steps 1"), ("--seeds 2", "--seeds 1"), ("-o out2", "-o out")], ABLATED),
         *_trials(ABLATE, [("--models bisplat", "--models bisplat-aperture")], ABLATED),
     ],
     "sweep": [
         *_trials(SWEEP, [("--models mean-picture", "--models nearest"), ("--sizes 4", "--sizes 3")]),
         *_trials(SWEEP, ["--split random", "--seeds 2", "--test-spectra 1", "--json", ("-o out2", "-o out")]),
-        *_trials(SWEEP, ["--init mlp"], SWEPT),
+        *_trials(SWEEP, ["--init mlp", "--guard 0.1"], SWEPT),
         *_trials("sweep data -o out --models mlp --sizes 3", ["--budget 1"], SWEPT),
     ],
     "engines": [

@@ -60,7 +60,7 @@ class Call:
 
 
 CALLBACK = {"report": "a function, called while the work goes on"}
-COMPARED = {"split": WORD, "test_spectra": WHOLE[:5], "output": PATH, "dataset": PATH}
+COMPARED = {"split": WORD, "guard": (*NUMBER, -1), "test_spectra": WHOLE[:5], "output": PATH, "dataset": PATH}
 ALSO = {"seeds": WHOLE, "budget": (*NUMBER, 0, -1)}
 
 
@@ -208,7 +208,8 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             bisplat.train,
             {"dataset": data, "output": "out", "model": "mlp"},
             {
-                "dataset": (*PATH, "nowhere"), "output": PATH, "model": WORD, "split": WORD, "seed": SEED,
+                "dataset": (*PATH, "nowhere"), "output": PATH, "model": WORD, "split": WORD, "guard": (*NUMBER, -1),
+                "seed": SEED,
                 "options": ("x", 3, {"wrong": 1}, {"pixels": object()}), "steps": WHOLE[:6], "batch_size": WHOLE[:6],
                 "learning_rate": (*NUMBER, 0), "weight_decay": (*NUMBER, -1), "full_resolution": (*NUMBER, 2),
                 "find_phases": FLAG[:1], "init": PATH, "devices": WHOLE, "nodes": WHOLE, "wrong": (1,),
@@ -217,7 +218,8 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
         "evaluate": Call(
             bisplat.evaluate,
             {"run": run},
-            {"run": (*PATH, "nowhere"), "dataset": (*PATH, "nowhere"), "index": (*PATH, "nowhere")},
+            {"run": (*PATH, "nowhere"), "dataset": (*PATH, "nowhere"), "index": (*PATH, "nowhere"), "ceiling": FLAG},
+            CALLBACK,
         ),
         "crossvalidate": Call(
             bisplat.crossvalidate,

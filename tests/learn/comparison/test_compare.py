@@ -47,7 +47,7 @@ INSTANT = 1e-6
 
 @pytest.fixture
 def no_ceiling(monkeypatch):
-    monkeypatch.setattr(experiment, "array_ceiling", lambda truth, beamformer: truth)
+    monkeypatch.setattr(experiment, "array_ceiling", lambda truth, beamformer, recorded: truth)
 
 
 @pytest.fixture
