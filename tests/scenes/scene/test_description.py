@@ -115,8 +115,9 @@ NAN = Trimesh([[0, 0, 0], [1, 0, 0], [0, np.nan, 0]], [[0, 1, 2]], process=False
         (gateway(spacing=0.0), ("gateway.spacing", "0.0")),
         (gateway(spacing=1e3), ("gateway.spacing", "1000.0")),
         (transmitter(orientation=(0.0, 0.0, 0.0, 2.0)), ("transmitter.orientation", "length 2")),
-        (transmitter(region_max=(1.0, -1.0, 1.5)), ("transmitter.region", "y from -1 to -1")),
+        (transmitter(region_max=(1.0, -1.5, 1.5)), ("transmitter.region", "y from -1 to -1.5")),
         (transmitter(region_min=(9.0, -1.0, 0.5)), ("transmitter.region", "x from 9 to 1")),
+        (transmitter(region_min=(1.0, -1.0, 1.5), region_max=(1.0, -1.0, 1.5)), ("transmitter.region", "one twice")),
         (transmitter(region_min=(np.nan, -1.0, 0.5)), ("transmitter.region.min", "nan")),
         (transmitter(pattern="dipol"), ("transmitter.pattern", '"dipol"', '"dipole"')),
         (

@@ -1,5 +1,7 @@
 """Where transmitters are put."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -69,6 +71,17 @@ def test_grid_leaves_out_what_is_inside_objects(make_scene, floor, scene):
 @pytest.mark.parametrize("count", [1, 2, 5])
 def test_grid_of_a_few_has_one_at_least(count, make_scene, floor):
     assert 1 <= len(place(make_scene(floor), "grid", count, seed=1)) <= count
+
+
+@pytest.mark.parametrize("kind", ["uniform", "grid", "path"])
+def test_a_flat_region_has_positions_at_its_height(kind, make_scene, floor):
+    """3 × 2 m at one height, asked for 24 on a grid: cells of half a metre, 6 × 4 of them."""
+    scene = make_scene(floor)
+    moving = replace(scene.transmitter, region_min=(*LOW[:2], 1.2), region_max=(*HIGH[:2], 1.2))
+    positions = place(replace(scene, transmitter=moving), kind, 24, seed=1)
+    assert len(positions) == 24 and (positions[:, 2] == 1.2).all()
+    if kind == "grid":
+        assert np.diff(np.unique(positions[:, 0].round(9))) == pytest.approx(0.5)
 
 
 def test_path_steps_are_eight_millimetres(make_scene, floor):
