@@ -96,7 +96,7 @@ def train(
         output: folder of the new run.
         model: name of the model (documentation: The models), or module:Class for your own.
         split: choice of test spectra. files: the dataset's own; random: a fifth; blocked: every fourth block of ten;
-            area: two of ten areas.
+            area: areas with about a fifth.
         guard: known positions nearer than this to a test position are left out, wavelengths.
         seed: seed of the split, the initial weights and the order of the spectra.
         encoding: how the position is encoded. octaves: as in the paper; waves: plane waves of the dataset's wavelength.
