@@ -155,7 +155,7 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
         in_validation = np.isin(unit, chosen)
     train, validation = known[~in_validation], known[in_validation]
     if guard:
-        train, validation = _guarded(dataset, train, validation, test, guard)
+        train, validation = _guarded(dataset, train, validation, test, guard, kind)
     if train_size is not None:
         if train_size > len(train):
             raise InputError(f"{dataset.folder}: expected {train_size} spectra to train on, found {len(train)}")
@@ -177,6 +177,7 @@ def _guarded(
     validation: Int[np.ndarray, " n_validation"],
     test: Int[np.ndarray, " n_test"],
     guard: float,
+    kind: SplitKind,
 ) -> list[Int[np.ndarray, " n"]]:
     """The training and the validation spectra that are at least ``guard`` wavelengths from every test position.
 
@@ -193,10 +194,11 @@ def _guarded(
     if not (len(kept[0]) and len(kept[1])):
         most = floor(1000 * min(distance.max() for distance in away)) / 1000
         possible = f"{most:g} wavelengths is the largest that does" if most else "none does"
+        hint = "" if kind == "area" else "; the split area often allows a larger one"
         raise InputError(
             f"{dataset.folder}: expected a guard that leaves training and validation spectra, found {guard:g} "
             f"wavelengths, which leaves {len(kept[0])} of {len(train)} and {len(kept[1])} of {len(validation)} of "
-            f"them; {possible}"
+            f"them; {possible}{hint}"
         )
     return kept
 
