@@ -43,24 +43,32 @@ def demo(
     print(next_steps(output))
 
 
-def check(dataset: Positional[Path], json: bool = False) -> None:
+def check(
+    dataset: Positional[Path], split: SplitKind | None = None, guard: float = 0.0, seed: int = 0, json: bool = False
+) -> None:
     """Check and describe a dataset folder.
 
-    It also warns if test spectra lie too close to training spectra. The exit status is 1 if the folder is invalid.
+    It also warns if test spectra lie too close to known spectra. The exit status is 1 if the folder is invalid.
 
     Args:
         dataset: the dataset folder.
+        split: look at this split, as bisplat train would make it (default: the folder's own).
+        guard: with --split: known positions nearer than this to a test position are left out, wavelengths.
+        seed: with --split: its seed.
         json: print the result as JSON.
     """
     from learn.evaluation.check import check as check_folder
 
-    found = check_folder(dataset)
+    if split is None:
+        refuse_given(["--guard", "--seed"], "--split beside it, found none")
+    found = check_folder(dataset, split, guard, seed)
     if json:
         result = {
             "valid": found.valid,
             "spectra": 0 if found.dataset is None else len(found.dataset.names),
             "problems": found.problems,
             "warnings": found.warnings,
+            "split": found.split_figures(),
             **found.beamformer(),
         }
         print(json_format.dumps(result, indent=2))
@@ -96,7 +104,7 @@ def train(
         output: folder of the new run.
         model: name of the model (documentation: The models), or module:Class for your own.
         split: choice of test spectra. files: the dataset's own; random: a fifth; blocked: every fourth block of ten;
-            area: two of ten areas.
+            area: areas with about a fifth.
         guard: known positions nearer than this to a test position are left out, wavelengths.
         seed: seed of the split, the initial weights and the order of the spectra.
         encoding: how the position is encoded. octaves: as in the paper; waves: plane waves of the dataset's wavelength.

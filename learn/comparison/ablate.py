@@ -75,7 +75,7 @@ def ablate(
         dataset: a dataset, or its folder.
         models: the models whose parts are switched off.
         split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth), "blocked"
-            (every fourth block of ten consecutive spectra) or "area" (two of ten areas of the region).
+            (every fourth block of ten consecutive spectra) or "area" (connected areas with a fifth).
         steps: number of training steps, the same for every row and seed, so that rows differ only in the part.
         seeds: number of trainings of each row, with seeds 0, 1, …
         test_spectra: largest number of test spectra to score, evenly spread over the test part. None: all of them.

@@ -53,7 +53,7 @@ def compare(
             or such an object, which is copied for each seed. None: every baseline and every model that needs no
             options.
         split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth), "blocked"
-            (every fourth block of ten consecutive spectra) or "area" (two of ten areas of the region).
+            (every fourth block of ten consecutive spectra) or "area" (connected areas with a fifth).
         budget: training time of each model that is trained by steps, minutes.
         seeds: number of fits of each method, with seeds 0, 1, …
         test_spectra: largest number of test spectra to score, evenly spread over the test part. None: all of them.

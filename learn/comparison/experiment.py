@@ -227,6 +227,12 @@ class Experiment:
     def _has(self, key: dict[str, Any]) -> bool:
         return any(key.items() <= row.items() for row in self.rows)
 
+    def _distances(self, test: Int[np.ndarray, " K"], train_size: int | None) -> SplitDistances:
+        """Distances from test positions to the nearest known ones, where so many spectra are trained on."""
+        settings, positions = self.settings, self.dataset.positions
+        parts = split(self.dataset, settings.split, settings.split_seed, train_size, settings.guard or 0.0)
+        return SplitDistances.between(positions[parts.known], positions[test], self.dataset.wavelength)
+
     def _spectra(self, indices: Int[np.ndarray, " K"]) -> Float[np.ndarray, "K 90 360"]:
         return spectrum_of(self.dataset.pictures[indices])
 
@@ -234,7 +240,9 @@ class Experiment:
         """Write the scores of each test spectrum to per_sample/, then the row to results.jsonl."""
         names = [self.dataset.names[index] for index in test]
         write_scores(self.folder / "per_sample" / f"{row_name(key)}.csv", names, scores)
-        row = {**key, "test": len(test), **scores.summary(), **cost, "date": datetime.date.today().isoformat()}
+        distances = self._distances(test, key["train_size"]).facts()
+        date = datetime.date.today().isoformat()
+        row = {**key, "test": len(test), **scores.summary(), **cost, **distances, "date": date}
         path = self.folder / "results.jsonl"
         lines = [json.dumps(each) for each in (*self.rows, row)]
         write_atomically(path, ("\n".join(lines) + "\n").encode())

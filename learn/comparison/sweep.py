@@ -42,7 +42,7 @@ def sweep(
         sizes: numbers of training spectra. Each smaller training part is contained in every larger one.
         models: names of methods, or a dictionary from labels to methods, as for ``bisplat.compare``.
         split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth), "blocked"
-            (every fourth block of ten consecutive spectra) or "area" (two of ten areas of the region).
+            (every fourth block of ten consecutive spectra) or "area" (connected areas with a fifth).
         budget: training time of each model that is trained by steps, minutes.
         seeds: number of fits of each method and size, with seeds 0, 1, …
         test_spectra: largest number of test spectra to score, evenly spread over the test part. None: all of them.

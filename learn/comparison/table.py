@@ -14,6 +14,7 @@ from jaxtyping import Float
 from learn.baselines.array_ceiling import CEILING, shown_name
 from learn.comparison.experiment import Experiment, Settings, row_name, summary
 from learn.comparison.scores_file import read_scores
+from learn.data.split_distances import SplitDistances
 
 HEADINGS = {
     "ssim_median": "SSIM",
@@ -42,6 +43,8 @@ class Comparison:
     - "test", the number of test spectra;
     - "ssim_median", "ssim_mean", "ssim_p05" (5th percentile), "psnr_mean" (dB), "mae_mean" and "aoa_error_median_deg"
       (degrees);
+    - "test_to_known_least_m", "test_to_known_median_m", the same in wavelengths, and
+      "test_nearer_than_half_a_wavelength" (number of test positions): distances to the known positions;
     - "date";
     - except for the array's ceiling: "train" (number of training spectra), "parameters", "training_seconds",
       "milliseconds_per_spectrum" and "steps". "parameters" and "steps" are None for a method that has none.
@@ -50,6 +53,7 @@ class Comparison:
         folder: the experiment's folder, with results.jsonl, per_sample/ and runs/.
         settings: what all rows have in common: dataset, split, training time and device.
         rows: a dictionary for each method, seed and size, in the order in which they were measured.
+        distances: how far the test positions are from the known ones of the whole training and validation part.
 
     Example:
         >>> import bisplat
@@ -63,11 +67,12 @@ class Comparison:
     folder: Path
     settings: Settings
     rows: list[dict[str, Any]]
+    distances: SplitDistances | None = None
 
     @classmethod
     def of(cls, experiment: Experiment) -> Comparison:
         """All rows that were measured in an experiment's folder, by this call and earlier ones."""
-        return cls(experiment.folder, experiment.settings, experiment.rows)
+        return cls(experiment.folder, experiment.settings, experiment.rows, experiment.distances)
 
     def __len__(self) -> int:
         return len(self.rows)

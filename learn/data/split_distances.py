@@ -54,6 +54,7 @@ class SplitDistances:
             "test_to_known_median_m": round(median, 4),
             "test_to_known_least_wavelengths": round(float(least) / self.wavelength, 3),
             "test_to_known_median_wavelengths": round(median / self.wavelength, 3),
+            "test_nearer_than_half_a_wavelength": self.near,
         }
 
     def sentence(self) -> str:
@@ -62,7 +63,7 @@ class SplitDistances:
         return (
             f"from each of {len(self.distance)} test positions to the nearest of {self.known} known ones: at least "
             f"{least:.2g} m ({least / self.wavelength:.2g} wavelengths), median {median:.2g} m "
-            f"({median / self.wavelength:.2g})"
+            f"({median / self.wavelength:.2g} wavelengths)"
         )
 
     def warning(self) -> str | None:
@@ -71,7 +72,8 @@ class SplitDistances:
             return None
         return (
             f"{self.near} of {len(self.distance)} test positions are nearer than half a wavelength to a known one, so "
-            "copying predicts part of their spectra; training with --guard 0.5 leaves such known positions out"
+            "copying predicts part of their spectra; --guard 0.5 leaves such known positions out, and --split area "
+            "tests whole areas"
         )
 
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import floor
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, get_args
 
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import Bool, Int
 from msgspec import Struct
 
 from scenes.files.errors import (
@@ -33,17 +34,20 @@ SplitKind = Literal["files", "random", "blocked", "area"]
 SPLITS: tuple[str, ...] = get_args(SplitKind)
 
 TEST_FRACTION = 0.2
-"""Share of the spectra that ``random`` holds out for testing; the published loaders also split 80/20."""
+"""Share of the spectra that ``random`` and ``area`` hold out for testing; the published loaders also split 80/20."""
 
 BLOCK, EVERY = 10, 4
 """``blocked`` holds out every fourth block of ten consecutive spectra for testing."""
 
-AREAS, TEST_AREAS = 10, 2
-"""``area`` divides the region into so many areas, and holds out so many of them for testing."""
+AREAS = 10
+"""``area`` divides the region into so many areas."""
+
+NUDGE = 1e-6
+"""``area`` moves each position by this share of the region's size, so that none is as near to one centre as to another.
+Rounding, which differs between machines, would decide about such a position."""
 
 VALIDATION_FRACTION = 0.1
 """Share of the training part that is set aside to choose the best checkpoint. The test part chooses nothing."""
-
 
 GUARD_MOST = 100.0
 """Largest guard, wavelengths."""
@@ -83,14 +87,14 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
     - ``random`` draws 20 % of the spectra for testing.
     - ``blocked`` holds out every fourth block of ten consecutive spectra.
     - ``area`` divides the positions into ten areas by k-means, each the positions nearest to a centre, and holds out
-      two of them, whatever the order of measurement.
+      areas with about a fifth of the spectra, whatever the order of measurement.
 
     Measured positions follow a path. With ``random``, and with the index files of most folders, the spectra recorded
     just before and after a test spectrum are therefore in the training part. With ``blocked`` this happens only at the
     ends of a block, and with ``area`` at the borders of an area, unless the path comes back.
 
-    The validation part is 10 % of the training part; with ``blocked`` it consists of whole blocks, with ``area`` of one
-    area.
+    The validation part is 10 % of the training part; with ``blocked`` it consists of whole blocks, with ``area`` of
+    whole areas.
 
     Args:
         dataset: the spectra.
@@ -135,20 +139,23 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
             )
     elif kind == "random":
         order = generator.permutation(count)
-        held_out = round(TEST_FRACTION * count)
-        known, test = np.sort(order[held_out:]), np.sort(order[:held_out])
+        tested = round(TEST_FRACTION * count)
+        known, test = np.sort(order[tested:]), np.sort(order[:tested])
     else:
-        block = _areas(dataset, seed) if kind == "area" else block
-        held_out_block = block < TEST_AREAS if kind == "area" else block % EVERY == 1
-        known, test = np.flatnonzero(~held_out_block), np.flatnonzero(held_out_block)
+        block = _areas(dataset, generator) if kind == "area" else block
+        held_out = _about(TEST_FRACTION, block, generator) if kind == "area" else block % EVERY == 1
+        known, test = np.flatnonzero(~held_out), np.flatnonzero(held_out)
 
     unit = block[known] if kind in ("blocked", "area") else known
-    units = np.unique(unit)
-    chosen = generator.permutation(units)[: max(1, round(VALIDATION_FRACTION * len(units)))]
-    in_validation = np.isin(unit, chosen)
+    if kind == "area":
+        in_validation = _about(VALIDATION_FRACTION, unit, generator)
+    else:
+        units = np.unique(unit)
+        chosen = generator.permutation(units)[: max(1, round(VALIDATION_FRACTION * len(units)))]
+        in_validation = np.isin(unit, chosen)
     train, validation = known[~in_validation], known[in_validation]
     if guard:
-        train, validation = (_guarded(dataset, part, test, guard) for part in (train, validation))
+        train, validation = _guarded(dataset, train, validation, test, guard, kind)
     if train_size is not None:
         if train_size > len(train):
             raise InputError(f"{dataset.folder}: expected {train_size} spectra to train on, found {len(train)}")
@@ -165,42 +172,73 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
 
 
 def _guarded(
-    dataset: Dataset, known: Int[np.ndarray, " n"], test: Int[np.ndarray, " K"], guard: float
-) -> Int[np.ndarray, " m"]:
-    """The known spectra that are at least ``guard`` wavelengths from every test position.
+    dataset: Dataset,
+    train: Int[np.ndarray, " n_train"],
+    validation: Int[np.ndarray, " n_validation"],
+    test: Int[np.ndarray, " n_test"],
+    guard: float,
+    kind: SplitKind,
+) -> list[Int[np.ndarray, " n"]]:
+    """The training and the validation spectra that are at least ``guard`` wavelengths from every test position.
 
     Raises:
-        InputError: there are none.
+        InputError: one of the two parts would be empty.
     """
     from scipy.spatial import cKDTree
 
-    if not (len(known) and len(test)):
-        return known
-    distance = cKDTree(dataset.positions[test]).query(dataset.positions[known])[0] / dataset.wavelength
-    if (distance < guard).all():
+    if not (len(train) and len(validation) and len(test)):
+        return [train, validation]  # too few spectra, which the caller says
+    tested = cKDTree(dataset.positions[test])
+    away = [tested.query(dataset.positions[part])[0] / dataset.wavelength for part in (train, validation)]
+    kept = [part[distance >= guard] for part, distance in zip((train, validation), away, strict=True)]
+    if not (len(kept[0]) and len(kept[1])):
+        most = floor(1000 * min(distance.max() for distance in away)) / 1000
+        possible = f"{most:g} wavelengths is the largest that does" if most else "none does"
+        hint = "" if kind == "area" else "; the split area often allows a larger one"
         raise InputError(
-            f"{dataset.folder}: expected known positions at least {guard:g} wavelengths from every test position, "
-            f"found none; the farthest is {distance.max():.3g} wavelengths from one (a smaller --guard, or the split "
-            "area, leaves more)"
+            f"{dataset.folder}: expected a guard that leaves training and validation spectra, found {guard:g} "
+            f"wavelengths, which leaves {len(kept[0])} of {len(train)} and {len(kept[1])} of {len(validation)} of "
+            f"them; {possible}{hint}"
         )
-    return known[distance >= guard]
+    return kept
 
 
-def _areas(dataset: Dataset, seed: int) -> Int[np.ndarray, " K"]:
-    """Number of the area in which each position lies, in an order that the seed draws.
+def _areas(dataset: Dataset, generator: np.random.Generator) -> Int[np.ndarray, " n"]:
+    """Number of the area in which each position lies. Spectra at the same position lie in the same area.
 
     Raises:
         InputError: there are not two positions for each area.
     """
     from sklearn.cluster import KMeans  # slow to import
 
-    places = np.unique(dataset.positions, axis=0)
+    places, place, spectra = np.unique(dataset.positions, axis=0, return_inverse=True, return_counts=True)
     if len(places) < 2 * AREAS:
         raise InputError(
             f"{dataset.folder}: expected at least {2 * AREAS} positions for the split area, found {len(places)}"
         )
-    found = KMeans(AREAS, n_init=4, random_state=seed).fit_predict(dataset.positions)
-    return np.random.default_rng(seed).permutation(AREAS)[found]
+    moved = places + NUDGE * np.ptp(places) * generator.uniform(-1, 1, places.shape)
+    means = KMeans(AREAS, n_init=4, random_state=int(generator.integers(2**31)))
+    return means.fit_predict(moved, sample_weight=spectra)[place.ravel()]
+
+
+def _about(share: float, area: Int[np.ndarray, " n"], generator: np.random.Generator) -> Bool[np.ndarray, " n"]:
+    """Choose whole areas, in an order that is drawn, that together have about a share of the spectra.
+
+    Args:
+        share: the share.
+        area: number of the area of each spectrum.
+        generator: draws the order.
+
+    Returns:
+        Whether each spectrum is in one of the chosen areas. One area at least is chosen.
+    """
+    numbers, sizes = np.unique(area, return_counts=True)
+    wanted, chosen, total = share * len(area), [], 0
+    for index in generator.permutation(len(numbers)):
+        if abs(total + sizes[index] - wanted) < abs(total - wanted):
+            chosen.append(numbers[index])
+            total += sizes[index]
+    return np.isin(area, chosen or numbers[sizes.argmin()])
 
 
 class SplitFile(Struct, frozen=True, forbid_unknown_fields=True):

@@ -1,4 +1,4 @@
-"""Check whether a folder is a valid NeRF² dataset, and whether its own split leaks."""
+"""Check whether a folder is a valid NeRF² dataset, and whether a split of it leaks."""
 
 from __future__ import annotations
 
@@ -10,9 +10,11 @@ import numpy as np
 from jaxtyping import Float
 
 from learn.data.split_distances import SplitDistances
+from learn.data.splits import GUARD_MOST, PARTS, SPLITS, Split, SplitKind
+from learn.data.splits import split as split_of
 from learn.evaluation.leakage import Leakage, leakage
 from learn.evaluation.picture_doubts import picture_doubts
-from scenes.files.errors import require_path
+from scenes.files.errors import ParameterError, require_path, require_seed, require_within, require_word
 from scenes.scene.description import boresight_of
 from scenes.scene.shapes import bounding_box
 from simulate.dataset.bearings import bearing_of
@@ -35,8 +37,10 @@ class Check:
         problems: one sentence for each fault that makes the folder unusable.
         warnings: one sentence for each other fault, for example that the split leaks.
         dataset: the dataset. None: there are problems.
-        leakage: how near and how similar the test spectra are to training spectra. None: there are problems, or the
-            training or the test part is empty.
+        leakage: how near and how similar the test spectra are to known ones. None: there are problems, or no spectra
+            are known or tested.
+        split: the name of the split that was asked for. None: the folder's own.
+        parts: the split that was asked for. None: there are problems, or it is the folder's own.
 
     Example:
         >>> import bisplat
@@ -49,6 +53,8 @@ class Check:
     warnings: list[str]
     dataset: Dataset | None
     leakage: Leakage | None
+    split: SplitKind | None = None
+    parts: Split | None = None
 
     @property
     def valid(self) -> bool:
@@ -57,12 +63,12 @@ class Check:
 
     @property
     def distances(self) -> SplitDistances | None:
-        """Distances of the folder's own split. None: there are problems, or it has no training or no test part."""
-        dataset = self.dataset
-        if dataset is None or not (len(dataset.train) and len(dataset.test)):
+        """Distances of the split. None: there are problems, or no spectra are known or tested."""
+        if self.dataset is None or self.leakage is None:
             return None
-        positions = dataset.positions
-        return SplitDistances.between(positions[dataset.train], positions[dataset.test], dataset.wavelength)
+        positions, parts = self.dataset.positions, self.parts
+        known, test = (self.dataset.train, self.dataset.test) if parts is None else (parts.known, parts.test)
+        return SplitDistances.between(positions[known], positions[test], self.dataset.wavelength)
 
     def description(self) -> dict[str, str]:
         """Describe the dataset in words.
@@ -83,7 +89,7 @@ class Check:
             responses = "yes"
         return {
             "spectra": str(len(dataset.names)),
-            "training / test": f"{len(dataset.train)} / {len(dataset.test)}",
+            **self._sizes(dataset),
             "positions (m)": " to ".join(str(corner.round(3).tolist()) for corner in corners),
             "gateway at (m)": str(dataset.gateway_position.round(3).tolist()),
             "gateway looks along": str(boresight_of(dataset.gateway_orientation).round(3).tolist()),
@@ -97,9 +103,29 @@ class Check:
             "order": "by number, taken for the order of measurement",
             "left unexplained": "not computed" if residual is None else f"{residual:.2f} grey levels of 255 (median)",
             "complex responses": responses,
-            "split": self.leakage.facts() if self.leakage is not None else "none",
+            "split": self.split or "the folder's own",
+            "copying the nearest": self.leakage.similarity() if self.leakage is not None else "none",
             "test positions": "none" if self.distances is None else self.distances.sentence(),
         }
+
+    def _sizes(self, dataset: Dataset) -> dict[str, str]:
+        if self.parts is None:
+            return {"training / test": f"{len(dataset.train)} / {len(dataset.test)}"}
+        sizes = (self.parts.train, self.parts.validation, self.parts.test)
+        return {"training / validation / test": " / ".join(str(len(part)) for part in sizes)}
+
+    def split_figures(self) -> dict[str, Any]:
+        """Sizes and distances of the split, as ``bisplat check --json`` prints them.
+
+        Returns:
+            The numbers of spectra "train", "validation" and "test" (the folder's own split has no "validation"), and
+            those of ``SplitDistances.facts``; empty if there are problems.
+        """
+        if self.dataset is None:
+            return {}
+        parts: Dataset | Split = self.parts or self.dataset
+        sizes = {part: len(getattr(parts, part)) for part in PARTS if hasattr(parts, part)}
+        return {"kind": self.split or "files", **sizes, **(self.distances.facts() if self.distances else {})}
 
     def beamformer(self) -> dict[str, Any]:
         """Frequency, array and grid of the dataset, as ``bisplat check --json`` prints them.
@@ -119,16 +145,24 @@ class Check:
         }
 
 
-def check(folder: Path | str) -> Check:
-    """Check a NeRF² dataset folder, and whether its own split leaks.
+def check(folder: Path | str, split: SplitKind | None = None, guard: float = 0.0, seed: int = 0) -> Check:
+    """Check a NeRF² dataset folder, and whether its own split, or another one, leaks.
 
     An invalid folder raises no error; the result lists its faults.
 
     Args:
         folder: the dataset's folder.
+        split: the split, as ``train`` would make it. None: the folder's own, without a validation part.
+        guard: known positions nearer than this to a test position are left out of ``split``, wavelengths.
+        seed: seed of ``split``.
 
     Returns:
         All problems and warnings, and a description of the dataset.
+
+    Raises:
+        InputError: the dataset has too few spectra for ``split`` and ``guard``.
+        ParameterError: no split has this name; the guard or the seed is out of its range; or one is given without a
+            split.
 
     Example:
         >>> found = check("data/lab")
@@ -136,17 +170,35 @@ def check(folder: Path | str) -> Check:
         (True, [])
         >>> check("data/nothing").valid
         False
+        >>> check("data/lab", "blocked").split_figures()["test"]
+        10
     """
     require_path(folder=folder)
+    require_seed(seed=seed)
+    require_within(0, GUARD_MOST, "wavelengths", guard=guard)
+    if split is not None:
+        require_word(SPLITS, split=split)
+    for name, value in (("guard", guard), ("seed", seed)):
+        if value and split is None:
+            raise ParameterError(name, f"expected a split beside it, found {value:g}")
     inspection = inspect(Path(folder))
-    split_leakage = None if inspection.dataset is None else leakage(inspection.dataset)
-    warnings = list(inspection.warnings)
-    if split_leakage is not None and split_leakage.leaks:
-        warnings.append(split_leakage.warning())
-    if inspection.dataset is not None:
-        warnings += picture_doubts(inspection.dataset)
-        warnings += inspection.dataset.assumptions()
-    return Check(inspection.problems, warnings, inspection.dataset, split_leakage)
+    dataset = inspection.dataset
+    parts = None if dataset is None or split is None else split_of(dataset, split, seed, guard=guard)
+    found = Check(
+        inspection.problems,
+        list(inspection.warnings),
+        dataset,
+        None if dataset is None else leakage(dataset, parts),
+        split,
+        parts,
+    )
+    if found.leakage is not None and found.leakage.leaks:
+        found.warnings.append(found.leakage.warning())
+    elif parts is not None and found.distances is not None and (near := found.distances.warning()):
+        found.warnings.append(near)
+    if dataset is not None:
+        found.warnings.extend([*picture_doubts(dataset), *dataset.assumptions()])
+    return found
 
 
 def _angles(degrees: Float[np.ndarray, " n"], source: str) -> str:

@@ -9,6 +9,7 @@ from jaxtyping import Float
 from scipy.spatial import cKDTree
 
 from learn.data.metrics import ssim_of_each
+from learn.data.splits import Split
 from simulate.dataset.dataset_folder import Dataset
 from simulate.spectra.spectrum import evenly, spectrum_of
 
@@ -21,11 +22,13 @@ COMPARED, AT_ONCE = 2000, 100
 
 @dataclass(frozen=True)
 class Leakage:
-    """K test spectra compared with the spectra at their nearest training positions.
+    """K test spectra compared with the spectra at their nearest known positions.
+
+    Known positions are those of the training and the validation part. A folder's own split has no validation part.
 
     Attributes:
-        distance: [K] distance from each test position to the nearest training position, metres.
-        ssim: [K] SSIM of each test spectrum and the spectrum at the nearest training position, at most 1.
+        distance: [K] distance from each test position to the nearest known position, metres.
+        ssim: [K] SSIM of each test spectrum and the spectrum at the nearest known position, at most 1.
 
     Example:
         >>> found = Leakage(distance=np.array([0.02, 0.01, 0.03]), ssim=np.array([0.95, 0.97, 0.6]))
@@ -38,7 +41,7 @@ class Leakage:
 
     @property
     def ssim_median(self) -> float:
-        """Median SSIM of predicting each test spectrum by a copy of the nearest training spectrum."""
+        """Median SSIM of predicting each test spectrum by a copy of the nearest known spectrum."""
         return float(np.median(self.ssim))
 
     @property
@@ -49,35 +52,41 @@ class Leakage:
     def facts(self) -> str:
         """Distances and similarity in one sentence."""
         distance_median, distance_p90 = 100 * np.quantile(self.distance, [0.5, 0.9])
-        ssim_p10, ssim_p90 = np.quantile(self.ssim, [0.1, 0.9])
         return (
-            f"half of the test positions have a training position within {distance_median:.1f} cm (nine of ten within "
-            f"{distance_p90:.1f} cm), and copying its spectrum scores a median SSIM of {self.ssim_median:.3f} (eight "
-            f"of ten between {ssim_p10:.3f} and {ssim_p90:.3f})"
+            f"half of the test positions have a known position within {distance_median:.1f} cm (nine of ten within "
+            f"{distance_p90:.1f} cm), and copying its spectrum "
+            f"scores {self.similarity()}"
         )
 
+    def similarity(self) -> str:
+        """The SSIM of copying the nearest known spectrum in words."""
+        ssim_p10, ssim_p90 = np.quantile(self.ssim, [0.1, 0.9])
+        return f"a median SSIM of {self.ssim_median:.3f} (eight of ten between {ssim_p10:.3f} and {ssim_p90:.3f})"
+
     def warning(self) -> str:
-        """The same, with what follows if the split leaks."""
+        """Distances and similarity, with what follows if the split leaks."""
         return (
             f"{self.facts()}; a score on this split says little about new positions: use the split blocked (from 21 "
             "spectra on)"
         )
 
 
-def leakage(dataset: Dataset) -> Leakage | None:
-    """Leakage of a dataset's own split, as train_index.txt and test_index.txt define it.
+def leakage(dataset: Dataset, parts: Split | None = None) -> Leakage | None:
+    """Leakage of a split of a dataset.
 
     Args:
         dataset: a dataset.
+        parts: the split. None: the dataset's own, as train_index.txt and test_index.txt define it.
 
     Returns:
-        Distance and similarity of at most ``COMPARED`` test spectra. None: the training or the test part is empty.
+        Distance and similarity of at most ``COMPARED`` test spectra. None: no spectra are known, or none are tested.
     """
-    if not (len(dataset.train) and len(dataset.test)):
+    known, tested = (dataset.train, dataset.test) if parts is None else (parts.known, parts.test)
+    if not (len(known) and len(tested)):
         return None
-    test = evenly(dataset.test, COMPARED)
-    distance, nearest = cKDTree(dataset.positions[dataset.train]).query(dataset.positions[test])
-    copied = dataset.train[nearest]
+    test = evenly(tested, COMPARED)
+    distance, nearest = cKDTree(dataset.positions[known]).query(dataset.positions[test])
+    copied = known[nearest]
     similar = np.empty(len(test))
     for some in np.array_split(np.arange(len(test)), -(-len(test) // AT_ONCE)):
         copies, truth = (spectrum_of(dataset.pictures[indices[some]]) for indices in (copied, test))

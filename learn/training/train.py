@@ -81,7 +81,7 @@ def train(
             "mlp-responses", "nerf2" or "swiftwrf" (documentation, The models); or your own subclass of
             ``bisplat.SpectrumModel`` as "module:Class", in the current folder or on Python's path.
         split: how the test part is chosen: "files" (the folder's index files), "random" (a random fifth), "blocked"
-            (every fourth block of ten consecutive spectra) or "area" (two of ten areas of the region).
+            (every fourth block of ten consecutive spectra) or "area" (connected areas with a fifth).
         guard: known positions nearer than this to a test position are left out, wavelengths.
         seed: seed of the split, the initial weights and the order of the spectra.
         options: options of the model that differ from its defaults, such as ``{"primitives": 250}``.

@@ -131,7 +131,10 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials("view closet", ["--positions places.csv"], "learn.view.session:Session"),
     ],
     "demo": _trials("demo", ["-o out", "-n 20", "--steps 2"], "bisplat.commands.demo_run:demo"),
-    "check": _trials("check data", ["--json"]),
+    "check": [
+        *_trials("check data", ["--json", "--split random"]),
+        *_trials("check data --split random", ["--guard 1", "--seed 1"]),
+    ],
     "convert": [
         *_trials("convert measured -o out", [("-o out2", "-o out")]),
         Trial("convert turned -o out --flip-elevation False", "--flip-elevation True", "--flip-elevation False"),

@@ -90,6 +90,8 @@ REFUSED: dict[str, str] = {
     "calibrate closet data -o out --patches 9": "--patches: expected --diffuse with it",
     "export data": "expected one of --output, --hdf5, --deepmimo, found none",
     "export data --hdf5 out.h5 --deepmimo out": "expected one of --output, --hdf5, --deepmimo, found --hdf5 and",
+    "check data --guard 0.5": "--guard: expected --split beside it, found none",
+    "check data --seed 1": "--seed: expected --split beside it, found none",
     "check data --json --json": "--json: expected once, with all its values, found 2 times",
 }
 """Calls with an option that can do nothing there, and the beginning of what they say."""

@@ -88,7 +88,11 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
         ),
         "read_dataset": Call(bisplat.read_dataset, {}, {"folder": (*PATH, "nowhere")}),
         "load_run": Call(bisplat.load_run, {}, {"folder": (*PATH, "nowhere")}),
-        "check": Call(bisplat.check, {}, {"folder": PATH}),
+        "check": Call(
+            bisplat.check,
+            {"folder": data, "split": "random"},
+            {"folder": PATH, "split": ("x", 3, ["files"]), "guard": (*NUMBER, -1), "seed": SEED},
+        ),
         "simulate": Call(
             bisplat.simulate,
             {"scene": scene, "output": "out", "n": 2},

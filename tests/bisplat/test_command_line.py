@@ -55,7 +55,7 @@ def test_check_of_a_good_folder(command, tiny):
     assert status == 0 and err == ""
     found = json.loads(out)
     assert found.keys() == {
-        "valid", "spectra", "problems", "warnings", "frequency", "array", "grid", "fit_residual_grey_levels",
+        "valid", "spectra", "problems", "warnings", "split", "frequency", "array", "grid", "fit_residual_grey_levels",
     }  # fmt: skip
     assert found["array"] == {"rows": 4, "columns": 4, "spacing": 0.5, "source": "fitted"}
     grid = {"elevation_first_deg": 0.0, "elevation_step_deg": 1.0, "azimuth_step_deg": 1.0, "source": "fitted"}

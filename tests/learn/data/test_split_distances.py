@@ -1,5 +1,6 @@
 """Distances from test positions to known ones, and the guard and the areas that keep them apart."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -55,9 +56,32 @@ def test_a_guard_out_of_range_is_refused(line, guard):
         split(line, "files", 0, guard=guard)
 
 
-def test_a_guard_that_leaves_nothing_is_refused(line):
-    with pytest.raises(InputError, match="at least 50 wavelengths from every test position, found none; the farthest"):
+def test_a_guard_that_leaves_nothing_is_refused_with_the_largest_that_works(line):
+    parts = split(line, "files", 0)
+    with pytest.raises(InputError, match="found 50 wavelengths, which leaves 0 of 27 and 0 of 3 of them; ") as refused:
         split(line, "files", 0, guard=50.0)
+    # Position 30 is tested, and each part has to keep its farthest position from there.
+    apart = 0.3 * WAVELENGTH / line.wavelength
+    most = float(re.search("; (.*) wavelengths is the largest that does", str(refused.value))[1])
+    assert most == pytest.approx(apart * min(30 - parts.train.min(), 30 - parts.validation.min()), abs=1e-3)
+    left = split(line, "files", 0, guard=most)
+    assert len(left.train) and len(left.validation)
+
+
+def test_a_guard_that_empties_the_validation_part_alone_names_its_limit(line):
+    parts = split(line, "files", 0)
+    farthest = 0.3 * WAVELENGTH / line.wavelength * (30 - parts.validation.min())
+    assert parts.train.min() < parts.validation.min()  # so that training spectra are left
+    with pytest.raises(InputError, match="and 0 of 3 of them; ") as refused:
+        split(line, "files", 0, guard=farthest + 0.01)
+    assert "leaves 0 of 27" not in str(refused.value)
+    assert float(str(refused.value).split("; ")[1].split()[0]) == pytest.approx(farthest, abs=1.1e-3)
+
+
+def test_no_guard_works_if_all_known_positions_are_tested(line):
+    same = replace(line, positions=np.tile(line.positions[:10], (4, 1)))
+    with pytest.raises(InputError, match="none does"):
+        split(same, "files", 0, guard=0.5)
 
 
 def test_areas_are_apart_from_one_another(square):
@@ -66,9 +90,46 @@ def test_areas_are_apart_from_one_another(square):
     assert 0.1 < len(parts.test) / 300 < 0.35 and len(parts.validation) > 10
     at_random, by_area = distances(square, kind="random", seed=3), distances(square, kind="area", seed=3)
     assert np.median(by_area.distance) > 2.5 * np.median(at_random.distance)
-    # An area is the positions nearest to its centre, so that the mean of a test area is nearer to them than to others.
     assert np.array_equal(split(square, "area", seed=3).test, parts.test)
     assert not np.array_equal(split(square, "area", seed=4).test, parts.test)
+
+
+@pytest.fixture(scope="module")
+def places() -> dict:
+    """Positions of many kinds: even, along a walk, in an L, on a grid, mostly in one corner, and each six times."""
+    draw = np.random.default_rng(1)
+    corner = draw.uniform(0, 5, (900, 3)) * [1, 1, 0]
+    return {
+        "box": draw.uniform(0, 3, (300, 3)),
+        "line": np.outer(np.arange(100), [0.05, 0, 0]),
+        "walk": np.cumsum(draw.normal(0, 0.02, (400, 3)), axis=0),
+        "l": corner[(corner[:, 0] < 1.5) | (corner[:, 1] < 1.5)],
+        "grid": np.stack(np.meshgrid(np.arange(15), np.arange(15), [0.0]), axis=-1).reshape(-1, 3) / 10,
+        "uneven": np.concatenate([draw.normal(0, 0.1, (200, 3)), draw.uniform(0, 3, (100, 3))]),
+        "repeated": np.repeat(draw.uniform(0, 3, (25, 3)), 6, axis=0),
+    }
+
+
+@pytest.mark.parametrize("kind", ["box", "line", "walk", "l", "grid", "uneven", "repeated"])
+def test_areas_hold_out_about_a_fifth_of_any_positions(places, kind):
+    at = places[kind]
+    dataset = dataset_of(at, np.ones((len(at), 16), complex))
+    for seed in range(3):
+        parts = split(dataset, "area", seed)
+        assert 0.14 < len(parts.test) / len(at) < 0.27 and 0.04 < len(parts.validation) / len(parts.known) < 0.21
+        assert sorted([*parts.known, *parts.test]) == list(range(len(at)))
+        for first, second in (("train", "test"), ("train", "validation"), ("validation", "test")):
+            one, other = ({tuple(place) for place in at[getattr(parts, part)]} for part in (first, second))
+            assert not one & other  # no place is in two parts
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_rounding_does_not_decide_about_areas(places, seed):
+    """Positions of a grid are as near to one centre as to another. Another origin rounds all distances otherwise."""
+    here = places["grid"]
+    there = here + np.array([1.7, -0.3, 0.9])
+    one, other = (split(dataset_of(at, np.ones((len(at), 16), complex)), "area", seed) for at in (here, there))
+    assert np.array_equal(one.test, other.test) and np.array_equal(one.validation, other.validation)
 
 
 def test_too_few_places_for_areas_are_refused(line):

@@ -1,6 +1,11 @@
 """A dataset folder is checked without an error, whatever is wrong with it."""
 
+import numpy as np
+import pytest
+
+from learn.data.splits import split
 from learn.evaluation.check import check
+from scenes.files.errors import InputError, ParameterError
 
 
 def test_check_of_a_good_folder_describes_it(tiny):
@@ -9,7 +14,8 @@ def test_check_of_a_good_folder_describes_it(tiny):
     assert found.leakage.distance.shape == found.leakage.ssim.shape == (5,)
     described = found.description()
     assert described["training / test"] == "19 / 5" and described["gateway looks along"] == "[0.0, 0.0, 1.0]"
-    assert described["split"] == found.leakage.facts()
+    assert described["copying the nearest"] == found.leakage.similarity()
+    assert described["test positions"] == found.distances.sentence() and described["split"] == "the folder's own"
 
 
 def test_check_of_no_folder_has_the_problem_and_nothing_else(tmp_path):
@@ -21,3 +27,47 @@ def test_check_of_no_folder_has_the_problem_and_nothing_else(tmp_path):
 def test_split_that_leaks_is_a_warning(tmp_path, write_folder):
     found = check(write_folder(tmp_path / "path", count=60))
     assert found.valid and found.leakage.leaks and found.warnings == [found.leakage.warning()]
+
+
+def test_check_of_another_split_tells_what_train_would_use(tmp_path, write_folder):
+    folder = write_folder(tmp_path / "path", count=60)
+    found = check(folder, "blocked", seed=2)
+    parts = split(found.dataset, "blocked", 2)
+    assert np.array_equal(found.parts.test, parts.test) and np.array_equal(found.parts.train, parts.train)
+    positions = found.dataset.positions
+    each = np.linalg.norm(positions[parts.test][:, None] - positions[parts.known], axis=-1).min(axis=1)
+    assert found.distances.distance == pytest.approx(each)
+    figures = found.split_figures()
+    assert [figures[part] for part in ("kind", "train", "validation", "test")] == ["blocked", 30, 10, 20]
+    assert figures["test_to_known_least_m"] == pytest.approx(each.min(), abs=1e-4)
+    assert figures["test_nearer_than_half_a_wavelength"] == (each < found.dataset.wavelength / 2).sum()
+    assert found.description()["training / validation / test"] == "30 / 10 / 20"
+
+
+def test_check_of_another_split_warns_once_of_near_positions(tmp_path, write_folder):
+    folder = write_folder(tmp_path / "path", count=60)
+    near = check(folder, "blocked")
+    assert not near.leakage.leaks and near.warnings == [near.distances.warning()]
+    leaking = check(folder, "random")
+    assert leaking.leakage.leaks and leaking.warnings == [leaking.leakage.warning()]
+
+
+def test_a_guard_changes_what_check_finds(tmp_path, write_folder):
+    folder = write_folder(tmp_path / "path", count=60)
+    least = check(folder, "blocked").distances.distance.min()
+    wavelength = check(folder).dataset.wavelength
+    guarded = check(folder, "blocked", guard=1.01 * least / wavelength)
+    assert guarded.distances.distance.min() > 1.01 * least * (1 - 1e-9)
+    with pytest.raises(InputError, match="expected a guard that leaves training and validation spectra"):
+        check(folder, "blocked", guard=100)
+
+
+def test_a_guard_or_a_seed_needs_a_split(tiny):
+    for name, value in (("guard", 0.5), ("seed", 1)):
+        with pytest.raises(ParameterError, match=f"^{name}: expected a split beside it"):
+            check(tiny, **{name: value})
+
+
+def test_an_invalid_folder_has_no_split(tmp_path):
+    found = check(tmp_path / "nowhere", "random")
+    assert found.problems and found.parts is None and found.split_figures() == {}
