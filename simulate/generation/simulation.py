@@ -156,6 +156,9 @@ def request_for(scene: Scene | str | Path, content: Simulation, engine: Engine, 
             f"{scene.name}: expected a scene of one gateway, found {len(scene.by_gateway())}; simulate each scene of "
             "scene.by_gateway() into a folder of its own"
         )
+    few = too_few_elements(PlanarArray.of(scene.gateway))
+    if few is not None:
+        say(f"warning: {scene.name}: {few}, so they are not scored; powers and responses tell more")
     given = content.positions
     if given is None:
         points, how = (
