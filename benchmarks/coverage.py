@@ -5,7 +5,7 @@ python benchmarks/coverage.py data/rfid-s23-160 --json > runs/coverage.json
 Each method learns from known spectra in a part of a region, and is tested everywhere: in an L-shaped room with one wing
 unknown, and in the lab and the closet with 60 % of their length known, all by rays; and on the measured sample with the
 split ``blocked``. A row is a band of the distance from a test position to the nearest known one, in wavelengths: how
-many test spectra it has, the share of their values within the stated 90 % interval, and the mean of half its width.
+many test spectra it has, the share of their values within the stated 90 % interval, and its mean width.
 The datasets and the runs are kept in a folder for the next call.
 """
 
@@ -112,7 +112,7 @@ def rows(name: str, method: str, run: Run, others: list[Run]) -> dict[str, Any]:
     deviation = (together or run).deviation(positions)
     prediction = together.predict(positions) if together else run.predict(positions).spectra
     if deviation is None:
-        return {f"{name}, {method}": {"spectra": len(test), "share": None, "half width": None}}
+        return {f"{name}, {method}": {"spectra": len(test), "share": None, "width": None}}
     within = np.abs(pixel_errors(prediction, truth)) <= NORMAL * deviation[:, None]
     distance = nearest_known(data.positions[parts.known], positions, data.wavelength)
     found = {}
@@ -123,7 +123,7 @@ def rows(name: str, method: str, run: Run, others: list[Run]) -> dict[str, Any]:
             found[f"{name}, {method}, {limits}"] = {
                 "spectra": int(band.sum()),
                 "share": round(float(within[band].mean()), 3),
-                "half width": round(float(NORMAL * deviation[band].mean()), 3),
+                "width": round(float(2 * NORMAL * np.nanmean(deviation[band])), 3),
             }
     return found
 

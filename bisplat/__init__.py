@@ -48,7 +48,7 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted({*globals(), *_listed()})
+    return sorted({*(name for name in globals() if name.startswith("__")), *_listed()})
 
 
 def _listed() -> list[str]:

@@ -4,7 +4,9 @@ from learn.comparison.ablate import ablate as ablate
 from learn.comparison.compare import compare as compare
 from learn.comparison.sweep import sweep as sweep
 from learn.data.metrics import aoa_error as aoa_error
+from learn.data.metrics import score as score
 from learn.data.metrics import ssim as ssim
+from learn.data.splits import split as split
 from learn.evaluation.check import check as check
 from learn.evaluation.crossvalidate import crossvalidate as crossvalidate
 from learn.evaluation.evaluate import evaluate as evaluate

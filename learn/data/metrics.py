@@ -52,16 +52,23 @@ class Scores:
         }
 
 
-def score(prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K 90 360"], grid: AngularGrid) -> Scores:
-    """Score predicted spectra.
+def score(
+    prediction: Float[np.ndarray, "*batch 90 360"],
+    truth: Float[np.ndarray, "*batch 90 360"],
+    grid: AngularGrid = AngularGrid(),
+) -> Scores:
+    """Score predicted spectra as all tables of this project do.
 
     Args:
-        prediction: predicted spectra, 0…1.
-        truth: true spectra, 0…1: the grey levels of a dataset's pictures divided by 255.
-        grid: the dataset's grid, which gives the directions of arrival.
+        prediction: a spectrum [90, 360] or a stack of spectra [..., 90, 360], 0…1.
+        truth: true spectra of the same shape, 0…1: the grey levels of a dataset's pictures divided by 255.
+        grid: the directions of rows and columns, ``dataset.grid``. The default is that of the NeRF² format.
 
     Returns:
-        All scores, computed in double precision.
+        The scores of each spectrum, computed in double precision.
+
+    Raises:
+        ParameterError: the arrays have other shapes, or hold grey levels instead of numbers from 0 to 1.
 
     Example:
         >>> truth = np.zeros((2, 90, 360))
@@ -72,7 +79,9 @@ def score(prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K
         >>> scores.ssim.round(3).tolist()[0], scores.psnr.tolist()[0], scores.aoa_error.round(3).tolist()
         (1.0, 100.0, [0.0, 10.0])
     """
-    prediction, truth = prediction.astype(np.float64), truth.astype(np.float64)
+    require_instance(AngularGrid, grid=grid)
+    pair = _pair(prediction, truth)
+    prediction, truth = (each.reshape(-1, ROWS, COLUMNS).astype(np.float64) for each in pair)
     squared_error = ((prediction - truth) ** 2).mean(axis=(1, 2))
     return Scores(
         ssim=ssim(prediction, truth),

@@ -71,7 +71,7 @@ class SplitDistances:
             return None
         return (
             f"{self.near} of {len(self.distance)} test positions are nearer than half a wavelength to a known one, so "
-            "copying predicts part of their spectra; --guard 0.5 leaves such known positions out"
+            "copying predicts part of their spectra; training with --guard 0.5 leaves such known positions out"
         )
 
 

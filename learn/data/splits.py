@@ -12,7 +12,15 @@ import numpy as np
 from jaxtyping import Int
 from msgspec import Struct
 
-from scenes.files.errors import InputError, require_seed, require_whole, require_within, require_word, shown
+from scenes.files.errors import (
+    InputError,
+    require_instance,
+    require_seed,
+    require_whole,
+    require_within,
+    require_word,
+    shown,
+)
 from scenes.files.input_file import MEGABYTE, read_text
 from scenes.files.json_file import parse_json
 from scenes.files.schema import conform
@@ -107,7 +115,10 @@ def split(dataset: Dataset, kind: SplitKind, seed: int, train_size: int | None =
         >>> parts.test.tolist()
         [10, 11, 12, 13, 14, 15, 16, 17, 18, 19]
     """
-    require_word(SPLITS, split=kind)
+    from simulate.dataset.dataset_folder import Dataset  # slow to import
+
+    require_instance(Dataset, dataset=dataset)
+    require_word(SPLITS, kind=kind)
     require_seed(seed=seed)
     if train_size is not None:
         require_whole(1, MOST_POSITIONS, train_size=train_size)

@@ -77,6 +77,13 @@ class CrossValidation:
     scores: Scores
     correlation: Float[np.ndarray, " K"] | None
 
+    def __len__(self) -> int:
+        return len(self.positions)
+
+    def __repr__(self) -> str:
+        median = np.median(self.scores.ssim)
+        return f"CrossValidation({self.run_name!r}: {len(self)} positions, median SSIM {median:.3f})"
+
     def metrics(self) -> dict[str, Any]:
         """Medians and means over the K spectra.
 

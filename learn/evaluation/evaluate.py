@@ -67,6 +67,13 @@ class Evaluation:
     deviation: Float[np.ndarray, " K"] | None
     scores: dict[str, Scores]
 
+    def __len__(self) -> int:
+        return len(self.test)
+
+    def __repr__(self) -> str:
+        median = np.median(self.scores["model"].ssim)
+        return f"Evaluation({self.run_name!r}: {len(self)} test spectra, median SSIM {median:.3f})"
+
     @property
     def positions(self) -> Float[np.ndarray, "K 3"]:
         """[K, 3] transmitter positions of the test spectra, metres, world frame."""

@@ -20,6 +20,7 @@ from zipfile import ZIP_STORED, BadZipFile, ZipFile
 import lightning as L
 import torch
 from lightning.fabric.plugins import CheckpointIO
+from lightning.fabric.utilities.exceptions import MisconfigurationException
 from lightning.pytorch.callbacks import Callback
 from lightning.pytorch.utilities import rank_zero_only
 from torch import Tensor
@@ -39,9 +40,10 @@ LARGEST = 10**11
 
 UNREADABLE = (
     UnpicklingError, RuntimeError, OSError, EOFError, ValueError, LookupError, TypeError, AttributeError,
-    AssertionError, ArithmeticError, MemoryError, struct.error, BadZipFile,
+    AssertionError, ArithmeticError, MemoryError, struct.error, BadZipFile, MisconfigurationException,
 )  # fmt: skip
-"""Errors that torch raises on files that are damaged or hold more than plain data."""
+"""Errors that torch and Lightning raise on files that are damaged, hold more than plain data, or belong to another
+training."""
 
 
 def has_checkpoint(folder: Path) -> bool:
@@ -175,6 +177,9 @@ class Checkpoints(Callback):
         checkpoint[BEST] = {"validation_ssim": self.score, "weights": self.weights}
 
     def on_load_checkpoint(self, trainer: L.Trainer, module: L.LightningModule, checkpoint: dict[str, Any]) -> None:
+        epochs = trainer.datamodule.epochs  # type: ignore[attr-defined]
+        if sum(epochs[: checkpoint["epoch"] + 1]) != checkpoint["global_step"]:
+            raise ValueError(f"{checkpoint['global_step']} steps after {checkpoint['epoch'] + 1} validations")
         self.score, self.weights = float(checkpoint[BEST]["validation_ssim"]), checkpoint[BEST]["weights"]
         expected = {name: value.shape for name, value in module.state_dict().items()}
         found = {name: value.shape for name, value in self.weights.items()}

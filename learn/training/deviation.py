@@ -193,18 +193,28 @@ def fit_deviation(
         return None
     if gap is None or curve is None:
         return Deviation(_within(float(size_of(error.ravel()))), 0.0, len(error))
-    stated = Deviation(0.0, 1.0, len(error), over, *curve, max(nothing, LEAST))
+    nothing = max(nothing, LEAST)
+    stated = Deviation(0.0, 1.0, len(error), over, *curve, nothing)
     expected = np.maximum(np.sqrt(np.interp(gap, stated.gaps, np.square(stated.errors))), LEAST)[:, None]
     growth = float(size_of((np.abs(error) / expected).ravel()))
     if over == "variance" or growth <= 1:
-        return replace(stated, constant=LEAST, growth=min(growth, MOST))
+        return _towards_nothing(replace(stated, constant=LEAST, growth=min(growth, MOST)))
 
     def share_outside(constant: float) -> float:
         return float(np.mean(np.abs(error) > NORMAL * np.sqrt(constant**2 + expected**2)))
 
     largest = float(np.abs(error).max())
     constant = brentq(lambda c: share_outside(c) - (1 - SHARE), 0.0, largest, xtol=1e-4)
-    return replace(stated, constant=_within(float(constant)))
+    return _towards_nothing(replace(stated, constant=_within(float(constant))))
+
+
+def _towards_nothing(found: Deviation) -> Deviation:
+    """Let the curve end at the deviation of knowing nothing: at variance 1, or a wavelength beyond the largest gap."""
+    end = found.gaps[-1] + 1.0 if found.over == "distance" else 1.0
+    if end <= found.gaps[-1]:
+        return found
+    most = max(found.nothing / max(found.growth, LEAST), found.errors[-1])
+    return replace(found, gaps=[*found.gaps, end], errors=[*found.errors, min(most, MOST)])
 
 
 def _within(coefficient: float) -> float:

@@ -11,7 +11,7 @@ from jaxtyping import Float, Int
 
 from learn.training.deviation import Deviation, fit_deviation, nearest_known, pixel_errors
 from learn.training.lightning_module import Spectra
-from learn.training.run_folder import Run, uncertainty
+from learn.training.run_folder import Run, stated_deviation, uncertainty
 from learn.training.training_file import read_training
 from scenes.files.errors import InputError
 from simulate.dataset.dataset_folder import Dataset
@@ -66,7 +66,7 @@ class Ensemble:
         Returns:
             The standard deviations. None: the runs have too few validation spectra.
         """
-        return None if self._fitted is None else self.runs[0].stated(self._fitted, positions)
+        return None if self._fitted is None else stated_deviation(self.runs[0], self._fitted, positions)
 
     @cached_property
     def _data(self) -> Dataset:

@@ -52,7 +52,7 @@ def errors_over_gaps(model: SpectrumModel, dataset: Dataset, train: Int[np.ndarr
     """
     if len(train) <= LEAST_LEFT:
         return None
-    own = bool(_fields(model)) and uncertainty(model, dataset.positions[train[:1]]) is not None
+    own = interpolates(model) and uncertainty(model, dataset.positions[train[:1]]) is not None
     if not own:
         train = evenly(train, REFERENCE)
         region, beamformer = model.region.cpu().numpy(), dataset.beamformer
@@ -103,6 +103,11 @@ def knowing_nothing(
         far = np.flatnonzero(distance >= min(UNRELATED * dataset.wavelength, distance.max()))
         sizes.append(size_of(pixel_errors(np.broadcast_to(spectrum, truth[far].shape), truth[far]).ravel()))
     return float(np.sqrt(np.mean(np.square(sizes))))
+
+
+def interpolates(model: SpectrumModel) -> bool:
+    """Whether a model interpolates known spectra, so that it can do so without some of them."""
+    return bool(_fields(model))
 
 
 def _fields(model: SpectrumModel) -> list[KrigedField]:

@@ -150,6 +150,8 @@ class Run:
         >>> run = bisplat.load_run("runs/lab")
         >>> run.name, run.config.model
         ('lab', 'helmholtz')
+        >>> run
+        Run('runs/lab': helmholtz, split files, seed 0)
         >>> prediction = run.predict([[2.5, 3.0, 1.2], [2.6, 3.0, 1.2]])  # metres
         >>> prediction.spectra.shape
         (2, 90, 360)
@@ -160,6 +162,9 @@ class Run:
     beamformer: Beamformer
     model: SpectrumModel
     dataset_sha256: str | None = None
+
+    def __repr__(self) -> str:
+        return f"Run({str(self.folder)!r}: {self.config.model}, split {self.config.split}, seed {self.config.seed})"
 
     @property
     def name(self) -> str:
@@ -220,29 +225,7 @@ class Run:
             True
         """
         points, found = check_points(positions), read_training(self.folder).deviation
-        return None if found is None else self.stated(found, points)
-
-    def stated(self, deviation: Deviation, points: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, " K"]:
-        """The standard deviations at positions, nan where nothing is known.
-
-        Args:
-            deviation: that of this run, or of an ensemble of which it is the first run.
-            points: positions, metres.
-        """
-        known = read_known_positions(self.folder)
-        if known is None:  # an older version trained this run
-            return deviation.at(uncertainty(self.model, points), len(points))
-        wavelength = float(self.model.wavelength)
-        distance, farthest = nearest_known(known, points, wavelength), reach(known, wavelength)
-        gap = distance if deviation.over == "distance" else uncertainty(self.model, points)
-        beyond = distance > farthest
-        if beyond.any():
-            say(
-                f"warning: {self.folder}: {int(beyond.sum())} of {len(points)} positions are more than "
-                f"{farthest * wavelength:.3g} m from everything that the run knows; how far predictions are off there "
-                "is unknown, and the deviation is nan"
-            )
-        return np.where(beyond, np.nan, deviation.at(gap, len(points)))
+        return None if found is None else stated_deviation(self, found, points)
 
     def dataset(self) -> Dataset:
         """Read the dataset of this run from the folder in which it was at the training.
@@ -307,6 +290,30 @@ class Run:
         """
         require_instance(Dataset, dataset=dataset)
         return read_split(self.folder / "split.json", dataset.names, dataset.folder)
+
+
+def stated_deviation(run: Run, deviation: Deviation, points: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, " K"]:
+    """The standard deviations at positions, nan where nothing is known.
+
+    Args:
+        run: a run.
+        deviation: that of this run, or of an ensemble of which it is the first run.
+        points: positions, metres.
+    """
+    known = read_known_positions(run.folder)
+    if known is None:  # an older version trained this run
+        return deviation.at(uncertainty(run.model, points), len(points))
+    wavelength = float(run.model.wavelength)
+    distance, farthest = nearest_known(known, points, wavelength), reach(known, wavelength)
+    gap = distance if deviation.over == "distance" else uncertainty(run.model, points)
+    beyond = distance > farthest
+    if beyond.any():
+        say(
+            f"warning: {run.folder}: {int(beyond.sum())} of {len(points)} positions are more than "
+            f"{farthest * wavelength:.3g} m from everything that the run knows; how far predictions are off there "
+            "is unknown, and the deviation is nan"
+        )
+    return np.where(beyond, np.nan, deviation.at(gap, len(points)))
 
 
 def save_weights(folder: Path, model: SpectrumModel) -> None:

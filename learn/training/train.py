@@ -18,7 +18,8 @@ from lightning.pytorch.utilities import rank_zero_only
 from rich.console import Console
 
 from learn.data.split_distances import SplitDistances, say_distances
-from learn.data.splits import GUARD_MOST, Split, SplitKind, split
+from learn.data.splits import GUARD_MOST, SPLITS, Split, SplitKind
+from learn.data.splits import split as split_of
 from learn.models.base import SpectrumModel
 from learn.models.capabilities import FitsInClosedForm
 from learn.models.quadrature import quadrature
@@ -41,6 +42,7 @@ from scenes.files.errors import (
     require_seed,
     require_whole,
     require_within,
+    require_word,
 )
 from scenes.files.options import changed, optional, taken, takes
 from scenes.files.output_folder import own_folder, require_own
@@ -103,6 +105,7 @@ def train(
     """
     require_instance(Dataset, str, PathLike, dataset=dataset)
     require_path(output=output)
+    require_word(SPLITS, split=split)
     if options is not None:
         require_instance(Mapping, options=options)
     entry = model_entry(model)
@@ -160,7 +163,7 @@ def train_run(
     if not finished:
         require_writable(folder / "config.json")
     dataset = dataset or read_dataset(config.dataset)
-    parts = split(dataset, config.split, config.split_seed, config.train_size, config.guard)
+    parts = split_of(dataset, config.split, config.split_seed, config.train_size, config.guard)
     if (folder / "config.json").exists():
         require_same_spectra(dataset, folder, read_config(folder).dataset_sha256)
     if finished:

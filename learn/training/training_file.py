@@ -15,6 +15,7 @@ from msgspec import Meta, Struct, to_builtins
 from learn.models.steps import STEPS_MOST
 from learn.training.deviation import Deviation
 from scenes.files.atomic import write_atomically
+from scenes.files.errors import InputError, shown
 from scenes.files.json_file import read_json
 from scenes.files.schema import conform
 from simulate.dataset.dataset_writer import write_positions
@@ -74,10 +75,18 @@ def read_training(folder: Path) -> TrainingFile:
         folder: the run folder.
 
     Raises:
-        InputError: the path is not a regular file with the steps and the seconds of a training.
+        InputError: the path is not a regular file with the steps and the seconds of a training, or its deviation has
+            no curve.
     """
     path = folder / FILE
-    return conform(read_json(path, "the steps and seconds of a training", nan=True), TrainingFile, str(path))
+    found = conform(read_json(path, "the steps and seconds of a training", nan=True), TrainingFile, str(path))
+    stated = found.deviation
+    if stated is not None and (len(stated.gaps) != len(stated.errors) or sorted(stated.gaps) != stated.gaps):
+        raise InputError(
+            f"{path}: expected as many ascending gaps as errors in deviation, found {shown(stated.gaps)} and "
+            f"{shown(stated.errors)}"
+        )
+    return found
 
 
 def read_known_positions(folder: Path) -> Float[np.ndarray, "n 3"] | None:

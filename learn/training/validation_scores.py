@@ -11,7 +11,7 @@ from learn.data.metrics import ssim_of_each
 from learn.data.splits import Split
 from learn.models.base import SpectrumModel
 from learn.training.deviation import LEAST_VALIDATED, Deviation, fit_deviation, nearest_known, pixel_errors
-from learn.training.gaps import errors_over_gaps, knowing_nothing
+from learn.training.gaps import errors_over_gaps, interpolates, knowing_nothing
 from learn.training.lightning_module import Spectra
 from learn.training.run_folder import predict, uncertainty
 from scenes.files.plain_text import say
@@ -60,12 +60,15 @@ def _deviation(
     if len(validated) < LEAST_VALIDATED:
         return None
     positions = dataset.positions[validated]
+    error = pixel_errors(prediction, spectrum_of(dataset.pictures[validated]))
+    nothing = knowing_nothing(prediction, positions, dataset, parts.train)
+    variance = uncertainty(model, positions)
+    if variance is not None and not interpolates(model):  # the user's own model states it
+        return fit_deviation(error, variance, "variance", ([0.0, 1.0], [0.0, 1.0]), nothing)
     gaps = errors_over_gaps(model, dataset, parts.train)
     by_variance = gaps is not None and gaps.over == "variance"
     nearest = nearest_known(dataset.positions[parts.train], positions, dataset.wavelength)
-    gap = uncertainty(model, positions) if by_variance else nearest
-    nothing = knowing_nothing(prediction, positions, dataset, parts.train)
-    error = pixel_errors(prediction, spectrum_of(dataset.pictures[validated]))
+    gap = variance if by_variance else nearest
     return fit_deviation(error, gap) if gaps is None else fit_deviation(error, gap, gaps.over, gaps.curve(), nothing)
 
 

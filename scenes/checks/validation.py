@@ -103,8 +103,10 @@ def validate(scene: Scene, source: str) -> None:
                 f"found {gateway.spacing}"
             )
     for axis, low, high in zip("xyz", transmitter.region_min, transmitter.region_max, strict=True):
-        if low >= high:
-            refuse(f"transmitter.region must have min below max, found {axis} from {low:g} to {high:g} m")
+        if low > high:
+            refuse(f"transmitter.region must not have min above max, found {axis} from {low:g} to {high:g} m")
+    if transmitter.region_min == transmitter.region_max:
+        refuse("transmitter.region must have two different corners, found one twice")
 
     if not scene.objects:
         refuse("objects: expected at least one object, found none")

@@ -66,6 +66,10 @@ class Dataset:
         ((40, 3), (40, 90, 360), (40, 16))
         >>> len(dataset.train), len(dataset.test), round(dataset.wavelength, 3)
         (32, 8, 0.328)
+        >>> dataset
+        Dataset('data/lab': 40 spectra, 4 × 4 elements, 915 MHz)
+        >>> len(dataset)
+        40
     """
 
     folder: Path
@@ -81,6 +85,16 @@ class Dataset:
     metadata: dict[str, Any] = field(default_factory=dict)
     identification: Identification = field(default_factory=Identification)
     frequency: Frequency = field(default_factory=Frequency)
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    def __repr__(self) -> str:
+        array = self.array
+        return (
+            f"Dataset({str(self.folder)!r}: {len(self)} spectra, {array.rows} × {array.columns} elements, "
+            f"{self.frequency.hertz / 1e6:g} MHz)"
+        )
 
     @property
     def beamformer(self) -> Beamformer:

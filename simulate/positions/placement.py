@@ -78,9 +78,13 @@ def _no_free_place(scene: Scene) -> InputError:
 
 
 def _grid(region: Float[np.ndarray, "2 3"], count: int) -> Float[np.ndarray, "n 3"]:
-    """Cell centres of the finest grid with nearly cubic cells and at most ``count`` of them, but at least one."""
+    """Cell centres of the finest grid with nearly cubic cells and at most ``count`` of them, but at least one.
+
+    A flat region has one layer of square cells.
+    """
     size = region[1] - region[0]
-    cubic = (size.prod() / count) ** (1 / 3)
+    wide = size[size > 0]
+    cubic = (wide.prod() / count) ** (1 / len(wide))
     finer = (np.maximum(1, size // (cubic * shrink)).astype(int) for shrink in np.linspace(1, 0.75, 100))
     cells = max((number for number in finer if number.prod() <= count), key=np.prod, default=np.ones(3, int))
     axes = [low + (np.arange(n) + 0.5) * extent / n for low, extent, n in zip(region[0], size, cells, strict=True)]

@@ -215,6 +215,19 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
                 "find_phases": FLAG[:1], "init": PATH, "devices": WHOLE, "nodes": WHOLE, "wrong": (1,),
             },
         ),
+        "score": Call(
+            bisplat.score,
+            {"prediction": spectrum, "truth": spectrum},
+            {"prediction": SPECTRA, "truth": SPECTRA, "grid": OBJECT},
+        ),
+        "split": Call(
+            bisplat.split,
+            {"dataset": dataset, "kind": "files", "seed": 0},
+            {
+                "dataset": (*OBJECT, "x"), "kind": WORD, "seed": SEED, "train_size": WHOLE[:6],
+                "guard": (*NUMBER, -1),
+            },
+        ),
         "evaluate": Call(
             bisplat.evaluate,
             {"run": run},

@@ -21,7 +21,7 @@ CONFIG = {
 
 BAD = [
     ({"dataset": 1}, "dataset: expected a text, found 1"),
-    ({"split": "half"}, "split: expected blocked or files or random, found 'half'"),
+    ({"split": "half"}, "split: expected area or blocked or files or random, found 'half'"),
     ({"seed": "0"}, "seed: expected a whole number, found '0'"),
     ({"seed": True}, "seed: expected a whole number, found True"),
     ({"train_size": 0}, "train_size: expected a whole number of at least 1, found 0"),

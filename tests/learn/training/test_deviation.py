@@ -11,7 +11,8 @@ from learn.evaluation.evaluate import evaluate
 from learn.reports.evaluation_report import write_evaluation
 from learn.training.deviation import LEAST, LEAST_VALIDATED, NORMAL, fit_deviation
 from learn.training.run_folder import load_run
-from learn.training.training_file import read_known_positions
+from learn.training.training_file import read_known_positions, read_training
+from scenes.files.errors import InputError
 
 GAP = np.random.default_rng(1).uniform(0, 2, size=4000)
 CURVE = ([0.0, 2.0], [0.0, 0.2])
@@ -80,6 +81,13 @@ def test_too_few_validation_spectra_are_said(tmp_path, write_folder, capsys):
     assert "states no deviation of its predictions: 3 validation spectra cannot tell it, 10 can" in (
         capsys.readouterr().err
     )
+
+
+def test_a_damaged_curve_is_refused(tmp_path):
+    stated = {"constant": 0.1, "growth": 1.0, "gaps": [0.0, 1.0], "errors": [0.0]}
+    (tmp_path / "training.json").write_text(json.dumps({"steps": 0, "seconds": 1.0, "deviation": stated}))
+    with pytest.raises(InputError, match="expected as many ascending gaps as errors"):
+        read_training(tmp_path)
 
 
 @pytest.mark.slow

@@ -129,6 +129,18 @@ def test_a_resumed_model_draws_what_it_would_have_drawn(tmp_path, tiny_config, c
     assert_same_weights(tmp_path / "stopped", tmp_path / "whole")
 
 
+def test_a_training_whose_epochs_were_others_is_not_resumed(tmp_path, tiny_config, stop_at, monkeypatch):
+    """As those of an earlier version."""
+    with monkeypatch.context() as patch:
+        patch.setattr(by_steps, "epochs_of", lambda steps: [3] * 4)
+        stop_at(10, RuntimeError())
+        with pytest.raises(RuntimeError):
+            train_run(tiny_config, tmp_path / "run")
+    stop_at(-1, None)
+    with pytest.raises(InputError, match="expected checkpoints of this training, found those of another one"):
+        train_run(tiny_config, tmp_path / "run")
+
+
 def test_interrupted_training_leaves_the_programs_own_answer_to_ctrl_c(tmp_path, tiny_config, stop_at):
     before = signal.getsignal(signal.SIGINT)
     stop_at(1, KeyboardInterrupt())
