@@ -60,6 +60,8 @@ class Comparison:
         (3, ['mean-picture', 'nearest', "array's ceiling"])
         >>> [row["label"] for row in comparison.table()]  # the best first, and the bound last
         ['nearest', 'mean-picture', "array's ceiling"]
+        >>> comparison  # print(comparison) shows the table
+        Comparison(...: 3 rows, 2 methods, split files)
     """
 
     folder: Path
@@ -73,6 +75,10 @@ class Comparison:
 
     def __len__(self) -> int:
         return len(self.rows)
+
+    def __repr__(self) -> str:
+        methods = len({row["label"] for row in self.rows} - {CEILING})
+        return f"Comparison({str(self.folder)!r}: {len(self)} rows, {methods} methods, split {self.settings.split})"
 
     def __iter__(self) -> Iterator[dict[str, Any]]:
         return iter(self.rows)

@@ -21,6 +21,8 @@ from simulate.generation.generate import generate
 from simulate.generation.request import Request, read_request
 from simulate.generation.simulation_options import Simulation
 from simulate.positions.placement import check_positions, place, read_positions
+from simulate.spectra.array import PlanarArray
+from simulate.spectra.few_elements import too_few_elements
 
 
 @takes(Simulation, Machines, *ENGINES.values())

@@ -145,7 +145,7 @@ def test_a_method_that_predicts_no_spectra_is_refused_and_leaves_no_row(tiny, tm
 
 PAGE = "docs/how-to/add-my-own-model.md"
 METHOD = saved(PAGE, "mymethod.py")
-(PYTHON_EXAMPLE,) = (block.text for block in blocks(PAGE) if block.language == "python" and not block.file)
+PYTHON_EXAMPLE, LOOP = (block.text for block in blocks(PAGE) if block.language == "python" and not block.file)
 
 
 @pytest.mark.slow
@@ -155,6 +155,15 @@ def test_python_example_in_the_docs_runs(workplace, tmp_path, monkeypatch):
     values: dict = {}
     exec(PYTHON_EXAMPLE, values)
     assert len(values["table"]) == 4 and "ssim_median" in values["table"] and len(values["scores"]["ssim"]) > 0
+
+
+def test_loop_of_ones_own_in_the_docs_scores_the_mean_picture_as_a_comparison_does(workplace, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "data").symlink_to(workplace / "data")
+    values: dict = {}
+    exec(LOOP, values)
+    (row, _) = compare("data/lab", ("mean-picture",), "random", INSTANT, output=tmp_path / "out")
+    assert values["scores"].summary()["ssim_median"] == pytest.approx(row["ssim_median"], abs=1e-5)
 
 
 def test_method_in_the_docs_joins_the_table(tiny, tmp_path, monkeypatch, rows):
