@@ -101,7 +101,8 @@ def write_sweep(comparison: Comparison, folder: Path) -> None:
         sizes, values = ([row[key] for row in rows] for key in ("train_size", "ssim_median"))
         spreads = [row.get("ssim_spread", np.nan) for row in rows]  # nan draws no bar
         marked = f"{label} †" if any(average_name(row) in doubts for row in rows) else label
-        axis.errorbar(sizes, values, yerr=spreads, fmt="o-", capsize=3, label=in_figure(marked))
+        bars = spreads if np.isfinite(spreads).any() else None
+        axis.errorbar(sizes, values, yerr=bars, fmt="o-", capsize=3, label=in_figure(marked))
     measure = f"median SSIM on the same test part{_over_seeds(averages)}"
     axis.set(xscale="log", xlabel="training spectra", ylabel=measure)
     if doubts:
