@@ -7,6 +7,7 @@ from learn.data.metrics import aoa_error as aoa_error
 from learn.data.metrics import score as score
 from learn.data.metrics import ssim as ssim
 from learn.data.splits import split as split
+from learn.data.torch_dataset import TorchDataset as TorchDataset
 from learn.evaluation.check import check as check
 from learn.evaluation.crossvalidate import crossvalidate as crossvalidate
 from learn.evaluation.evaluate import evaluate as evaluate

@@ -82,6 +82,10 @@ def _verdicts(table: Table) -> list[str]:
         full = table[model, 0]
         bypassed = {part: table[f"{model} without {part}", 0] for part in parts}
         loss = {part: full["ssim_median"] - row["ssim_median"] for part, row in bypassed.items()}
+        if any("ssim_spread" not in row for row in (full, *bypassed.values())):
+            said = ", ".join(f"without {part} {-loss[part]:+.3f}" for part in parts)
+            sentences.append(f"`{model}`: {said}. One seed neither confirms nor refutes the paper's ordering.")
+            continue
         noise = {part: np.hypot(full["ssim_spread"], row["ssim_spread"]) for part, row in bypassed.items()}
         said = ", ".join(f"without {part} {-loss[part]:+.3f} ± {noise[part]:.3f}" for part in parts)
         ahead = [(loss["BST"] - loss[part]) / (noise["BST"] + noise[part]) for part in parts if part != "BST"]

@@ -91,7 +91,7 @@ def ablate(
 
     comparison = ablate_models(dataset, models, split, steps, seeds, test_spectra, primitives, output, guard)
     write_ablation(comparison, output)
-    print_averages("ablation", comparison.averages(), json)
+    print_averages("ablation", comparison.averages(), json, comparison.remark())
 
 
 def sweep(
@@ -143,7 +143,8 @@ def print_averages(title: str, averages: Sequence[dict[str, Any]], json: bool, r
         json: print a JSON object, with the rows by their names, instead of a table.
         remark: sentence to print below the table, or on stderr beside JSON.
     """
-    from learn.comparison.table import average_name, table_cells
+    from learn.comparison.doubts import average_name
+    from learn.comparison.table import table_cells
 
     if json:
         figures = [{key: row[key] for key in row if key != "label" and row[key] is not None} for row in averages]

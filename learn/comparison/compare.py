@@ -10,6 +10,7 @@ from typing import Any
 
 from learn.comparison.experiment import begun
 from learn.comparison.methods import is_reduced, method_named, method_names
+from learn.comparison.own_method import built
 from learn.comparison.table import Comparison
 from learn.comparison.task import Method
 from learn.data.splits import SplitKind
@@ -117,7 +118,7 @@ def makers(models: Models) -> dict[str, Callable[[], Method]]:
         models: as for ``compare``.
 
     Raises:
-        ParameterError: no method is given, or one is unknown or has no ``fit``.
+        ParameterError: no method is given; or one is unknown, cannot be built, or has no ``fit`` or no ``predict``.
 
     >>> list(makers(["nearest", "kriging"]))
     ['nearest', 'kriging']
@@ -130,8 +131,12 @@ def makers(models: Models) -> dict[str, Callable[[], Method]]:
     if not isinstance(given, Mapping):
         for name in given:
             require_instance(str, models=name)
-        return {f"{name} (reduced)" if is_reduced(name) else name: method_named(name) for name in given}
-    return {name: _maker(name, each) for name, each in given.items()}
+        found = {f"{name} (reduced)" if is_reduced(name) else name: method_named(name) for name in given}
+    else:
+        found = {name: _maker(name, each) for name, each in given.items()}
+    for label, make in found.items():
+        built(label, make)  # refuses it now rather than after hours of other rows
+    return found
 
 
 def _maker(name: str, given: Any) -> Callable[[], Method]:

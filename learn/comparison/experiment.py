@@ -19,15 +19,18 @@ from jaxtyping import Float, Int
 from msgspec import Meta, Struct
 
 from learn.baselines.array_ceiling import CEILING, SAMPLES, array_ceiling
+from learn.comparison.doubts import MEAN_PICTURE
+from learn.comparison.own_method import built, checked_spectra, is_own, named, source_hash
 from learn.comparison.scores_file import write_scores
 from learn.comparison.task import Method, Task
-from learn.data.metrics import Scores, score
+from learn.data.metrics import Scores, score, ssim
+from learn.data.scorable import scorable
 from learn.data.split_distances import SplitDistances, say_distances
-from learn.data.splits import GUARD_MOST, SPLITS, SplitKind, split
+from learn.data.splits import GUARD_MOST, SPLITS, Split, SplitKind, split
 from learn.training.own_dataset import require_same_spectra
 from learn.training.training_file import device_name
 from scenes.files.atomic import require_writable, write_atomically
-from scenes.files.errors import InputError, require_path, require_whole, require_within, require_word
+from scenes.files.errors import require_path, require_whole, require_within, require_word
 from scenes.files.input_file import MEGABYTE, read_text
 from scenes.files.json_file import parse_json, read_json
 from scenes.files.output_folder import own_folder
@@ -35,7 +38,7 @@ from scenes.files.plain_text import say
 from scenes.files.schema import conform
 from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.positions.given_positions import MOST_POSITIONS
-from simulate.spectra.spectrum import evenly, spectrum_of
+from simulate.spectra.spectrum import LARGEST_GREY, evenly, spectrum_of
 
 LARGEST_RESULTS = 64 * MEGABYTE
 """Largest size of results.jsonl, bytes; a row takes about 400."""
@@ -102,26 +105,6 @@ class Row(Struct, frozen=True, kw_only=True):
     ssim_median: float
 
 
-def checked_spectra(label: str, given: Any, count: int) -> Float[np.ndarray, "K 90 360"]:
-    """What a method predicts, if it is spectra.
-
-    Args:
-        label: name of the method.
-        given: what its ``predict`` returned.
-        count: number K of positions.
-
-    Raises:
-        InputError: it has another shape, or numbers that are complex or not finite.
-    """
-    spectra = np.asarray(given)
-    found = f"an array {list(spectra.shape)} of {spectra.dtype}"
-    if spectra.shape == (count, 90, 360) and np.isrealobj(spectra) and spectra.dtype != object:
-        if np.isfinite(spectra).all():
-            return spectra
-        found = "some that are not finite"
-    raise InputError(f"{label}: expected predict to return real, finite spectra [{count}, 90, 360], found {found}")
-
-
 class Experiment:
     """A folder with protocol.json, results.jsonl, per_sample/, and the methods' own folders in runs/.
 
@@ -133,14 +116,28 @@ class Experiment:
 
     def __init__(self, folder: Path, dataset: Dataset, settings: Settings):
         self.folder, self.dataset, self.settings = folder, dataset, settings
+        self._mean_picture_ssim: dict[int | None, float] = {}  # by the number of training spectra
+
+    @cached_property
+    def parts(self) -> Split:
+        """The split with the whole training part."""
+        settings = self.settings
+        return split(self.dataset, settings.split, settings.split_seed, guard=settings.guard or 0.0)
+
+    @cached_property
+    def test(self) -> Int[np.ndarray, " K"]:
+        """The spectra on which every method is scored: those of the test part that are not constant.
+
+        Raises:
+            InputError: there are none, or the array has fewer than three elements.
+        """
+        return self.settings.tested(scorable(self.dataset, self.parts.test))
 
     @cached_property
     def distances(self) -> SplitDistances:
         """Distances from the test positions to the nearest ones of the whole known part."""
-        settings, positions = self.settings, self.dataset.positions
-        parts = split(self.dataset, settings.split, settings.split_seed, guard=settings.guard or 0.0)
-        tested = self.settings.tested(parts.test)
-        return SplitDistances.between(positions[parts.known], positions[tested], self.dataset.wavelength)
+        positions = self.dataset.positions
+        return SplitDistances.between(positions[self.parts.known], positions[self.test], self.dataset.wavelength)
 
     @property
     def rows(self) -> list[dict[str, Any]]:
@@ -175,13 +172,14 @@ class Experiment:
 
     def _measure_row(self, label: str, make: Callable[[], Method], seed: int, train_size: int | None) -> None:
         key = {"label": label, "seed": seed, "train_size": train_size}
-        name = row_name(key)
-        if self._has(key):
-            if ":" in label:
-                say(f"{name}: measured before and kept; if the class has changed, give another folder")
+        name, method = row_name(key), built(label, make)
+        own = is_own(method)
+        source = source_hash(method) if own else None
+        if self._is_measured(key, own, source):
             return
         say(name)
-        settings, folder = self.settings, self.folder / "runs" / name
+        # An own class has a folder for each version, so that none goes on with the weights of another one.
+        settings, folder = self.settings, self.folder / "runs" / (name if source is None else f"{name}-{source[:8]}")
         task = Task(
             self.dataset,
             settings.split,
@@ -193,39 +191,69 @@ class Experiment:
             folder,
             settings.guard or 0.0,
         )
-        method = make()
         began = time.perf_counter()
-        method.fit(task)
+        with named(label, method, "fit to learn from the task"):
+            method.fit(task)
         seconds = getattr(method, "seconds", time.perf_counter() - began)
-        test = settings.tested(task.parts.test)
-        positions = self.dataset.positions[test]
+        test, positions = self.test, self.dataset.positions[self.test]
         began = time.perf_counter()
-        prediction = checked_spectra(label, method.predict(positions), len(positions))
+        with named(label, method, "predict to return spectra"):
+            prediction = checked_spectra(label, method.predict(positions), len(positions))
         milliseconds = 1e3 * (time.perf_counter() - began) / len(positions)
         scores = score(np.clip(prediction, 0, 1), self._spectra(test), self.dataset.grid)
         cost = {
             "train": len(task.parts.train),
+            "known": len(task.parts.known),
             "parameters": getattr(method, "parameters", None),
             "steps": getattr(method, "steps", None),
             "training_seconds": round(seconds, 1),
             "milliseconds_per_spectrum": round(milliseconds, 2),
+            MEAN_PICTURE: self._ssim_of_mean_picture(task),
         }
-        self._keep(key, test, scores, cost)
+        self._keep(key, test, scores, cost if source is None else {**cost, "source": source})
 
     def measure_ceiling(self) -> None:
         """Measure the row of the array's ceiling, a bound that is fitted to the test spectra themselves."""
         key = {"label": CEILING, "seed": 0, "train_size": None}
-        if self._has(key):
+        if self._row(key) is not None:
             return
-        parts = split(self.dataset, self.settings.split, self.settings.split_seed)
-        test = evenly(self.settings.tested(parts.test), SAMPLES)
+        test = evenly(self.test, SAMPLES)
         truth = self._spectra(test)
         recorded = None if self.dataset.responses is None else self.dataset.responses[test]
         bound = array_ceiling(truth, self.dataset.beamformer, recorded)
         self._keep(key, test, score(bound, truth, self.dataset.grid), {})
 
-    def _has(self, key: dict[str, Any]) -> bool:
-        return any(key.items() <= row.items() for row in self.rows)
+    def _row(self, key: dict[str, Any]) -> dict[str, Any] | None:
+        """The row with this label, seed and size. None: it has not been measured."""
+        return next((row for row in self.rows if key.items() <= row.items()), None)
+
+    def _is_measured(self, key: dict[str, Any], own: bool, source: str | None) -> bool:
+        """Whether a row has been measured; not if its class has been edited since. What is decided is said.
+
+        Args:
+            key: label, seed and size of the row.
+            own: whether the class is the user's.
+            source: hash of its source. None: it is not known.
+        """
+        row, name = self._row(key), row_name(key)
+        if row is None or not own:
+            return row is not None
+        if source is None:
+            say(f"{name}: measured before and kept; no source tells whether its class has changed since")
+        elif "source" not in row:
+            say(f"{name}: measured before and kept; an older version kept nothing that tells whether its class changed")
+        elif row["source"] != source:
+            say(f"{name}: its class or its settings have changed, so it is measured again and its old row is replaced")
+            return False
+        return True
+
+    def _ssim_of_mean_picture(self, task: Task) -> float:
+        """Median SSIM of the mean of a task's known spectra on the test spectra."""
+        if task.train_size not in self._mean_picture_ssim:
+            mean = self.dataset.pictures[task.parts.known].mean(axis=0) / LARGEST_GREY
+            truth = self._spectra(self.test)
+            self._mean_picture_ssim[task.train_size] = float(np.median(ssim(np.broadcast_to(mean, truth.shape), truth)))
+        return self._mean_picture_ssim[task.train_size]
 
     def _distances(self, test: Int[np.ndarray, " K"], train_size: int | None) -> SplitDistances:
         """Distances from test positions to the nearest known ones, where so many spectra are trained on."""
@@ -237,14 +265,16 @@ class Experiment:
         return spectrum_of(self.dataset.pictures[indices])
 
     def _keep(self, key: dict[str, Any], test: Int[np.ndarray, " K"], scores: Scores, cost: dict[str, Any]) -> None:
-        """Write the scores of each test spectrum to per_sample/, then the row to results.jsonl."""
+        """Write the scores of each spectrum to per_sample/, and the row to results.jsonl in place of an old one."""
         names = [self.dataset.names[index] for index in test]
         write_scores(self.folder / "per_sample" / f"{row_name(key)}.csv", names, scores)
         distances = self._distances(test, key["train_size"]).facts()
         date = datetime.date.today().isoformat()
         row = {**key, "test": len(test), **scores.summary(), **cost, **distances, "date": date}
         path = self.folder / "results.jsonl"
-        lines = [json.dumps(each) for each in (*self.rows, row)]
+        rows, old = self.rows, self._row(key)
+        kept = [*rows, row] if old is None else [row if each == old else each for each in rows]
+        lines = [json.dumps(each) for each in kept]
         write_atomically(path, ("\n".join(lines) + "\n").encode())
 
 
@@ -284,7 +314,8 @@ def begun(
 
     Raises:
         InputError: the dataset cannot be read; the guard leaves no known positions; or the folder holds an experiment
-            with other settings, on other spectra or other files, or another process writes to it.
+            with other settings, on other spectra or other files, or another process writes to it; or no test spectrum
+            can be scored.
         ParameterError: no split has this name, ``test_spectra`` is not a whole number above 0, or ``guard`` is not
             from 0 to ``GUARD_MOST``.
     """
@@ -300,6 +331,8 @@ def begun(
     where, by = str(dataset.folder.resolve()), device_name()
     settings = Settings(where, split, SPLIT_SEED, minutes, steps, by, test_spectra, dataset.fingerprint, guard or None)
     folder = Path(output or tempfile.mkdtemp(prefix="bisplat-"))
+    experiment = Experiment(folder, dataset, settings)
+    distances = experiment.distances  # refuses splits and test spectra that are of no use, before anything is written
     given = {key: value for key, value in asdict(settings).items() if value is not None}
     # The fingerprint is compared by itself, since older experiments have none.
     chosen = without_fingerprint(given)
@@ -307,8 +340,7 @@ def begun(
         if (folder / PROTOCOL).exists():
             require_same_spectra(dataset, folder, _read_protocol(folder / PROTOCOL).get("dataset_sha256"))
         write_atomically(folder / PROTOCOL, (json.dumps(given, indent=2) + "\n").encode())
-        experiment = Experiment(folder, dataset, settings)
-        say_distances(experiment.distances)
+        say_distances(distances)
         yield experiment
 
 
@@ -330,8 +362,8 @@ def summary(rows: Sequence[dict[str, Any]], by: Callable[[dict[str, Any]], Any])
         by: function from a row to the key of its group.
 
     Returns:
-        For each group the mean of every number; ``ssim_spread``, the standard deviation of ``ssim_median`` over the
-        seeds (0 for a single seed); and ``seeds``, the number of rows.
+        For each group the mean of every number; ``seeds``, the number of rows; and, of several rows, ``ssim_spread``,
+        the standard deviation of ``ssim_median`` over the seeds.
 
     >>> rows = [{"label": "mlp", "seed": 0, "ssim_median": 0.5}, {"label": "mlp", "seed": 1, "ssim_median": 0.75}]
     >>> summary(rows, lambda row: row["label"])["mlp"]["ssim_median"]
@@ -343,7 +375,8 @@ def summary(rows: Sequence[dict[str, Any]], by: Callable[[dict[str, Any]], Any])
     result = {}
     for name, group in groups.items():
         numbers = [key for key, value in group[0].items() if isinstance(value, int | float) and key != "seed"]
-        result[name] = {key: float(np.mean([row[key] for row in group])) for key in numbers}
-        medians = [row["ssim_median"] for row in group]
-        result[name] |= {"seeds": len(group), "ssim_spread": float(np.std(medians, ddof=1)) if len(group) > 1 else 0.0}
+        shared = [key for key in numbers if all(isinstance(row.get(key), int | float) for row in group)]
+        result[name] = {key: float(np.mean([row[key] for row in group])) for key in shared} | {"seeds": len(group)}
+        if len(group) > 1:
+            result[name]["ssim_spread"] = float(np.std([row["ssim_median"] for row in group], ddof=1))
     return result

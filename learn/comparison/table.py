@@ -12,6 +12,7 @@ import numpy as np
 from jaxtyping import Float
 
 from learn.baselines.array_ceiling import CEILING, shown_name
+from learn.comparison.doubts import average_name, doubts_of, remark_on
 from learn.comparison.experiment import Experiment, Settings, row_name, summary
 from learn.comparison.scores_file import read_scores
 from learn.data.split_distances import SplitDistances
@@ -25,9 +26,6 @@ HEADINGS = {
     "milliseconds_per_spectrum": "ms each",
 }
 """Headings of a printed table, by the keys of a row."""
-
-FEW_STEPS = 100
-"""With fewer training steps than this, a model has hardly begun to learn."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +44,12 @@ class Comparison:
     - "test_to_known_least_m", "test_to_known_median_m", the same in wavelengths, and
       "test_nearer_than_half_a_wavelength" (number of test positions): distances to the known positions;
     - "date";
-    - except for the array's ceiling: "train" (number of training spectra), "parameters", "training_seconds",
-      "milliseconds_per_spectrum" and "steps". "parameters" and "steps" are None for a method that has none.
+    - except for the array's ceiling: "train" and "known" (numbers of training spectra, and of training and validation
+      spectra together: a model trained by steps chooses its checkpoint by the validation part, and all other methods
+      learn from all known spectra), "parameters", "training_seconds", "milliseconds_per_spectrum" and "steps"
+      ("parameters" and "steps" are None for a method that has none), and "mean_picture_ssim_median", which the mean of
+      the known spectra reaches on the same test spectra;
+    - for a class of your own: "source", a hash of its source and its settings, by which an edited class is noticed.
 
     Attributes:
         folder: the experiment's folder, with results.jsonl, per_sample/ and runs/.
@@ -62,6 +64,8 @@ class Comparison:
         (3, ['mean-picture', 'nearest', "array's ceiling"])
         >>> [row["label"] for row in comparison.table()]  # the best first, and the bound last
         ['nearest', 'mean-picture', "array's ceiling"]
+        >>> comparison  # print(comparison) shows the table
+        Comparison(...: 3 rows, 2 methods, split files)
     """
 
     folder: Path
@@ -77,6 +81,10 @@ class Comparison:
     def __len__(self) -> int:
         return len(self.rows)
 
+    def __repr__(self) -> str:
+        methods = len({row["label"] for row in self.rows} - {CEILING})
+        return f"Comparison({str(self.folder)!r}: {len(self)} rows, {methods} methods, split {self.settings.split})"
+
     def __iter__(self) -> Iterator[dict[str, Any]]:
         return iter(self.rows)
 
@@ -85,8 +93,8 @@ class Comparison:
 
         Returns:
             A flat dictionary for each method and size, in the order in which they were measured. It has the entries of
-            ``rows`` that are numbers, and also "seeds" (number of seeds) and "ssim_spread" (standard deviation of
-            "ssim_median" over the seeds, 0 for a single seed).
+            ``rows`` that are numbers, and also "seeds" (number of seeds) and, of several seeds, "ssim_spread" (standard
+            deviation of "ssim_median" over the seeds).
 
         Example:
             >>> import bisplat
@@ -126,11 +134,26 @@ class Comparison:
         """
         return read_scores(self.folder / "per_sample" / f"{row_name(row)}.csv")
 
-    def remark(self) -> str | None:
-        """Name the models whose training budget was too short for more than a few steps.
+    def doubts(self) -> dict[str, str]:
+        """Say of which rows the scores are doubtful, and why.
 
         Returns:
-            A sentence for the user. None: there are no such models.
+            What is doubtful, by the name of the row in the table: it took fewer than 100 training steps, or it is below
+            the mean of the known spectra. Rows without doubts are left out.
+
+        Example:
+            >>> settings = Settings("data/lab", "files", 0, None, 50, "1 CPU threads")
+            >>> row = {"label": "mlp", "seed": 0, "train_size": None, "ssim_median": 0.5, "steps": 50}
+            >>> Comparison(Path("runs/table"), settings, [row]).doubts()
+            {'mlp': 'only 50 training steps'}
+        """
+        return doubts_of(self.averages())
+
+    def remark(self) -> str | None:
+        """Name the models that had too few training steps, and those below the mean of the known spectra.
+
+        Returns:
+            One or two sentences for the user. None: there are no such models.
 
         Example:
             >>> settings = Settings("data/lab", "files", 0, 0.1, None, "1 CPU threads")
@@ -138,15 +161,7 @@ class Comparison:
             >>> print(Comparison(Path("runs/table"), settings, [row]).remark())
             only a few training steps fit into 0.1 minutes: mlp (2); such a score says little, so give a larger budget
         """
-        minutes = self.settings.minutes
-        few = {average_name(row): row["steps"] for row in self.averages() if row.get("steps", FEW_STEPS) < FEW_STEPS}
-        if minutes is None or not few:  # steps that were asked for need no remark
-            return None
-        named = ", ".join(f"{name} ({steps:g})" for name, steps in few.items())
-        return (
-            f"only a few training steps fit into {minutes:g} minutes: {named}; such a score says little, so give a "
-            "larger budget"
-        )
+        return remark_on(self.averages(), self.settings.minutes)
 
     def __str__(self) -> str:
         lines = table_cells(self.table())
@@ -163,27 +178,14 @@ class Comparison:
         return "<table>" + "".join(f"<tr>{row}</tr>" for row in rows) + "</table>"
 
 
-def average_name(row: Mapping[str, Any]) -> str:
-    """The name of a row of ``averages``: its label, and its number of training spectra if it states one.
-
-    >>> average_name({"label": "mlp", "train_size": 200})
-    'mlp, 200'
-    """
-    return row["label"] if row["train_size"] is None else f"{row['label']}, {row['train_size']}"
-
-
 def table_cells(averages: Sequence[Mapping[str, Any]]) -> list[list[str]]:
     """The texts of a table's cells, headings first. Columns without any value are left out.
 
     Args:
-        averages: rows of ``Comparison.averages``. The spread over the seeds is left out of rows with one seed.
+        averages: rows of ``Comparison.averages``.
     """
-
-    def shown(row: Mapping[str, Any], key: str) -> bool:
-        return key in row and (key != "ssim_spread" or row["seeds"] > 1)
-
-    keys = [key for key in HEADINGS if any(shown(row, key) for row in averages)]
+    keys = [key for key in HEADINGS if any(key in row for row in averages)]
     lines = [["", *(HEADINGS[key] for key in keys)]]
     for row in averages:
-        lines.append([shown_name(average_name(row)), *(f"{row[key]:.4g}" if shown(row, key) else "" for key in keys)])
+        lines.append([shown_name(average_name(row)), *(f"{row[key]:.4g}" if key in row else "" for key in keys)])
     return lines

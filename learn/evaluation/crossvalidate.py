@@ -11,6 +11,7 @@ from jaxtyping import Complex, Float
 
 from learn.data.metrics import Scores, score
 from learn.data.same_receiver import in_megahertz, other_frequency
+from learn.data.scorable import require_scorable, require_some, varies
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import (
     InputError,
@@ -48,7 +49,7 @@ SAME_SPACING = 0.003
 
 @dataclass(frozen=True)
 class CrossValidation:
-    """Predicted and freshly simulated spectra at the same K new positions.
+    """Predicted and freshly simulated spectra at the same K new positions, without positions where nothing is received.
 
     Attributes:
         run_name: name of the run's folder.
@@ -130,8 +131,8 @@ def crossvalidate(
 
     Raises:
         InputError: the run, its dataset, the field or the scene cannot be read; no gateway of the scene has the
-            position and orientation of the dataset's gateway; or this gateway has another array or frequency than the
-            run.
+            position and orientation of the dataset's gateway; this gateway has another array or frequency than the
+            run; the array has fewer than three elements; or nothing is received at any of the positions.
         ParameterError: ``positions`` or ``seed`` is not a whole number in its range, or no engine has this name.
 
     Example:
@@ -159,6 +160,7 @@ def crossvalidate(
             f"{scene.name}: expected a scene at the frequency of {run.folder}, {in_megahertz(dataset.wavelength)}, "
             f"found {in_megahertz(scene.wavelength)}"
         )
+    require_scorable(run.beamformer.array, str(run.folder))
     gateway = scene.gateway
     array, expected = PlanarArray.of(gateway), run.beamformer.array
     alike = (array.rows, array.columns) == (expected.rows, expected.columns)
@@ -181,6 +183,9 @@ def crossvalidate(
         source, truth_by = _source(dataset, setting, run, engine)
     responses = source.responses(drawn)
     truth = spectrum_of(picture(run.beamformer.spectrum(responses)))
+    told = varies(truth)  # not where nothing is received
+    require_some(told, scene.name)
+    drawn, responses, truth = drawn[told], responses[told], truth[told]
     prediction = run.predict(drawn)
     return CrossValidation(
         run_name=run.folder.name,

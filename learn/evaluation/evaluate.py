@@ -14,6 +14,7 @@ from jaxtyping import Float, Int
 from learn.baselines.array_ceiling import CEILING, SAMPLES, array_ceiling
 from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.data.metrics import Scores, score
+from learn.data.scorable import require_scorable, scorable
 from learn.data.split_distances import SplitDistances
 from learn.models.base import Report
 from learn.training.deviation import NORMAL, pixel_errors
@@ -39,7 +40,7 @@ class Evaluation:
     Attributes:
         run_name: name of the run's folder.
         dataset: the dataset tested on.
-        test: [K] indices of the test spectra in ``dataset``.
+        test: [K] indices of the test spectra in ``dataset``, without constant ones, which show no direction.
         known_positions: [n, 3] transmitter positions of the spectra that the run and the baselines learned from,
             metres, world frame.
         prediction: [K, 90, 360] predicted spectra, 0…1, float32.
@@ -152,7 +153,8 @@ def evaluate(
 
     Raises:
         InputError: the run, the dataset or the index cannot be read; the run's dataset has been replaced; the index
-            names spectra that the run was trained on; or the spectra are on another grid than the run's predictions.
+            names spectra that the run was trained on; the spectra are on another grid than the run's predictions; the
+            array has fewer than three elements; or all test spectra are constant.
 
     Example:
         >>> evaluation = evaluate("runs/lab")
@@ -171,6 +173,7 @@ def evaluate(
         tested_on = dataset if isinstance(dataset, Dataset) else read_dataset(dataset)
     same = dataset is None or run.is_trained_on(tested_on)
     known_data = tested_on if same else run.dataset()
+    require_scorable(tested_on.array, str(tested_on.folder))
     grid = tested_on.grid
     if grid != run.beamformer.grid:
         raise InputError(
@@ -188,6 +191,7 @@ def evaluate(
                 f"trained on, such as {tested_on.names[both[0]]}"
             )
 
+    test = scorable(tested_on, test)
     truth = spectrum_of(tested_on.pictures[test])
     positions = tested_on.positions[test]
     known_spectra, known_positions = spectrum_of(known_data.pictures[known]), known_data.positions[known]

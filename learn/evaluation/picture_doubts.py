@@ -10,6 +10,7 @@ import numpy as np
 from simulate.dataset.bearings import bearing_of
 from simulate.dataset.dataset_folder import Dataset
 from simulate.spectra.explanation import Explanation, explain
+from simulate.spectra.few_elements import too_few_elements
 from simulate.spectra.identification import DOUBTFUL, EXPLAINED, LEAST_LEVELS, grey_levels
 from simulate.spectra.lags import EXAMINED
 from simulate.spectra.phase_retrieval import GOOD, retrieve_responses
@@ -31,6 +32,9 @@ to 8 bits makes phases alone differ by 0.001."""
 
 def picture_doubts(dataset: Dataset) -> list[str]:
     """Sentences on what is doubtful about the pictures of a dataset."""
+    few = too_few_elements(dataset.array)
+    if few is not None:
+        return [f"{few}, so they are not scored"]
     found = _of_array(dataset) + _of_azimuths(dataset)
     return found if dataset.responses is not None else _of_levels(dataset) + found + _of_magnitudes(dataset)
 

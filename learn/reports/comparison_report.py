@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 from matplotlib.figure import Figure
 
+from learn.comparison.doubts import FEW_STEPS, average_name
 from learn.comparison.table import Comparison
 from learn.reports.figures import draw_ssim_distribution, save
 from learn.reports.html_page import SCORE_COLUMNS, embedded, write_page
@@ -20,6 +24,14 @@ COST_COLUMNS = {
 }
 
 
+_FOOTNOTE = f"† fewer than {FEW_STEPS} training steps, or below the mean picture: says little"
+
+
+def _over_seeds(averages: Sequence[Mapping[str, Any]]) -> str:
+    """What the points and bars of a figure are, if there are several seeds."""
+    return " (mean and standard deviation over seeds)" if any(row["seeds"] > 1 for row in averages) else " (one seed)"
+
+
 def write_comparison(comparison: Comparison, folder: Path) -> None:
     """Write table.html with the averages over the seeds, and ssim_cdf.png (and .pdf) with the SSIM of the first seed.
 
@@ -30,7 +42,9 @@ def write_comparison(comparison: Comparison, folder: Path) -> None:
     rows = {row["label"]: row for row in comparison.table()}
     first_seed_rows = {row["label"]: row for row in reversed(comparison.rows)}
     ssim = {label: comparison.per_sample(first_seed_rows[label])["ssim"] for label in rows}
-    draw_ssim_distribution(ssim, folder / "ssim_cdf.png")
+    doubts = comparison.doubts()
+    marked = {f"{label} †" if label in doubts else label: values for label, values in ssim.items()}
+    draw_ssim_distribution(marked, folder / "ssim_cdf.png", _FOOTNOTE if doubts else "")
     write_page(
         folder / "table.html",
         "compare.html.j2",
@@ -38,6 +52,7 @@ def write_comparison(comparison: Comparison, folder: Path) -> None:
         test=max(row["test"] for row in comparison),
         rows=rows,
         columns={**SCORE_COLUMNS, **COST_COLUMNS},
+        seeds=max(row["seeds"] for row in rows.values()),
         remark=comparison.remark(),
         figures=embedded(folder, ("ssim_cdf",)),
     )
@@ -46,21 +61,24 @@ def write_comparison(comparison: Comparison, folder: Path) -> None:
 def write_ablation(comparison: Comparison, folder: Path) -> None:
     """Write ablation.png and learning_curves.png (and both as .pdf).
 
-    The former shows the median SSIM of every row: mean and standard deviation over the seeds.
+    The former shows the median SSIM of every row; of several seeds, their mean and standard deviation. Rows with doubts
+    are marked, and a line below says which.
 
     Args:
         comparison: the result of ``ablate``.
         folder: folder to write to; it must exist.
     """
-    rows = comparison.averages()[::-1]
+    rows, doubts = comparison.averages()[::-1], comparison.doubts()
     figure = Figure(figsize=(7.5, 0.8 + 0.3 * len(rows)), layout="constrained")
     axis = figure.subplots()
-    values, spreads = ([row[key] for row in rows] for key in ("ssim_median", "ssim_spread"))
-    axis.errorbar(values, range(len(rows)), xerr=spreads, fmt="o", capsize=3)
-    axis.set_yticks(range(len(rows)), [in_figure(row["label"]) for row in rows])
+    for place, row in enumerate(rows):
+        axis.errorbar(row["ssim_median"], place, xerr=row.get("ssim_spread"), fmt="o", color="C0", capsize=3)
+    marked = [f"{row['label']} †" if average_name(row) in doubts else row["label"] for row in rows]
+    axis.set_yticks(range(len(rows)), [in_figure(label) for label in marked])
     axis.set_ylim(-0.5, len(rows) - 0.5)
     axis.locator_params(axis="x", nbins=6)
-    figure.supxlabel("median SSIM (mean and standard deviation over seeds)", fontsize="medium")
+    measure = f"median SSIM{_over_seeds(rows)}"
+    figure.supxlabel(f"{measure}\n{_FOOTNOTE}" if doubts else measure, fontsize="medium")
     axis.grid(axis="x", alpha=0.3)
     save(figure, folder / "ablation.png")
     draw_learning_curves(comparison, folder / "learning_curves.png")
@@ -69,20 +87,26 @@ def write_ablation(comparison: Comparison, folder: Path) -> None:
 def write_sweep(comparison: Comparison, folder: Path) -> None:
     """Write sweep.png (and .pdf): median SSIM against the number of training spectra.
 
-    The points are means over the seeds, and the bars are standard deviations.
+    Of several seeds, the points are means and the bars standard deviations. Methods with doubts are marked.
 
     Args:
         comparison: the result of ``sweep``.
         folder: folder to write to; it must exist.
     """
-    averages = comparison.averages()
+    averages, doubts = comparison.averages(), comparison.doubts()
     figure = Figure(figsize=(6.4, 4.2), layout="constrained")
     axis = figure.subplots()
     for label in dict.fromkeys(row["label"] for row in averages):
         rows = sorted((row for row in averages if row["label"] == label), key=lambda row: row["train_size"])
-        sizes, values, spreads = ([row[key] for row in rows] for key in ("train_size", "ssim_median", "ssim_spread"))
-        axis.errorbar(sizes, values, yerr=spreads, fmt="o-", capsize=3, label=in_figure(label))
-    axis.set(xscale="log", xlabel="training spectra", ylabel="median SSIM on the same test part")
+        sizes, values = ([row[key] for row in rows] for key in ("train_size", "ssim_median"))
+        spreads = [row.get("ssim_spread", np.nan) for row in rows]  # nan draws no bar
+        marked = f"{label} †" if any(average_name(row) in doubts for row in rows) else label
+        bars = spreads if np.isfinite(spreads).any() else None
+        axis.errorbar(sizes, values, yerr=bars, fmt="o-", capsize=3, label=in_figure(marked))
+    measure = f"median SSIM on the same test part{_over_seeds(averages)}"
+    axis.set(xscale="log", xlabel="training spectra", ylabel=measure)
+    if doubts:
+        figure.supxlabel(_FOOTNOTE, fontsize="small")
     label_log_axis(axis.xaxis)
     axis.grid(which="both", alpha=0.3)
     figure.legend(loc="outside upper center", ncols=2)

@@ -139,16 +139,18 @@ def draw_examples_polar(
     save(figure, path)
 
 
-def draw_ssim_distribution(ssim: dict[str, Float[np.ndarray, " K"]], path: Path) -> None:
+def draw_ssim_distribution(ssim: dict[str, Float[np.ndarray, " K"]], path: Path, note: str = "") -> None:
     """Draw the cumulative distribution of the SSIM of every method, and of the array's ceiling.
 
     Args:
         ssim: SSIM of each test spectrum, by name of the method.
         path: path of the PNG; the PDF has the same name with the suffix .pdf.
+        note: a line below the axis.
     """
     figure = Figure(figsize=(9, 4.2), layout="constrained")
     axis = figure.subplots()
     plot_cdf(ssim, axis)
+    figure.supxlabel(note, fontsize="small")
     axis.set(ylabel="share of test spectra", xlim=(min(0.2, *map(np.min, ssim.values())), 1))
     figure.legend(loc="outside right upper")
     save(figure, path)

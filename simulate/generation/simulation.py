@@ -21,6 +21,8 @@ from simulate.generation.generate import generate
 from simulate.generation.request import Request, read_request
 from simulate.generation.simulation_options import Simulation
 from simulate.positions.placement import check_positions, place, read_positions
+from simulate.spectra.array import PlanarArray
+from simulate.spectra.few_elements import too_few_elements
 
 
 @takes(Simulation, Machines, *ENGINES.values())
@@ -156,6 +158,9 @@ def request_for(scene: Scene | str | Path, content: Simulation, engine: Engine, 
             f"{scene.name}: expected a scene of one gateway, found {len(scene.by_gateway())}; simulate each scene of "
             "scene.by_gateway() into a folder of its own"
         )
+    few = too_few_elements(PlanarArray.of(scene.gateway))
+    if few is not None:
+        say(f"warning: {scene.name}: {few}, so they are not scored; powers and responses tell more")
     given = content.positions
     if given is None:
         points, how = (

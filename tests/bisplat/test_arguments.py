@@ -224,6 +224,11 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             {"prediction": spectrum, "truth": spectrum},
             {"prediction": SPECTRA, "truth": SPECTRA, "grid": OBJECT},
         ),
+        "TorchDataset": Call(
+            bisplat.TorchDataset,
+            {"dataset": dataset},
+            {"dataset": (*OBJECT, None), "indices": ("x", 3, [0.5], [True], [-1], [10**9], [[0]], [[0], [0, 1]], {})},
+        ),
         "split": Call(
             bisplat.split,
             {"dataset": dataset, "kind": "files", "seed": 0},

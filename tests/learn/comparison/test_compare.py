@@ -1,16 +1,20 @@
 """The measuring stick: each row measured once, on the same spectra, by the same code as ``bisplat evaluate``."""
 
 import csv
+import importlib
 import json
+import shutil
 import sys
 import tempfile
 from dataclasses import replace
+from functools import partial
 from inspect import signature
 from xml.etree import ElementTree
 
 import numpy as np
 import pandas as pd
 import pytest
+from PIL import Image
 
 from bisplat.commands import comparison_commands, training_commands
 from learn.baselines.kriging import krige_responses, krige_spectra
@@ -18,10 +22,11 @@ from learn.baselines.neighbours import nearest
 from learn.comparison import experiment, trained_model
 from learn.comparison.ablate import ablate, variants
 from learn.comparison.compare import compare
+from learn.comparison.doubts import FEW_STEPS
 from learn.comparison.experiment import CEILING, summary
 from learn.comparison.methods import method_named, method_names
 from learn.comparison.sweep import sweep
-from learn.comparison.table import FEW_STEPS, table_cells
+from learn.comparison.table import table_cells
 from learn.comparison.task import Task
 from learn.comparison.trained_model import TrainedModel
 from learn.data.metrics import score
@@ -35,7 +40,9 @@ from learn.training.training_file import read_training
 from scenes.files.errors import InputError, ParameterError
 from scenes.files.folder_lock import locked
 from simulate.dataset.dataset_folder import read_dataset
+from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.identification import Identification
 from simulate.spectra.spectrum import evenly, normalise, spectrum_of
 from tests.docs.pages import blocks, saved
 
@@ -120,7 +127,7 @@ def test_unknown_method_is_refused_before_anything_is_written(tiny, tmp_path, na
     [
         (lambda positions: np.zeros((len(positions), 32400)), r"an array \[5, 32400\] of float64"),
         (lambda positions: np.zeros((len(positions), 90, 360), complex), r"of complex128"),
-        (lambda positions: np.full((len(positions), 90, 360), np.nan), "some that are not finite"),
+        (lambda positions: np.full((len(positions), 90, 360), np.nan), "values that are not finite in 5 of them"),
     ],
 )
 def test_a_method_that_predicts_no_spectra_is_refused_and_leaves_no_row(tiny, tmp_path, predict, found):
@@ -138,7 +145,7 @@ def test_a_method_that_predicts_no_spectra_is_refused_and_leaves_no_row(tiny, tm
 
 PAGE = "docs/how-to/add-my-own-model.md"
 METHOD = saved(PAGE, "mymethod.py")
-(PYTHON_EXAMPLE,) = (block.text for block in blocks(PAGE) if block.language == "python" and not block.file)
+PYTHON_EXAMPLE, LOOP = (block.text for block in blocks(PAGE) if block.language == "python" and not block.file)
 
 
 @pytest.mark.slow
@@ -148,6 +155,15 @@ def test_python_example_in_the_docs_runs(workplace, tmp_path, monkeypatch):
     values: dict = {}
     exec(PYTHON_EXAMPLE, values)
     assert len(values["table"]) == 4 and "ssim_median" in values["table"] and len(values["scores"]["ssim"]) > 0
+
+
+def test_loop_of_ones_own_in_the_docs_scores_the_mean_picture_as_a_comparison_does(workplace, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "data").symlink_to(workplace / "data")
+    values: dict = {}
+    exec(LOOP, values)
+    (row, _) = compare("data/lab", ("mean-picture",), "random", INSTANT, output=tmp_path / "out")
+    assert values["scores"].summary()["ssim_median"] == pytest.approx(row["ssim_median"], abs=1e-5)
 
 
 def test_method_in_the_docs_joins_the_table(tiny, tmp_path, monkeypatch, rows):
@@ -231,9 +247,175 @@ def test_model_that_was_trained_for_a_few_steps_only_is_named(tiny, tmp_path):
     assert str(comparison).endswith(remark)
     write_comparison(comparison, tmp_path / "out")
     assert remark in (tmp_path / "out" / "table.html").read_text()
-    enough = [row | {"steps": FEW_STEPS} for row in comparison.rows]
+    enough = [row | {"steps": FEW_STEPS, "mean_picture_ssim_median": 0.0} for row in comparison.rows]
     assert replace(comparison, rows=enough).remark() is None
-    assert replace(comparison, settings=replace(comparison.settings, minutes=None, steps=1)).remark() is None
+    asked = replace(comparison, settings=replace(comparison.settings, minutes=None, steps=1))
+    assert asked.remark().startswith("only a few training steps were asked for: mlp (1); ")
+    assert comparison.doubts()["mlp"].startswith("only 1 training steps; below the mean picture (")
+
+
+def test_methods_below_the_mean_picture_are_named(tiny, tmp_path):
+    models = {"black": Grey(0.0), "mean-picture": "mean-picture"}
+    comparison = compare(tiny, models, budget=INSTANT, output=tmp_path / "out")
+    black, mean, _ = comparison.rows
+    assert black["mean_picture_ssim_median"] == pytest.approx(mean["ssim_median"], abs=1e-6)  # computed without its row
+    assert black["ssim_median"] < mean["ssim_median"]
+    assert comparison.doubts() == {"black": f"below the mean picture ({mean['ssim_median']:.3f})"}
+    assert "below the mean of the known spectra, which is the same everywhere: black (" in str(comparison)
+    write_comparison(comparison, tmp_path / "out")
+    assert comparison.remark() in (tmp_path / "out" / "table.html").read_text()
+
+
+def test_row_counts_the_spectra_that_a_method_could_learn_from(tiny, tmp_path):
+    seen = []
+
+    class Counting(Grey):
+        def fit(self, task):
+            seen.append(len(task.positions))
+
+    (row, _) = compare(tiny, {"counting": Counting}, budget=INSTANT, output=tmp_path / "out")
+    assert seen == [19] and (row["train"], row["known"]) == (17, 19)
+
+
+# Spectra that cannot be scored
+
+
+@pytest.fixture
+def with_black_pictures(tiny, tmp_path):
+    """Function: numbers of test spectra -> a copy of ``tiny`` in which these are black."""
+
+    def made(count):
+        folder = shutil.copytree(tiny, tmp_path / "black")
+        dataset = read_dataset(tiny)
+        for index in split(dataset, "files", 0).test[:count]:
+            Image.fromarray(np.zeros((90, 360), np.uint8)).save(folder / "spectrum" / f"{dataset.names[index]}.png")
+        return folder
+
+    return made
+
+
+def test_black_spectra_are_left_out_of_every_score(tiny, with_black_pictures, tmp_path, capsys):
+    scored = compare(with_black_pictures(2), ("nearest",), budget=INSTANT, output=tmp_path / "out")
+    assert "2 of 5 test spectra are constant" in capsys.readouterr().err
+    full = compare(tiny, ("nearest",), budget=INSTANT, output=tmp_path / "full")
+    assert [row["test"] for row in scored] == [3, 3]
+    expected = full.per_sample(full.rows[0])["ssim"][2:]
+    np.testing.assert_array_equal(scored.per_sample(scored.rows[0])["ssim"], expected)
+
+
+def test_black_spectra_alone_are_one_sentence_and_leave_no_folder(with_black_pictures, tmp_path):
+    with pytest.raises(InputError, match="expected test spectra that show a direction, found 5 constant ones"):
+        compare(with_black_pictures(5), ("nearest",), budget=INSTANT, output=tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize(("rows", "columns"), [(1, 1), (1, 2)])
+@pytest.mark.parametrize("function", [compare, partial(sweep, sizes=[3]), ablate])
+def test_spectra_of_one_or_two_elements_are_not_scored(tiny, tmp_path, rows, columns, function):
+    dataset = read_dataset(tiny)
+    small = Identification(Beamformer(PlanarArray(rows, columns)), source="metadata")
+    with pytest.raises(InputError, match=f"at least 3 elements to score spectra, found {rows} × {columns}:"):
+        function(replace(dataset, identification=small), output=tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+# Methods of one's own
+
+KNN = """
+class Copy:
+    def __init__(self, level=0.5):
+        self.level = level
+
+    def fit(self, task):
+        self.folder = task.folder
+
+    def predict(self, positions):
+        import numpy as np
+        return np.full((len(positions), 90, 360), self.level)
+"""
+
+
+@pytest.fixture
+def own(tmp_path, monkeypatch):
+    """Function: text of a module -> its class Copy, as a new process imports it."""
+    monkeypatch.setattr(sys, "path", [str(tmp_path), *sys.path])
+
+    def imported(text, name="Copy"):
+        (tmp_path / "own_copy.py").write_text(text)
+        importlib.invalidate_caches()
+        shutil.rmtree(tmp_path / "__pycache__", ignore_errors=True)
+        sys.modules.pop("own_copy", None)
+        return getattr(importlib.import_module("own_copy"), name)
+
+    yield imported
+    sys.modules.pop("own_copy", None)
+
+
+def test_edited_class_is_measured_again_and_its_row_replaced(tiny, tmp_path, own, capsys):
+    def measured(kept):
+        comparison = compare(tiny, {"mine": kept, "nearest": "nearest"}, budget=INSTANT, output=tmp_path / "out")
+        return comparison.rows, capsys.readouterr().err
+
+    first, _ = measured(own(KNN))
+    same, said = measured(own(f"# a comment\n{KNN}"))
+    assert same == first and "mine" not in said
+    edited, said = measured(own(KNN.replace("self.level)", "0.25)")))
+    assert "mine-0: its class or its settings have changed, so it is measured again and its old row is replaced" in said
+    assert [row["label"] for row in edited] == [row["label"] for row in first] and edited[1:] == first[1:]
+    assert edited[0]["mae_mean"] != first[0]["mae_mean"] and edited[0]["source"] != first[0]["source"]
+    instance, said = measured(own(KNN)(level=0.75))  # the settings of an object count, too
+    assert "its settings have changed" in said and instance[0]["mae_mean"] != edited[0]["mae_mean"]
+
+
+def test_edited_class_has_a_folder_of_its_own(tiny, tmp_path, own):
+    writes = KNN.replace("self.folder = task.folder", "task.folder.mkdir(parents=True)")  # fails in the same folder
+    for number, text in enumerate((writes, writes.replace("0.5", "0.25")), start=1):
+        (row, _) = compare(tiny, {"mine": own(text)}, budget=INSTANT, output=tmp_path / "out")
+        folders = [path.name for path in (tmp_path / "out" / "runs").iterdir()]
+        assert f"mine-0-{row['source'][:8]}" in folders and len(folders) == number
+
+
+def test_class_without_source_is_kept_and_that_is_said(tiny, tmp_path, capsys):
+    values: dict = {}
+    exec(KNN, values)
+    for _ in range(2):
+        compare(tiny, {"typed": values["Copy"]}, budget=INSTANT, output=tmp_path / "out")
+    assert "typed-0: measured before and kept; no source tells whether its class has changed" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (
+            KNN.replace("level=0.5", "level"),
+            "models: expected a class that can be built without arguments for mine",
+        ),
+        (
+            KNN.replace("def fit", "def learn"),
+            "models: expected a method with fit and predict for mine, found Copy",
+        ),
+        (KNN.replace("def predict", "def ask"), "models: expected .* for mine, found Copy without predict"),
+        (KNN.replace("self.folder =", "1 / 0 #"), "mine: expected fit to learn from the task, found ZeroDivisionError"),
+        (KNN.replace("import numpy", "import nump"), "mine: expected predict to return spectra, found ModuleNotFound"),
+        (
+            KNN.replace("90, 360", "360, 90"),
+            r"mine: expected predict to return real, finite spectra \[5, 90, 360\]",
+        ),
+    ],
+)
+def test_own_method_that_fails_is_one_sentence_and_other_rows_stay(tiny, tmp_path, own, rows, text, expected):
+    compare(tiny, {"nearest": "nearest"}, budget=INSTANT, output=tmp_path / "out")
+    before = rows(tmp_path / "out")
+    with pytest.raises(InputError, match=expected) as caught:
+        compare(tiny, {"mine": own(text)}, budget=INSTANT, output=tmp_path / "out")
+    assert rows(tmp_path / "out") == before
+    if "ZeroDivision" in str(caught.value) or "ModuleNotFound" in str(caught.value):
+        assert "own_copy.py, line " in str(caught.value)  # where it happened in the user's own file
+
+
+def test_module_that_is_nowhere_is_named(tiny):
+    with pytest.raises(ParameterError, match="found no module nowhere in this folder or on Python's path"):
+        compare(tiny, ("nowhere:Class",))
 
 
 @pytest.mark.parametrize("function", [compare, ablate, sweep, train])

@@ -22,6 +22,7 @@ def test_markup_in_names_is_text(tmp_path):
         "figures": SimpleNamespace(ssim_cdf="x"),
         "remark": ODD,
         "test": 1,
+        "seeds": 1,
     }
     write_page(tmp_path / "page.html", "compare.html.j2", **values)
     page = (tmp_path / "page.html").read_text()
@@ -30,10 +31,11 @@ def test_markup_in_names_is_text(tmp_path):
 
 @pytest.mark.parametrize("name", ["$\\frac{$", "_mine", "a\x1b\nb"])
 def test_methods_of_any_name_are_drawn(name, tmp_path):
-    row = {"label": name, "ssim_median": 0.5, "ssim_spread": 0.1, "seed": 0, "train_size": None}
+    row = {"label": name, "ssim_median": 0.5, "ssim_spread": 0.1, "seed": 0, "seeds": 2, "train_size": None}
     (tmp_path / "runs" / row_name(row) / "logs" / "version_0").mkdir(parents=True)
     log = tmp_path / "runs" / row_name(row) / "logs" / "version_0" / "metrics.csv"
     log.write_text("step,validation_ssim\n99,0.5\n")
-    write_ablation(SimpleNamespace(averages=lambda: [row, row], rows=[row], folder=tmp_path), tmp_path)
+    rows = {"averages": lambda: [row, row], "rows": [row], "doubts": lambda: {name: "only 5 training steps"}}
+    write_ablation(SimpleNamespace(**rows, folder=tmp_path), tmp_path)
     draw_ssim_distribution({name: [0.1, 0.5], CEILING: [0.5, 0.9]}, tmp_path / "ssim.png")
     assert (tmp_path / "ablation.pdf").exists() and (tmp_path / "ssim.pdf").exists()

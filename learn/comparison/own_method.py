@@ -1,0 +1,153 @@
+"""Methods of the user's own in a comparison: errors that name the method, and a hash that tells when it was edited."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import inspect
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import cache
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from learn.comparison.task import Method
+from learn.comparison.trained_model import TrainedModel
+from learn.training.own_class import OURS, what_happened
+from learn.training.registry import model_class
+from scenes.files.errors import InputError, ParameterError
+
+
+def built(label: str, make: Callable[[], Method]) -> Method:
+    """Make a new, unfitted method.
+
+    Args:
+        label: label of its rows.
+        make: a class, or a function without parameters.
+
+    Raises:
+        ParameterError: it cannot be made without arguments, or has no ``fit`` or no ``predict``.
+    """
+    try:
+        method = make()
+    except (Exception, SystemExit) as error:
+        found = what_happened(error)
+        raise ParameterError(
+            "models", f"expected a class that can be built without arguments for {label}, found {found}"
+        ) from error
+    lacking = [name for name in ("fit", "predict") if not callable(getattr(method, name, None))]
+    if lacking:
+        found = f"{type(method).__name__} without {' and '.join(lacking)}"
+        raise ParameterError("models", f"expected a method with fit and predict for {label}, found {found}")
+    return method
+
+
+@contextmanager
+def named(label: str, method: Method, expected: str) -> Iterator[None]:
+    """Turn errors of a user's method into a sentence that names it. Errors of our own methods pass.
+
+    Args:
+        label: label of its rows.
+        method: the method.
+        expected: what was expected of it.
+
+    Raises:
+        InputError: something went wrong in a method of the user's.
+    """
+    try:
+        yield
+    except (Exception, SystemExit) as error:
+        if not is_own(method) or (isinstance(error, InputError) and label in str(error)):
+            raise
+        raise InputError(f"{label}: expected {expected}, found {what_happened(error)}") from error
+
+
+def checked_spectra(label: str, given: Any, count: int) -> Float[np.ndarray, "K 90 360"]:
+    """What a method predicts, if it is spectra.
+
+    Args:
+        label: name of the method.
+        given: what its ``predict`` returned.
+        count: number K of positions.
+
+    Raises:
+        InputError: it has another shape, or numbers that are complex or not finite.
+    """
+    spectra = np.asarray(given)
+    found = f"an array {list(spectra.shape)} of {spectra.dtype}"
+    if spectra.shape == (count, 90, 360) and np.isrealobj(spectra) and spectra.dtype != object:
+        finite = np.isfinite(spectra).all(axis=(1, 2))
+        if finite.all():
+            return spectra
+        found = f"values that are not finite in {int((~finite).sum())} of them"
+    raise InputError(f"{label}: expected predict to return real, finite spectra [{count}, 90, 360], found {found}")
+
+
+def is_own(method: Method) -> bool:
+    """Whether a method is of a class that the user wrote, or trains a model that the user wrote."""
+    return _class_of(method).__module__.split(".")[0] not in OURS
+
+
+def source_hash(method: Method) -> str | None:
+    """A hash of the source and of the settings of a method that the user wrote.
+
+    The source is that of the class and of the module it is in; of a script, it is that of the script's classes,
+    functions, imports and constants. Comments and layout do not count, nor do other modules. The settings are those
+    attributes of the unfitted method that are numbers, texts, or lists and dictionaries of them.
+
+    Args:
+        method: an unfitted method.
+
+    Returns:
+        16 digits. None: the source is not known, as that of a class typed into Python's prompt.
+    """
+    source = _source(_class_of(method))
+    if source is None:
+        return None
+    settings = {name: value for name, value in getattr(method, "__dict__", {}).items() if _is_plain(value)}
+    return hashlib.sha256(f"{source}\n{sorted(settings.items())!r}".encode()).hexdigest()[:16]
+
+
+def _class_of(method: Method) -> type:
+    return model_class(method.model) if isinstance(method, TrainedModel) else type(method)
+
+
+@cache  # as it was when the class was first used: the file may change later without the loaded class
+def _source(own: type) -> str | None:
+    """The source of a class with that of its module. None: it is not known."""
+    module = sys.modules.get(own.__module__)
+    text = f"{own.__module__}:{own.__qualname__}\n"
+    try:
+        of_module = ast.parse(inspect.getsource(module)) if module is not None and hasattr(module, "__file__") else None
+    except (OSError, TypeError, SyntaxError):
+        of_module = None
+    if of_module is not None:
+        if own.__module__ == "__main__":
+            of_module.body = [statement for statement in of_module.body if _defines(statement)]
+        return text + ast.unparse(of_module)
+    functions = [each for each in vars(own).values() if inspect.isfunction(each)]  # of a cell of a notebook
+    try:
+        return text + "".join(inspect.getsource(each) for each in functions) if functions else None
+    except (OSError, TypeError):
+        return None
+
+
+def _defines(statement: ast.stmt) -> bool:
+    """Whether a statement of a script defines something that a class may use, rather than doing something."""
+    if isinstance(statement, ast.Assign):
+        return all(isinstance(each, _VALUES) for each in ast.walk(statement.value))
+    return isinstance(statement, ast.FunctionDef | ast.ClassDef | ast.Import | ast.ImportFrom)
+
+
+_VALUES = (ast.Constant, ast.List, ast.Tuple, ast.Dict, ast.UnaryOp, ast.unaryop, ast.expr_context)
+
+
+def _is_plain(value: Any) -> bool:
+    if isinstance(value, list | tuple):
+        return all(map(_is_plain, value))
+    if isinstance(value, dict):
+        return all(_is_plain(each) for pair in value.items() for each in pair)
+    return value is None or isinstance(value, bool | int | float | str | np.generic)
