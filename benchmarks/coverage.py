@@ -5,8 +5,8 @@ python benchmarks/coverage.py data/rfid-s23-160 --json > runs/coverage.json
 Each method learns from known spectra in a part of a region, and is tested everywhere: in an L-shaped room with one wing
 unknown, and in the lab and the closet with 60 % of their length known, all by rays; and on the measured sample with the
 split ``blocked``. A row is a band of the distance from a test position to the nearest known one, in wavelengths: how
-many test spectra it has, the share of their values within the stated 90 % interval, and its mean width.
-The datasets and the runs are kept in a folder for the next call.
+many test spectra it has, the share of their values within the stated 90 % interval, and its mean width. Spectra for
+which no deviation is stated are left out. The datasets and the runs are kept in a folder for the next call.
 """
 
 from __future__ import annotations
@@ -46,6 +46,9 @@ CORNERS = ((0.0, 0.0), (5.0, 0.0), (5.0, 2.4), (2.4, 2.4), (2.4, 5.0), (0.0, 5.0
 """Corners of the L-shaped room, metres."""
 
 HEIGHT, KNOWN, TESTED = 2.6, 200, 300
+
+FEW = 10
+"""Bands with fewer test spectra are marked: their shares are uncertain by a tenth and more."""
 
 METHODS: dict[str, dict[str, Any]] = {
     "helmholtz": {"model": "helmholtz"},
@@ -115,11 +118,13 @@ def rows(name: str, method: str, run: Run, others: list[Run]) -> dict[str, Any]:
         return {f"{name}, {method}": {"spectra": len(test), "share": None, "width": None}}
     within = np.abs(pixel_errors(prediction, truth)) <= NORMAL * deviation[:, None]
     distance = nearest_known(data.positions[parts.known], positions, data.wavelength)
+    stated = np.isfinite(deviation)
     found = {}
     for low, high in BANDS:
-        band = (distance >= low) & (distance < high)
+        band = stated & (distance >= low) & (distance < high)
         if band.any():
             limits = f"{low:g} to {high:g} λ" if np.isfinite(high) else f"over {low:g} λ"
+            limits += " (few)" if band.sum() < FEW else ""
             found[f"{name}, {method}, {limits}"] = {
                 "spectra": int(band.sum()),
                 "share": round(float(within[band].mean()), 3),

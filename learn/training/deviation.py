@@ -172,8 +172,9 @@ def fit_deviation(
     """The deviation of which ``SHARE`` of the errors lie within ``NORMAL`` σ.
 
     If the model's own errors over gaps are known, g is their scale, and c is 0. The errors of another model, which
-    stands for this one, are taken as they are, and c is what this model adds to them; if it is better than the other
-    one, c is 0 and g is below 1.
+    stands for this one, are taken as they are, and c is what this model adds to them. If it is better than the other
+    one, c is 0, and the curve is lower as far as the validation spectra reach. From twice that distance on it is
+    unchanged, since nothing tells that the model is better there, too.
 
     Args:
         error: result of ``pixel_errors`` for spectra to which the model was not fitted.
@@ -197,8 +198,13 @@ def fit_deviation(
     stated = Deviation(0.0, 1.0, len(error), over, *curve, nothing)
     expected = np.maximum(np.sqrt(np.interp(gap, stated.gaps, np.square(stated.errors))), LEAST)[:, None]
     growth = float(size_of((np.abs(error) / expected).ravel()))
-    if over == "variance" or growth <= 1:
+    if over == "variance":
         return _towards_nothing(replace(stated, constant=LEAST, growth=min(growth, MOST)))
+    if growth <= 1:
+        told = [float(gap.max()), max(2 * float(gap.max()), 1e-3)]
+        gaps = np.union1d(stated.gaps, np.round(told, 6))
+        errors = np.sqrt(np.interp(gaps, stated.gaps, np.square(stated.errors))) * np.interp(gaps, told, [growth, 1])
+        return _towards_nothing(replace(stated, constant=LEAST, gaps=gaps.tolist(), errors=errors.round(6).tolist()))
 
     def share_outside(constant: float) -> float:
         return float(np.mean(np.abs(error) > NORMAL * np.sqrt(constant**2 + expected**2)))

@@ -47,9 +47,11 @@ def test_the_deviation_is_at_most_that_of_knowing_nothing():
     assert found.at(np.array([1.0, 100.0]), 2) == pytest.approx([0.1, 0.15], abs=0.01)
 
 
-def test_a_model_better_than_kriging_scales_the_curve():
+def test_a_model_better_than_kriging_scales_the_curve_as_far_as_validation_spectra_reach():
     errors = np.random.default_rng(0).normal(scale=0.5 * np.sqrt(0.02), size=(50, 100))
-    assert fit_deviation(errors, np.ones(50), "distance", CURVE).growth == pytest.approx(0.5, rel=0.05)
+    found = fit_deviation(errors, np.ones(50), "distance", CURVE)
+    expected = np.sqrt(np.interp([1.0, 2.0], CURVE[0], np.square(CURVE[1]))) * [0.5, 1.0]
+    assert found.at(np.array([1.0, 2.0]), 2) == pytest.approx(expected, rel=0.05)
 
 
 @pytest.fixture(scope="module")
