@@ -11,6 +11,7 @@ from tyro.conf import Positional, arg
 from bisplat.commands.given_options import refuse_given
 from bisplat.commands.import_options import print_list, read_own_material, read_rule
 from bisplat.commands.output_file import Force, require_new
+from bisplat.commands.scene_changes import SceneChanges, changed_scene
 from scenes.files.errors import InputError, printable
 from scenes.files.extras import require_extra
 from scenes.files.output_folder import new_folder
@@ -24,7 +25,7 @@ Triple = tuple[float, float, float]
 
 PLACES = ("--gateway", "--boresight", "--region-min", "--region-max")
 OF_AN_IMPORT = (
-    *("--list", "--material", "--own-material", "--default-material", "--unit", "--up", "--shift", "--frequency"),
+    *("--list", "--material", "--own-material", "--default-material", "--unit", "--up", "--shift"),
     *("--walls", "--pattern", *PLACES),
 )
 """Options that a scene has no use for."""
@@ -50,6 +51,7 @@ def scene(
     shift: Triple = (0.0, 0.0, 0.0),
     walls: Literal["as-sheets", "as-drawn"] = "as-sheets",
     frequency: str | None = None,
+    array: str | None = None,
     gateway: Triple | None = None,
     boresight: Triple | None = None,
     pattern: Literal["iso", "dipole", "hw_dipole", "tr38901"] = "iso",
@@ -79,7 +81,10 @@ def scene(
             in map coordinates.
         walls: import only: whether walls and boards that are drawn with both faces become one sheet each, or keep both,
             of which each is a slab.
-        frequency: import only: frequency in hertz, or such as "3.5 GHz" (default: 915e6, the RFID and LoRa band).
+        frequency: carrier frequency: hertz, or such as "3.5 GHz" (default: the scene's; for an import 915e6, the RFID
+            and LoRa band). Materials of ITU-R P.2040 follow.
+        array: array of every gateway: ROWSxCOLUMNS, or ROWSxCOLUMNS@SPACING in wavelengths (default: the scene's; for
+            an import 4x4@0.5).
         gateway: import only: position of the gateway, metres.
         boresight: import only: direction in which the gateway looks.
         pattern: import only: antenna pattern of the gateway's elements. iso cannot tell front from back.
@@ -94,10 +99,12 @@ def scene(
         require_extra("viewer", "the viewer")
     else:
         refuse_given(["--port"], "--view beside it, found none")
+    from scenes.checks.material_frequency import doubts
     from scenes.drawing.scene_drawing import draw_scene
     from scenes.importing.imported_file import is_importable
     from scenes.importing.mesh_import import DEFAULT_FREQUENCY, import_scene
     from scenes.importing.part_listing import parts_of
+    from scenes.scene.array_size import read_array
     from scenes.scene.description import Gateway, Transmitter, facing
     from scenes.scene.frequency import read_frequency
     from scenes.storage.scene_files import file_stem
@@ -115,7 +122,10 @@ def scene(
             "shift": shift,
         }
         if list_parts:
-            refuse_given(["--output", "-o", "--walls", "--pattern", "--view", "--force", *PLACES], "none beside --list")
+            refuse_given(
+                ["--output", "-o", "--walls", "--pattern", "--array", "--view", "--force", *PLACES],
+                "none beside --list",
+            )
             listing = parts_of(scene, **options)
             print(json_format.dumps(listing, indent=2)) if json else print_list(listing)
             return
@@ -125,12 +135,14 @@ def scene(
             raise InputError(
                 f"{scene}: an import also needs {', '.join(missing)}; --list alone shows what the file contains"
             )
+        rows, columns, spacing = read_array(array or "4x4")
+        shape = (rows, columns, Gateway.spacing if spacing is None else spacing)
         with new_folder(output, force) as unfinished:
             place, report = import_scene(
                 scene,
                 **options,
                 walls=walls,
-                gateway=Gateway(gateway, facing(boresight), pattern=pattern),
+                gateway=Gateway(gateway, facing(boresight), *shape, pattern=pattern),
                 transmitter=Transmitter(region_min, region_max),
             )
             write_scene(place, unfinished)
@@ -153,7 +165,9 @@ def scene(
         refuse_given(OF_AN_IMPORT, f"a file to import, found the scene {scene}")
         if view:
             refuse_given(["--force"], "none beside --view, which asks before it replaces a scene")
-        place = load_scene(scene)
+        place = changed_scene(load_scene(scene), SceneChanges(frequency, array))
+        for sentence in doubts(place):
+            say(f"warning: {place.name}: {sentence}")
         drawing = output or Path(f"{file_stem(place.name)}.png")
     if view:
         from scenes.browser.scene_editor import Editor

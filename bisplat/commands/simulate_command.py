@@ -10,6 +10,7 @@ from tyro.conf import OmitArgPrefixes, Positional, arg
 
 from bisplat.commands.given_options import given_options, names_of, refuse_given
 from bisplat.commands.given_propagation import refuse_idle_propagation
+from bisplat.commands.scene_changes import SceneChanges, changed_scene
 from scenes.files.errors import printable
 from scenes.files.options import checked, unchecked
 from scenes.files.plain_text import say
@@ -45,6 +46,7 @@ OF_A_REPEAT = {"-o", "--output", "--workers", "--ray", "--field", "--gpu", "--no
 def simulate(
     scene: Positional[str],
     output: Output,
+    changes: OmitArgPrefixes[SceneChanges] = SceneChanges(),
     content: OmitArgPrefixes[unchecked(Simulation)] = unchecked(Simulation)(),  # type: ignore[valid-type]
     engine: EngineName = "rays",
     engines: Annotated[EngineOptions, OmitArgPrefixes, arg(name="")] = EngineOptions(),
@@ -57,6 +59,7 @@ def simulate(
     Args:
         scene: built-in name (such as lab) or scene YAML. Or a simulated dataset, to make it again with its settings.
         output: the dataset folder. If the scene has several gateways, it gets a dataset folder for each.
+        changes: what is different from the scene as it is described.
         content: what the dataset contains.
         engine: rays: ray tracing, milliseconds per spectrum. fullwave: Maxwell's equations, minutes to hours per scene.
         machines: where the simulation runs. The results are the same everywhere.
@@ -86,7 +89,7 @@ def simulate(
     if again:
         folders: dict[Path, str | Scene] = {output: scene}
     else:
-        place = load_scene(scene)
+        place = changed_scene(load_scene(scene), changes)
         if isinstance(by, Rays):
             refuse_idle_propagation(by.propagation, [place])
         folders = {output / name: seen for name, seen in place.by_gateway().items()}

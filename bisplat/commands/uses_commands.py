@@ -10,6 +10,7 @@ from tyro.conf import OmitArgPrefixes, Positional, arg
 from bisplat.commands.given_options import names_of, refuse_given
 from bisplat.commands.given_propagation import refuse_idle_propagation
 from bisplat.commands.output_file import Force, require_new
+from bisplat.commands.scene_changes import SceneChanges, changed_scene
 from bisplat.commands.simulate_command import Output
 from learn.data.splits import SplitKind
 from scenes.files.errors import InputError, ParameterError, printable, require_whole
@@ -28,6 +29,7 @@ def calibrate(
     scene: Positional[str],
     dataset: Positional[Path],
     output: Output,
+    changes: OmitArgPrefixes[SceneChanges] = SceneChanges(),
     spectra: Annotated[int, arg(aliases=["-n"])] = 160,
     split: SplitKind = "files",
     seed: int = 0,
@@ -43,6 +45,7 @@ def calibrate(
         scene: the scene to correct: a built-in name or a scene YAML.
         dataset: dataset folder of spectra measured there.
         output: folder of the corrected scene.
+        changes: what is different from the scene as it is described.
         spectra: largest number of spectra to use. Held-out spectra are never used.
         split: choice of held-out spectra, as for bisplat train.
         seed: seed of that split.
@@ -59,7 +62,7 @@ def calibrate(
     if split not in ("random", "area"):
         refuse_given(["--seed"], f"--split random or area beside it, found {split}, which draws nothing")
     with new_folder(output, force) as unfinished:
-        place = load_scene(scene)
+        place = changed_scene(load_scene(scene), changes)
         _refuse_idle_tolerances(place, allowed)
         refuse_idle_propagation(followed, [place])
         found = calibrate_scene(

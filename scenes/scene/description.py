@@ -16,7 +16,8 @@ from scenes.files.array_argument import check_array
 from scenes.files.errors import InputError, shown
 from scenes.files.options import check_kinds
 from scenes.scene.closed_parts import closed_parts
-from scenes.scene.materials import RadioMaterial
+from scenes.scene.frequency import read_frequency
+from scenes.scene.materials import RadioMaterial, p2040_material, p2040_source
 
 SPEED_OF_LIGHT = 299_792_458.0
 """Metres per second."""
@@ -287,13 +288,11 @@ class Scene:
         >>> round(yard.wavelength, 3), yard.bounds.tolist()
         (0.328, [[-5.0, -5.0, 0.0], [5.0, 5.0, 0.0]])
 
-        The same yard at another frequency needs the materials at that frequency. Those of ITU-R P.2040 for another one
-        are refused:
+        The same yard at another frequency, and with another array:
 
-        >>> from dataclasses import replace
-        >>> wifi = replace(yard, frequency=2.4e9, materials=bisplat.p2040_materials(["concrete"], 2.4e9))
-        >>> round(wifi.wavelength, 3)
-        0.125
+        >>> wifi = yard.at_frequency("2.4 GHz").with_array(8, 8, spacing=0.4)
+        >>> round(wifi.wavelength, 3), wifi.gateway.rows
+        (0.125, 8)
     """
 
     name: str
@@ -317,6 +316,68 @@ class Scene:
         """
         gateways = {"gateway1": self.gateway, **self.further_gateways}
         return {name: replace(self, gateway=gateway, further_gateways={}) for name, gateway in gateways.items()}
+
+    def at_frequency(self, frequency: float | str) -> Scene:
+        """Return the same scene at another carrier frequency.
+
+        Materials of ITU-R P.2040 get the values of that frequency. Those with values of their own keep them, and
+        ``simulate`` warns of them. Positions and thicknesses stay as they are. The spacing of the elements stays the
+        same in wavelengths.
+
+        Args:
+            frequency: Hz, or a text with a unit such as "2.4 GHz".
+
+        Returns:
+            The changed copy.
+
+        Raises:
+            ParameterError: the frequency is not from 1 MHz to 1 THz.
+            InputError: ITU-R P.2040 does not give a material at the frequency.
+
+        Example:
+            >>> import bisplat
+            >>> lab = bisplat.load_scene("lab")
+            >>> [round(each.materials["concrete"].conductivity, 3) for each in (lab, lab.at_frequency(2.4e9))]
+            [0.043, 0.092]
+        """
+        frequency = read_frequency(frequency)
+        materials = {}
+        for name, material in self.materials.items():
+            source = p2040_source(material, self.frequency)
+            if source is None:
+                materials[name] = replace(material, frequency=material.frequency or self.frequency)
+            else:
+                there = p2040_material(source, frequency)
+                values = (there.relative_permittivity, there.conductivity)
+                materials[name] = replace(
+                    material, relative_permittivity=values[0], conductivity=values[1], frequency=frequency
+                )
+        return replace(self, frequency=frequency, materials=materials)
+
+    def with_array(self, rows: int, columns: int, spacing: float | None = None) -> Scene:
+        """Return the same scene with another array at every gateway.
+
+        Args:
+            rows: number of elements along y, 1 to 64.
+            columns: number of elements along x, 1 to 64.
+            spacing: distance between neighbouring elements, wavelengths. None: as it is.
+
+        Returns:
+            The changed copy. ``simulate`` checks the values, as those of every scene.
+
+        Example:
+            >>> import bisplat
+            >>> gateway = bisplat.load_scene("lab").with_array(8, 8).gateway
+            >>> gateway.rows, gateway.columns, gateway.spacing
+            (8, 8, 0.5)
+        """
+
+        def changed(gateway: Gateway) -> Gateway:
+            between = gateway.spacing if spacing is None else spacing
+            return replace(gateway, rows=rows, columns=columns, spacing=between)
+
+        further = {name: changed(gateway) for name, gateway in self.further_gateways.items()}
+        return replace(self, gateway=changed(self.gateway), further_gateways=further)
 
     @property
     def wavelength(self) -> float:

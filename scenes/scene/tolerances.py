@@ -20,7 +20,7 @@ class Tolerances:
         rotation: standard deviation of the gateway's rotation about each axis, degrees, 0 to 90.
         objects: standard deviation of each horizontal coordinate of an object inside the room, metres, 0 to 10.
         materials: relative standard deviation of each material's permittivity, conductivity and thickness, 0 to 2.
-        frequency: relative standard deviation of the carrier frequency, 0 to 2; 0 if it is known.
+        carrier: relative standard deviation of the carrier frequency, 0 to 2; 0 if it is known.
 
     Raises:
         ParameterError: a number is outside its range.
@@ -30,17 +30,17 @@ class Tolerances:
 
         >>> import bisplat
         >>> bisplat.Tolerances(position=0.01, rotation=1)
-        Tolerances(position=0.01, rotation=1, objects=0.03, materials=0.2, frequency=0.0)
+        Tolerances(position=0.01, rotation=1, objects=0.03, materials=0.2, carrier=0.0)
     """
 
     position: float = 0.02
     rotation: float = 2.0
     objects: float = 0.03
     materials: float = 0.2
-    frequency: float = 0.0
+    carrier: float = 0.0
 
     def __post_init__(self) -> None:
         check_kinds(self)
         require_within(0, 10, "metres", position=self.position, objects=self.objects)
         require_within(0, 90, "degrees", rotation=self.rotation)
-        require_within(0, 2, "a relative deviation", materials=self.materials, frequency=self.frequency)
+        require_within(0, 2, "a relative deviation", materials=self.materials, carrier=self.carrier)

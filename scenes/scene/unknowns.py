@@ -78,7 +78,7 @@ def unknowns(scene: Scene, tolerances: Tolerances) -> list[Unknown]:
     """
     found = [Unknown("position", "", axis, tolerances.position) for axis in range(3)]
     found += [Unknown("rotation", "", axis, float(np.radians(tolerances.rotation))) for axis in range(3)]
-    found.append(Unknown("frequency", "", 0, tolerances.frequency))
+    found.append(Unknown("frequency", "", 0, tolerances.carrier))
     for number in movable(scene):
         found += [Unknown("object", scene.objects[number].name, axis, tolerances.objects) for axis in range(2)]
     for name, material in scene.materials.items():

@@ -83,7 +83,8 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials(
             IMPORT,
             [
-                *("--material wall=concrete", "--unit ft", "--up y", "--frequency 2.4e9", "--pattern dipole"),
+                *("--material wall=concrete", "--unit ft", "--up y", "--frequency 2.4e9", "--array 2x2"),
+                "--pattern dipole",
                 ("--default-material brick", "--default-material wood"),
                 ("--gateway 0.6 0.5 1", "--gateway 0.5 0.5 1"),
                 ("--boresight 1 1 0", "--boresight 1 0 0"),
@@ -96,8 +97,10 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials("scene wall.obj", ["--list"]),
         *_trials("scene closet --view", ["--port 8081"], SERVED),
         *_trials("scene closet", ["--view"], SERVED),
+        *_trials("scene closet --json", ["--frequency 2.4GHz", "--array 8x8"]),
     ],
     "simulate": [
+        *_trials(RAYS, ["--frequency 2.4GHz", "--array 2x3@0.4"]),
         *_trials(RAYS, ["--placement grid", "--seed 1", "--power-db", "--snr-db 10", "--gain-error-db 1"]),
         *_trials(RAYS, ["--phase-error-deg 5", "--phase-noise-deg 5", "--no-los", "--no-specular", "--no-refraction"]),
         *_trials(RAYS, ["--no-slab-phase", "--sionna", "--diffuse"]),
@@ -213,7 +216,11 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials("calibrate closet data -o out", ["-n 5", "--split random", *MECHANISMS], CALIBRATED),
         *_trials("calibrate closet data -o out --split random", ["--seed 1"], CALIBRATED),
         *_trials("calibrate closet data -o out", ["--position 0.1", "--rotation 1", "--objects 0.1"], CALIBRATED),
-        *_trials("calibrate closet data -o out", ["--materials 0.1", "--frequency 0.1"], CALIBRATED),
+        *_trials(
+            "calibrate closet data -o out",
+            ["--materials 0.1", "--carrier 0.1", "--frequency 920MHz", "--array 2x2"],
+            CALIBRATED,
+        ),
         *_trials("calibrate closet data -o out", [("-o out2", "-o out"), "--force"], NEW_FOLDER),
     ],
 }

@@ -13,7 +13,14 @@ REFUSED: dict[str, str] = {
     "scene closet --default-material wood": f"--default-material: {AN_IMPORT}",
     "scene closet --unit m": f"--unit: {AN_IMPORT}",
     "scene closet --up z": f"--up: {AN_IMPORT}",
-    "scene closet --frequency 915e6": f"--frequency: {AN_IMPORT}",
+    "scene closet --frequency 2.4": (
+        "--frequency: expected hertz, from 1e6 to 1e12, or a number with its unit such as \"915 MHz\", found '2.4'"
+    ),
+    "scene closet --array 4by4": "--array: expected ROWSxCOLUMNS or ROWSxCOLUMNS@SPACING in wavelengths, such as 8x8",
+    "simulate closet -o out --array 0x4": "closet: gateway.rows and columns must be at least 1",
+    "scene wall.obj --list --array 4x4": "--array: expected none beside --list",
+    "simulate data -o out --frequency 2.4GHz": f"--frequency: {AGAIN}",
+    "simulate data -o out --array 2x2": f"--array: {AGAIN}",
     "scene closet --gateway 1 1 1": f"--gateway: {AN_IMPORT}",
     "scene closet --boresight=1 0 0": f"--boresight: {AN_IMPORT}",
     "scene closet --pattern iso": f"--pattern: {AN_IMPORT}",

@@ -128,7 +128,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
         "Tolerances": Call(
             bisplat.Tolerances,
             {},
-            {name: (*NUMBER, -1, None) for name in ("position", "rotation", "objects", "materials", "frequency")},
+            {name: (*NUMBER, -1, None) for name in ("position", "rotation", "objects", "materials", "carrier")},
         ),
         "Tracer": Call(
             bisplat.Tracer,

@@ -152,7 +152,7 @@ def test_a_mesh_without_antennas_is_told_of_the_list(run):
 
 
 @pytest.mark.parametrize(
-    "option", ["--unit mm", "--up z", "--shift 0 0 0", "--list", "--material a=b", "--frequency 1e9"]
+    "option", ["--unit mm", "--up z", "--shift 0 0 0", "--list", "--material a=b", "--walls as-drawn"]
 )
 def test_options_of_an_import_are_refused_for_a_scene(run, option):
     status, out, err = run("closet", *option.split())

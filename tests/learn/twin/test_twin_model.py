@@ -154,7 +154,7 @@ def test_a_scene_is_needed_and_has_the_frequency(data, wrong, true, tmp_path):
     with pytest.raises(ParameterError, match="scene: expected the scene"):
         Twin(region, Beamformer(), data.wavelength)
     elsewhere = write_scene(
-        vary(true, [u for u in unknowns(true, Tolerances(frequency=1)) if u.kind == "frequency"], np.array([1.0])),
+        vary(true, [u for u in unknowns(true, Tolerances(carrier=1)) if u.kind == "frequency"], np.array([1.0])),
         tmp_path / "other",
     )
     with pytest.raises(InputError, match="wavelength"):

@@ -6,12 +6,15 @@ import numpy as np
 import pytest
 from trimesh import Trimesh
 
+from scenes.checks.material_frequency import doubts
 from scenes.checks.validation import validate
 from scenes.drawing.scene_drawing import describe_scene, draw_scene
-from scenes.files.errors import InputError
+from scenes.files.errors import InputError, ParameterError
 from scenes.scene import description
+from scenes.scene.array_size import read_array
 from scenes.scene.closed_parts import closed_parts
 from scenes.scene.description import Gateway, SceneObject
+from scenes.scene.materials import RadioMaterial
 from scenes.scene.shapes import box
 from scenes.scene.shifted import shifted
 
@@ -19,6 +22,37 @@ from scenes.scene.shifted import shifted
 def test_wavelength_and_bounds(scene):
     assert scene.wavelength == pytest.approx(0.32764, abs=1e-5)
     np.testing.assert_allclose(scene.bounds, [[-5, -5, 0], [5, 5, 1 / 3]])
+
+
+def test_materials_of_the_recommendation_follow_the_frequency_and_others_are_doubted(scene):
+    own = RadioMaterial("foam", 1.1, 1e-4, 0.1)
+    thin = replace(scene.materials["concrete"], thickness=0.07, color=(0, 0, 1), scattering_coefficient=0.2)
+    room = replace(scene, materials={**scene.materials, "concrete": thin, "foam": own})
+    wifi = room.at_frequency("2.4GHz")
+    assert wifi.wavelength == pytest.approx(299792458 / 2.4e9)
+    concrete = wifi.materials["concrete"]
+    assert concrete.conductivity == pytest.approx(0.0462 * 2.4**0.7822)  # ITU-R P.2040-3, Table 3
+    assert (concrete.thickness, concrete.color, concrete.scattering_coefficient) == (0.07, (0, 0, 1), 0.2)
+    assert wifi.materials["foam"] == own and len(doubts(room)) == 0
+    assert doubts(wifi) == [
+        'material "foam": its values are for 915 MHz, and the scene is at 2400 MHz; give those at 2400 MHz'
+    ]
+    back = wifi.at_frequency(915e6)
+    assert back == room and doubts(back) == []
+
+
+def test_every_gateway_gets_the_array(scene):
+    several = replace(scene, further_gateways={"door": replace(scene.gateway, rows=2, spacing=0.3)})
+    both = several.with_array(8, 2).by_gateway().values()
+    assert [(s.gateway.rows, s.gateway.columns, s.gateway.spacing) for s in both] == [(8, 2, 0.5), (8, 2, 0.3)]
+    assert several.with_array(1, 16, 0.25).further_gateways["door"].spacing == 0.25
+
+
+@pytest.mark.parametrize("text", ["8", "8x", "8x8@", "8x8@half", "-1x4", "8x8x8", "", "8.5x2"])
+def test_the_size_of_an_array_is_understood_or_refused(text):
+    assert read_array("4x2@.491") == (4, 2, 0.491) and read_array("16×1") == (16, 1, None)
+    with pytest.raises(ParameterError, match="expected ROWSxCOLUMNS"):
+        read_array(text)
 
 
 def test_region_corners(scene):

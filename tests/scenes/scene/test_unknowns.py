@@ -17,7 +17,7 @@ from tests.small_scene import CABINET, small_scene
 
 
 def test_walls_stay_and_conductors_have_no_properties():
-    labels = [each.label for each in unknowns(closet(), Tolerances(frequency=0.01))]
+    labels = [each.label for each in unknowns(closet(), Tolerances(carrier=0.01))]
     assert labels[:7] == [
         *("gateway x", "gateway y", "gateway z"),
         *("gateway rotation about x", "gateway rotation about y", "gateway rotation about z", "frequency"),
