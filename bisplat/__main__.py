@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from typing import Any
 
 PROGRAM = "bisplat"
+HINT = " (BISPLAT_TRACEBACK=1 shows the traceback)"
+"""What follows an error whose traceback helps the user, such as one of the user's own class."""
 
 
 def main() -> None:
@@ -46,8 +48,9 @@ def _run(given: list[str]) -> None:
     from bisplat.commands.command_groups import COMMANDS, overview, stated_version
     from bisplat.commands.given_options import refuse_repeated
     from bisplat.commands.number_options import REGISTRY
+    from learn.training.own_class import is_of_own_code
     from scenes.files.errors import InputError, ParameterError
-    from scenes.files.extras import MissingExtraError
+    from scenes.files.plain_text import warning_once
 
     try:
         if given in ([], ["-h"], ["--help"]):
@@ -57,17 +60,15 @@ def _run(given: list[str]) -> None:
         else:
             check_spelling(COMMANDS)
             refuse_repeated()
-            tyro.extras.subcommand_cli_from_dict(COMMANDS, prog=PROGRAM, registry=REGISTRY)
-    except ParameterError as error:
-        refuse(error.as_option())
-    except MissingExtraError as error:
-        refuse(str(error), hint="")  # it ends with a command to copy
+            with warning_once():
+                tyro.extras.subcommand_cli_from_dict(COMMANDS, prog=PROGRAM, registry=REGISTRY)
     except InputError as error:
-        refuse(str(error))
+        sentence = error.as_option() if isinstance(error, ParameterError) else str(error)
+        refuse(sentence, HINT if is_of_own_code(error.__cause__) else "")
     except OSError as error:
         if isinstance(error, BrokenPipeError) or error.filename == STDOUT:
             raise
-        refuse(f"{error.filename}: {error.strerror}" if error.filename else str(error))
+        refuse(f"{error.filename}: {error.strerror}" if error.filename else str(error), "" if error.filename else HINT)
     except MemoryError as error:
         refuse(f"expected enough memory for these numbers and files, found too little ({error})")
 
@@ -94,7 +95,7 @@ def check_spelling(named: Mapping[str, Callable[..., None]]) -> None:
     tyro.extras.subcommand_cli_from_dict(idle, prog=PROGRAM, args=escaped, registry=REGISTRY)
 
 
-def refuse(sentence: str, hint: str = " (BISPLAT_TRACEBACK=1 shows the traceback)") -> None:
+def refuse(sentence: str, hint: str = HINT) -> None:
     """Print an error and exit with status 1; with ``BISPLAT_TRACEBACK=1`` also print the traceback.
 
     Args:

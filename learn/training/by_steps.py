@@ -11,8 +11,7 @@ import lightning as L
 import numpy as np
 from lightning.pytorch.callbacks import Callback, Timer
 from lightning.pytorch.loggers import CSVLogger, TensorBoardLogger
-from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+from rich.progress import TextColumn
 
 from learn.models.base import SpectrumModel
 from learn.models.quadrature import Quadrature
@@ -23,6 +22,7 @@ from learn.training.run_folder import save_weights
 from learn.training.training_file import write_training
 from learn.training.validation_scores import told, validate
 from scenes.files.errors import InputError, printable
+from scenes.files.progress import progress_bar
 
 STEPS_PER_VALIDATION, VALIDATIONS = 100, 15
 """Smallest number of steps between validations, and number of validations of a long training, which has more steps than
@@ -41,19 +41,12 @@ class ProgressOnStderr(Callback):
 
     def __init__(self, steps: int) -> None:
         self._steps = steps
-        self._progress = Progress(
-            TextColumn("training"),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TextColumn("{task.fields[figures]}"),
-            TimeRemainingColumn(),
-            console=Console(stderr=True),
-        )
+        self._progress = progress_bar(TextColumn("{task.fields[figures]}"))
 
     def on_train_start(self, trainer: L.Trainer, module: L.LightningModule) -> None:
         if trainer.is_global_zero:
             self._progress.start()
-        self._bar = self._progress.add_task("", total=self._steps, completed=trainer.global_step, figures="")
+        self._bar = self._progress.add_task("training", total=self._steps, completed=trainer.global_step, figures="")
 
     def on_train_batch_end(self, trainer: L.Trainer, module: L.LightningModule, *_) -> None:
         metrics = {name: trainer.callback_metrics.get(name) for name in ("loss", "validation_ssim")}

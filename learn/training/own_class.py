@@ -55,6 +55,15 @@ def what_happened(error: BaseException) -> str:
     return f"{type(error).__name__}: {reason(error)}{place}"
 
 
+def is_of_own_code(error: BaseException | None) -> bool:
+    """Whether an error passed through code of the user's, so that its traceback tells more than the sentence.
+
+    >>> is_of_own_code(None)
+    False
+    """
+    return error is not None and any(map(_is_users, extract_tb(error.__traceback__)))
+
+
 _ROOT = Path(__file__).resolve().parents[2]
 _LIBRARIES = (*(str(_ROOT / name) + os.sep for name in OURS), sysconfig.get_path("stdlib") + os.sep, "<")
 

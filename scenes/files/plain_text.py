@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import re
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
 
 from rich.console import Console
 
@@ -40,12 +43,30 @@ LONGEST_WORD = 300
 """Most characters of a word. A longer one, such as an impossible path, is cut."""
 
 
+_warned: ContextVar[set[str] | None] = ContextVar("warnings of the running command", default=None)
+
+
+@contextmanager
+def warning_once() -> Iterator[None]:
+    """Let ``say`` print each warning once, however often the parts of a command find it."""
+    token = _warned.set(set())
+    try:
+        yield
+    finally:
+        _warned.reset(token)
+
+
 def say(sentence: str) -> None:
     """Print a sentence for the user on stderr, after the name of the program.
 
     Args:
         sentence: any text. Control characters are escaped, and very long words are cut.
     """
+    warned = _warned.get()
+    if warned is not None and sentence.startswith("warning: "):
+        if sentence in warned:
+            return
+        warned.add(sentence)
     short = re.sub(rf"\S{{{LONGEST_WORD},}}", lambda word: f"{word[0][:SHOWN]}…{word[0][-SHOWN:]}", sentence)
     print(f"bisplat: {printable(short)}", file=sys.stderr)
 

@@ -1,6 +1,8 @@
-"""Progress bars on stderr."""
+"""Progress on stderr: bars in a terminal, and lines elsewhere, such as in a log file."""
 
 from __future__ import annotations
+
+from typing import Any
 
 from rich.progress import (
     BarColumn,
@@ -8,12 +10,16 @@ from rich.progress import (
     Progress,
     ProgressColumn,
     Task,
+    TaskID,
     TextColumn,
     TimeRemainingColumn,
 )
 from rich.text import Text
 
-from scenes.files.plain_text import plain_console
+from scenes.files.plain_text import plain_console, say
+
+LINES = 10
+"""Lines of a task where there is no terminal."""
 
 
 class RateColumn(ProgressColumn):
@@ -23,13 +29,46 @@ class RateColumn(ProgressColumn):
         return Text(f"{task.speed:.1f}/s" if task.speed else "")
 
 
-def progress_bar() -> Progress:
-    """Return a progress bar on stderr with a description, count, spectra per second and remaining time."""
-    return Progress(
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        MofNCompleteColumn(),
-        RateColumn(),
-        TimeRemainingColumn(),
-        console=plain_console(stderr=True),
-    )
+class ProgressLines(Progress):
+    """Progress where there is no terminal: a line for each tenth of a task.
+
+    The field "figures" of a task, if it has one, stands at the end of its lines.
+    """
+
+    def __init__(self) -> None:
+        super().__init__(disable=True)
+        self._said: dict[TaskID, int] = {}  # tenths
+
+    def update(self, task_id: TaskID, **changes: Any) -> None:
+        super().update(task_id, **changes)
+        self._say(task_id)
+
+    def advance(self, task_id: TaskID, advance: float = 1) -> None:
+        super().advance(task_id, advance)
+        self._say(task_id)
+
+    def _say(self, task_id: TaskID) -> None:
+        task = self._tasks[task_id]
+        if not task.total:  # it has no end that is known; the line comes when it is over
+            return
+        part = int(LINES * task.completed / task.total)
+        if part > self._said.get(task_id, 0):
+            self._said[task_id] = part
+            whole = task.total == task.completed == 1
+            count = "" if whole else f": {task.completed:.0f} of {task.total:.0f}"
+            figures = task.fields.get("figures")
+            say(f"{task.description}{count}{f', {figures}' if figures else ''}")
+
+
+def progress_bar(*columns: ProgressColumn) -> Progress:
+    """Return progress on stderr with a description, count and remaining time.
+
+    Args:
+        columns: what stands before the remaining time in a terminal (default: spectra per second).
+    """
+    console = plain_console(stderr=True)
+    if not (console.is_terminal or console.is_jupyter):
+        return ProgressLines()
+    description = TextColumn("{task.description}", markup=False)
+    shown = columns or (RateColumn(),)
+    return Progress(description, BarColumn(), MofNCompleteColumn(), *shown, TimeRemainingColumn(), console=console)

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -219,14 +219,15 @@ def read_dataset(folder: Path | str) -> Dataset:
     if inspection.dataset is None:
         more = f" ({len(inspection.problems) - 1} more problems)" if len(inspection.problems) > 1 else ""
         raise InputError(inspection.problems[0] + more)
+    place = Path(folder).resolve()
     for sentence in inspection.dataset.assumptions():
-        _say_once(f"warning: {folder}: {sentence}")
+        if (place, sentence) not in _SAID:  # many programs read a dataset more than once
+            _SAID.add((place, sentence))
+            say(f"warning: {folder}: {sentence}")
     return inspection.dataset
 
 
-@cache
-def _say_once(sentence: str) -> None:
-    say(sentence)  # many commands read a dataset more than once
+_SAID: set[tuple[Path, str]] = set()
 
 
 def inspect(folder: Path) -> Inspection:

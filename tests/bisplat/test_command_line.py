@@ -5,6 +5,7 @@ import os
 import re
 import signal
 import sys
+from dataclasses import replace
 
 import h5py
 import numpy as np
@@ -14,6 +15,7 @@ from bisplat.__main__ import main
 from learn.training import by_steps
 from learn.training.lightning_module import Training
 from learn.training.run_folder import load_run
+from scenes.storage.scene_yaml import load_scene, write_scene
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import write_positions
 
@@ -377,7 +379,27 @@ def test_the_traceback_behind_a_sentence_is_shown_when_asked_for(monkeypatch, ca
         assert leaving.value.code == 1
         assert ("Traceback" in err and "read_config" in err) == wanted
         assert err.splitlines()[-1].startswith(f"bisplat: {tmp_path / 'nowhere'}: expected a run folder")
-        assert ("BISPLAT_TRACEBACK=1" in err) != wanted
+        assert "BISPLAT_TRACEBACK" not in err  # it would tell no more than the sentence
+
+
+def test_the_traceback_is_offered_for_an_error_of_a_class_of_the_users(command, tiny, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine.py").write_text("class Mine:\n    def fit(self, task):\n        task.no\n    predict = fit\n")
+    status, _, err = command("compare", str(tiny), "-o", "out", "--models", "mine:Mine")
+    assert status == 1 and err.splitlines()[-1].endswith("(BISPLAT_TRACEBACK=1 shows the traceback)")
+    assert "no attribute 'no'" in err and "mine.py, line 3" in err
+    status, _, err = command("compare", str(tiny), "-o", "out", "--models", "mean-pictures")
+    assert status == 1 and "BISPLAT_TRACEBACK" not in err
+
+
+def test_a_command_says_a_warning_once(command, tmp_path):
+    scene = load_scene("closet")
+    old = replace(scene.materials["brick"], conductivity=0.04, frequency=2.4e9)
+    write_scene(replace(scene, materials={**scene.materials, "brick": old}), tmp_path / "room")
+    for number in range(2):
+        words = ("-n", "2", "--max-depth", "0", "-o", tmp_path / f"out{number}")
+        status, _, err = command("simulate", tmp_path / "room" / "scene.yaml", *words)
+        assert status == 0 and err.count("its values are for 2400 MHz") == 1, err
 
 
 def test_a_file_that_cannot_be_written_is_named(command, finished_run, tiny, tmp_path):

@@ -1,0 +1,27 @@
+"""Progress where there is no terminal."""
+
+from scenes.files.progress import progress_bar
+
+
+def test_a_line_for_each_tenth_and_none_is_cut(capsys):
+    long = "finding paths, " + "28 edges " * 20
+    with progress_bar() as progress:
+        search = progress.add_task("search", total=None)
+        progress.update(search, description="still searching")
+        progress.update(search, description=long, total=1, completed=1)
+        spectra = progress.add_task("spectra", total=200)
+        for _ in range(200):
+            progress.advance(spectra)
+        for _ in progress.track(range(2), description="pictures"):
+            pass
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[0] == f"bisplat: {long}"
+    assert lines[1:11] == [f"bisplat: spectra: {count} of 200" for count in range(20, 201, 20)]
+    assert lines[-1] == "bisplat: pictures: 2 of 2"
+
+
+def test_figures_and_resumed_tasks(capsys):
+    with progress_bar() as progress:
+        bar = progress.add_task("training", total=30, completed=29, figures="")
+        progress.update(bar, completed=30, figures="loss 0.5")
+    assert capsys.readouterr().err == "bisplat: training: 30 of 30, loss 0.5\n"
