@@ -38,6 +38,7 @@ def changed_scene(place: Scene, changes: SceneChanges) -> Scene:
     Raises:
         InputError: a change is malformed, or gives a scene that is not valid.
     """
+    from scenes.checks.material_frequency import doubts
     from scenes.checks.validation import validate
     from scenes.scene.array_size import read_array
 
@@ -54,4 +55,6 @@ def changed_scene(place: Scene, changes: SceneChanges) -> Scene:
         facts.append(f"{found.rows} × {found.columns} elements at {found.spacing:g} wavelengths")
     validate(place, place.name)
     say(f"{place.name}: {', '.join(facts)}")
+    for sentence in doubts(place):
+        say(f"warning: {place.name}: {sentence}")
     return place

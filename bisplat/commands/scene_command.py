@@ -99,7 +99,6 @@ def scene(
         require_extra("viewer", "the viewer")
     else:
         refuse_given(["--port"], "--view beside it, found none")
-    from scenes.checks.material_frequency import doubts
     from scenes.drawing.scene_drawing import draw_scene
     from scenes.importing.imported_file import is_importable
     from scenes.importing.mesh_import import DEFAULT_FREQUENCY, import_scene
@@ -166,8 +165,6 @@ def scene(
         if view:
             refuse_given(["--force"], "none beside --view, which asks before it replaces a scene")
         place = changed_scene(load_scene(scene), SceneChanges(frequency, array))
-        for sentence in doubts(place):
-            say(f"warning: {place.name}: {sentence}")
         drawing = output or Path(f"{file_stem(place.name)}.png")
     if view:
         from scenes.browser.scene_editor import Editor

@@ -88,6 +88,9 @@ def simulate(
         require_no_options(kind.name, **{name: value for name, value in given.items() if name not in own})
         by = kind(**given)
     request = request_for(scene, content, by, content.seed)
+    if isinstance(scene, Scene):  # those of a file were said when it was read
+        for sentence in doubts(scene):
+            say(f"warning: {scene.name}: {sentence}")
     generate(request, Path(output), machines)
     return read_dataset(output)
 
@@ -149,8 +152,6 @@ def request_for(scene: Scene | str | Path, content: Simulation, engine: Engine, 
         return replace(request, engine=engine.again(request.engine).for_scene(request.scene))
     if isinstance(scene, Scene):
         validate(scene, scene.name)
-        for sentence in doubts(scene):
-            say(f"warning: {scene.name}: {sentence}")
     else:
         scene = load_scene(scene)
     if scene.further_gateways:
