@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json as json_format
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
@@ -13,8 +13,9 @@ from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.simulate_command import Output
 from learn.data.splits import SplitKind
 from learn.models.steps import Processes, Steps
+from learn.training.presets import PRESETS, PresetName
 from learn.training.registry import DEFAULT_MODEL, MODELS, model_class, model_entry
-from scenes.files.errors import InputError, ParameterError, printable
+from scenes.files.errors import InputError, ParameterError, printable, shown
 from scenes.files.options import changed, optional, unchecked
 from scenes.files.plain_text import say
 from scenes.files.text_tables import print_table
@@ -86,12 +87,15 @@ def train(
     dataset: Positional[Path],
     output: Output,
     model: ModelName = DEFAULT_MODEL,
+    preset: PresetName | None = None,
     split: SplitKind = "files",
     guard: float = 0.0,
     seed: int = 0,
     encoding: Literal["octaves", "waves"] | None = None,
     bypass: tuple[str, ...] = (),
     scene: str | None = None,
+    option: tuple[str, ...] = (),
+    budget: float | None = None,
     steps: OmitArgPrefixes[optional(Steps)] = optional(Steps)(),  # type: ignore[valid-type]
     processes: OmitArgPrefixes[unchecked(Processes)] = unchecked(Processes)(),  # type: ignore[valid-type]
 ) -> None:
@@ -103,6 +107,8 @@ def train(
         dataset: NeRF² dataset folder, simulated or measured.
         output: folder of the new run.
         model: name of the model (documentation: The models), or module:Class for your own.
+        preset: a published model with its number of steps, instead of --model. paper: BiSplat-WRF; paper-plus:
+            BiSplat-WRF+.
         split: choice of test spectra. files: the dataset's own; random: a fifth; blocked: every fourth block of ten;
             area: areas with about a fifth.
         guard: known positions nearer than this to a test position are left out, wavelengths.
@@ -110,26 +116,59 @@ def train(
         encoding: how the position is encoded. octaves: as in the paper; waves: plane waves of the dataset's wavelength.
         bypass: parts of bisplat or bisplat-plus to switch off: dynamic, delta, bst, order.
         scene: twin only: the scene, a built-in name or a scene YAML.
+        option: NAME=VALUE: options of the model that differ from its defaults, such as primitives=250.
+        budget: training time, minutes, instead of a number of steps.
         steps: training settings (default: the model's own). helmholtz and twin take none.
         processes: where the training runs.
     """
-    _refuse_idle_settings(model, dataset)
+    if preset is not None:
+        refuse_given(["--model"], f"none beside --preset, found {preset}, which is {PRESETS[preset].model}")
+    if budget is not None:
+        refuse_given(["--steps"], "none beside --budget, which is turned into a number of steps")
+    _refuse_idle_settings(model if preset is None else PRESETS[preset].model, dataset)
     from learn.training.train import train as train_model
 
     place = str(Path(scene).resolve()) if scene is not None and Path(scene).is_file() else scene
     given = {"bypass": bypass or None, "encoding": encoding, "scene": place}
-    train_model(
-        dataset,
-        output,
-        model=model,
-        split=split,
-        guard=guard,
-        seed=seed,
-        options={name: value for name, value in given.items() if value is not None},
-        **changed(steps),
-        **vars(processes),
-    )
+    options = {name: value for name, value in given.items() if value is not None}
+    for name, value in map(read_option, option):
+        if name in options:
+            raise ParameterError("option", f"expected each option once, found {name} twice")
+        options[name] = value
+    try:
+        train_model(
+            dataset,
+            output,
+            model=model,
+            split=split,
+            guard=guard,
+            seed=seed,
+            options=options,
+            budget=budget,
+            preset=preset,
+            **changed(steps),
+            **vars(processes),
+        )
+    except ParameterError as error:  # of an option of the model, which is no option of the command
+        if error.parameter not in options or given.get(error.parameter) is not None:
+            raise
+        raise ParameterError("option", f"{error.parameter}: {error.message}") from None
     print(printable(f"run: {output}"))
+
+
+def read_option(text: str) -> tuple[str, Any]:
+    """Read an option of a model. A value is a number, true or false, a list in JSON, or else a text.
+
+    >>> read_option("primitives=250"), read_option("encoding=waves"), read_option('bypass=["bst"]')
+    (('primitives', 250), ('encoding', 'waves'), ('bypass', ['bst']))
+    """
+    name, equals, value = text.partition("=")
+    if not (name and equals and value):
+        raise ParameterError("option", f"expected NAME=VALUE, such as primitives=250, found {shown(text)}")
+    try:
+        return name, json_format.loads(value)
+    except ValueError:
+        return name, value
 
 
 def _refuse_idle_settings(model: str, dataset: Path) -> None:

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from learn.comparison.budget import steps_within
 from learn.comparison.task import Task
+from learn.training.budget import within
 from learn.training.config import Config, read_config
-from learn.training.found_responses import Learned, learned_responses
+from learn.training.found_responses import Learned
 from learn.training.registry import model_entry
 from learn.training.run_folder import Run, build_model, load_run
 from learn.training.train import box_of, train_run
@@ -35,7 +35,7 @@ class TrainedModel:
     def fit(self, task: Task) -> None:
         begun = (task.folder / "config.json").exists()
         config, learned = (read_config(task.folder).config, None) if begun else self._config(task)
-        train_run(config, task.folder, learned=learned)
+        train_run(config, task.folder, dataset=task.dataset, learned=learned)
         self._run: Run = load_run(task.folder)
 
     def _config(self, task: Task) -> tuple[Config, Learned | None]:
@@ -57,9 +57,7 @@ class TrainedModel:
         learned = None
         if task.minutes is not None:
             model = build_model(config, box_of(task.positions), task.beamformer, task.dataset.wavelength)
-            learned = learned_responses(model, task.dataset, task.parts, by_steps)
-            minutes = task.minutes - learned.seconds / 60
-            by_steps = replace(by_steps, steps=steps_within(minutes, model, by_steps, task, learned))
+            by_steps, learned = within(task.minutes, model, by_steps, task.dataset, task.parts, task.seed)
         return replace(config, by_steps=by_steps), learned
 
     def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:

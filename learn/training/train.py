@@ -24,12 +24,14 @@ from learn.models.base import SpectrumModel
 from learn.models.capabilities import FitsInClosedForm
 from learn.models.quadrature import quadrature
 from learn.models.steps import Processes, Steps
+from learn.training.budget import within
 from learn.training.by_steps import train_by_steps
 from learn.training.config import Config, read_config, write_config
 from learn.training.fit_progress import FitProgress
 from learn.training.found_responses import Learned, learned_responses
 from learn.training.lightning_module import Spectra
 from learn.training.own_dataset import require_same_receiver, require_same_spectra
+from learn.training.presets import PRESETS, PresetName
 from learn.training.registry import DEFAULT_MODEL, check_options, model_entry
 from learn.training.run_folder import Run, build_model, load_run, load_weights, save_weights
 from learn.training.training_file import write_training
@@ -39,6 +41,7 @@ from scenes.files.errors import (
     ParameterError,
     require_instance,
     require_path,
+    require_positive,
     require_seed,
     require_whole,
     require_within,
@@ -46,6 +49,7 @@ from scenes.files.errors import (
 )
 from scenes.files.options import changed, optional, taken, takes
 from scenes.files.output_folder import own_folder, require_own
+from scenes.files.plain_text import say
 from scenes.scene.shapes import bounding_box
 from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.positions.given_positions import MOST_POSITIONS
@@ -64,6 +68,8 @@ def train(
     guard: float = 0.0,
     seed: int = 0,
     options: Mapping[str, Any] | None = None,
+    budget: float | None = None,
+    preset: PresetName | None = None,
     **settings: Any,
 ) -> Run:
     """Train a model on a dataset.
@@ -85,15 +91,19 @@ def train(
         guard: known positions nearer than this to a test position are left out, wavelengths.
         seed: seed of the split, the initial weights and the order of the spectra.
         options: options of the model that differ from its defaults, such as ``{"primitives": 250}``.
+        budget: training time, minutes, instead of a number of steps. It is turned into a number of steps by timing a
+            few of them, and includes the search for responses behind pictures. None: the number of steps is set.
+        preset: a published model with its number of steps: "paper" (BiSplat-WRF) or "paper-plus" (BiSplat-WRF+). It
+            replaces ``model``. Settings that are given differ from it.
         **settings: those of ``Processes`` and ``Steps``.
 
     Returns:
         The trained run.
 
     Raises:
-        ParameterError: the model is unknown or cannot be imported, or lacks one of the options; no split has this name;
-            settings of training by steps are given for a model that is fitted in closed form; or a number is out of its
-            range.
+        ParameterError: the model is unknown or cannot be imported, or lacks one of the options; no split or preset has
+            this name; settings of training by steps are given for a model that is fitted in closed form; steps are
+            given beside a budget; or a number is out of its range.
         InputError: the dataset is not valid or has too few spectra for the split; or the output folder holds other
             files or a run with other settings, or another process writes to it.
 
@@ -108,14 +118,26 @@ def train(
     require_word(SPLITS, split=split)
     if options is not None:
         require_instance(Mapping, options=options)
+    if preset is not None:
+        require_word(tuple(PRESETS), preset=preset)
+        if model not in (DEFAULT_MODEL, PRESETS[preset].model):
+            raise ParameterError("model", f"expected none beside the preset {preset}, found {model}")
+        model = PRESETS[preset].model
     entry = model_entry(model)
     processes, given = taken(settings, Processes, optional(Steps))
     by_steps = {name: value for name, value in changed(given).items() if value is not None}
     if by_steps.get("init") is not None:
         require_path(init=by_steps["init"])
         by_steps["init"] = str(Path(by_steps["init"]).resolve())
-    if entry.by_steps is None and by_steps:
-        raise ParameterError(next(iter(by_steps)), f"expected a model trained by steps, found {model}")
+    if budget is not None:
+        require_positive(budget=budget)
+        if "steps" in by_steps:
+            raise ParameterError("budget", f"expected none beside steps, found {by_steps['steps']} steps")
+    for name in (*by_steps, *(["budget"] if budget is not None else [])):
+        if entry.by_steps is None:
+            raise ParameterError(name, f"expected a model trained by steps, found {model}")
+    if preset is not None and budget is None:
+        by_steps = {"steps": PRESETS[preset].steps} | by_steps
     folder = dataset.folder if isinstance(dataset, Dataset) else Path(dataset)
     config = Config(
         dataset=str(folder.resolve()),
@@ -127,8 +149,30 @@ def train(
         options=dict(options or {}),
         by_steps=entry.by_steps and replace(entry.by_steps, **by_steps),
     )
-    train_run(config, Path(output), processes, dataset if isinstance(dataset, Dataset) else None, say_split=True)
+    loaded, learned = dataset if isinstance(dataset, Dataset) else None, None
+    if budget is not None:
+        _check(config, processes)
+        loaded = loaded or read_dataset(folder)
+        config, learned = _within(budget, config, Path(output), loaded)
+    if preset is not None and config.by_steps is not None:
+        say(f"preset {preset}: {model}, {config.by_steps.steps} steps")
+    train_run(config, Path(output), processes, loaded, learned, say_split=True)
     return load_run(Path(output))
+
+
+def _within(minutes: float, config: Config, folder: Path, dataset: Dataset) -> tuple[Config, Learned | None]:
+    """Settings with as many steps as fit into the minutes, or with those of the run that the folder already holds."""
+    assert config.by_steps is not None
+    if (folder / "config.json").exists():
+        begun = read_config(folder).config.by_steps
+        return replace(config, by_steps=replace(config.by_steps, steps=begun.steps if begun else 1)), None
+    require_own(folder, "run", "config.json", config.settings(), _recorded_settings)
+    parts = split_of(dataset, config.split, config.split_seed, config.train_size, config.guard)
+    L.seed_everything(config.seed, verbose=False)
+    model = build_model(config, box_of(dataset.positions[parts.known]), dataset.beamformer, dataset.wavelength)
+    by_steps, learned = within(minutes, model, config.by_steps, dataset, parts, config.seed)
+    say(f"{by_steps.steps} steps fit into {minutes:g} minutes")
+    return replace(config, by_steps=by_steps), learned
 
 
 def train_run(

@@ -444,9 +444,9 @@ def test_trained_model_is_a_run_that_is_not_trained_twice(tiny, tmp_path):
 
 
 def test_budget_becomes_steps(tiny, tmp_path, monkeypatch):
-    monkeypatch.setattr(trained_model, "steps_within", lambda minutes, *_: round(120 * minutes))
+    monkeypatch.setattr("learn.training.budget.steps_within", lambda minutes, *_: round(120 * minutes))
     seen = []
-    monkeypatch.setattr(trained_model, "train_run", lambda config, folder, learned: seen.append(config))
+    monkeypatch.setattr(trained_model, "train_run", lambda config, folder, **_: seen.append(config))
     monkeypatch.setattr(trained_model, "load_run", lambda folder: None)
     TrainedModel("mlp").fit(Task(read_dataset(tiny), "files", 0, None, 7, 3.0, None, tmp_path / "run"))
     assert seen[0].by_steps.steps == 360 and seen[0].seed == 7
@@ -454,7 +454,7 @@ def test_budget_becomes_steps(tiny, tmp_path, monkeypatch):
 
 def test_finding_phases_is_part_of_the_budget(tiny, tmp_path, monkeypatch):
     minutes, learned = [], Learned(None, seconds=60.0)
-    where = "learn.comparison.trained_model."
+    where = "learn.training.budget."
     monkeypatch.setattr(f"{where}learned_responses", lambda *_: learned)
     monkeypatch.setattr(f"{where}steps_within", lambda given, *_: minutes.append(given) or 1)
     TrainedModel("mlp-responses").fit(Task(read_dataset(tiny), "files", 0, None, 7, 3.0, None, tmp_path / "run"))
