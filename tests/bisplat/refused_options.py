@@ -65,7 +65,7 @@ REFUSED: dict[str, str] = {
     "train data -o out --preset paper --model mlp": "--model: expected none beside --preset, found paper, which is",
     "train data -o out --model mlp --budget 1 --steps 5": "--steps: expected none beside --budget, which is turned",
     "train data -o out --budget 1": f"--budget: {OF_STEPS} helmholtz",
-    "train data -o out --model mlp --option pixel=9": "--option: pixel: expected an option of the model mlp, which has encoding; found",
+    "train data -o out --model mlp --option pixel=9": "--option: pixel: expected an option of the model mlp, which has",
     "train data -o out --model mlp --option pixels": "--option: expected NAME=VALUE, such as primitives=250, found",
     "train data -o out --model mlp --encoding waves --option encoding=octaves": (
         "--option: expected each option once, found encoding twice"
