@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json as json_format
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from tyro.conf import OmitArgPrefixes, Positional, arg
 
@@ -16,6 +16,9 @@ from scenes.files.errors import ParameterError
 from scenes.files.options import checked, unchecked
 from scenes.files.text_tables import print_table
 from simulate.rays.core.propagation import Propagation
+
+if TYPE_CHECKING:  # its import takes long, and the help does not need it
+    from learn.evaluation.locations import Locations
 
 
 def evaluate(
@@ -35,15 +38,15 @@ def evaluate(
         run: the run folder.
         dataset: dataset folder to test on (default: the run's own, which is also recognised where it has moved to).
         index: file with the names of the test spectra, one per line (default: the test part of the split).
-        locate: instead locate the test transmitters from their spectra, and measure the errors.
+        locate: also locate the test transmitters from their spectra, and measure the errors.
         further_gateways: with --locate: runs of other gateways that received the same transmitters.
         ceiling: score the array's ceiling, too, which takes long for large arrays without recorded responses.
         json: print the scores as JSON.
     """
-    if locate or further_gateways:
-        refuse_given(["--ceiling", "--no-ceiling"], "none beside --locate, which scores no spectra")
-        _evaluate_locations(run, dataset or index, locate, further_gateways, json)
-        return
+    if further_gateways and not locate:
+        raise ParameterError("further_gateways", "expected --locate with runs of further gateways, found none")
+    if locate and (dataset or index) is not None:
+        raise ParameterError("locate", f"expected the test part of the run's own split, found {dataset or index}")
     from learn.baselines.array_ceiling import shown_name
     from learn.data.split_distances import say_distances
     from learn.evaluation.evaluate import evaluate as score_run
@@ -51,11 +54,16 @@ def evaluate(
     from learn.training.fit_progress import FitProgress
 
     require_new(run / "evaluation" / "report.html", force=True)
+    if locate:
+        require_new(run / "evaluation" / "locations.csv", force=True)
     with FitProgress("evaluation") as progress:
         evaluation = score_run(run, dataset, index, ceiling, progress)
     write_evaluation(evaluation, run / "evaluation")
     say_distances(evaluation.distances)
     metrics = evaluation.metrics()
+    located = _located(run, further_gateways) if locate else None
+    if located is not None:
+        metrics["locations"] = located.metrics()
     if json:
         print(json_format.dumps(metrics, indent=2))
     else:
@@ -65,28 +73,21 @@ def evaluate(
         if "within_90_percent_interval" in metrics:
             share, width = metrics["within_90_percent_interval"], metrics["deviation_median"]
             print(f"{share:.1%} of the true values are within the stated 90 % intervals; median deviation {width:.3f}")
+        if located is not None:
+            print_table(f"{len(located.truth)} located transmitters", {"": located.metrics()})
         print(f"report: {run / 'evaluation' / 'report.html'}")
 
 
-def _evaluate_locations(
-    run: Path, other: Path | None, locate: bool, further_gateways: tuple[Path, ...], json: bool
-) -> None:
+def _located(run: Path, further_gateways: tuple[Path, ...]) -> Locations:
+    """Locate the test transmitters, and write the report of their errors."""
     from learn.evaluation.locations import evaluate_locations
     from learn.reports.locations_report import write_locations
     from learn.training.fit_progress import FitProgress
 
-    if not locate:
-        raise ParameterError("further_gateways", "expected --locate with runs of further gateways, found none")
-    if other is not None:
-        raise ParameterError("locate", f"expected the test part of the run's own split, found {other}")
-    require_new(run / "evaluation" / "locations.csv", force=True)
     with FitProgress("location") as report:
         found = evaluate_locations([run, *further_gateways], report)
     write_locations(found, run / "evaluation")
-    if json:
-        print(json_format.dumps(found.metrics(), indent=2))
-    else:
-        print_table(f"{len(found.truth)} located transmitters", {"": found.metrics()})
+    return found
 
 
 def crossvalidate(

@@ -102,10 +102,11 @@ def locate(
 
     Args:
         runs: the run folder. With several gateways: a run for each, in the same frame.
-        pictures: for each run, a dataset folder or a folder of PNG spectra (00001.png, ...).
+        pictures: for each run, a dataset folder or a folder of PNG spectra (00001.png, ...). Of the dataset that the
+            first run was trained on, the test part is located; its folder spectrum stands for all pictures.
         output: the .csv file to write.
     """
-    from learn.localisation.heard_pictures import heard_pictures
+    from learn.localisation.heard_pictures import heard_pictures, parts_of
     from learn.localisation.locate import grid_warning
     from learn.localisation.locate import locate as locate_pictures
     from learn.localisation.places_file import write_places
@@ -123,12 +124,18 @@ def locate(
     for folder, (other, _) in zip(pictures, seen, strict=True):
         if other != names:
             raise InputError(f"{folder}: expected pictures of the same names as in {pictures[0]}, found other ones")
+    parts = parts_of(names, pictures[0], loaded[0])
+    chosen = list(range(len(names)))
+    if "test" in parts and pictures[0].resolve().name != "spectrum":
+        chosen = [number for number, part in enumerate(parts) if part == "test"]
+        say(f"{pictures[0]}: located the {len(chosen)} pictures of the test part; {pictures[0]}/spectrum has all")
+        names, parts = ([each[number] for number in chosen] for each in (names, parts))
     warning = grid_warning(loaded)
     if warning is not None:
         say(f"warning: {warning}")
     with FitProgress("location") as report:
-        places = locate_pictures(loaded, [each for _, each in seen], report)
-    write_places(output, names, places)
+        places = locate_pictures(loaded, [each[chosen] for _, each in seen], report)
+    write_places(output, names, places, parts)
     several, empty = sum(len(each) > 1 for each in places), sum(not each for each in places)
     told = "with pictures that tell nothing, such as those of one grey level, which the file leaves out"
     unseen = f", and {empty} {told}" if empty else ""

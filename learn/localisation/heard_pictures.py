@@ -16,6 +16,7 @@ from learn.data.same_receiver import (
     other_frequency,
     pose_difference,
 )
+from learn.localisation.places_file import NEW
 from learn.training.run_folder import Run
 from scenes.files.errors import InputError
 from scenes.files.plain_text import say
@@ -46,6 +47,28 @@ def heard_pictures(folder: Path, run: Run) -> tuple[list[str], UInt8[np.ndarray,
     _check_metadata(folder, names, pictures, run)
     _check_gateway(folder, run)
     return names, pictures
+
+
+def parts_of(names: list[str], folder: Path, run: Run) -> list[str]:
+    """Tell which part of a run's split each picture is of.
+
+    Args:
+        names: names of the pictures.
+        folder: where they are: a dataset folder, or a folder of pictures.
+        run: the run.
+
+    Returns:
+        "train", "validation" or "test" for pictures of the run's dataset, and "new" for others.
+    """
+    own = Path(run.config.dataset).resolve()
+    if folder.resolve() not in (own, own / "spectrum"):
+        return [NEW] * len(names)
+    dataset = run.dataset()
+    split = run.split(dataset)
+    part: dict[str, str] = {}
+    for kind in ("train", "validation", "test"):
+        part |= {dataset.names[index]: kind for index in getattr(split, kind)}
+    return [part.get(name, NEW) for name in names]
 
 
 def _check_metadata(folder: Path, names: list[str], pictures: UInt8[np.ndarray, "K 90 360"], run: Run) -> None:

@@ -18,27 +18,39 @@ from scenes.files.number_text import parse_number
 LARGEST = 100 * MEGABYTE
 """Largest size of the CSV, bytes."""
 
-HEADER = ("name", "place", "probability", "x", "y", "z", "xx", "xy", "xz", "yy", "yz", "zz", "misfit")
+WITHOUT_PART = ("name", "place", "probability", "x", "y", "z", "xx", "xy", "xz", "yy", "yz", "zz", "misfit")
+"""The header of earlier versions."""
+
+HEADER = (*WITHOUT_PART, "part")
 """Name of the picture, number of the place (1 is the most probable), its probability, position (metres), covariance
-(square metres), and squared distance of the fingerprints there."""
+(square metres), squared distance of the fingerprints there, and the part of the run's split that the picture is of:
+train, validation, test, or new."""
+
+NEW = "new"
+"""Part of a picture that is not of the run's dataset."""
 
 
-def write_places(path: Path, names: Sequence[str], places: Sequence[Sequence[Place]]) -> None:
+def write_places(
+    path: Path, names: Sequence[str], places: Sequence[Sequence[Place]], parts: Sequence[str] | None = None
+) -> None:
     """Write the CSV.
 
     Args:
         path: the file.
         names: names of the pictures.
         places: places of each transmitter, from ``locate``.
+        parts: part of the run's split that each picture is of. None: all are new.
     """
+    parts = parts or [NEW] * len(names)
     text = StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(HEADER)
-    for name, of_one in zip(names, places, strict=True):
+    for name, of_one, part in zip(names, places, parts, strict=True):
         for number, place in enumerate(of_one, start=1):
             covariance = place.covariance[np.triu_indices(3)]
             figures = [f"{place.probability:.4f}", *(f"{value:.4f}" for value in place.position)]
-            writer.writerow([name, number, *figures, *(f"{value:.3e}" for value in covariance), f"{place.misfit:.5f}"])
+            figures += [*(f"{value:.3e}" for value in covariance), f"{place.misfit:.5f}"]
+            writer.writerow([name, number, *figures, part])
     write_atomically(path, text.getvalue().encode())
 
 
@@ -55,7 +67,7 @@ def read_places(path: Path) -> dict[str, np.ndarray]:
         InputError: there is no such file, its header is another one, or a position is not three finite numbers.
     """
     rows = csv.DictReader(StringIO(read_text(path, "a CSV of places", LARGEST)))
-    if tuple(rows.fieldnames or ()) != HEADER:
+    if tuple(rows.fieldnames or ()) not in (HEADER, WITHOUT_PART):
         raise InputError(f"{path}, line 1: expected the header {','.join(HEADER)}, found {shown(rows.fieldnames)}")
     found: dict[str, np.ndarray] = {}
     for number, row in enumerate(rows, start=2):

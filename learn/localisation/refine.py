@@ -64,8 +64,23 @@ def refine(
         better = after < misfit
         positions[better], found[better], misfit[better] = moved[better], there[better], after[better]
         damping = np.where(better, damping / 4, damping * 6)
-    derivative = _derivative(predicted, positions, STEP * wavelength)
-    return Refined(positions, misfit, derivative.transpose(0, 2, 1) @ derivative)
+    return Refined(positions, misfit, _normal(predicted, positions, wavelength))
+
+
+def _normal(
+    predicted: Callable[[Float[np.ndarray, "n 3"]], Float[np.ndarray, "n F"]],
+    positions: Float[np.ndarray, "K 3"],
+    wavelength: float,
+) -> Float[np.ndarray, "K 3 3"]:
+    """JᵀJ with the step that shows more of the change around each position, 1/m².
+
+    A field that interpolates by inverse distances is flat at each known position, and steep around it. The short step
+    alone would see no change there.
+    """
+    both = [_derivative(predicted, positions, step * wavelength) for step in (STEP, LONGEST)]
+    short, long = (each.transpose(0, 2, 1) @ each for each in both)
+    steeper = np.trace(short, axis1=1, axis2=2) >= np.trace(long, axis1=1, axis2=2)
+    return np.where(steeper[:, None, None], short, long)
 
 
 def _at_most(step: Float[np.ndarray, "K 3"], longest: float) -> Float[np.ndarray, "K 3"]:

@@ -24,7 +24,7 @@ def write_locations(locations: Locations, folder: Path) -> None:
     """
     folder.mkdir(parents=True, exist_ok=True)
     write_atomically(folder / "locations.json", (json.dumps(locations.metrics(), indent=2) + "\n").encode())
-    write_places(folder / "locations.csv", locations.names, locations.places)
+    write_places(folder / "locations.csv", locations.names, locations.places, ["test"] * len(locations.names))
     figure = Figure(figsize=(5, 3.6), layout="constrained")
     axis = figure.subplots()
     for name, errors in locations.errors.items():

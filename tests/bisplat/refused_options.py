@@ -89,7 +89,6 @@ REFUSED: dict[str, str] = {
     ),
     "evaluate mlp --further-gateways mlp": "--further-gateways: expected --locate",
     "evaluate mlp --locate --dataset others": "--locate: expected the test part of the run's own split, found others",
-    "evaluate mlp --locate --no-ceiling": "--no-ceiling: expected none beside --locate",
     "evaluate mlp --locate --index one.txt": "--locate: expected the test part of the run's own split, found one.txt",
     "crossvalidate mlp --scene closet --field data --engine rays": "--engine: expected none beside --field",
     "compare data -o out --models nearest helmholtz --budget 5": f"--budget: {OF_STEPS} nearest, helmholtz",

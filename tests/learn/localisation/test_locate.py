@@ -18,7 +18,7 @@ from learn.localisation import locate as locate_module
 from learn.localisation import refine as refine_module
 from learn.localisation.fingerprints import Field, Fingerprints
 from learn.localisation.heard_pictures import heard_pictures
-from learn.localisation.locate import MODES, _starts, grid_warning
+from learn.localisation.locate import MODES, _places, _starts, grid_warning
 from learn.localisation.places_file import HEADER
 from learn.localisation.refine import FARTHEST, refine
 from learn.models.geometry import grid_in
@@ -105,6 +105,36 @@ def test_command_writes_what_the_function_finds(folder, runs, tmp_path, monkeypa
         np.testing.assert_allclose([float(row[axis]) for axis in "xyz"], places[0].position, atol=1e-4)
     with pytest.raises(InputError, match="--force"):
         locate_command((runs[0].folder,), (tmp_path / "seen",), output)
+
+
+def test_of_the_runs_own_dataset_the_test_part_is_located(folder, runs, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(refine_module, "STEPS", 1)
+    data = bisplat.read_dataset(folder / "one")
+    split = runs[0].split(data)
+    locate_command((runs[0].folder,), (folder / "one",), tmp_path / "test.csv")
+    assert "located the 30 pictures of the test part" in capsys.readouterr().err
+    rows = list(csv.DictReader((tmp_path / "test.csv").open()))
+    assert {row["name"] for row in rows} == {data.names[each] for each in split.test}
+    assert {row["part"] for row in rows} == {"test"}
+    locate_command((runs[0].folder,), (folder / "one" / "spectrum",), tmp_path / "all.csv")
+    part = {row["name"]: row["part"] for row in csv.DictReader((tmp_path / "all.csv").open())}
+    for kind in ("train", "validation", "test"):
+        assert {name for name in part if part[name] == kind} == {data.names[each] for each in getattr(split, kind)}
+
+
+def test_a_known_picture_is_found_at_its_own_place_with_a_small_deviation():
+    """Interpolation by inverse distances is flat at each known position, but steep around it."""
+    known = 0.16 * (np.stack(np.meshgrid(*[np.arange(3)] * 3), axis=-1).reshape(-1, 3) - 1.0)
+
+    def predicted(positions):
+        weights = 1 / np.maximum(((positions[:, None] - known) ** 2).sum(axis=2), 1e-12)
+        return weights / weights.sum(axis=1, keepdims=True)
+
+    wavelength = 0.32
+    refined = refine(predicted, np.eye(27)[[13]], np.zeros((1, 3)), np.array([[-1.0] * 3, [1.0] * 3]), wavelength)
+    (place,) = _places(refined, lambda positions: np.zeros(len(positions)), 8.0, wavelength)
+    assert np.linalg.norm(place.position) < 1e-6
+    assert np.sqrt(np.trace(place.covariance)) < 0.02  # no wavelength, as a flat field alone would say
 
 
 def test_a_black_picture_has_no_place(folder, runs, tmp_path, monkeypatch, capsys):
