@@ -200,7 +200,7 @@ class Experiment:
         with named(label, method, "predict to return spectra"):
             prediction = checked_spectra(label, method.predict(positions), len(positions))
         milliseconds = 1e3 * (time.perf_counter() - began) / len(positions)
-        scores = score(np.clip(prediction, 0, 1), self._spectra(test), self.dataset.grid)
+        scores = score(np.clip(prediction, 0, 1), self._spectra(test), self.dataset.grid, self.dataset.array)
         cost = {
             "train": len(task.parts.train),
             "known": len(task.parts.known),
@@ -221,7 +221,7 @@ class Experiment:
         truth = self._spectra(test)
         recorded = None if self.dataset.responses is None else self.dataset.responses[test]
         bound = array_ceiling(truth, self.dataset.beamformer, recorded)
-        self._keep(key, test, score(bound, truth, self.dataset.grid), {})
+        self._keep(key, test, score(bound, truth, self.dataset.grid, self.dataset.array), {})
 
     def _row(self, key: dict[str, Any]) -> dict[str, Any] | None:
         """The row with this label, seed and size. None: it has not been measured."""

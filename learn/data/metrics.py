@@ -10,6 +10,7 @@ from skimage.metrics import structural_similarity
 
 from scenes.files.errors import ParameterError, require_instance
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
+from simulate.spectra.array import PlanarArray
 from simulate.spectra.spectrum import check_spectra
 
 
@@ -56,6 +57,7 @@ def score(
     prediction: Float[np.ndarray, "*batch 90 360"],
     truth: Float[np.ndarray, "*batch 90 360"],
     grid: AngularGrid = AngularGrid(),
+    array: PlanarArray = PlanarArray(),
 ) -> Scores:
     """Score predicted spectra as all tables of this project do.
 
@@ -63,6 +65,7 @@ def score(
         prediction: a spectrum [90, 360] or a stack of spectra [..., 90, 360], 0…1.
         truth: true spectra of the same shape, 0…1: the grey levels of a dataset's pictures divided by 255.
         grid: the directions of rows and columns, ``dataset.grid``. The default is that of the NeRF² format.
+        array: the array, ``dataset.array``, on which the angle depends that ``aoa_error`` compares.
 
     Returns:
         The scores of each spectrum, computed in double precision.
@@ -87,7 +90,7 @@ def score(
         ssim=ssim(prediction, truth),
         psnr=-10 * np.log10(np.maximum(squared_error, 1e-10)),
         mae=np.abs(prediction - truth).mean(axis=(1, 2)),
-        aoa_error=aoa_error(prediction, truth, grid),
+        aoa_error=aoa_error(prediction, truth, grid, array),
     )
 
 
@@ -146,6 +149,7 @@ def aoa_error(
     prediction: Float[np.ndarray, "*batch 90 360"],
     truth: Float[np.ndarray, "*batch 90 360"],
     grid: AngularGrid = AngularGrid(),
+    array: PlanarArray = PlanarArray(),
 ) -> Float[np.ndarray, "*batch"]:
     """Error of the angle of arrival: the angle between the directions of the two maxima.
 
@@ -153,10 +157,14 @@ def aoa_error(
     predicted and the true spectrum. It is therefore also right across azimuth 0°, and near boresight, where directions
     of different azimuths are close to each other.
 
+    A line of elements along an axis a tells only the angle to this axis: its spectrum is the same all along a cone. The
+    error is then ``|arccos(a·u) − arccos(a·v)|``.
+
     Args:
         prediction: a spectrum [90, 360] or a stack of spectra [..., 90, 360], 0…1.
         truth: true spectra of the same shape, 0…1.
         grid: the directions of rows and columns, ``dataset.grid``. The default is that of the NeRF² format.
+        array: the array, ``dataset.array``.
 
     Returns:
         The angle of each pair [...], 0…180 degrees; a single number for a single pair.
@@ -171,9 +179,9 @@ def aoa_error(
         2.0
     """
     require_instance(AngularGrid, grid=grid)
+    require_instance(PlanarArray, array=array)
     prediction, truth = _pair(prediction, truth)
-    cosine = (grid.dominant_direction(prediction) * grid.dominant_direction(truth)).sum(-1)
-    return np.degrees(np.arccos(np.clip(cosine, -1, 1)))
+    return array.angle_between(grid.dominant_direction(prediction), grid.dominant_direction(truth))
 
 
 def _pair(prediction: np.ndarray, truth: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

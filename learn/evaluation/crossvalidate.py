@@ -196,7 +196,7 @@ def crossvalidate(
         prediction=prediction.spectra,
         truth=truth,
         grid=run.beamformer.grid,
-        scores=score(prediction.spectra, truth, run.beamformer.grid),
+        scores=score(prediction.spectra, truth, run.beamformer.grid, run.beamformer.array),
         correlation=None if prediction.responses is None else correlation(prediction.responses, responses),
     )
 

@@ -104,7 +104,7 @@ def compare_responses(
         full_wave=full_wave,
         correlation=correlation(rays, full_wave),
         level_error_db=20 * np.log10(np.maximum(power, 1e-15)),
-        scores=score(traced, spectrum_of(dataset.pictures[chosen]), dataset.grid),
+        scores=score(traced, spectrum_of(dataset.pictures[chosen]), dataset.grid, dataset.array),
     )
 
 

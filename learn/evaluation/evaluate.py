@@ -174,7 +174,7 @@ def evaluate(
     same = dataset is None or run.is_trained_on(tested_on)
     known_data = tested_on if same else run.dataset()
     require_scorable(tested_on.array, str(tested_on.folder))
-    grid = tested_on.grid
+    grid, array = tested_on.grid, tested_on.array
     if grid != run.beamformer.grid:
         raise InputError(
             f"{tested_on.folder}: expected spectra on the grid that the run predicts, {run.beamformer.grid}, "
@@ -203,13 +203,13 @@ def evaluate(
     total = len(methods) + 1 + ceiling
     report("model", 0, total)
     prediction = run.predict(positions).spectra
-    scores = {"model": score(prediction, truth, grid)}
+    scores = {"model": score(prediction, truth, grid, array)}
     for name, predicted in methods.items():
         report(name, len(scores), total)
-        scores[name] = score(predicted(), truth, grid)
+        scores[name] = score(predicted(), truth, grid, array)
     if ceiling:
         report(CEILING, len(scores), total)
         rows = evenly(np.arange(len(test)), SAMPLES)
         recorded = None if tested_on.responses is None else tested_on.responses[test[rows]]
-        scores[CEILING] = score(array_ceiling(truth[rows], tested_on.beamformer, recorded), truth[rows], grid)
+        scores[CEILING] = score(array_ceiling(truth[rows], tested_on.beamformer, recorded), truth[rows], grid, array)
     return Evaluation(run.name, tested_on, test, known_positions, prediction, run.deviation(positions), scores)

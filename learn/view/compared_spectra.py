@@ -17,6 +17,7 @@ from learn.view.chart import (
 )
 from learn.view.subject import Spectrum
 from simulate.spectra.angular_grid import AngularGrid
+from simulate.spectra.beamformer import Beamformer
 
 PREDICTED, TRUE = (230, 120, 0), (0, 150, 220)
 """RGB of the marks of a predicted spectrum, and of a recorded or traced one."""
@@ -40,7 +41,7 @@ def panels(
         predicted: the predicted spectrum. None: nothing predicts, and there is no panel for it.
         name: name of the true spectrum, e.g. "recorded, spectrum 00001".
         truth: the true spectrum. None: there is none, and its panel says so.
-        grid: directions of the spectra's rows and columns.
+        beamformer: the array and the directions of the spectra's rows and columns.
         in_phase: show the phase of the complex field instead of the magnitude.
         in_db: show magnitudes in dB, below the maximum of each spectrum.
     """
@@ -104,7 +105,7 @@ def in_phase_with(field: Field | None, other: Field | None) -> Field | None:
 
 
 def numbers(
-    predicted: Spectrum | None, name: str, truth: Spectrum | None, grid: AngularGrid, milliseconds: float
+    predicted: Spectrum | None, name: str, truth: Spectrum | None, beamformer: Beamformer, milliseconds: float
 ) -> str:
     """The numbers below the panels, as Markdown.
 
@@ -118,10 +119,10 @@ def numbers(
     lines = []
     for label, spectrum in (("predicted", predicted), (name.split(",")[0], truth)):
         if spectrum is not None:
-            azimuth, elevation = grid.dominant_angles(spectrum.values)
+            azimuth, elevation = beamformer.grid.dominant_angles(spectrum.values)
             lines.append(f"{label}: dominant direction azimuth {azimuth:g}°, elevation {elevation:g}°")
     if predicted is not None and truth is not None:
-        scores = score(predicted.values[None], truth.values[None], grid)
+        scores = score(predicted.values[None], truth.values[None], beamformer.grid, beamformer.array)
         lines.append(f"**SSIM {scores.ssim[0]:.3f}**, directions {scores.aoa_error[0]:.1f}° apart")
     if predicted is not None:
         lines.append(f"predicted in {milliseconds:.0f} ms")

@@ -197,7 +197,9 @@ class Session:
             self._image = self._gui.add_image(image, format="jpeg", jpeg_quality=92, order=-3)
         else:
             self._image.image = image
-        self._numbers.content = numbers(predicted, name, truth, grid, milliseconds) + self._warning(position)
+        self._numbers.content = numbers(predicted, name, truth, subject.beamformer, milliseconds) + self._warning(
+            position
+        )
         self._layers.show(position, prediction, truth.values if truth else None, traced.paths if traced else None)
 
     def _warning(self, position: Position) -> str:

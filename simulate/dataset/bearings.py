@@ -114,7 +114,7 @@ def bearing_of(dataset: Dataset) -> Bearing:
     errors = []
     for turn in turns:
         maxima = direction(np.radians(turn.by) + (-azimuth if turn.mirrored else azimuth), elevation)
-        errors.append(np.degrees(np.median(np.arccos((maxima * units).sum(axis=1).clip(-1, 1)))))
+        errors.append(np.median(dataset.array.angle_between(maxima, units)))
     best = 1 + int(np.argmin(errors[1:]))
     believed = errors[best] < POINTS and errors[0] > max(FARTHER * errors[best], 2 * POINTS)
     line = 1 in (dataset.array.rows, dataset.array.columns)  # whose maxima are the same on both sides of it

@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 from msgspec import Meta
 
+from scenes.files.array_argument import check_array
 from scenes.files.errors import ParameterError, require_positive, require_whole, require_within
 from scenes.files.options import check_kinds
 from scenes.scene.description import MOST_ELEMENTS, MOST_IN_A_ROW, WIDEST_SPACING, Gateway
@@ -118,3 +119,33 @@ class PlanarArray:
             [[-0.0, 0.0], [-90.0, 90.0]]
         """
         return np.exp(2j * np.pi * direction(azimuth, elevation) @ self.positions.T)
+
+    def angle_between(
+        self, u: Float[np.ndarray, "*batch 3"], v: Float[np.ndarray, "*batch 3"]
+    ) -> Float[np.ndarray, "*batch"]:
+        """The angle between directions, as far as the array can tell them apart.
+
+        It is the great-circle angle ``arccos(u·v)``. A line of elements along an axis a tells only the angle to this
+        axis, since its manifold is the same all along a cone. For a line it is ``|arccos(a·u) − arccos(a·v)|``.
+
+        Args:
+            u: unit vectors [..., 3], gateway frame.
+            v: unit vectors [..., 3], gateway frame.
+
+        Returns:
+            Degrees, [...].
+
+        Example:
+            Two directions at right angles to a line along x:
+
+            >>> import bisplat, numpy as np
+            >>> u, v = np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])
+            >>> line = bisplat.PlanarArray(rows=1, columns=8)
+            >>> float(line.angle_between(u, v)), float(bisplat.PlanarArray().angle_between(u, v))
+            (0.0, 90.0)
+        """
+        u, v = (check_array(name, given, (..., 3), "unit vectors") for name, given in (("u", u), ("v", v)))
+        if min(self.rows, self.columns) > 1:
+            return np.degrees(np.arccos(np.clip((u * v).sum(-1), -1, 1)))
+        axis = 0 if self.rows == 1 else 1  # columns are along x, rows along y
+        return np.degrees(np.abs(np.arccos(np.clip(u[..., axis], -1, 1)) - np.arccos(np.clip(v[..., axis], -1, 1))))

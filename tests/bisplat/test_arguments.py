@@ -159,6 +159,11 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             {"azimuth": [0.0, 1.0], "elevation": 0.5},
             {"azimuth": ANGLES, "elevation": [*ANGLES, [1.0] * 3]},
         ),
+        "PlanarArray.angle_between": Call(
+            array.angle_between,
+            {"u": [0.0, 0.0, 1.0], "v": [0.0, 1.0, 0.0]},
+            {"u": (*ANGLES[:4], [1.0, 2.0]), "v": (*ANGLES[:4], [1.0, 2.0])},
+        ),
         "AngularGrid": Call(
             bisplat.AngularGrid,
             {},
@@ -190,7 +195,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
         "aoa_error": Call(
             bisplat.aoa_error,
             {"prediction": spectrum, "truth": spectrum},
-            {"prediction": SPECTRA, "truth": SPECTRA, "grid": (*OBJECT, None)},
+            {"prediction": SPECTRA, "truth": SPECTRA, "grid": (*OBJECT, None), "array": (*OBJECT, None)},
         ),
         "plot_spectrum": Call(
             bisplat.plot_spectrum,
@@ -223,7 +228,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
         "score": Call(
             bisplat.score,
             {"prediction": spectrum, "truth": spectrum},
-            {"prediction": SPECTRA, "truth": SPECTRA, "grid": OBJECT},
+            {"prediction": SPECTRA, "truth": SPECTRA, "grid": OBJECT, "array": OBJECT},
         ),
         "TorchDataset": Call(
             bisplat.TorchDataset,

@@ -11,7 +11,8 @@ from learn.evaluation.leakage import leakage
 from scenes.files.errors import InputError
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import write_index
-from simulate.spectra.angular_grid import AngularGrid
+from simulate.spectra.angular_grid import AngularGrid, direction
+from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import normalise
 
@@ -203,3 +204,18 @@ def test_ssim_of_single_precision_is_the_reported_figure(pictures):
 def test_grey_levels_and_other_shapes_are_refused(pictures, metric, change, words):
     with pytest.raises(InputError, match=words):
         metric(change(pictures[0]), pictures[1])
+
+
+@pytest.mark.parametrize("size", [(1, 8), (8, 1)])
+def test_a_line_of_elements_is_scored_by_the_angle_to_the_line(size):
+    """Its spectrum is the same all along a cone, so that the place of the maximum on the cone is chance."""
+    array = PlanarArray(*size)
+    azimuth, elevation = np.radians([[50.0, 130.0], [20.0, 70.0]])  # of two plane waves
+    u = direction(azimuth, elevation)
+    spectra = normalise(Beamformer(array).spectrum(array.manifold(azimuth, elevation)))
+    axis = 0 if size[0] == 1 else 1
+    true_angle = np.degrees(np.abs(np.diff(np.arccos(u[:, axis]))))[0]
+    assert aoa_error(spectra[0], spectra[1], array=array) == pytest.approx(true_angle, abs=1.5)  # whole degrees
+    noisy = np.clip(spectra[0] + 3e-3 * np.random.default_rng(0).normal(size=(90, 360)), 0, 1)
+    assert aoa_error(noisy, spectra[0]) > 5 > aoa_error(noisy, spectra[0], array=array)
+    assert score(noisy, spectra[0], array=array).aoa_error[0] == aoa_error(noisy, spectra[0], array=array)

@@ -85,11 +85,11 @@ def test_common_phase_is_no_difference(wave):
 
 def test_numbers_name_the_maxima_and_what_is_between(wave, plane_waves):
     moved = seen(plane_waves((1, 210, 40)))
-    text = numbers(moved, "ray-traced", wave, GRID, 12.0)
+    text = numbers(moved, "ray-traced", wave, Beamformer(), 12.0)
     assert "predicted: dominant direction azimuth 210°, elevation 40°" in text
     assert "ray-traced: dominant direction azimuth 200°, elevation 40°" in text
     assert "7.7° apart" in text and "12 ms" in text  # 10° of azimuth, cos 40° shorter
-    assert "SSIM" not in numbers(None, "ray-traced", wave, GRID, 0.0)
+    assert "SSIM" not in numbers(None, "ray-traced", wave, Beamformer(), 0.0)
 
 
 # Hemisphere
