@@ -145,7 +145,8 @@ def locate(
 def plan(
     run_or_scene: Positional[str],
     output: Output,
-    positions: Annotated[int, arg(aliases=["-n"])] = 50,
+    positions: Annotated[int | None, arg(aliases=["-n"])] = None,
+    target: float | None = None,
     tour: bool = False,
     seed: int = 0,
     propagation: OmitArgPrefixes[unchecked(Propagation)] = unchecked(Propagation)(),  # type: ignore[valid-type]
@@ -160,7 +161,8 @@ def plan(
     Args:
         run_or_scene: a run folder, or a scene without measurements (a built-in name or a scene YAML).
         output: the CSV file to write, with the header x,y,z, in metres, in the world frame.
-        positions: number of positions.
+        positions: number of positions (default: as many as the target needs, at most 1000; without a target 50).
+        target: tell how many more spectra this median SSIM needs.
         tour: order the positions as a short walk, instead of by usefulness.
         seed: seed of the candidate positions.
         propagation: what the ray tracer follows in a scene.
@@ -176,10 +178,14 @@ def plan(
         refuse_given(names_of(Propagation), f"a scene to trace, found the run {run_or_scene}")
     refuse_idle_propagation(followed, [load_scene(run_or_scene)] if followed.diffuse else [])
     with FitProgress("plan") as progress:
-        planned = plan_positions(run_or_scene, positions, tour=tour, seed=seed, propagation=followed, report=progress)
+        planned = plan_positions(
+            run_or_scene, positions, target=target, tour=tour, seed=seed, propagation=followed, report=progress
+        )
     write_positions(output, planned.positions)
     before, after = planned.open_variance[[0, -1]]
-    print(printable(f"{positions} positions: {output}"))
+    print(printable(f"{len(planned.positions)} positions: {output}"))
+    if planned.needed is not None:
+        print(planned.needed.sentence())
     print(f"open variance of the field: {before:.1%} before, {after:.1%} after")
     if planned.tour is not None:
         crossings = planned.tour.crossings

@@ -14,6 +14,8 @@ from learn.data.splits import GUARD_MOST, PARTS, SPLITS, Split, SplitKind
 from learn.data.splits import split as split_of
 from learn.evaluation.leakage import Leakage, leakage
 from learn.evaluation.picture_doubts import picture_doubts
+from learn.planning.expected_score import expectation, facts
+from learn.planning.mean_spacing import Spacing
 from scenes.files.errors import ParameterError, require_path, require_seed, require_within, require_word
 from scenes.scene.description import boresight_of
 from scenes.scene.shapes import bounding_box
@@ -27,6 +29,8 @@ SOURCES = {
     "assumed": "assumed",
 }
 """For the user: how the frequency, the array and the grid are known."""
+
+UNTOLD = "too few, or too near to one another, to tell their spacing"
 
 
 @dataclass(frozen=True)
@@ -60,6 +64,14 @@ class Check:
     def valid(self) -> bool:
         """Whether there are no problems."""
         return not self.problems
+
+    @property
+    def spacing(self) -> Spacing | None:
+        """How densely the known positions lie. None: there are problems, or too few to tell."""
+        if self.dataset is None:
+            return None
+        known = self.dataset.train if self.parts is None else self.parts.known
+        return Spacing.between(self.dataset.positions[known], self.dataset.wavelength)
 
     @property
     def distances(self) -> SplitDistances | None:
@@ -104,6 +116,7 @@ class Check:
             "left unexplained": "not computed" if residual is None else f"{residual:.2f} grey levels of 255 (median)",
             "complex responses": responses,
             "split": self.split or "the folder's own",
+            "known positions": expectation(spacing, array) if (spacing := self.spacing) else UNTOLD,
             "copying the nearest": self.leakage.similarity() if self.leakage is not None else "none",
             "test positions": "none" if self.distances is None else self.distances.sentence(),
         }
@@ -119,13 +132,15 @@ class Check:
 
         Returns:
             The numbers of spectra "train", "validation" and "test" (the folder's own split has no "validation"), and
-            those of ``SplitDistances.facts``; empty if there are problems.
+            those of ``SplitDistances.facts`` and of the known positions' spacing; empty if there are problems.
         """
         if self.dataset is None:
             return {}
         parts: Dataset | Split = self.parts or self.dataset
         sizes = {part: len(getattr(parts, part)) for part in PARTS if hasattr(parts, part)}
-        return {"kind": self.split or "files", **sizes, **(self.distances.facts() if self.distances else {})}
+        distances = self.distances.facts() if self.distances else {}
+        spacing = facts(self.spacing, self.dataset.array) if self.spacing else {}
+        return {"kind": self.split or "files", **sizes, **distances, **spacing}
 
     def beamformer(self) -> dict[str, Any]:
         """Frequency, array and grid of the dataset, as ``bisplat check --json`` prints them.

@@ -13,14 +13,26 @@ from learn.models.base import Report, SpectrumModel
 from learn.planning.candidates import CANDIDATES, candidates_among, free_candidates
 from learn.planning.greedy import choose
 from learn.planning.planned_fields import fields_of_run, fields_of_scene
+from learn.planning.spectra_needed import Needed, spectra_needed
 from learn.planning.tour import Tour, short_tour
 from learn.training.run_folder import Run, load_run
-from scenes.files.errors import InputError, named, require_flag, require_instance, require_seed, require_whole
+from scenes.files.errors import (
+    InputError,
+    named,
+    require_flag,
+    require_instance,
+    require_seed,
+    require_whole,
+    require_within,
+)
 from scenes.files.input_file import what_is_at
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import BUILT_IN, load_scene
 from simulate.dataset.dataset_folder import Dataset
 from simulate.rays.core.propagation import Propagation
+
+PLANNED = 50
+"""Number of positions to plan where nothing else is asked for."""
 
 PLANNED_MOST = CANDIDATES // 2
 """Largest number of positions to plan: half of the candidates. With more there would be little to choose."""
@@ -35,6 +47,7 @@ class Plan:
         open_variance: [n + 1] mean kriging variance at the candidates, as a share of the field's variance, 0…1: before
             the first position and after each of them, in the order of usefulness. It is 1 where nothing is known.
         tour: the walk through the positions. None: none was asked for.
+        needed: how many more spectra the target needs. None: there was no target.
 
     Example:
         >>> import bisplat
@@ -46,12 +59,14 @@ class Plan:
     positions: Float[np.ndarray, "n 3"]
     open_variance: Float[np.ndarray, " n+1"]
     tour: Tour | None
+    needed: Needed | None = None
 
 
 def plan(
     run_or_scene: Run | Scene | Path | str,
-    n: int = 50,
+    n: int | None = None,
     *,
+    target: float | None = None,
     tour: bool = False,
     seed: int = 0,
     propagation: Propagation = Propagation(),
@@ -70,7 +85,9 @@ def plan(
 
     Args:
         run_or_scene: a finished run or its folder; or a scene, the name of a built-in one, or a scene YAML.
-        n: number of positions, 1…1000.
+        n: number of positions, 1…1000. None: as many as the target needs, but at most 1000; 50 without a target.
+        target: a median SSIM of ``helmholtz`` between the known positions. The plan then tells how many more spectra it
+            needs, by the curve of measured rooms, for an array of 4 × 4 elements.
         tour: return the positions as a short walk instead of in the order of usefulness.
         seed: seed of the candidates, and of the traced positions.
         propagation: the mechanisms that the rays follow in a scene.
@@ -80,7 +97,8 @@ def plan(
         The positions, the kriging variance that remains after each of them, and the walk.
 
     Raises:
-        ParameterError: ``n`` or ``seed`` is not a whole number in its range.
+        ParameterError: ``n`` or ``seed`` is not a whole number in its range; the curve does not have the target, or
+            does not apply; or the known spectra promise the target already.
         InputError: there is no such run or scene, the run's dataset or scene is missing, or there is no room for the
             candidates.
 
@@ -89,26 +107,37 @@ def plan(
         >>> planned.positions.shape, bool(planned.open_variance[-1] < planned.open_variance[0])
         ((5, 3), True)
     """
-    require_whole(1, PLANNED_MOST, n=n)
+    if n is not None:
+        require_whole(1, PLANNED_MOST, n=n)
+    if target is not None:
+        require_within(0, 1, "a median SSIM", target=target)
     require_seed(seed=seed)
     require_flag(tour=tour)
     require_instance(Propagation, propagation=propagation)
     require_instance(Run, Scene, str, PathLike, run_or_scene=run_or_scene)
     subject = run_or_scene if isinstance(run_or_scene, Run | Scene) else _read(run_or_scene)
     scene: Scene | None
+    needed = None
     if isinstance(subject, Scene):
         scene, known = subject, np.zeros((0, 3))
-        of_gateways = [fields_of_scene(each, propagation, seed, report) for each in scene.by_gateway().values()]
-        fields = [field for of_one in of_gateways for field in of_one]
         candidates = free_candidates(scene, seed)
+        places = scene.by_gateway().values()
+        if target is not None:
+            arrays = [each.gateway for each in places]
+            needed = spectra_needed(target, candidates, known, scene.wavelength, arrays)
+        fields = [field for each in places for field in fields_of_scene(each, propagation, seed, report)]
     else:
         dataset = subject.dataset()
         scene, known = _scene_of(dataset), dataset.positions[subject.split(dataset).known]
         if scene is not None:
-            candidates = free_candidates(scene, seed)
+            candidates = region = free_candidates(scene, seed)
         else:
-            candidates = candidates_among(known, seed, str(subject.folder))
+            candidates, region = candidates_among(known, seed, str(subject.folder)), known
+        if target is not None:
+            needed = spectra_needed(target, region, known, dataset.wavelength, [dataset.array])
         fields = fields_of_run(subject, dataset, report)
+    if n is None:
+        n = PLANNED if needed is None else min(needed.more, PLANNED_MOST)
     if n > len(candidates):
         raise InputError(f"expected at least {n} places to choose from, found {len(candidates)}")
     open_fields = []
@@ -119,9 +148,9 @@ def plan(
     positions = candidates[chosen].round(6)  # as a CSV has them
     left = left / sum(field.weight for field in fields)
     if not tour:
-        return Plan(positions, left, None)
+        return Plan(positions, left, None, needed)
     walk = short_tour(positions, scene, lambda done, total: report("tour", done, total))
-    return Plan(positions[walk.order], left, walk)
+    return Plan(positions[walk.order], left, walk, needed)
 
 
 def _read(run_or_scene: Path | str) -> Run | Scene:

@@ -24,6 +24,7 @@ from learn.models.base import SpectrumModel
 from learn.models.capabilities import FitsInClosedForm
 from learn.models.quadrature import quadrature
 from learn.models.steps import Processes, Steps
+from learn.planning.expected_score import say_expectation
 from learn.training.budget import within
 from learn.training.by_steps import train_by_steps
 from learn.training.config import Config, read_config, write_config
@@ -228,6 +229,7 @@ def train_run(
                 )
                 distances = SplitDistances.between(known, tested, dataset.wavelength)
                 say_distances(distances, f"split {config.split}: {sizes}; ")
+                say_expectation(known, dataset.wavelength, dataset.array)
             _train(config, folder, processes, dataset, parts, learned)
 
 

@@ -41,8 +41,6 @@ from simulate.generation.written_parts import WrittenParts
 PART = 100
 """Positions per part. A run that is killed loses at most one part."""
 
-TEST_FRACTION = 0.2
-
 LAST_FILE = "test_index.txt"
 """The file of a dataset that is written last."""
 
@@ -108,12 +106,10 @@ def _generate(request: Request, folder: Path, machines: Machines) -> None:
     scene, names = request.scene, parts.names
     write_positions(folder / "tx_pos.csv", request.positions)
     write_gateway(folder / "gateway_info.yml", scene.name, scene.gateway.position, scene.gateway.orientation)
-    order = np.random.default_rng(request.seed).permutation(len(names))
-    held_out = max(1, round(TEST_FRACTION * len(names)))
-    for name, part in (("train_index.txt", order[held_out:]), (LAST_FILE, order[:held_out])):
+    for name, part in (("train_index.txt", request.known), (LAST_FILE, request.held_out)):
         if not _has_content(folder / name):  # a finished dataset keeps its split when it is repaired
             sync_folder(folder)
-            write_index(folder / name, [names[i] for i in sorted(part)])
+            write_index(folder / name, [names[i] for i in part])
     shutil.rmtree(folder / "parts")
 
 

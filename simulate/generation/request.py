@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from scenes.files.errors import InputError, shown
 from scenes.scene.description import Scene
@@ -27,6 +27,9 @@ from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.identification import stated_grid
 from simulate.spectra.measurement import Measurement
+
+TEST_FRACTION = 0.2
+"""Share of the spectra in test_index.txt."""
 
 
 @dataclass(frozen=True)
@@ -62,6 +65,18 @@ class Request:
     def beamformer(self) -> Beamformer:
         """The gateway's array, and the grid."""
         return Beamformer(PlanarArray.of(self.scene.gateway), self.grid)
+
+    @property
+    def held_out(self) -> Int[np.ndarray, " t"]:
+        """Indices of the positions in test_index.txt, drawn with the seed, in rising order."""
+        count = len(self.positions)
+        drawn = np.random.default_rng(self.seed).permutation(count)[: max(1, round(TEST_FRACTION * count))]
+        return np.sort(drawn)
+
+    @property
+    def known(self) -> Int[np.ndarray, " n"]:
+        """Indices of the positions in train_index.txt: all others, in rising order."""
+        return np.setdiff1d(np.arange(len(self.positions)), self.held_out)
 
     @property
     def setting(self) -> Setting:

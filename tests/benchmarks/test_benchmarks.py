@@ -27,6 +27,7 @@ ARGUMENTS = {
     "robustness.py": ["{dataset}", "{dataset}", "--smallest"],
     "render.py": ["--figure", "{folder}/render.png", "--smallest"],
     "results.py": ["--runs", "{folder}/runs", "--docs", "{folder}", "--ledger", "{folder}/results.json"],
+    "spacing.py": ["{dataset}", "--figure", "{folder}/expected-score.png", "--smallest"],
     "split_distances.py": ["{dataset}", "--smallest"],
     "simulation.py": ["--figure", "{folder}/simulation.png", "--smallest"],
     "train.py": ["{dataset}", "--smallest"],

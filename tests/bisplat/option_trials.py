@@ -177,6 +177,7 @@ TRIALS: dict[str, list[Trial]] = {
     "plan": [
         *_trials("plan rough/scene.yaml -o out.csv", ["-n 3", "--tour", "--seed 1", *MECHANISMS, "--diffuse"], PLANNED),
         *_trials("plan rough/scene.yaml -o out.csv --diffuse", ["--patches 50"], PLANNED),
+        *_trials("plan closet -o out.csv", ["--target 0.85"], PLANNED),
         *_trials("plan closet -o out.csv", [("-o out2.csv", "-o out.csv"), "--force"], NEW_IN_USES),
     ],
     "export": [

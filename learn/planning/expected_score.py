@@ -1,0 +1,170 @@
+"""What score to expect from known positions of a given density: a curve from several rooms, in expected_score.json.
+
+``benchmarks/spacing.py`` measures the scores and writes the file.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from learn.planning.mean_spacing import Shape, Spacing
+from scenes.files.plain_text import say
+from simulate.spectra.array import PlanarArray
+
+FILE = Path(__file__).with_suffix(".json")
+
+ELEMENTS = (4, 4)
+"""Rows and columns of the arrays with which the scores were measured. A finer beam scores less at the same spacing."""
+
+
+class Expected(NamedTuple):
+    """Median SSIM to expect: the lowest of the rooms, their median, and the highest."""
+
+    low: float
+    middle: float
+    high: float
+
+
+@dataclass(frozen=True)
+class ScoreCurve:
+    """The score over the density of the known positions. Each of its three lines rises, or is level.
+
+    Attributes:
+        density: [k] rising; known positions per cubic or square wavelength.
+        low: [k] median SSIM of the room with the lowest.
+        middle: [k] the median over the rooms.
+        high: [k] that of the room with the highest.
+    """
+
+    density: Float[np.ndarray, " k"]
+    low: Float[np.ndarray, " k"]
+    middle: Float[np.ndarray, " k"]
+    high: Float[np.ndarray, " k"]
+
+    @classmethod
+    def over(cls, rooms: Mapping[str, Mapping[float, float]]) -> ScoreCurve:
+        """The curve over several rooms, at the densities that all of them have.
+
+        More positions never make a room harder. So where a score falls with the density, which is chance, the line is
+        level.
+
+        Args:
+            rooms: by the room's name: density -> median SSIM.
+
+        >>> curve = ScoreCurve.over({"a": {1: 0.7, 2: 0.8}, "b": {1: 0.8, 2: 0.9, 4: 0.95}})
+        >>> [round(each, 2) for each in curve.at(2)]
+        [0.8, 0.85, 0.9]
+        """
+        common = sorted(set.intersection(*(set(room) for room in rooms.values())))
+        scores = np.array([[room[density] for density in common] for room in rooms.values()])
+        return cls(
+            density=np.array(common, float),
+            low=np.minimum.accumulate(scores.min(axis=0)[::-1])[::-1],
+            middle=np.maximum.accumulate(np.median(scores, axis=0)),
+            high=np.maximum.accumulate(scores.max(axis=0)),
+        )
+
+    def at(self, density: float) -> Expected:
+        """The score to expect, between the curve's densities by their logarithms, beyond them that of the end."""
+        where = np.log(density), np.log(self.density)
+        return Expected(*(float(np.interp(*where, line)) for line in (self.low, self.middle, self.high)))
+
+    def density_for(self, score: float) -> float:
+        """The least density at which the middle line reaches a score between its ends."""
+        reached, first = np.unique(self.middle, return_index=True)
+        return float(np.exp(np.interp(score, reached, np.log(self.density[first]))))
+
+
+def scores_in(file: Path, shape: Shape) -> dict[str, dict[float, float]]:
+    """The measured scores of a file: by the room's name, density -> median SSIM.
+
+    Args:
+        file: written by ``benchmarks/spacing.py``.
+        shape: "volume" or "plane".
+    """
+    rooms = json.loads(file.read_text())["rooms"]
+    return {room: {float(density): score for density, score in scores[shape].items()} for room, scores in rooms.items()}
+
+
+@cache
+def score_curve(shape: Shape) -> ScoreCurve:
+    """The curve of known positions in a "volume" or in a "plane"."""
+    return ScoreCurve.over(scores_in(FILE, shape))
+
+
+def expected_score(density: float, flat: bool) -> Expected:
+    """The median SSIM that ``helmholtz`` reaches between known positions of a density.
+
+    Args:
+        density: known positions per cubic wavelength; if they are flat, per square wavelength.
+        flat: whether they lie in a plane, as with every transmitter at one height.
+
+    Example:
+        >>> low, middle, high = expected_score(8, flat=False)
+        >>> low < middle < high < expected_score(32, flat=False).high
+        True
+    """
+    return score_curve("plane" if flat else "volume").at(density)
+
+
+def expectation(spacing: Spacing, array: PlanarArray) -> str:
+    """One sentence: the mean spacing of known positions, and the score to expect from it.
+
+    Args:
+        spacing: of the known positions.
+        array: with which their spectra are measured.
+
+    >>> expectation(Spacing(known=90, shape="path", size=9.0), PlanarArray())
+    'mean spacing 0.1 wavelengths along a path: what score to expect is known of positions in a region alone'
+    """
+    if spacing.shape == "path":
+        return f"{spacing.sentence()}: what score to expect is known of positions in a region alone"
+    if (array.rows, array.columns) != ELEMENTS:
+        return f"{spacing.sentence()}: what score to expect is known of arrays of 4 × 4 elements alone"
+    curve = score_curve(spacing.shape)
+    low, middle, high = curve.at(spacing.density)
+    bound = "at most " if spacing.density < curve.density[0] else ""
+    if spacing.density > curve.density[-1]:
+        bound = "at least "
+    return (
+        f"{spacing.sentence()}: expect a median SSIM of {bound}about {middle:.2f} ({low:.2f} to {high:.2f}) from "
+        "helmholtz between the known positions"
+    )
+
+
+def facts(spacing: Spacing, array: PlanarArray) -> dict[str, Any]:
+    """The spacing and the score to expect as numbers, for JSON.
+
+    Args:
+        spacing: of the known positions.
+        array: with which their spectra are measured.
+
+    >>> facts(Spacing(known=90, shape="path", size=9.0), PlanarArray())
+    {'known_positions_fill': 'path', 'mean_spacing_wavelengths': 0.1, 'expected_ssim': None}
+    """
+    expected = None
+    if spacing.shape != "path" and (array.rows, array.columns) == ELEMENTS:
+        expected = [round(each, 3) for each in score_curve(spacing.shape).at(spacing.density)]
+    spaced = round(spacing.wavelengths, 3)
+    return {"known_positions_fill": spacing.shape, "mean_spacing_wavelengths": spaced, "expected_ssim": expected}
+
+
+def say_expectation(known: Float[np.ndarray, "n 3"], wavelength: float, array: PlanarArray) -> None:
+    """Say how densely known positions lie and what score to expect; nothing if their spacing cannot be told.
+
+    Args:
+        known: known positions in the order of measurement, metres.
+        wavelength: metres.
+        array: with which the spectra are measured.
+    """
+    spacing = Spacing.between(known, wavelength)
+    if spacing is not None:
+        say(expectation(spacing, array))

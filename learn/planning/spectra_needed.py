@@ -1,0 +1,85 @@
+"""How many more spectra a region needs for a score."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from learn.planning.expected_score import ELEMENTS, Expected, score_curve
+from learn.planning.mean_spacing import Spacing
+from scenes.files.errors import ParameterError, require_within
+from scenes.scene.description import Gateway
+from simulate.spectra.array import PlanarArray
+
+
+@dataclass(frozen=True)
+class Needed:
+    """Spectra that a score needs.
+
+    Attributes:
+        more: number of spectra beside the known ones.
+        spacing: of the known and the further positions together.
+        expected: the score to expect from all of them.
+
+    Example:
+        >>> Needed(120, Spacing(160, "volume", 20.0), Expected(0.91, 0.95, 0.97)).sentence()[:57]
+        '120 more spectra, 160 in all, promise a median SSIM of abo'
+    """
+
+    more: int
+    spacing: Spacing
+    expected: Expected
+
+    def sentence(self) -> str:
+        """The number and what it promises, in words."""
+        low, middle, high = self.expected
+        return (
+            f"{self.more} more spectra, {self.spacing.known} in all, promise a median SSIM of about {middle:.2f} "
+            f"({low:.2f} to {high:.2f}) from helmholtz: {self.spacing.sentence()}"
+        )
+
+
+def spectra_needed(
+    target: float,
+    region: Float[np.ndarray, "N 3"],
+    known: Float[np.ndarray, "n 3"],
+    wavelength: float,
+    arrays: Iterable[Gateway | PlanarArray],
+) -> Needed:
+    """How many more spectra the median SSIM of ``helmholtz`` needs to reach a target.
+
+    The numbers are those of positions drawn uniformly.
+
+    Args:
+        target: the median SSIM.
+        region: positions that fill the region, metres.
+        known: known positions in the order of measurement, metres; there may be none.
+        wavelength: metres.
+        arrays: those that measure the spectra.
+
+    Raises:
+        ParameterError: the curve does not have the target; the known positions promise it already; an array does not
+            have 4 × 4 elements; or the region is a line, smaller than half a wavelength, or known along a path alone.
+    """
+    for array in arrays:
+        if (array.rows, array.columns) != ELEMENTS:
+            found = f"{array.rows} × {array.columns}"
+            raise ParameterError("target", f"expected an array of 4 × 4 elements, as the curve has it, found {found}")
+    whole, before = Spacing.between(region, wavelength), Spacing.between(known, wavelength)
+    if whole is None:
+        raise ParameterError("target", "expected ten positions or more that are half a wavelength apart, found fewer")
+    if "path" in (whole.shape, before and before.shape):
+        raise ParameterError("target", "expected positions that fill a region, as the curve has them, found a path")
+    curve = score_curve(whole.shape)
+    least, most = (float(each) for each in np.round(curve.middle[[0, -1]], 2))
+    require_within(least, most, "a median SSIM that the curve of measured rooms has,", target=target)
+    total = math.ceil(curve.density_for(target) * whole.size)
+    if total <= len(known):
+        already = f"{curve.at(len(known) / whole.size).middle:.2f}, which {len(known)} known spectra promise already"
+        raise ParameterError("target", f"expected a score above {already}, found {target:g}")
+    spacing = Spacing(total, whole.shape, whole.size)
+    return Needed(total - len(known), spacing, curve.at(spacing.density))
