@@ -24,7 +24,7 @@ from ledger.printing import print_figures
 from tyro.conf import Positional
 
 from learn.evaluation.evaluate import evaluate
-from learn.evaluation.locations import evaluate_locations
+from learn.evaluation.locations import evaluate_locations, heard_by
 from learn.reports.figures import draw_reliability
 from learn.reports.locations_report import write_locations
 from learn.training.deviation import NORMAL
@@ -41,7 +41,7 @@ SECOND = Gateway((2.4, 5.6, 2.0), facing((0.1, -1.0, -0.2)), pattern="tr38901")
 
 def row(runs: list[Run], folder: Path) -> dict[str, Any]:
     """Figures of one or several gateways. A picture of the errors is written to the folder."""
-    found = evaluate_locations(runs)
+    found = evaluate_locations(heard_by(runs))
     write_locations(found, folder)
     metrics = found.metrics()
     figures = {

@@ -28,7 +28,7 @@ from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import tyro
-from coverage import in_l_shape, l_shaped_room
+from interval_coverage import in_l_shape, l_shaped_room
 from jaxtyping import Float
 from ledger.printing import print_figures
 from plan import dataset_at, fitted

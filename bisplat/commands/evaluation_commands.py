@@ -18,7 +18,7 @@ from scenes.files.text_tables import print_table
 from simulate.rays.core.propagation import Propagation
 
 if TYPE_CHECKING:  # its import takes long, and the help does not need it
-    from learn.evaluation.locations import Locations
+    from learn.evaluation.locations import Heard, Locations
 
 
 def evaluate(
@@ -55,13 +55,16 @@ def evaluate(
 
     require_new(run / "evaluation" / "report.html", force=True)
     if locate:
+        from learn.evaluation.locations import heard_by
+
         require_new(run / "evaluation" / "locations.csv", force=True)
+        heard = heard_by([run, *further_gateways])  # other runs are checked before the scores, which take long
     with FitProgress("evaluation") as progress:
         evaluation = score_run(run, dataset, index, ceiling, progress)
     write_evaluation(evaluation, run / "evaluation")
     say_distances(evaluation.distances)
     metrics = evaluation.metrics()
-    located = _located(run, further_gateways) if locate else None
+    located = _located(heard, run) if locate else None
     if located is not None:
         metrics["locations"] = located.metrics()
     if json:
@@ -78,14 +81,14 @@ def evaluate(
         print(f"report: {run / 'evaluation' / 'report.html'}")
 
 
-def _located(run: Path, further_gateways: tuple[Path, ...]) -> Locations:
+def _located(heard: Heard, run: Path) -> Locations:
     """Locate the test transmitters, and write the report of their errors."""
     from learn.evaluation.locations import evaluate_locations
     from learn.reports.locations_report import write_locations
     from learn.training.fit_progress import FitProgress
 
     with FitProgress("location") as report:
-        found = evaluate_locations([run, *further_gateways], report)
+        found = evaluate_locations(heard, report)
     write_locations(found, run / "evaluation")
     return found
 

@@ -128,13 +128,14 @@ def train(
     _refuse_idle_settings(model if preset is None else PRESETS[preset].model, dataset)
     from learn.training.train import train as train_model
 
-    place = str(Path(scene).resolve()) if scene is not None and Path(scene).is_file() else scene
-    given = {"bypass": bypass or None, "encoding": encoding, "scene": place}
-    options = {name: value for name, value in given.items() if value is not None}
+    given = {"bypass": bypass or None, "encoding": encoding, "scene": scene}
+    options: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
     for name, value in map(read_option, option):
         if name in options:
             raise ParameterError("option", f"expected each option once, found {name} twice")
-        options[name] = value
+        options[name] = [value] if name == "bypass" and isinstance(value, str) else value
+    if isinstance(place := options.get("scene"), str) and Path(place).is_file():
+        options["scene"] = str(Path(place).resolve())
     try:
         train_model(
             dataset,

@@ -14,6 +14,7 @@ from learn.comparison.own_method import built
 from learn.comparison.table import Comparison
 from learn.comparison.task import Method
 from learn.data.splits import SplitKind
+from learn.training.budget import MINUTES_MOST
 from scenes.files.errors import ParameterError, require_instance, require_positive, require_whole, require_within, shown
 from simulate.dataset.dataset_folder import Dataset
 
@@ -21,8 +22,8 @@ Models = Sequence[str] | Mapping[str, str | Method | Callable[[], Method]]
 """Names of methods, or a dictionary from labels to methods; ``compare`` describes both."""
 
 
-MINUTES_MOST, SEEDS_MOST = 10_000.0, 1000
-"""Largest budget (a week) and largest number of fits of each method."""
+SEEDS_MOST = 1000
+"""Largest number of fits of each method."""
 
 
 def compare(

@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from learn.comparison.task import Task
-from learn.training.budget import within
+from learn.training.budget import timed
 from learn.training.config import Config, read_config
 from learn.training.found_responses import Learned
 from learn.training.registry import model_entry
@@ -57,7 +57,7 @@ class TrainedModel:
         learned = None
         if task.minutes is not None:
             model = build_model(config, box_of(task.positions), task.beamformer, task.dataset.wavelength)
-            by_steps, learned = within(task.minutes, model, by_steps, task.dataset, task.parts, task.seed)
+            by_steps, learned, _ = timed(task.minutes, model, by_steps, task.dataset, task.parts, task.seed)
         return replace(config, by_steps=by_steps), learned
 
     def predict(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 90 360"]:

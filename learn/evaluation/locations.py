@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 from scipy.stats import chi2
 
 from learn.localisation.fingerprints import Fingerprints
@@ -64,14 +65,28 @@ class Locations:
         return metrics
 
 
-def evaluate_locations(runs: Sequence[Run | Path], report: Report = lambda phase, done, total: None) -> Locations:
-    """Locate the test transmitters of a run's dataset from their pictures. Pictures of one
-    grey level are left out.
+class Heard(NamedTuple):
+    """Test transmitters that one or several gateways received.
+
+    Attributes:
+        runs: a trained run for each gateway.
+        datasets: their datasets, of the same transmitters.
+        known: indices of the spectra that the first run knows.
+        test: indices of the test spectra that are to be located.
+    """
+
+    runs: list[Run]
+    datasets: list[Dataset]
+    known: Int[np.ndarray, " n"]
+    test: Int[np.ndarray, " K"]
+
+
+def heard_by(runs: Sequence[Run | Path]) -> Heard:
+    """The test transmitters of a run's dataset, at most ``LOCATED``. Pictures of one grey level are left out.
 
     Args:
         runs: a trained run, or its folder. Further runs are those of other gateways that received the same
             transmitters.
-        report: told the progress, as by ``locate``.
 
     Raises:
         InputError: a run or its dataset cannot be read; all test spectra have one grey level; the datasets of several
@@ -80,7 +95,7 @@ def evaluate_locations(runs: Sequence[Run | Path], report: Report = lambda phase
     loaded = [run if isinstance(run, Run) else load_run(run) for run in runs]
     datasets = [run.dataset() for run in loaded]
     parts = loaded[0].split(datasets[0])
-    known, test = parts.known, parts.test
+    test = parts.test
     for run, dataset in zip(loaded[1:], datasets[1:], strict=True):
         _require_same(datasets[0], dataset)
         trained = np.intersect1d(run.split(dataset).known, test)
@@ -96,7 +111,17 @@ def evaluate_locations(runs: Sequence[Run | Path], report: Report = lambda phase
         raise InputError(
             f"{datasets[0].folder}: expected test spectra of several grey levels, found none in {len(test)}"
         )
-    test = evenly(test[told], LOCATED)
+    return Heard(loaded, datasets, parts.known, evenly(test[told], LOCATED))
+
+
+def evaluate_locations(heard: Heard, report: Report = lambda phase, done, total: None) -> Locations:
+    """Locate test transmitters from their pictures.
+
+    Args:
+        heard: the transmitters, from ``heard_by``.
+        report: told the progress, as by ``locate``.
+    """
+    runs, datasets, known, test = heard
     pictures = [each.pictures[test] for each in datasets]
     alike = np.zeros((len(test), len(known)))
     for dataset in datasets:
@@ -107,7 +132,7 @@ def evaluate_locations(runs: Sequence[Run | Path], report: Report = lambda phase
     return Locations(
         names=[datasets[0].names[each] for each in test],
         truth=positions[test],
-        places=locate(loaded, pictures, report, positions[known]),
+        places=locate(runs, pictures, report, positions[known]),
         by_fingerprint={count: positions[nearest[:, :count]].mean(axis=1) for count in NEAREST},
     )
 

@@ -1,99 +1,171 @@
-"""How many training steps fit into a budget of minutes, extrapolated from the time that a few steps take."""
+"""How long a training takes, and how many steps fit into a budget of minutes, from the time of a few steps."""
 
 from __future__ import annotations
 
 import time
+from bisect import bisect_right
 from dataclasses import replace
 from io import BytesIO
+from typing import Any, NamedTuple
 
+import lightning as L
 import numpy as np
 import torch
+from lightning.pytorch.callbacks import Callback
 
-from learn.data.metrics import ssim_of_each
 from learn.data.splits import Split
 from learn.models.base import SpectrumModel
 from learn.models.capabilities import HasOwnLoss
 from learn.models.quadrature import quadrature
-from learn.models.steps import Steps
-from learn.training.by_steps import STEPS_PER_VALIDATION, VALIDATIONS
+from learn.models.steps import STEPS_MOST, Steps
+from learn.training.by_steps import epochs_of, interrupts, quiet_trainer
 from learn.training.found_responses import Learned, learned_responses
 from learn.training.lightning_module import Spectra, Training
+from scenes.files.plain_text import say
 from simulate.dataset.dataset_folder import Dataset
-from simulate.spectra.spectrum import spectrum_of
+
+MINUTES_MOST = 10_000.0
+"""Largest budget: a week."""
+
+SLOWER, LEAST_TIMED, MOST_TIMED, SECONDS = 2, 3, 100, 1.0
+"""The first steps are slower, and are not timed. Then so many steps are timed, or for so many seconds if there is time
+for more than the least number."""
 
 
-def within(
-    minutes: float, model: SpectrumModel, by_steps: Steps, dataset: Dataset, parts: Split, seed: int
-) -> tuple[Steps, Learned]:
-    """Choose the number of steps that fit into a given time. The search for responses behind pictures counts, too.
+class Speed(NamedTuple):
+    """How long parts of a training take.
+
+    Attributes:
+        step: seconds of a step, on average over coarse and full steps.
+        validation: seconds of a validation and its checkpoint.
+    """
+
+    step: float
+    validation: float
+
+    def steps_in(self, minutes: float) -> int:
+        """The largest number of steps that fit into the minutes with their validations, or 1 if not even one does.
+
+        >>> speed = Speed(step=0.1, validation=2.0)
+        >>> speed.steps_in(2.0), speed.steps_in(60.0), speed.steps_in(-1.0)
+        (1000, 35700, 1)
+        """
+        return max(1, bisect_right(range(1, STEPS_MOST + 1), minutes, key=self.minutes_of))
+
+    def minutes_of(self, steps: int) -> float:
+        """How long a training of so many steps takes, with its validations.
+
+        >>> Speed(step=0.1, validation=2.0).minutes_of(1000)
+        2.0
+        """
+        return round((steps * self.step + len(epochs_of(steps)) * self.validation) / 60, 9)
+
+
+class Timed(NamedTuple):
+    """A training that was timed before it begins.
+
+    Attributes:
+        by_steps: its settings.
+        learned: the responses that the model learns from.
+        minutes: how long it will take on this machine, with the search for these responses.
+    """
+
+    by_steps: Steps
+    learned: Learned
+    minutes: float
+
+
+def timed(
+    budget: float | None, model: SpectrumModel, by_steps: Steps, dataset: Dataset, parts: Split, seed: int
+) -> Timed:
+    """Estimate how long a training takes, or choose the number of its steps by the time that it may take.
+
+    A warning is printed if nothing of a budget is left after the search for responses behind pictures.
 
     Args:
-        minutes: the time.
+        budget: training time, minutes, which includes that search. None: the steps of ``by_steps`` are kept.
         model: the model, which is trained for a few steps to measure its speed.
-        by_steps: its batch size and learning rate.
+        by_steps: its settings.
         dataset: the dataset.
         parts: its split.
         seed: seed of the order of the spectra.
-
-    Returns:
-        The settings with this number of steps, and the responses that the model learns from.
     """
     learned = learned_responses(model, dataset, parts, by_steps)
-    left = minutes - learned.seconds / 60
-    return replace(by_steps, steps=steps_within(left, model, by_steps, dataset, parts, seed, learned)), learned
+    spent = learned.seconds / 60
+    speed = measured_speed(model, by_steps, dataset, parts, seed, learned)
+    if budget is not None:
+        by_steps = replace(by_steps, steps=speed.steps_in(budget - spent))
+        if spent >= budget:
+            say(
+                f"warning: the search for responses behind the pictures took {spent:.2g} minutes, and the budget is "
+                f"{budget:g}, so only one step is trained"
+            )
+    return Timed(by_steps, learned, spent + speed.minutes_of(by_steps.steps))
 
 
-def steps_within(
-    minutes: float, model: SpectrumModel, by_steps: Steps, dataset: Dataset, parts: Split, seed: int, learned: Learned
-) -> int:
-    """The number of training steps, with their validations and checkpoints, that fit into a given time.
+def measured_speed(
+    model: SpectrumModel, by_steps: Steps, dataset: Dataset, parts: Split, seed: int, learned: Learned
+) -> Speed:
+    """Measure the speed of a training by a few of its steps.
 
     Args:
-        minutes: the time.
-        model: the model, which is trained for a few steps to measure its speed.
+        model: the model, which is trained for a few steps.
         by_steps: its batch size and learning rate.
         dataset: the dataset.
         parts: its split; spectra of the training part measure the speed.
         seed: seed of the order of the spectra.
         learned: the responses that the model learns from, if any.
-
-    Returns:
-        Number of steps, at least 1.
     """
-    module = Training(model, by_steps, quadrature(dataset.beamformer))
-    device = "cuda" if torch.cuda.is_available() else "cpu"
-    module.to(device)
-    optimiser = module.configure_optimizers()["optimizer"]
+    pixels = quadrature(dataset.beamformer)
     spectra = Spectra(dataset, parts, by_steps.batch_size, seed, learned.responses)
-    positions, pictures, responses = (part.to(device) for part in next(iter(spectra.train_dataloader())))
+    spectra.epochs = [MOST_TIMED]
 
-    def median_seconds(coarse: bool) -> float:
-        seconds = []
-        for _ in range(4):
-            began = time.perf_counter()
-            optimiser.zero_grad()
-            loss = module.loss(positions, pictures, responses, coarse)
-            loss.backward()
-            optimiser.step()
-            loss.item()  # waits for the GPU
-            seconds.append(time.perf_counter() - began)
-        return float(np.median(seconds[1:]))
+    def seconds(full_resolution: float) -> float:
+        clock = _Clock()
+        few = replace(by_steps, steps=MOST_TIMED, full_resolution=full_resolution)
+        trainer = quiet_trainer(
+            max_epochs=1, devices=1, use_distributed_sampler=False, logger=False, limit_val_batches=0, callbacks=[clock]
+        )
+        with interrupts():
+            trainer.fit(Training(model, few, pixels), datamodule=spectra)
+        return float(np.diff(clock.ends[SLOWER:]).mean())
 
-    share = 0.0 if isinstance(model, HasOwnLoss) else 1 - by_steps.full_resolution
-    step_seconds = share * median_seconds(True) if share else 0.0
-    step_seconds += (1 - share) * median_seconds(False) if share < 1 else 0.0
-    validated = min(Spectra.VALIDATED_AT_ONCE, len(positions))
+    share = 1.0 if isinstance(model, HasOwnLoss) else by_steps.full_resolution
+    step = (share * seconds(1.0) if share else 0.0) + ((1 - share) * seconds(0.0) if share < 1 else 0.0)
+    return Speed(step, _validation_seconds(model, by_steps, spectra))
+
+
+def _validation_seconds(model: SpectrumModel, by_steps: Steps, spectra: Spectra) -> float:
+    """Seconds of a validation, from one of its batches, and of a checkpoint."""
+    module = Training(model, by_steps, quadrature(spectra.dataset.beamformer))
+    clock = _Clock()
+    trainer = quiet_trainer(devices=1, logger=False, limit_val_batches=1, callbacks=[clock])
+    with interrupts():
+        trainer.validate(module, datamodule=spectra, verbose=False)
+    validated = min(Spectra.VALIDATED, len(spectra.parts.validation))
+    batches = max(1.0, validated / Spectra.VALIDATED_AT_ONCE)
     began = time.perf_counter()
-    with torch.no_grad():
-        prediction = module.model(positions[:validated]).cpu().numpy()
-    ssim_of_each(prediction, spectrum_of(pictures[:validated].cpu().numpy()))
-    seconds_per_spectrum = (time.perf_counter() - began) / validated
-    validation_seconds = seconds_per_spectrum * min(Spectra.VALIDATED, len(parts.validation))
-    began = time.perf_counter()
+    optimiser = module.configure_optimizers()["optimizer"]
     torch.save([module.state_dict(), optimiser.state_dict()], BytesIO())
-    checkpoint_seconds = 2 * (time.perf_counter() - began)  # a checkpoint also holds averaged weights and the best ones
-    validation_seconds += checkpoint_seconds
-    steps = 60 * minutes / (step_seconds + validation_seconds / STEPS_PER_VALIDATION)
-    if steps > STEPS_PER_VALIDATION * VALIDATIONS:
-        steps = (60 * minutes - VALIDATIONS * validation_seconds) / step_seconds
-    return max(1, round(steps))
+    checkpoint = 4 * (time.perf_counter() - began)  # it also holds the moments of the weights, and the best weights
+    return batches * (clock.validated - clock.began) + checkpoint
+
+
+class _Clock(Callback):
+    """Notes when each step and a validation end, and stops a training that has shown its speed."""
+
+    def __init__(self) -> None:
+        self.ends: list[float] = []
+        self.began = self.validated = 0.0
+
+    def on_train_batch_end(self, trainer: L.Trainer, module: L.LightningModule, outputs: Any, *_: Any) -> None:
+        float(outputs["loss"])  # waits for the GPU
+        self.ends.append(time.perf_counter())
+        timed = len(self.ends) - SLOWER - 1
+        trainer.should_stop = timed >= LEAST_TIMED and self.ends[-1] - self.ends[SLOWER] > SECONDS
+
+    def on_validation_start(self, trainer: L.Trainer, module: L.LightningModule) -> None:
+        self.began = time.perf_counter()
+
+    def on_validation_end(self, trainer: L.Trainer, module: L.LightningModule) -> None:
+        self.validated = time.perf_counter()

@@ -5,10 +5,12 @@ from __future__ import annotations
 import logging
 import signal
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import lightning as L
-import numpy as np
 from lightning.pytorch.callbacks import Callback, Timer
 from lightning.pytorch.loggers import CSVLogger, TensorBoardLogger
 from rich.progress import TextColumn
@@ -64,7 +66,42 @@ def epochs_of(steps: int) -> list[int]:
     ([125, 125], [99], [200, 200])
     """
     validations = max(1, min(steps // STEPS_PER_VALIDATION, VALIDATIONS))
-    return [len(part) for part in np.array_split(range(steps), validations)]
+    each, more = divmod(steps, validations)
+    return [each + 1] * more + [each] * (validations - more)
+
+
+def quiet_trainer(**settings: Any) -> L.Trainer:
+    """Lightning's loop as every training uses it: with clipped gradients, and without messages and files of its own.
+
+    Args:
+        **settings: further arguments of ``lightning.Trainer``.
+    """
+    for name in ("lightning.pytorch", "lightning.fabric"):
+        logging.getLogger(name).setLevel(logging.ERROR)
+    warnings.filterwarnings("ignore", module="lightning")
+    return L.Trainer(
+        accelerator="auto",
+        num_sanity_val_steps=0,
+        gradient_clip_val=GRADIENT_NORM,
+        enable_checkpointing=False,  # Lightning's own; ours is one of the callbacks
+        enable_progress_bar=False,
+        enable_model_summary=False,
+        **settings,
+    )
+
+
+@contextmanager
+def interrupts() -> Iterator[None]:
+    """Turn the end of Lightning's loop by SIGINT or SIGTERM into KeyboardInterrupt.
+
+    Lightning raises SystemExit with various statuses, and ignores later SIGINTs.
+    """
+    on_interrupt = signal.getsignal(signal.SIGINT)
+    try:
+        yield
+    except SystemExit:
+        signal.signal(signal.SIGINT, on_interrupt)
+        raise KeyboardInterrupt from None
 
 
 def train_by_steps(
@@ -92,9 +129,6 @@ def train_by_steps(
         InputError: the folder has checkpoints, but none that can be read and belongs to this training.
         OSError: a file cannot be written; the error names it, or the folder.
     """
-    for name in ("lightning.pytorch", "lightning.fabric"):
-        logging.getLogger(name).setLevel(logging.ERROR)
-    warnings.filterwarnings("ignore", module="lightning")
     spectra.epochs = epochs_of(by_steps.steps)
     last = folder / "checkpoints" / LAST
     resumed = has_checkpoint(last.parent)
@@ -102,39 +136,29 @@ def train_by_steps(
     timer = Timer()  # its state is in the checkpoint, so it includes the time before an interruption
     # Each start of a training gets a new log folder, since CSVLogger deletes a log that it finds.
     attempt = len(list(folder.glob("logs/version_*")))
-    trainer = L.Trainer(
+    trainer = quiet_trainer(
         max_epochs=len(spectra.epochs),
         reload_dataloaders_every_n_epochs=1,  # each epoch has its own number of steps
-        accelerator="auto",
         devices=processes.devices,
         num_nodes=processes.nodes,
         use_distributed_sampler=False,  # Spectra shares the batches among the processes itself
         # A branch that is bypassed gets no gradient; this strategy of DDP allows that.
         strategy="auto" if processes.count == 1 else "ddp_find_unused_parameters_true",
-        num_sanity_val_steps=0,
-        gradient_clip_val=GRADIENT_NORM,
         callbacks=[timer, ProgressOnStderr(by_steps.steps), checkpoints],
         plugins=[WholeFiles()],
-        enable_checkpointing=False,  # Lightning's own; ours is one of the callbacks
         logger=[
             CSVLogger(folder, name="logs", version=attempt),
             TensorBoardLogger(folder, name="logs", version=attempt),
         ],
-        enable_progress_bar=False,
-        enable_model_summary=False,
     )
-    on_interrupt = signal.getsignal(signal.SIGINT)
     try:
-        trainer.fit(
-            Training(model, by_steps, pixels),
-            datamodule=spectra,
-            ckpt_path=last if resumed else None,
-            weights_only=True,
-        )
-    except SystemExit:
-        # On SIGINT and SIGTERM, Lightning raises SystemExit with various statuses and ignores later SIGINTs.
-        signal.signal(signal.SIGINT, on_interrupt)
-        raise KeyboardInterrupt from None
+        with interrupts():
+            trainer.fit(
+                Training(model, by_steps, pixels),
+                datamodule=spectra,
+                ckpt_path=last if resumed else None,
+                weights_only=True,
+            )
     except InputError:
         raise
     except UNREADABLE as error:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Literal, NamedTuple
+from collections.abc import Mapping
+from typing import Any, Literal, NamedTuple
+
+from scenes.files.errors import shown
 
 
 class Preset(NamedTuple):
@@ -21,3 +24,21 @@ PresetName = Literal["paper", "paper-plus"]
 
 PRESETS: dict[str, Preset] = {"paper": Preset("bisplat", 8000), "paper-plus": Preset("bisplat-plus", 8000)}
 """The presets of ``train`` by name."""
+
+
+def in_words(preset: PresetName, steps: int, given: Mapping[str, Any], minutes: float) -> str:
+    """What a preset trains, what the user changed, how long it takes, and where the documentation says how good it is.
+
+    Args:
+        preset: its name.
+        steps: number of steps.
+        given: options of the model and settings of training that the user gave beside the preset.
+        minutes: estimated training time on this machine.
+
+    >>> in_words("paper", 8000, {"primitives": 250}, 12.34).partition(";")[0]
+    'preset paper: bisplat with primitives=250, 8000 steps, about 12 minutes here'
+    """
+    changed = ", ".join(f"{name}={shown(value)}" for name, value in given.items() if name != "steps")
+    model = PRESETS[preset].model + (f" with {changed}" if changed else "")
+    time = f"about {minutes:.2g} minutes here" if minutes < 100 else f"about {minutes / 60:.2g} hours here"
+    return f"preset {preset}: {model}, {steps} steps, {time}; how good that is: documentation, Reproduce the paper"

@@ -25,14 +25,14 @@ from learn.models.capabilities import FitsInClosedForm
 from learn.models.quadrature import quadrature
 from learn.models.steps import Processes, Steps
 from learn.planning.expected_score import say_expectation
-from learn.training.budget import within
+from learn.training.budget import MINUTES_MOST, Timed, timed
 from learn.training.by_steps import train_by_steps
 from learn.training.config import Config, read_config, write_config
 from learn.training.fit_progress import FitProgress
 from learn.training.found_responses import Learned, learned_responses
 from learn.training.lightning_module import Spectra
 from learn.training.own_dataset import require_same_receiver, require_same_spectra
-from learn.training.presets import PRESETS, PresetName
+from learn.training.presets import PRESETS, PresetName, in_words
 from learn.training.registry import DEFAULT_MODEL, check_options, model_entry
 from learn.training.run_folder import Run, build_model, load_run, load_weights, save_weights
 from learn.training.training_file import write_training
@@ -132,11 +132,13 @@ def train(
         by_steps["init"] = str(Path(by_steps["init"]).resolve())
     if budget is not None:
         require_positive(budget=budget)
+        require_within(0, MINUTES_MOST, "minutes", budget=budget)
         if "steps" in by_steps:
             raise ParameterError("budget", f"expected none beside steps, found {by_steps['steps']} steps")
     for name in (*by_steps, *(["budget"] if budget is not None else [])):
         if entry.by_steps is None:
             raise ParameterError(name, f"expected a model trained by steps, found {model}")
+    told = {**(options or {}), **by_steps}
     if preset is not None and budget is None:
         by_steps = {"steps": PRESETS[preset].steps} | by_steps
     folder = dataset.folder if isinstance(dataset, Dataset) else Path(dataset)
@@ -150,30 +152,38 @@ def train(
         options=dict(options or {}),
         by_steps=entry.by_steps and replace(entry.by_steps, **by_steps),
     )
-    loaded, learned = dataset if isinstance(dataset, Dataset) else None, None
-    if budget is not None:
+    place, loaded, learned = Path(output), dataset if isinstance(dataset, Dataset) else None, None
+    begun = (place / "config.json").exists()
+    if budget is not None and begun:
+        config = _with_steps_of(place, config)
+    elif budget is not None or (preset is not None and not begun):
         _check(config, processes)
         loaded = loaded or read_dataset(folder)
-        config, learned = _within(budget, config, Path(output), loaded)
-    if preset is not None and config.by_steps is not None:
-        say(f"preset {preset}: {model}, {config.by_steps.steps} steps")
-    train_run(config, Path(output), processes, loaded, learned, say_split=True)
-    return load_run(Path(output))
+        chosen, learned, minutes = _timed(budget, config, place, loaded)
+        config = replace(config, by_steps=chosen)
+        if preset is not None:
+            say(in_words(preset, chosen.steps, told, minutes))
+        else:
+            say(f"{chosen.steps} steps fit into {budget:g} minutes")
+    train_run(config, place, processes, loaded, learned, say_split=True)
+    return load_run(place)
 
 
-def _within(minutes: float, config: Config, folder: Path, dataset: Dataset) -> tuple[Config, Learned | None]:
-    """Settings with as many steps as fit into the minutes, or with those of the run that the folder already holds."""
+def _with_steps_of(folder: Path, config: Config) -> Config:
+    """Settings with the number of steps that the run in a folder began with, to continue it within its old budget."""
     assert config.by_steps is not None
-    if (folder / "config.json").exists():
-        begun = read_config(folder).config.by_steps
-        return replace(config, by_steps=replace(config.by_steps, steps=begun.steps if begun else 1)), None
+    begun = read_config(folder).config.by_steps
+    return replace(config, by_steps=replace(config.by_steps, steps=begun.steps if begun else config.by_steps.steps))
+
+
+def _timed(budget: float | None, config: Config, folder: Path, dataset: Dataset) -> Timed:
+    """The settings with as many steps as fit into the budget (minutes) if there is one, and the time that they take."""
+    assert config.by_steps is not None
     require_own(folder, "run", "config.json", config.settings(), _recorded_settings)
     parts = split_of(dataset, config.split, config.split_seed, config.train_size, config.guard)
     L.seed_everything(config.seed, verbose=False)
     model = build_model(config, box_of(dataset.positions[parts.known]), dataset.beamformer, dataset.wavelength)
-    by_steps, learned = within(minutes, model, config.by_steps, dataset, parts, config.seed)
-    say(f"{by_steps.steps} steps fit into {minutes:g} minutes")
-    return replace(config, by_steps=by_steps), learned
+    return timed(budget, model, config.by_steps, dataset, parts, config.seed)
 
 
 def train_run(

@@ -18,6 +18,9 @@ from rich.text import Text
 
 from scenes.files.plain_text import plain_console, say
 
+UNLIMITED = 10_000
+"""Characters per line where there is no terminal, so that none is cut."""
+
 LINES = 10
 """Lines of a task where there is no terminal."""
 
@@ -36,7 +39,7 @@ class ProgressLines(Progress):
     """
 
     def __init__(self) -> None:
-        super().__init__(disable=True)
+        super().__init__(disable=True, console=plain_console(stderr=True, width=UNLIMITED))
         self._said: dict[TaskID, int] = {}  # tenths
 
     def update(self, task_id: TaskID, **changes: Any) -> None:

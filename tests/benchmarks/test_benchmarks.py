@@ -19,7 +19,7 @@ ARGUMENTS = {
     "grid.py": ["{dataset}", "--smallest"],
     "ladder.py": ["{dataset}", "{dataset}", "--smallest"],
     "limits.py": ["{dataset}", "{dataset}", "--smallest"],
-    "coverage.py": ["{dataset}", "--smallest"],
+    "interval_coverage.py": ["{dataset}", "--smallest"],
     "locate.py": ["{dataset}", "{dataset}", "--smallest"],
     "mechanisms.py": ["--figures", "{folder}", "--smallest"],
     "path.py": ["{dataset}", "--smallest"],

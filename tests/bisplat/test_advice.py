@@ -47,7 +47,7 @@ ADVICE: dict[str, tuple[str, str]] = {
         f"scene wall.obj -o out {PLACE} --default-material mud {{}}=15,1,0.3",
     ),
     f"scene wall.obj -o out {PLACE} --default-material wood --frequency 2.4": (
-        r"2\.4 GHz are (\S+?)[,;) ]",
+        r"2\.4 GHz are (\S+)",
         f"scene wall.obj -o out {PLACE} --default-material wood --frequency {{}}",
     ),
     f"scene mm.obj -o out {PLACE} --default-material wood": (

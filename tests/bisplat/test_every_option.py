@@ -128,7 +128,7 @@ def outcome(place, outcomes, monkeypatch, capsys) -> Iterator[Callable]:
     _patch(monkeypatch, "simulate.fullwave.gprmax:installed_gprmax", lambda what: "gprMax")
     retrieved = Retrieval(np.zeros((12, 16), complex), np.zeros(12))
     _patch(monkeypatch, "simulate.dataset.response_retrieval:retrieve", lambda dataset: retrieved)
-    _patch(monkeypatch, "learn.comparison.ablate:ablate", lambda *arguments: SimpleNamespace(averages=list))
+    _patch(monkeypatch, "learn.comparison.ablate:ablate", lambda *arguments: SimpleNamespace(averages=list, remark=str))
 
     def clean() -> None:
         for path in sorted(set(place.rglob("*")) - before, reverse=True):

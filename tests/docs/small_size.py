@@ -29,7 +29,7 @@ def smaller(arguments: list[str]) -> list[str]:
         "engines": {"-n": 6, "--positions": 6},
         "plan": {"-n": 3, "--positions": 3},
         "calibrate": {"-n": 10, "--spectra": 10},
-        "train": {"--steps": 2},
+        "train": {"--steps": 2, "--budget": 0.01},
         "compare": {"--budget": 0.01, "--seeds": 2, "--test-spectra": 5},
         "ablate": {"--steps": 2, "--seeds": 2, "--test-spectra": 5},
         "sweep": {"--budget": 0.01, "--seeds": 1, "--test-spectra": 5},
@@ -53,6 +53,8 @@ def smaller(arguments: list[str]) -> list[str]:
         rest = _with(rest, "--cell", "0.06")
     if command == "demo":
         rest = _with(_with(rest, "--steps", "2"), "-n", str(SPECTRA))
+    if command == "train" and "--preset" in rest:  # its own number of steps is thousands
+        rest = _with(rest, "--steps", "2")
     if "--ray" in rest:  # a cluster on this machine in place of the reader's
         at = rest.index("--ray")
         rest[at : at + 2] = ["--workers", "2"]

@@ -33,6 +33,8 @@ from learn.data.metrics import score
 from learn.data.splits import split
 from learn.reports.comparison_report import write_ablation, write_comparison, write_sweep
 from learn.reports.learning_curves import validation_curve
+from learn.training.budget import Speed
+from learn.training.config import read_config
 from learn.training.found_responses import Learned
 from learn.training.registry import DEFAULT_MODEL
 from learn.training.train import train
@@ -444,7 +446,7 @@ def test_trained_model_is_a_run_that_is_not_trained_twice(tiny, tmp_path):
 
 
 def test_budget_becomes_steps(tiny, tmp_path, monkeypatch):
-    monkeypatch.setattr("learn.training.budget.steps_within", lambda minutes, *_: round(120 * minutes))
+    monkeypatch.setattr("learn.training.budget.measured_speed", lambda *_: Speed(step=0.5, validation=0.0))
     seen = []
     monkeypatch.setattr(trained_model, "train_run", lambda config, folder, **_: seen.append(config))
     monkeypatch.setattr(trained_model, "load_run", lambda folder: None)
@@ -453,12 +455,11 @@ def test_budget_becomes_steps(tiny, tmp_path, monkeypatch):
 
 
 def test_finding_phases_is_part_of_the_budget(tiny, tmp_path, monkeypatch):
-    minutes, learned = [], Learned(None, seconds=60.0)
     where = "learn.training.budget."
-    monkeypatch.setattr(f"{where}learned_responses", lambda *_: learned)
-    monkeypatch.setattr(f"{where}steps_within", lambda given, *_: minutes.append(given) or 1)
+    monkeypatch.setattr(f"{where}learned_responses", lambda *_: Learned(None, seconds=60.0))
+    monkeypatch.setattr(f"{where}measured_speed", lambda *_: Speed(step=60.0, validation=0.0))
     TrainedModel("mlp-responses").fit(Task(read_dataset(tiny), "files", 0, None, 7, 3.0, None, tmp_path / "run"))
-    assert minutes == [2.0]
+    assert read_config(tmp_path / "run").config.by_steps.steps == 2
     assert read_training(tmp_path / "run").seconds >= 60
 
 

@@ -11,8 +11,9 @@ import pytest
 from skimage.io import imsave
 
 import bisplat
+from bisplat.commands.evaluation_commands import evaluate as evaluate_command
 from bisplat.commands.uses_commands import locate as locate_command
-from learn.evaluation.locations import evaluate_locations
+from learn.evaluation.locations import evaluate_locations, heard_by
 from learn.localisation import fingerprints
 from learn.localisation import locate as locate_module
 from learn.localisation import refine as refine_module
@@ -35,7 +36,7 @@ from simulate.spectra.spectrum import picture
 
 @pytest.fixture(scope="module")
 def found(runs):
-    return [evaluate_locations([runs[0]]), evaluate_locations(runs)]
+    return [evaluate_locations(heard_by([runs[0]])), evaluate_locations(heard_by(runs))]
 
 
 @pytest.mark.slow
@@ -155,10 +156,10 @@ def test_black_test_spectra_are_not_located(runs, monkeypatch):
     pictures = data.pictures.copy()
     pictures[test[2:]] = 0
     monkeypatch.setattr(type(runs[0]), "dataset", lambda self: replace(data, pictures=pictures))
-    assert evaluate_locations([runs[0]]).names == [data.names[each] for each in test[:2]]
+    assert evaluate_locations(heard_by([runs[0]])).names == [data.names[each] for each in test[:2]]
     pictures[test] = 0
     with pytest.raises(InputError, match="expected test spectra of several grey levels, found none in 30"):
-        evaluate_locations([runs[0]])
+        evaluate_locations(heard_by([runs[0]]))
 
 
 def test_a_large_region_is_warned_of(runs, monkeypatch):
@@ -236,7 +237,29 @@ def test_a_run_trained_on_anothers_test_spectra_is_refused(folder, runs, tmp_pat
     dataset = bisplat.read_dataset(folder / "two")
     other = bisplat.train(dataset, tmp_path / "run", split="random", model="mlp", steps=1)
     with pytest.raises(InputError, match="not trained on test spectra"):
-        evaluate_locations([runs[0], other])
+        evaluate_locations(heard_by([runs[0], other]))
+
+
+def test_evaluate_adds_the_locations_to_the_scores(runs, monkeypatch, capsys):
+    monkeypatch.setattr(refine_module, "STEPS", 1)
+    evaluate_command(runs[0].folder, json=True, ceiling=False)
+    scores = json.loads(capsys.readouterr().out)
+    evaluate_command(runs[0].folder, locate=True, json=True, ceiling=False)
+    both = json.loads(capsys.readouterr().out)
+    locations = both.pop("locations")
+    assert set(both) == set(scores)
+    assert locations == json.loads((runs[0].folder / "evaluation" / "locations.json").read_text())
+    evaluate_command(runs[0].folder, locate=True, ceiling=False)
+    printed = capsys.readouterr().out
+    assert "ssim_median" in printed and "location_error_median_cm" in printed
+
+
+def test_evaluate_refuses_other_gateways_before_it_scores(folder, runs, tmp_path, monkeypatch):
+    dataset = bisplat.read_dataset(folder / "two")
+    other = bisplat.train(dataset, tmp_path / "run", split="random", model="mlp", steps=1)
+    monkeypatch.setattr("learn.evaluation.evaluate.evaluate", lambda *_: pytest.fail("scored"))
+    with pytest.raises(InputError, match="not trained on test spectra"):
+        evaluate_command(runs[0].folder, locate=True, further_gateways=(other.folder,))
 
 
 def test_fingerprints_do_not_depend_on_scale_and_offset():

@@ -126,7 +126,9 @@ def test_a_run_whose_module_is_gone_says_so(here, tiny):
     bisplat.train(tiny, "run", model="own_level:Level", steps=1)
     (here / "own_level.py").unlink()
     del sys.modules["own_level"]
-    with pytest.raises(InputError, match=r"run/config\.json: model: expected a class at own_level:Level, found Mod.*"):
+    with pytest.raises(
+        InputError, match=r"run/config\.json: model: expected a class at own_level:Level, found no mod.*"
+    ):
         bisplat.load_run("run")
 
 

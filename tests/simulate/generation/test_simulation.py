@@ -11,9 +11,7 @@ from scenes.files.errors import InputError, ParameterError
 from scenes.scene.shapes import sheet
 from scenes.storage.scene_yaml import write_scene
 from simulate.dataset.dataset_folder import inspect
-from simulate.engines.rays_engine import Rays
-from simulate.generation.simulation import request_for, simulate
-from simulate.generation.simulation_options import Simulation
+from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.sionna_scene import sionna_names
 from simulate.spectra.measurement import Measurement
@@ -40,9 +38,10 @@ def test_function_and_command_write_the_same_bytes(scene, tmp_path, monkeypatch)
     assert (again.responses == found.responses).all()
 
 
-def test_materials_for_another_frequency_are_said(scene, capsys):
+def test_materials_for_another_frequency_are_said(scene, tmp_path, capsys):
     concrete = replace(scene.materials["concrete"], frequency=2.4e9)
-    request_for(replace(scene, materials=scene.materials | {"concrete": concrete}), Simulation(n=2), Rays(), 0)
+    old = replace(scene, materials=scene.materials | {"concrete": concrete})
+    simulate(old, tmp_path / "d", n=2, propagation=DIRECT)
     assert 'material "concrete": its values are for 2400 MHz, and the scene is at 915 MHz' in capsys.readouterr().err
 
 

@@ -1,6 +1,6 @@
 """How often do the stated 90 % intervals hold, near the known positions and far from them?
 
-python benchmarks/coverage.py data/rfid-s23-160 --json > runs/coverage.json
+python benchmarks/interval_coverage.py data/rfid-s23-160 --json > runs/interval_coverage.json
 
 Each method learns from known spectra in a part of a region, and is tested everywhere: in an L-shaped room with one wing
 unknown, and in the lab and the closet with 60 % of their length known, all by rays; and on the measured sample with the
@@ -135,7 +135,7 @@ def rows(name: str, method: str, run: Run, others: list[Run]) -> dict[str, Any]:
 
 def main(
     measured: Positional[Path],
-    folder: Path = Path("runs/coverage"),
+    folder: Path = Path("runs/interval_coverage"),
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
