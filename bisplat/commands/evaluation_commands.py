@@ -50,7 +50,7 @@ def evaluate(
     from learn.baselines.array_ceiling import shown_name
     from learn.data.split_distances import say_distances
     from learn.evaluation.evaluate import evaluate as score_run
-    from learn.reports.evaluation_report import write_evaluation
+    from learn.reports.evaluation_report import add_locations, metrics_file, write_evaluation
     from learn.training.fit_progress import FitProgress
 
     require_new(run / "evaluation" / "report.html", force=True)
@@ -63,10 +63,10 @@ def evaluate(
         evaluation = score_run(run, dataset, index, ceiling, progress)
     write_evaluation(evaluation, run / "evaluation")
     say_distances(evaluation.distances)
-    metrics = evaluation.metrics()
     located = _located(heard, run) if locate else None
     if located is not None:
-        metrics["locations"] = located.metrics()
+        add_locations(evaluation, located, run / "evaluation")
+    metrics = metrics_file(evaluation, located)
     if json:
         print(json_format.dumps(metrics, indent=2))
     else:
