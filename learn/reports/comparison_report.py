@@ -15,9 +15,10 @@ from learn.reports.figures import draw_ssim_distribution
 from learn.reports.html_page import SCORE_COLUMNS, embedded, write_page
 from learn.reports.learning_curves import draw_learning_curves
 from learn.reports.method_styles import line_styles
-from learn.reports.paper import COLUMN, at_paper_size, save
+from learn.reports.paper import COLUMN, PAGE, at_paper_size, save
 from learn.reports.plots import label_log_axis
 from learn.reports.provenance import Provenance
+from learn.reports.table_files import write_tables
 from scenes.files.plain_text import in_figure
 
 COST_COLUMNS = {
@@ -36,7 +37,9 @@ def _over_seeds(averages: Sequence[Mapping[str, Any]]) -> str:
 
 
 def write_comparison(comparison: Comparison, folder: Path) -> None:
-    """Write table.html with the averages over the seeds, and ssim_cdf.png (and .pdf) with the SSIM of the first seed.
+    """Write the averages over the seeds, and the distribution of the SSIM of the first seed.
+
+    The files are table.html, table.tex, table.csv, and ssim_cdf.png (and .pdf).
 
     Args:
         comparison: the result of ``compare``.
@@ -48,6 +51,7 @@ def write_comparison(comparison: Comparison, folder: Path) -> None:
     doubts, made = comparison.doubts(), Provenance.of_comparison(comparison)
     marked = {f"{label} †" if label in doubts else label: values for label, values in ssim.items()}
     draw_ssim_distribution(marked, folder / "ssim_cdf.png", _FOOTNOTE if doubts else "", made)
+    _write_tables(comparison, comparison.table(), folder)
     write_page(
         folder / "table.html",
         "compare.html.j2",
@@ -64,7 +68,7 @@ def write_comparison(comparison: Comparison, folder: Path) -> None:
 
 @at_paper_size()
 def write_ablation(comparison: Comparison, folder: Path) -> None:
-    """Write ablation.png and learning_curves.png (and both as .pdf).
+    """Write ablation.png and learning_curves.png (and both as .pdf), table.tex and table.csv.
 
     The former shows the median SSIM of every row; of several seeds, their mean and standard deviation. Rows with doubts
     are marked, and a line below says which.
@@ -74,7 +78,7 @@ def write_ablation(comparison: Comparison, folder: Path) -> None:
         folder: folder to write to; it must exist.
     """
     rows, doubts = comparison.averages()[::-1], comparison.doubts()
-    figure = Figure(figsize=(COLUMN, 0.6 + 0.2 * len(rows)), layout="constrained")
+    figure = Figure(figsize=(PAGE, 0.6 + 0.2 * len(rows)), layout="constrained")
     axis = figure.subplots()
     styles = line_styles(row["label"] for row in rows)
     for place, row in enumerate(rows):
@@ -85,17 +89,18 @@ def write_ablation(comparison: Comparison, folder: Path) -> None:
     marked = [f"{row['label']} †" if average_name(row) in doubts else row["label"] for row in rows]
     axis.set_yticks(range(len(rows)), [in_figure(label) for label in marked])
     axis.set_ylim(-0.5, len(rows) - 0.5)
-    axis.locator_params(axis="x", nbins=4)
+    axis.locator_params(axis="x", nbins=6)
     measure = f"median SSIM{_over_seeds(rows)}"
     axis.set_xlabel(measure)
     axis.grid(axis="x", alpha=0.3)
     save(figure, folder / "ablation.png", Provenance.of_comparison(comparison), _FOOTNOTE if doubts else "")
     draw_learning_curves(comparison, folder / "learning_curves.png")
+    _write_tables(comparison, rows[::-1], folder)
 
 
 @at_paper_size()
 def write_sweep(comparison: Comparison, folder: Path) -> None:
-    """Write sweep.png (and .pdf): median SSIM against the number of training spectra.
+    """Write sweep.png (and .pdf), median SSIM against the number of training spectra, table.tex and table.csv.
 
     Of several seeds, the points are means and the bars standard deviations. Methods with doubts are marked.
 
@@ -120,3 +125,15 @@ def write_sweep(comparison: Comparison, folder: Path) -> None:
     axis.grid(which="both", alpha=0.3)
     figure.legend(loc="outside upper center", ncols=2, handlelength=3.2)
     save(figure, folder / "sweep.png", Provenance.of_comparison(comparison), _FOOTNOTE if doubts else "")
+    _write_tables(comparison, averages, folder)
+
+
+def _write_tables(comparison: Comparison, averages: Sequence[Mapping[str, Any]], folder: Path) -> None:
+    """Write table.tex and table.csv. Rows with doubts are marked."""
+    doubts = comparison.doubts()
+    rows = {
+        f"{name} †" if name in doubts else name: row
+        for name, row in zip(map(average_name, averages), averages, strict=True)
+    }
+    note = _FOOTNOTE if doubts else ""
+    write_tables(rows, {**SCORE_COLUMNS, **COST_COLUMNS}, folder, Provenance.of_comparison(comparison), note)

@@ -12,6 +12,7 @@ from learn.reports.figures import draw_examples, draw_examples_polar, draw_relia
 from learn.reports.html_page import SCORE_COLUMNS, embedded, write_page
 from learn.reports.method_styles import THIS_RUN
 from learn.reports.provenance import Provenance
+from learn.reports.table_files import write_tables
 from scenes.files.atomic import write_atomically
 
 if TYPE_CHECKING:  # loads torch
@@ -23,7 +24,7 @@ FIGURES, RELIABILITY = ("ssim_cdf", "examples", "examples_polar"), "reliability"
 
 
 def write_evaluation(evaluation: Evaluation, folder: Path) -> None:
-    """Write report.html, metrics.json, per_sample.csv, and the figures as PNG and PDF.
+    """Write report.html, metrics.json, per_sample.csv, the table as LaTeX and CSV, and the figures as PNG and PDF.
 
     Args:
         evaluation: the result of ``evaluate``.
@@ -40,6 +41,8 @@ def write_evaluation(evaluation: Evaluation, folder: Path) -> None:
     draw_examples_polar(prediction, truth, ssim, evaluation.dataset.grid, folder / "examples_polar.png", made)
     if evaluation.errors_in_deviations is not None:
         draw_reliability(evaluation.errors_in_deviations, folder / f"{RELIABILITY}.png", made)
+    rows = {name: scores.summary() for name, scores in named_scores(evaluation).items()}
+    write_tables(rows, SCORE_COLUMNS, folder, made)
     _write_page(evaluation, folder, None)
 
 

@@ -6,6 +6,7 @@ import csv
 from pathlib import Path
 
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from learn.comparison.experiment import row_name
 from learn.comparison.table import Comparison
@@ -50,6 +51,7 @@ def draw_learning_curves(comparison: Comparison, path: Path) -> None:
             label = in_figure(row["label"]) if row["seed"] == 0 else ""
             axis.plot(steps, ssim, label=label, **styles[row["label"]])
     axis.set(xlabel="training steps", ylabel="median SSIM, validation part")
+    axis.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
     axis.grid(alpha=0.3)
     figure.legend(loc="outside upper left", handlelength=3.2)
     save(figure, path, Provenance.of_comparison(comparison))
