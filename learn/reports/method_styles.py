@@ -13,7 +13,7 @@ CEILING_STYLE: dict[str, Any] = {"color": "0.35", "lw": 1.2, "ls": "--"}
 """Line of the array's ceiling, the same in every figure, since it is a bound and not a method. No method is grey."""
 
 SOLID, DASHED, DOTTED, DASH_DOT, LONG = "-", (0, (4, 1.5)), (0, (1, 1.2)), (0, (4, 1.2, 1, 1.2)), (0, (8, 2))
-SPARSE, DASH_DOT_DOT, SHORT = (0, (1, 3)), (0, (3, 1, 1, 1, 1, 1)), (0, (2, 1))
+SPARSE, DASH_DOT_DOT, SHORT = (0, (1, 1.8)), (0, (3, 1, 1, 1, 1, 1)), (0, (2, 1))
 
 KNOWN: dict[str, tuple[str, Any, str]] = {
     "helmholtz": ("#1f4e9e", SOLID, "o"),
@@ -25,7 +25,7 @@ KNOWN: dict[str, tuple[str, Any, str]] = {
     "mlp-responses": ("#b58ad8", SOLID, "X"),
     "nerf2": ("#2ca02c", DASH_DOT, "<"),
     "swiftwrf": ("#84b819", LONG, ">"),
-    "mean-picture": ("#c9a400", SPARSE, "d"),
+    "mean-picture": ("#9a7d00", SPARSE, "d"),
     "nearest": ("#1fa5c9", DASH_DOT_DOT, "p"),
     "inverse-distance": ("#8c564b", SHORT, "h"),
 }
