@@ -19,6 +19,7 @@ from simulate.rays.core.propagation import Propagation
 
 if TYPE_CHECKING:  # its import takes long, and the help does not need it
     from learn.evaluation.locations import Heard, Locations
+    from learn.reports.provenance import Provenance
 
 
 def evaluate(
@@ -50,7 +51,8 @@ def evaluate(
     from learn.baselines.array_ceiling import shown_name
     from learn.data.split_distances import say_distances
     from learn.evaluation.evaluate import evaluate as score_run
-    from learn.reports.evaluation_report import write_evaluation
+    from learn.reports.evaluation_report import add_locations, metrics_file, named_scores, write_evaluation
+    from learn.reports.provenance import Provenance
     from learn.training.fit_progress import FitProgress
 
     require_new(run / "evaluation" / "report.html", force=True)
@@ -63,14 +65,14 @@ def evaluate(
         evaluation = score_run(run, dataset, index, ceiling, progress)
     write_evaluation(evaluation, run / "evaluation")
     say_distances(evaluation.distances)
-    metrics = evaluation.metrics()
-    located = _located(heard, run) if locate else None
+    located = _located(heard, run, Provenance.of_evaluation(evaluation)) if locate else None
     if located is not None:
-        metrics["locations"] = located.metrics()
+        add_locations(evaluation, located, run / "evaluation")
+    metrics = metrics_file(evaluation, located)
     if json:
         print(json_format.dumps(metrics, indent=2))
     else:
-        columns = {shown_name(name): scores.summary() for name, scores in evaluation.scores.items()}
+        columns = {shown_name(name): scores.summary() for name, scores in named_scores(evaluation).items()}
         known = len(evaluation.known_positions)
         print_table(f"{len(evaluation.test)} test spectra, predicted from {known} known ones", columns)
         if "within_90_percent_interval" in metrics:
@@ -81,7 +83,7 @@ def evaluate(
         print(f"report: {run / 'evaluation' / 'report.html'}")
 
 
-def _located(heard: Heard, run: Path) -> Locations:
+def _located(heard: Heard, run: Path, made: Provenance) -> Locations:
     """Locate the test transmitters, and write the report of their errors."""
     from learn.evaluation.locations import evaluate_locations
     from learn.reports.locations_report import write_locations
@@ -89,7 +91,7 @@ def _located(heard: Heard, run: Path) -> Locations:
 
     with FitProgress("location") as report:
         found = evaluate_locations(heard, report)
-    write_locations(found, run / "evaluation")
+    write_locations(found, run / "evaluation", made)
     return found
 
 
@@ -126,7 +128,7 @@ def crossvalidate(
     if json:
         print(json_format.dumps(fresh.metrics(), indent=2))
     else:
-        print_table(f"against {fresh.truth_by}", {"model": fresh.metrics()})
+        print_table(f"against {fresh.truth_by}", {fresh.origin.model: fresh.metrics()})
 
 
 def engines(

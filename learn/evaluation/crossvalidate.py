@@ -12,6 +12,8 @@ from jaxtyping import Complex, Float
 from learn.data.metrics import Scores, score
 from learn.data.same_receiver import in_megahertz, other_frequency
 from learn.data.scorable import require_scorable, require_some, varies
+from learn.data.split_distances import SplitDistances
+from learn.evaluation.origin import Origin
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import (
     InputError,
@@ -63,7 +65,8 @@ class CrossValidation:
         scores: scores of the prediction.
         correlation: [K] correlation ``|⟨ŷ, y⟩| / (‖ŷ‖ ‖y‖)`` of predicted responses ŷ and simulated responses y, 0…1.
             It does not depend on the common factor that a spectrum leaves open. None: the model predicts no responses.
-
+        origin: what the run was trained on.
+        distances: distances from the new positions to the nearest known ones.
     """
 
     run_name: str
@@ -76,6 +79,8 @@ class CrossValidation:
     grid: AngularGrid
     scores: Scores
     correlation: Float[np.ndarray, " K"] | None
+    origin: Origin
+    distances: SplitDistances
 
     def __len__(self) -> int:
         return len(self.positions)
@@ -169,7 +174,8 @@ def crossvalidate(
             f"{scene.name}: expected the array of the run, {expected}, found {gateway.rows} × {gateway.columns} "
             f"elements {gateway.spacing} wavelengths apart"
         )
-    known = dataset.positions[run.split(dataset).known]
+    parts = run.split(dataset)
+    known = dataset.positions[parts.known]
     region = bounding_box(known)
     drawn = free_positions(scene, region, positions, np.random.default_rng(seed))
     setting = Setting(scene, region, seed_of_rays(dataset.metadata))
@@ -198,6 +204,8 @@ def crossvalidate(
         grid=run.beamformer.grid,
         scores=score(prediction.spectra, truth, run.beamformer.grid, run.beamformer.array),
         correlation=None if prediction.responses is None else correlation(prediction.responses, responses),
+        origin=Origin.of(run, parts),
+        distances=SplitDistances.between(known, drawn, dataset.wavelength),
     )
 
 

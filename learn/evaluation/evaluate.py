@@ -16,6 +16,7 @@ from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.data.metrics import Scores, score
 from learn.data.scorable import require_scorable, scorable
 from learn.data.split_distances import SplitDistances
+from learn.evaluation.origin import Origin
 from learn.models.base import Report
 from learn.training.deviation import NORMAL, pixel_errors
 from learn.training.run_folder import Run, load_run
@@ -48,6 +49,8 @@ class Evaluation:
             states none.
         scores: scores by name: "model", "mean-picture", "nearest" and "inverse-distance" of all K test spectra, and
             "array's ceiling" of at most 50 of them, evenly spread, unless it was left out.
+        origin: what the run was trained on.
+        tested_on: what the test spectra are, in words. None: the test part of the run's split.
 
     Example:
         >>> import bisplat
@@ -66,6 +69,8 @@ class Evaluation:
     prediction: Float[np.ndarray, "K 90 360"]
     deviation: Float[np.ndarray, " K"] | None
     scores: dict[str, Scores]
+    origin: Origin
+    tested_on: str | None = None
 
     def __len__(self) -> int:
         return len(self.test)
@@ -212,4 +217,21 @@ def evaluate(
         rows = evenly(np.arange(len(test)), SAMPLES)
         recorded = None if tested_on.responses is None else tested_on.responses[test[rows]]
         scores[CEILING] = score(array_ceiling(truth[rows], tested_on.beamformer, recorded), truth[rows], grid, array)
-    return Evaluation(run.name, tested_on, test, known_positions, prediction, run.deviation(positions), scores)
+    return Evaluation(
+        run_name=run.name,
+        dataset=tested_on,
+        test=test,
+        known_positions=known_positions,
+        prediction=prediction,
+        deviation=run.deviation(positions),
+        scores=scores,
+        origin=Origin.of(run, parts),
+        tested_on=_tested_on(tested_on, same, index),
+    )
+
+
+def _tested_on(dataset: Dataset, same: bool, index: Path | None) -> str | None:
+    """What the test spectra are, in words. None: the test part of the run's split."""
+    if index is not None:
+        return f"the spectra named in {Path(index).name}"
+    return None if same else f"all spectra of {dataset.folder.resolve().name}"

@@ -11,10 +11,14 @@ from matplotlib.figure import Figure
 
 from learn.comparison.doubts import FEW_STEPS, average_name
 from learn.comparison.table import Comparison
-from learn.reports.figures import draw_ssim_distribution, save
+from learn.reports.figures import draw_ssim_distribution
 from learn.reports.html_page import SCORE_COLUMNS, embedded, write_page
 from learn.reports.learning_curves import draw_learning_curves
+from learn.reports.method_styles import line_styles
+from learn.reports.paper import COLUMN, PAGE, at_paper_size, save
 from learn.reports.plots import label_log_axis
+from learn.reports.provenance import Provenance
+from learn.reports.table_files import write_tables
 from scenes.files.plain_text import in_figure
 
 COST_COLUMNS = {
@@ -29,11 +33,13 @@ _FOOTNOTE = f"† fewer than {FEW_STEPS} training steps, or below the mean pictu
 
 def _over_seeds(averages: Sequence[Mapping[str, Any]]) -> str:
     """What the points and bars of a figure are, if there are several seeds."""
-    return " (mean and standard deviation over seeds)" if any(row["seeds"] > 1 for row in averages) else " (one seed)"
+    return " (mean ± deviation over seeds)" if any(row["seeds"] > 1 for row in averages) else " (one seed)"
 
 
 def write_comparison(comparison: Comparison, folder: Path) -> None:
-    """Write table.html with the averages over the seeds, and ssim_cdf.png (and .pdf) with the SSIM of the first seed.
+    """Write the averages over the seeds, and the distribution of the SSIM of the first seed.
+
+    The files are table.html, table.tex, table.csv, and ssim_cdf.png (and .pdf).
 
     Args:
         comparison: the result of ``compare``.
@@ -42,12 +48,14 @@ def write_comparison(comparison: Comparison, folder: Path) -> None:
     rows = {row["label"]: row for row in comparison.table()}
     first_seed_rows = {row["label"]: row for row in reversed(comparison.rows)}
     ssim = {label: comparison.per_sample(first_seed_rows[label])["ssim"] for label in rows}
-    doubts = comparison.doubts()
+    doubts, made = comparison.doubts(), Provenance.of_comparison(comparison)
     marked = {f"{label} †" if label in doubts else label: values for label, values in ssim.items()}
-    draw_ssim_distribution(marked, folder / "ssim_cdf.png", _FOOTNOTE if doubts else "")
+    draw_ssim_distribution(marked, folder / "ssim_cdf.png", _FOOTNOTE if doubts else "", made)
+    _write_tables(comparison, comparison.table(), folder)
     write_page(
         folder / "table.html",
         "compare.html.j2",
+        made,
         settings=comparison.settings,
         test=max(row["test"] for row in comparison),
         rows=rows,
@@ -58,8 +66,9 @@ def write_comparison(comparison: Comparison, folder: Path) -> None:
     )
 
 
+@at_paper_size()
 def write_ablation(comparison: Comparison, folder: Path) -> None:
-    """Write ablation.png and learning_curves.png (and both as .pdf).
+    """Write ablation.png and learning_curves.png (and both as .pdf), table.tex and table.csv.
 
     The former shows the median SSIM of every row; of several seeds, their mean and standard deviation. Rows with doubts
     are marked, and a line below says which.
@@ -69,23 +78,29 @@ def write_ablation(comparison: Comparison, folder: Path) -> None:
         folder: folder to write to; it must exist.
     """
     rows, doubts = comparison.averages()[::-1], comparison.doubts()
-    figure = Figure(figsize=(7.5, 0.8 + 0.3 * len(rows)), layout="constrained")
+    figure = Figure(figsize=(PAGE, 0.6 + 0.2 * len(rows)), layout="constrained")
     axis = figure.subplots()
+    styles = line_styles(row["label"] for row in rows)
     for place, row in enumerate(rows):
-        axis.errorbar(row["ssim_median"], place, xerr=row.get("ssim_spread"), fmt="o", color="C0", capsize=3)
+        style = {key: styles[row["label"]][key] for key in ("color", "marker") if key in styles[row["label"]]}
+        axis.errorbar(
+            row["ssim_median"], place, xerr=row.get("ssim_spread"), ls="", capsize=2, **{"marker": "o", **style}
+        )
     marked = [f"{row['label']} †" if average_name(row) in doubts else row["label"] for row in rows]
     axis.set_yticks(range(len(rows)), [in_figure(label) for label in marked])
     axis.set_ylim(-0.5, len(rows) - 0.5)
     axis.locator_params(axis="x", nbins=6)
     measure = f"median SSIM{_over_seeds(rows)}"
-    figure.supxlabel(f"{measure}\n{_FOOTNOTE}" if doubts else measure, fontsize="medium")
+    axis.set_xlabel(measure)
     axis.grid(axis="x", alpha=0.3)
-    save(figure, folder / "ablation.png")
+    save(figure, folder / "ablation.png", Provenance.of_comparison(comparison), _FOOTNOTE if doubts else "")
     draw_learning_curves(comparison, folder / "learning_curves.png")
+    _write_tables(comparison, rows[::-1], folder)
 
 
+@at_paper_size()
 def write_sweep(comparison: Comparison, folder: Path) -> None:
-    """Write sweep.png (and .pdf): median SSIM against the number of training spectra.
+    """Write sweep.png (and .pdf), median SSIM against the number of training spectra, table.tex and table.csv.
 
     Of several seeds, the points are means and the bars standard deviations. Methods with doubts are marked.
 
@@ -94,20 +109,31 @@ def write_sweep(comparison: Comparison, folder: Path) -> None:
         folder: folder to write to; it must exist.
     """
     averages, doubts = comparison.averages(), comparison.doubts()
-    figure = Figure(figsize=(6.4, 4.2), layout="constrained")
+    figure = Figure(figsize=(COLUMN, 2.9), layout="constrained")
     axis = figure.subplots()
+    styles = line_styles(row["label"] for row in averages)
     for label in dict.fromkeys(row["label"] for row in averages):
         rows = sorted((row for row in averages if row["label"] == label), key=lambda row: row["train_size"])
         sizes, values = ([row[key] for row in rows] for key in ("train_size", "ssim_median"))
         spreads = [row.get("ssim_spread", np.nan) for row in rows]  # nan draws no bar
         marked = f"{label} †" if any(average_name(row) in doubts for row in rows) else label
         bars = spreads if np.isfinite(spreads).any() else None
-        axis.errorbar(sizes, values, yerr=bars, fmt="o-", capsize=3, label=in_figure(marked))
-    measure = f"median SSIM on the same test part{_over_seeds(averages)}"
+        axis.errorbar(sizes, values, yerr=bars, capsize=2, label=in_figure(marked), **styles[label])
+    measure = f"median SSIM{_over_seeds(averages)}"
     axis.set(xscale="log", xlabel="training spectra", ylabel=measure)
-    if doubts:
-        figure.supxlabel(_FOOTNOTE, fontsize="small")
     label_log_axis(axis.xaxis)
     axis.grid(which="both", alpha=0.3)
-    figure.legend(loc="outside upper center", ncols=2)
-    save(figure, folder / "sweep.png")
+    figure.legend(loc="outside upper center", ncols=2, handlelength=3.2)
+    save(figure, folder / "sweep.png", Provenance.of_comparison(comparison), _FOOTNOTE if doubts else "")
+    _write_tables(comparison, averages, folder)
+
+
+def _write_tables(comparison: Comparison, averages: Sequence[Mapping[str, Any]], folder: Path) -> None:
+    """Write table.tex and table.csv. Rows with doubts are marked."""
+    doubts = comparison.doubts()
+    rows = {
+        f"{name} †" if name in doubts else name: row
+        for name, row in zip(map(average_name, averages), averages, strict=True)
+    }
+    note = _FOOTNOTE if doubts else ""
+    write_tables(rows, {**SCORE_COLUMNS, **COST_COLUMNS}, folder, Provenance.of_comparison(comparison), note)

@@ -10,6 +10,8 @@ from scipy.spatial import cKDTree
 
 from learn.reports.figures import draw_error_map, draw_error_over_distance, draw_examples, draw_examples_polar
 from learn.reports.html_page import SCORE_COLUMNS, embedded, write_page
+from learn.reports.method_styles import THIS_RUN
+from learn.reports.provenance import Provenance
 from scenes.files.atomic import write_atomically
 
 if TYPE_CHECKING:  # loads torch
@@ -26,16 +28,23 @@ def write_crossvalidation(fresh: CrossValidation, folder: Path) -> None:
         folder: folder of the report, which is made if it does not exist; the command writes to the run folder.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    write_atomically(folder / "crossvalidation.json", (json.dumps(fresh.metrics(), indent=2) + "\n").encode())
+    made = Provenance.of_crossvalidation(fresh)
+    metrics = {**fresh.metrics(), "provenance": made.facts()}
+    write_atomically(folder / "crossvalidation.json", (json.dumps(metrics, indent=2) + "\n").encode())
     positions, known, scores = fresh.positions, fresh.known_positions, fresh.scores
-    draw_error_map(positions, scores.ssim, scores.aoa_error, known, folder / "crossvalidation_map.png")
+    draw_error_map(positions, scores.ssim, scores.aoa_error, known, folder / "crossvalidation_map.png", made)
     distance = cKDTree(known).query(positions)[0]
-    draw_error_over_distance(distance, scores.ssim, scores.aoa_error, folder / "crossvalidation_distance.png")
-    draw_examples(fresh.prediction, fresh.truth, scores.ssim, fresh.grid, folder / "crossvalidation_examples.png")
-    draw_examples_polar(fresh.prediction, fresh.truth, scores.ssim, fresh.grid, folder / "crossvalidation_polar.png")
+    draw_error_over_distance(distance, scores.ssim, scores.aoa_error, folder / "crossvalidation_distance.png", made)
+    draw_examples(
+        fresh.prediction, fresh.truth, scores.ssim, fresh.grid, folder / "crossvalidation_examples.png", provenance=made
+    )
+    draw_examples_polar(
+        fresh.prediction, fresh.truth, scores.ssim, fresh.grid, folder / "crossvalidation_polar.png", made
+    )
     write_page(
         folder / "crossvalidation.html",
         "crossvalidation.html.j2",
+        made,
         run=fresh.run_name,
         scene=fresh.scene_name,
         truth_by=fresh.truth_by,
@@ -51,7 +60,7 @@ def page_values(fresh: CrossValidation, folder: Path) -> dict[str, Any]:
         folder: folder in which ``write_crossvalidation`` has written the figures.
     """
     return {
-        "fresh_rows": {f"model, against {fresh.truth_by}": fresh.scores.summary()},
+        "fresh_rows": {f"{fresh.origin.model}{THIS_RUN}": fresh.scores.summary()},
         "columns": SCORE_COLUMNS,
         "fresh": fresh.metrics(),
         "figures": embedded(folder, FIGURES),

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from learn.reports import crossvalidation_report, evaluation_report
 from learn.reports.figures import draw_ssim_distribution
 from learn.reports.html_page import embedded, write_page
+from learn.reports.method_styles import THIS_RUN
+from learn.reports.provenance import Provenance
 
 if TYPE_CHECKING:  # these load torch, and the first page must not wait for it
     from learn.evaluation.crossvalidate import CrossValidation
@@ -55,7 +57,7 @@ class DemoReport:
             fresh: cross-validation of the first model, whose report is in run.
             metrics: the content of the demo's metrics.json.
         """
-        values: dict[str, Any] = {"models": [], "fresh": None}
+        values: dict[str, Any] = {"models": [], "fresh": None, "made": None}
         figures = embedded(self.folder, tuple(name for name in FIGURES if (self.folder / f"{name}.png").exists()))
         if evaluations:
             evaluated = self._evaluated(evaluations)
@@ -66,13 +68,16 @@ class DemoReport:
         if evaluations:
             figures |= embedded(self.folder, ("ssim_cdf",))  # of all models, not of the first alone
         values |= {"figures": figures, "scene": self.scene, "spectra": self.spectra, "metrics": metrics}
-        write_page(self.path, "report.html.j2", to_come=to_come, **values)
+        write_page(self.path, "report.html.j2", values.pop("made"), to_come=to_come, **values)
 
     def _evaluated(self, evaluations: Mapping[str, Evaluation]) -> dict[str, Any]:
         first = next(iter(evaluations.values()))
-        scores = {f"model: {name}": evaluation.scores["model"] for name, evaluation in evaluations.items()}
+        scores = {f"{name}{THIS_RUN}": evaluation.scores["model"] for name, evaluation in evaluations.items()}
+        made = replace(Provenance.of_evaluation(first), title="demo", model=", ".join(evaluations))
         scores |= {name: baseline for name, baseline in first.scores.items() if name != "model"}
-        draw_ssim_distribution({name: each.ssim for name, each in scores.items()}, self.folder / "ssim_cdf.png")
+        draw_ssim_distribution(
+            {name: each.ssim for name, each in scores.items()}, self.folder / "ssim_cdf.png", provenance=made
+        )
         values = evaluation_report.page_values(first, self.folder / "run" / "evaluation")
         rows = {name: each.summary() for name, each in scores.items()}
-        return {**values, "rows": rows, "models": list(evaluations)}
+        return {**values, "rows": rows, "models": list(evaluations), "made": made}

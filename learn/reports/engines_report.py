@@ -10,7 +10,8 @@ from matplotlib.figure import Figure
 
 from learn.evaluation.engines import EngineComparison
 from learn.evaluation.engines_plane import EnginePlane
-from learn.reports.figures import MAGNITUDE, save
+from learn.reports.paper import PAGE, at_paper_size, save
+from learn.reports.plots import MAGNITUDE
 from scenes.files.atomic import write_atomically
 
 FILES = ("engines.json", "engines_map.png", "engines_map.pdf", "engines_plane.png", "engines_plane.pdf")
@@ -23,6 +24,7 @@ LOWEST, HIGHEST = -20.0, 5.0
 """Ends of the colour scale of levels and errors on the plane, dB."""
 
 
+@at_paper_size()
 def write_engines(compared: EngineComparison, folder: Path) -> None:
     """Write engines.json, and engines_map as PNG and PDF.
 
@@ -37,7 +39,7 @@ def write_engines(compared: EngineComparison, folder: Path) -> None:
         (compared.scores.ssim, "SSIM", MAGNITUDE, 0.0, 1.0),
         (compared.level_error_db, "rays' level over full wave's (dB)", "coolwarm", -LARGEST_LEVEL, LARGEST_LEVEL),
     )
-    figure = Figure(figsize=(13, 8), layout="constrained")
+    figure = Figure(figsize=(PAGE, 4.6), layout="constrained")
     axes = figure.subplots(2, 3)
     for column, (values, label, colours, low, high) in zip(axes.T, quantities, strict=True):
         for axis, (first, second) in zip(column, ((0, 1), (0, 2)), strict=True):
@@ -45,7 +47,7 @@ def write_engines(compared: EngineComparison, folder: Path) -> None:
                 compared.positions[:, first],
                 compared.positions[:, second],
                 c=values,
-                s=22,
+                s=10,
                 cmap=colours,
                 vmin=low,
                 vmax=high,
@@ -59,6 +61,7 @@ def write_engines(compared: EngineComparison, folder: Path) -> None:
     save(figure, folder / "engines_map.png")
 
 
+@at_paper_size()
 def draw_plane(plane: EnginePlane, folder: Path) -> None:
     """Draw the full wave's level and the rays' errors as engines_plane, PNG and PDF.
 
@@ -70,7 +73,7 @@ def draw_plane(plane: EnginePlane, folder: Path) -> None:
     """
     errors = {f"error of rays, depth {depth}": values for depth, values in plane.errors_db.items()}
     panels = {"full wave": plane.level_db, **errors}
-    figure = Figure(figsize=(4 * len(panels), 4.4), layout="constrained")
+    figure = Figure(figsize=(PAGE, 2.6), layout="constrained")
     axes = figure.subplots(1, len(panels), sharey=True)
     for axis, (title, values) in zip(axes, panels.items(), strict=True):
         image = axis.pcolormesh(plane.x, plane.y, values, vmin=LOWEST, vmax=HIGHEST, cmap=MAGNITUDE, shading="nearest")

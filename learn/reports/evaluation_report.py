@@ -10,31 +10,82 @@ from typing import TYPE_CHECKING, Any
 
 from learn.reports.figures import draw_examples, draw_examples_polar, draw_reliability, draw_ssim_distribution
 from learn.reports.html_page import SCORE_COLUMNS, embedded, write_page
+from learn.reports.method_styles import THIS_RUN
+from learn.reports.provenance import Provenance
+from learn.reports.table_files import write_tables
 from scenes.files.atomic import write_atomically
 
 if TYPE_CHECKING:  # loads torch
+    from learn.data.metrics import Scores
     from learn.evaluation.evaluate import Evaluation
+    from learn.evaluation.locations import Locations
 
 FIGURES, RELIABILITY = ("ssim_cdf", "examples", "examples_polar"), "reliability"
 
 
 def write_evaluation(evaluation: Evaluation, folder: Path) -> None:
-    """Write report.html, metrics.json, per_sample.csv, and the figures as PNG and PDF.
+    """Write report.html, metrics.json, per_sample.csv, the table as LaTeX and CSV, and the figures as PNG and PDF.
 
     Args:
         evaluation: the result of ``evaluate``.
         folder: folder of the report, which is made if it does not exist.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    write_atomically(folder / "metrics.json", (json.dumps(evaluation.metrics(), indent=2) + "\n").encode())
+    made = Provenance.of_evaluation(evaluation)
+    _write_metrics(evaluation, folder, None)
     write_atomically(folder / "per_sample.csv", _per_sample(evaluation).encode())
     prediction, truth, ssim = evaluation.prediction, evaluation.truth, evaluation.scores["model"].ssim
-    draw_ssim_distribution({name: scores.ssim for name, scores in evaluation.scores.items()}, folder / "ssim_cdf.png")
-    draw_examples(prediction, truth, ssim, evaluation.dataset.grid, folder / "examples.png")
-    draw_examples_polar(prediction, truth, ssim, evaluation.dataset.grid, folder / "examples_polar.png")
+    curves = {shown: scores.ssim for shown, scores in named_scores(evaluation).items()}
+    draw_ssim_distribution(curves, folder / "ssim_cdf.png", provenance=made)
+    draw_examples(prediction, truth, ssim, evaluation.dataset.grid, folder / "examples.png", provenance=made)
+    draw_examples_polar(prediction, truth, ssim, evaluation.dataset.grid, folder / "examples_polar.png", made)
     if evaluation.errors_in_deviations is not None:
-        draw_reliability(evaluation.errors_in_deviations, folder / f"{RELIABILITY}.png")
-    write_page(folder / "report.html", "evaluation.html.j2", run=evaluation.run_name, **page_values(evaluation, folder))
+        draw_reliability(evaluation.errors_in_deviations, folder / f"{RELIABILITY}.png", made)
+    rows = {name: scores.summary() for name, scores in named_scores(evaluation).items()}
+    write_tables(rows, SCORE_COLUMNS, folder, made)
+    _write_page(evaluation, folder, None)
+
+
+def add_locations(evaluation: Evaluation, locations: Locations, folder: Path) -> None:
+    """Add the errors of located transmitters to metrics.json and report.html.
+
+    Args:
+        evaluation: the result of ``evaluate``.
+        locations: the result of ``evaluate_locations`` for the same run.
+        folder: folder in which ``write_evaluation`` and ``write_locations`` have written their files.
+    """
+    _write_metrics(evaluation, folder, locations)
+    _write_page(evaluation, folder, locations)
+
+
+def metrics_file(evaluation: Evaluation, locations: Locations | None = None) -> dict[str, Any]:
+    """The content of metrics.json: the metrics, "provenance", and "locations" if transmitters were located.
+
+    Args:
+        evaluation: the result of ``evaluate``.
+        locations: the result of ``evaluate_locations``. None: nothing was located.
+    """
+    metrics = {**evaluation.metrics(), "provenance": Provenance.of_evaluation(evaluation).facts()}
+    return metrics if locations is None else {**metrics, "locations": locations.metrics()}
+
+
+def _write_metrics(evaluation: Evaluation, folder: Path, locations: Locations | None) -> None:
+    content = json.dumps(metrics_file(evaluation, locations), indent=2) + "\n"
+    write_atomically(folder / "metrics.json", content.encode())
+
+
+def _write_page(evaluation: Evaluation, folder: Path, locations: Locations | None) -> None:
+    values, made = page_values(evaluation, folder), Provenance.of_evaluation(evaluation)
+    if locations is not None:
+        values["figures"] |= embedded(folder, ("location_errors",))
+    located = None if locations is None else locations.metrics()
+    write_page(folder / "report.html", "evaluation.html.j2", made, run=evaluation.run_name, located=located, **values)
+
+
+def named_scores(evaluation: Evaluation) -> dict[str, Scores]:
+    """The scores of an evaluation, with the name of the model instead of "model"."""
+    name = f"{evaluation.origin.model}{THIS_RUN}"
+    return {name if method == "model" else method: scores for method, scores in evaluation.scores.items()}
 
 
 def page_values(evaluation: Evaluation, folder: Path) -> dict[str, Any]:
@@ -45,7 +96,7 @@ def page_values(evaluation: Evaluation, folder: Path) -> dict[str, Any]:
         folder: folder in which ``write_evaluation`` has written the figures.
     """
     return {
-        "rows": {name: scores.summary() for name, scores in evaluation.scores.items()},
+        "rows": {name: scores.summary() for name, scores in named_scores(evaluation).items()},
         "columns": SCORE_COLUMNS,
         "dataset": evaluation.dataset,
         "test": len(evaluation.test),

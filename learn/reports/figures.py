@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from io import BytesIO
 from pathlib import Path
 
 import numpy as np
@@ -11,8 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import StrMethodFormatter
 from scipy.stats import norm
 
+from learn.reports.paper import COLUMN, PAGE, PNG_DPI, at_paper_size, save, write_figure
 from learn.reports.plots import MAGNITUDE, plot_cdf, plot_polar, plot_spectrum
-from scenes.files.atomic import write_atomically
+from learn.reports.provenance import Provenance
 from simulate.spectra.angular_grid import AngularGrid
 
 RANKS = {"worst": 0.0, "lower quartile": 0.25, "median": 0.5, "upper quartile": 0.75, "best": 1.0}
@@ -32,23 +32,7 @@ def ranked(ssim: Float[np.ndarray, " K"]) -> list[tuple[str, int]]:
     return [(name, int(order[round(share * (len(order) - 1))])) for name, share in RANKS.items()]
 
 
-def save(figure: Figure, path: Path) -> None:
-    """Write a figure as PNG, and as PDF for papers.
-
-    Args:
-        figure: the figure.
-        path: path of the PNG; the PDF has the same name with the suffix .pdf.
-    """
-    _write(figure, path, dpi=110)
-    _write(figure, path.with_suffix(".pdf"), dpi=200)
-
-
-def _write(figure: Figure, path: Path, dpi: int) -> None:
-    content = BytesIO()
-    figure.savefig(content, format=path.suffix.removeprefix("."), dpi=dpi)
-    write_atomically(path, content.getbuffer())
-
-
+@at_paper_size()
 def draw_spectra(
     spectra: Float[np.ndarray, "6 90 360"],
     positions: Float[np.ndarray, "6 3"],
@@ -63,16 +47,17 @@ def draw_spectra(
         grid: directions of the spectra's rows and columns.
         path: path of the PNG. There is no PDF, which would take longer than the PNG.
     """
-    figure = Figure(figsize=(11, 4.4), layout="constrained")
+    figure = Figure(figsize=(PAGE, 3.0), layout="constrained")
     axes = figure.subplots(2, 3, sharex=True, sharey=True)
     for axis, spectrum, position in zip(axes.flat, spectra, positions, strict=True):
         plot_spectrum(spectrum, axis, grid)
         axis.label_outer()
-        axis.set_title("transmitter at ({:.2f}, {:.2f}, {:.2f}) m".format(*position), fontsize="medium")
+        axis.set_title("transmitter at ({:.2f}, {:.2f}, {:.2f}) m".format(*position))
     figure.colorbar(axes[0, 0].images[0], ax=axes, label="magnitude, largest = 1")
-    _write(figure, path, dpi=110)
+    write_figure(figure, path, PNG_DPI)
 
 
+@at_paper_size()
 def draw_examples(
     prediction: Float[np.ndarray, "K 90 360"],
     truth: Float[np.ndarray, "K 90 360"],
@@ -80,6 +65,7 @@ def draw_examples(
     grid: AngularGrid,
     path: Path,
     names: tuple[str, str] = ("predicted", "truth"),
+    provenance: Provenance | None = None,
 ) -> None:
     """Draw five examples, from the worst to the best SSIM, each as predicted spectrum, true spectrum and difference.
 
@@ -90,8 +76,9 @@ def draw_examples(
         grid: directions of the spectra's rows and columns.
         path: path of the PNG; the PDF has the same name with the suffix .pdf.
         names: titles of the two columns of spectra.
+        provenance: where the figure comes from, for its foot and its metadata.
     """
-    figure = Figure(figsize=(11, 7.4), layout="constrained")
+    figure = Figure(figsize=(PAGE, 5.6), layout="constrained")
     axes = figure.subplots(len(RANKS), 3, sharex=True, sharey=True)
     for row, (name, index) in zip(axes, ranked(ssim), strict=True):
         panels = (prediction[index], truth[index], prediction[index] - truth[index])
@@ -103,15 +90,17 @@ def draw_examples(
         row[0].set_ylabel(f"{name}\nSSIM {ssim[index]:.3f}\nelevation (°)")
     for axis, title in zip(axes[0], (*names, " − ".join(names)), strict=True):
         axis.set_title(title)
-    save(figure, path)
+    save(figure, path, provenance)
 
 
+@at_paper_size()
 def draw_examples_polar(
     prediction: Float[np.ndarray, "K 90 360"],
     truth: Float[np.ndarray, "K 90 360"],
     ssim: Float[np.ndarray, " K"],
     grid: AngularGrid,
     path: Path,
+    provenance: Provenance | None = None,
 ) -> None:
     """Draw the examples of ``draw_examples`` as polar charts, with boresight in the middle and azimuth as the angle.
 
@@ -121,8 +110,9 @@ def draw_examples_polar(
         ssim: SSIM of each pair.
         grid: directions of the spectra's rows and columns.
         path: path of the PNG; the PDF has the same name with the suffix .pdf.
+        provenance: where the figure comes from, for its foot and its metadata.
     """
-    figure = Figure(figsize=(11, 7), layout="constrained")
+    figure = Figure(figsize=(PAGE, 4.2), layout="constrained")
     axes = figure.subplots(3, len(RANKS), subplot_kw={"projection": "polar"})
     for column, (name, index) in zip(axes.T, ranked(ssim), strict=True):
         panels = (prediction[index], truth[index], prediction[index] - truth[index])
@@ -130,61 +120,68 @@ def draw_examples_polar(
             plot_polar(panel, axis, grid, difference)
             axis.set(xlabel="", yticklabels=["", "", ""])
             axis.tick_params(labelsize="x-small", pad=-2)
-        column[0].set_title(f"{name}\nSSIM {ssim[index]:.3f}", fontsize="medium")
+        column[0].set_title(f"{name}\nSSIM {ssim[index]:.3f}")
     for row, label in zip(axes, ("predicted", "truth", "predicted − truth"), strict=True):
         row[0].set_ylabel(label, labelpad=24)
         unit = "difference" if "−" in label else "normalised magnitude"
         figure.colorbar(row[-1].collections[0], ax=row, shrink=0.8, label=unit)
-    figure.supxlabel("azimuth (°) around, elevation 90° in the middle, rings at 60°, 30° and 0°", fontsize="medium")
-    save(figure, path)
+    note = "azimuth (°) around, elevation 90° in the middle, rings at 60°, 30° and 0°"
+    save(figure, path, provenance, note)
 
 
-def draw_ssim_distribution(ssim: dict[str, Float[np.ndarray, " K"]], path: Path, note: str = "") -> None:
+@at_paper_size()
+def draw_ssim_distribution(
+    ssim: dict[str, Float[np.ndarray, " K"]], path: Path, note: str = "", provenance: Provenance | None = None
+) -> None:
     """Draw the cumulative distribution of the SSIM of every method, and of the array's ceiling.
 
     Args:
         ssim: SSIM of each test spectrum, by name of the method.
         path: path of the PNG; the PDF has the same name with the suffix .pdf.
         note: a line below the axis.
+        provenance: where the figure comes from, for its foot and its metadata.
     """
-    figure = Figure(figsize=(9, 4.2), layout="constrained")
+    figure = Figure(figsize=(COLUMN, 2.3 + 0.15 * len(ssim)), layout="constrained")
     axis = figure.subplots()
     plot_cdf(ssim, axis)
-    figure.supxlabel(note, fontsize="small")
     axis.set(ylabel="share of test spectra", xlim=(min(0.2, *map(np.min, ssim.values())), 1))
-    figure.legend(loc="outside right upper")
-    save(figure, path)
+    figure.legend(loc="outside upper left", handlelength=3.2)
+    save(figure, path, provenance, note)
 
 
-def draw_reliability(errors: Float[np.ndarray, "K P"], path: Path) -> None:
+@at_paper_size()
+def draw_reliability(errors: Float[np.ndarray, "K P"], path: Path, provenance: Provenance | None = None) -> None:
     """Draw the share of errors within stated intervals against the share that each interval should contain.
 
     Args:
         errors: absolute errors of P values of K spectra, divided by the standard deviations stated for them.
         path: path of the PNG; the PDF has the same name with the suffix .pdf.
+        provenance: where the figure comes from, for its foot and its metadata.
     """
     stated = np.linspace(0.01, 0.99, 99)
     within = np.sort(errors, axis=None).searchsorted(norm.ppf((1 + stated) / 2), side="right") / errors.size
-    figure = Figure(figsize=(4.2, 4.2), layout="constrained")
+    figure = Figure(figsize=(COLUMN, 3.4), layout="constrained")
     axis = figure.subplots()
     axis.plot([0, 1], [0, 1], color="0.6", lw=1, ls="--", label="as stated")
-    axis.plot(stated, within, lw=2, label=f"found, {len(errors)} test spectra")
+    axis.plot(stated, within, lw=1.8, label=f"found, {len(errors)} test spectra")
     axis.set(xlabel="stated share of true values in the interval", ylabel="found share", aspect="equal")
     axis.grid(alpha=0.3)
-    axis.legend(loc="upper left")
-    save(figure, path)
+    figure.legend(loc="outside upper left", ncols=2)
+    save(figure, path, provenance)
 
 
 LARGEST_AOA_ERROR = 30.0
 """Upper end of the colour scale of AoA errors in the map, degrees."""
 
 
+@at_paper_size()
 def draw_error_map(
     positions: Float[np.ndarray, "K 3"],
     ssim: Float[np.ndarray, " K"],
     aoa_error: Float[np.ndarray, " K"],
     known: Float[np.ndarray, "n 3"],
     path: Path,
+    provenance: Provenance | None = None,
 ) -> None:
     """Draw SSIM and AoA error over the transmitter region, from above and from the side.
 
@@ -194,8 +191,9 @@ def draw_error_map(
         aoa_error: angle between predicted and true direction of arrival at each test position, degrees.
         known: positions of the known spectra, metres, world frame; they are drawn as small dots.
         path: path of the PNG; the PDF has the same name with the suffix .pdf.
+        provenance: where the figure comes from, for its foot and its metadata.
     """
-    figure = Figure(figsize=(11, 8.4), layout="constrained")
+    figure = Figure(figsize=(PAGE, 5.8), layout="constrained")
     axes = figure.subplots(2, 2, squeeze=False)
     for row, (values, largest, label, colours) in zip(
         axes,
@@ -203,12 +201,12 @@ def draw_error_map(
         strict=True,
     ):
         for axis, (first, second) in zip(row, ((0, 1), (0, 2)), strict=True):
-            axis.scatter(known[:, first], known[:, second], s=2, color="0.75", label="training positions")
+            axis.scatter(known[:, first], known[:, second], s=1.5, color="0.75", label="training positions")
             points = axis.scatter(
                 positions[:, first],
                 positions[:, second],
                 c=values,
-                s=28,
+                s=14,
                 cmap=colours,
                 vmin=0,
                 vmax=largest,
@@ -218,15 +216,17 @@ def draw_error_map(
         figure.colorbar(points, ax=row, label=label, extend="max" if largest > 1 else "neither")
     axes[0, 0].set_title("from above")
     axes[0, 1].set_title("from the side")
-    axes[0, 0].legend(loc="upper right", fontsize="small")
-    save(figure, path)
+    figure.legend(*axes[0, 0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
+    save(figure, path, provenance)
 
 
+@at_paper_size()
 def draw_error_over_distance(
     distance: Float[np.ndarray, " K"],
     ssim: Float[np.ndarray, " K"],
     aoa_error: Float[np.ndarray, " K"],
     path: Path,
+    provenance: Provenance | None = None,
 ) -> None:
     """Draw SSIM and AoA error against the distance to the nearest training position, with medians of five groups.
 
@@ -235,12 +235,13 @@ def draw_error_over_distance(
         ssim: SSIM at each test position.
         aoa_error: angle between predicted and true direction of arrival at each test position, degrees.
         path: path of the PNG; the PDF has the same name with the suffix .pdf.
+        provenance: where the figure comes from, for its foot and its metadata.
     """
-    figure = Figure(figsize=(11, 4.2), layout="constrained")
+    figure = Figure(figsize=(PAGE, 2.8), layout="constrained")
     axes = figure.subplots(1, 2)
     fifths = np.array_split(np.argsort(distance), 5)
     for axis, values, label in zip(axes, (ssim, aoa_error), ("SSIM", "AoA error (°)"), strict=True):
-        axis.scatter(100 * distance, values, s=10, color="0.6", label="one position")
+        axis.scatter(100 * distance, values, s=6, color="0.6", label="one position")
         groups = [group for group in fifths if len(group)]
         medians = [(100 * np.median(distance[group]), np.median(values[group])) for group in groups]
         axis.plot(*zip(*medians, strict=True), "o-", label="median of a fifth of them")
@@ -251,5 +252,5 @@ def draw_error_over_distance(
         axes[1].set_yscale("symlog", linthresh=1)
         axes[1].set_yticks([0, 1, *(n for n in (2, 5, 10, 20, 50, 100) if n <= np.max(aoa_error))])
         axes[1].yaxis.set_major_formatter(StrMethodFormatter("{x:g}"))
-    axes[0].legend()
-    save(figure, path)
+    figure.legend(*axes[0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
+    save(figure, path, provenance)

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import base64
+from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from jinja2 import Environment, PackageLoader, StrictUndefined, select_autoescape
+from PIL import Image
 
 from learn.baselines.array_ceiling import shown_name
+from learn.reports.method_styles import THIS_RUN
+from learn.reports.provenance import Provenance
 from scenes.files.atomic import write_atomically
 
 SCORE_COLUMNS = {
@@ -25,24 +29,48 @@ ENVIRONMENT = Environment(
     loader=PackageLoader("learn.reports"), autoescape=select_autoescape(["j2"]), undefined=StrictUndefined
 )
 ENVIRONMENT.filters["shown_name"] = shown_name
+ENVIRONMENT.globals["THIS_RUN"] = THIS_RUN
 
 
-def write_page(path: Path, template: str, **values: Any) -> None:
+def write_page(path: Path, template: str, provenance: Provenance | None = None, **values: Any) -> None:
     """Write an HTML page.
 
     Args:
         path: path of the page.
         template: name of a file in ``learn/reports/templates``.
+        provenance: where the page's scores come from, for its foot.
         values: values of the template's variables.
     """
-    write_atomically(path, ENVIRONMENT.get_template(template).render(**values).encode())
+    write_atomically(path, ENVIRONMENT.get_template(template).render(provenance=provenance, **values).encode())
 
 
-def embedded(folder: Path, names: tuple[str, ...]) -> dict[str, str]:
-    """Figures of a folder as base64 text, which a page embeds.
+class Picture(NamedTuple):
+    """A figure in a page.
+
+    Attributes:
+        data: the PNG as base64 text.
+        width: width on the screen at most, CSS pixels.
+    """
+
+    data: str
+    width: int
+
+
+ON_SCREEN = 1.35
+"""How much larger than on paper a figure is on a screen."""
+
+
+def embedded(folder: Path, names: tuple[str, ...]) -> dict[str, Picture]:
+    """Figures of a folder, which a page embeds.
 
     Args:
         folder: the folder.
         names: names of the figures; the files are NAME.png.
     """
-    return {name: base64.b64encode((folder / f"{name}.png").read_bytes()).decode() for name in names}
+    found = {}
+    for name in names:
+        content = (folder / f"{name}.png").read_bytes()
+        with Image.open(BytesIO(content)) as image:
+            inches = image.width / image.info.get("dpi", (96,))[0]
+        found[name] = Picture(base64.b64encode(content).decode(), round(96 * ON_SCREEN * inches))
+    return found

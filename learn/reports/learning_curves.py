@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import csv
-from itertools import cycle
 from pathlib import Path
 
-from matplotlib import colormaps
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from learn.comparison.experiment import row_name
 from learn.comparison.table import Comparison
-from learn.reports.figures import save
+from learn.reports.method_styles import line_styles
+from learn.reports.paper import COLUMN, at_paper_size, save
+from learn.reports.provenance import Provenance
 from scenes.files.plain_text import in_figure
 
 
@@ -33,6 +34,7 @@ def validation_curve(run: Path) -> tuple[list[int], list[float]]:
     return steps, [found[step] for step in steps]
 
 
+@at_paper_size()
 def draw_learning_curves(comparison: Comparison, path: Path) -> None:
     """Draw the learning curve of every row that was trained by steps, each method in a colour.
 
@@ -40,16 +42,16 @@ def draw_learning_curves(comparison: Comparison, path: Path) -> None:
         comparison: the rows and the folder of their runs.
         path: path of the PNG; the PDF has the same name with the suffix .pdf.
     """
-    figure = Figure(figsize=(9, 4.2), layout="constrained")
+    styles = line_styles(row["label"] for row in comparison.rows)
+    figure = Figure(figsize=(COLUMN, 2.3 + 0.15 * len(styles)), layout="constrained")
     axis = figure.subplots()
-    labels = dict.fromkeys(row["label"] for row in comparison.rows)
-    colours = dict(zip(labels, cycle(colormaps["tab10"].colors), strict=False))  # type: ignore[attr-defined]
     for row in comparison.rows:
         steps, ssim = validation_curve(comparison.folder / "runs" / row_name(row))
         if steps:
             label = in_figure(row["label"]) if row["seed"] == 0 else ""
-            axis.plot(steps, ssim, "o-", ms=3, color=colours[row["label"]], label=label)
-    axis.set(xlabel="training steps", ylabel="median SSIM on the validation part")
+            axis.plot(steps, ssim, label=label, **styles[row["label"]])
+    axis.set(xlabel="training steps", ylabel="median SSIM, validation part")
+    axis.xaxis.set_major_locator(MaxNLocator(integer=True, min_n_ticks=1))
     axis.grid(alpha=0.3)
-    figure.legend(loc="outside right upper")
-    save(figure, path)
+    figure.legend(loc="outside upper left", handlelength=3.2)
+    save(figure, path, Provenance.of_comparison(comparison))

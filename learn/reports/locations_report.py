@@ -10,29 +10,36 @@ from matplotlib.figure import Figure
 
 from learn.evaluation.locations import Locations
 from learn.localisation.places_file import write_places
-from learn.reports.figures import save
+from learn.reports.method_styles import THIS_RUN, line_styles
+from learn.reports.paper import COLUMN, at_paper_size, save
 from learn.reports.plots import label_log_axis
+from learn.reports.provenance import Provenance
 from scenes.files.atomic import write_atomically
 
 
-def write_locations(locations: Locations, folder: Path) -> None:
+@at_paper_size()
+def write_locations(locations: Locations, folder: Path, made: Provenance | None = None) -> None:
     """Write locations.json, locations.csv and location_errors.png (and .pdf).
 
     Args:
         locations: the result of ``evaluate_locations``.
         folder: folder of the report, which is made if it does not exist.
+        made: where the model comes from. Its name is then in the figure, and the rest at its foot.
     """
     folder.mkdir(parents=True, exist_ok=True)
     write_atomically(folder / "locations.json", (json.dumps(locations.metrics(), indent=2) + "\n").encode())
     write_places(folder / "locations.csv", locations.names, locations.places, ["test"] * len(locations.names))
-    figure = Figure(figsize=(5, 3.6), layout="constrained")
+    figure = Figure(figsize=(COLUMN, 2.7), layout="constrained")
     axis = figure.subplots()
-    for name, errors in locations.errors.items():
+    model = "model" if made is None else f"{made.model}{THIS_RUN}"
+    named = {model if name == "model" else name: errors for name, errors in locations.errors.items()}
+    styles = line_styles(named)
+    for name, errors in named.items():
         share = np.arange(1, len(errors) + 1) / len(errors)
         label = f"{name}: median {100 * np.median(errors):.1f} cm"
-        axis.step(np.sort(100 * errors), share, where="post", label=label, lw=2 if name == "model" else 1.2)
+        axis.step(np.sort(100 * errors), share, where="post", label=label, **{**styles[name], "marker": None})
     axis.set(xlabel="error of the position (cm)", ylabel="share of test transmitters", xscale="log", ylim=(0, 1))
     label_log_axis(axis.xaxis)
     axis.grid(alpha=0.3)
-    axis.legend(loc="lower right")
-    save(figure, folder / "location_errors.png")
+    figure.legend(loc="outside upper left", handlelength=3.2)
+    save(figure, folder / "location_errors.png", made)

@@ -7,19 +7,18 @@ left to the caller, who knows what else is in the figure.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import cycle
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
-from matplotlib import colormaps
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.patheffects import withStroke
 from matplotlib.projections.polar import PolarAxes
 from matplotlib.ticker import Locator, LogLocator, MaxNLocator, NullFormatter, StrMethodFormatter
 
-from learn.baselines.array_ceiling import CEILING, shown_name
+from learn.baselines.array_ceiling import shown_name
+from learn.reports.method_styles import line_styles
 from scenes.files.array_argument import check_array
 from scenes.files.errors import ParameterError, require_flag, require_instance
 from scenes.files.plain_text import in_figure
@@ -32,12 +31,6 @@ DIFFERENCE = "RdBu_r"
 PHASE = "twilight"
 LEAST_DB = -30.0
 """Lower end of the scale in decibels, dB relative to the spectrum's maximum."""
-
-CEILING_STYLE: dict[str, Any] = {"color": "0.35", "lw": 1.5, "ls": "--"}
-"""Line of the array's ceiling, the same in every figure, since it is a bound and not a method."""
-
-GREYS = (14, 15)
-"""The greys among Matplotlib's colours of tab20."""
 
 
 def plot_spectrum(
@@ -142,7 +135,7 @@ def plot_cdf(
 
     Args:
         scores: a score of each spectrum [K]; or a dictionary from names of methods to such scores. The names become
-            labels, with the median.
+            labels, with the median; a method's line looks the same in every figure.
         ax: the axis to draw on; ``ax.legend()`` adds the names. None: a new figure, with a legend.
         quantity: label of the scores' axis, with the unit, such as "AoA error (°)".
 
@@ -161,14 +154,13 @@ def plot_cdf(
     """
     _check(ax)
     given, ax = ax, _new_axis(figsize=(6.4, 4.2)) if ax is None else ax
-    # Grey is for the bound only.
-    colours = cycle(colormaps["tab20"]([number for number in range(20) if number not in GREYS]))
     named = scores if isinstance(scores, Mapping) else {"": scores}
+    styles = line_styles(named)
     for name, values in named.items():
         values = check_array("scores", values, (None,), "scores of one method")
         if not len(values):
             raise ParameterError("scores", "expected at least one score, found none")
-        style = CEILING_STYLE if name == CEILING else {"color": next(colours), "lw": 2 if name == "model" else 1.2}
+        style = {key: value for key, value in styles[name].items() if key != "marker"}
         label = f"{in_figure(shown_name(name))}: median {np.median(values):.3f}" if name else None
         ax.ecdf(values, label=label, **style)
     ax.set(xlabel=quantity, ylabel="share of spectra", ylim=(0, 1))

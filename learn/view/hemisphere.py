@@ -13,14 +13,17 @@ from learn.reports.plots import PHASE
 from learn.view.chart import LINEAR, Colours, colour_of
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid, direction
 
-EVERY_DEG = 3
+EVERY_DEG = 2
 """Angle between neighbouring dots of a spectrum, degrees."""
+
+DOT_DEG = 0.8 * EVERY_DEG
+"""Radius of a dot as seen from the middle, degrees. Dots overlap: what shows between them would make a moiré."""
 
 RADIANS = Colours(PHASE, -np.pi, np.pi, "")
 
 
 def dots(radius: float, grid: AngularGrid) -> tuple[Float[np.ndarray, "dots 3"], tuple[np.ndarray, np.ndarray]]:
-    """Dots spread evenly over the hemisphere.
+    """Dots spread evenly over the hemisphere, which cover it if their radius is ``DOT_DEG``.
 
     Args:
         radius: radius of the hemisphere, metres.
@@ -30,7 +33,7 @@ def dots(radius: float, grid: AngularGrid) -> tuple[Float[np.ndarray, "dots 3"],
         Positions of the dots, metres, gateway frame, and the row and column of a spectrum that each dot shows.
     """
     rows, columns = [], []
-    for row in range(0, ROWS, EVERY_DEG):
+    for row in sorted({*range(0, ROWS, EVERY_DEG), ROWS - 1}):  # the last, so that no hole is left around boresight
         count = max(1, round(COLUMNS / EVERY_DEG * np.cos(np.radians(grid.elevations_deg[row]))))
         columns.append(np.round(np.arange(count) * COLUMNS / count).astype(int))
         rows.append(np.full(count, row))

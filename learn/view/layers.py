@@ -12,7 +12,7 @@ from viser import BatchedMeshHandle, ClientHandle, PointCloudHandle, SceneNodeHa
 
 from learn.view.chart import LINEAR, Colours, colour_of
 from learn.view.compared_spectra import PREDICTED, TRUE
-from learn.view.hemisphere import EVERY_DEG, colours_of_dots, disc, dots, ellipses
+from learn.view.hemisphere import DOT_DEG, colours_of_dots, disc, dots, ellipses
 from learn.view.subject import Position, SpectrumArray, Subject
 from learn.view.uses import add_uses
 from scenes.browser.callbacks import shield
@@ -64,7 +64,7 @@ class Layers:
 
         self._dots, self._pixel = dots(self._radius, subject.beamformer.grid)
         black = np.zeros((len(self._dots), 3), np.uint8)
-        dot_size = 0.5 * self._radius * np.radians(EVERY_DEG)
+        dot_size = self._radius * np.radians(DOT_DEG)
         style = {"point_size": float(dot_size), "point_shape": "circle", "point_shading": "flat"}
         self._sphere = api.add_point_cloud("/gateway/spectrum", self._dots, black, **style)  # type: ignore[arg-type]
         point = np.zeros((1, 2, 3), np.float32)

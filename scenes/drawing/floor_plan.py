@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Container, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from trimesh import Trimesh
+from trimesh.graph import connected_component_labels
 from trimesh.grouping import group_rows
 from trimesh.intersections import mesh_plane
 
 from scenes.checks.enclosure import UNDER_CEILING, ceiling_height, cut, enclosing, opened_ceiling
+from scenes.drawing.doors import Leaf, closed_doors
+from scenes.scene.closed_parts import merge_corners
 from scenes.scene.description import Scene, SceneObject
 
 if TYPE_CHECKING:
@@ -20,6 +24,7 @@ if TYPE_CHECKING:
 REGION = (0.1, 0.6, 0.2, 0.2)  # RGBA
 NUMBERED = 50  # most objects that are numbered; more numbers would hide the plan
 INK = (0.2, 0.2, 0.2)
+DOOR = "closed door, drawn open"
 CREASE = np.radians(20)  # angle between two triangles from which their edge is drawn
 
 
@@ -45,18 +50,24 @@ def draw_plan(axes: Axes, scene: Scene) -> tuple[list[str], str]:
     size = float(np.max(high - low))
     many = len(scene.objects) > NUMBERED
     ceiling = ceiling_height(scene, np.concatenate([item.mesh.triangles for item in scene.objects]))
-    _draw_from_above(axes, scene, ceiling, line=0.3 if many else 0.6)
-
     antennas = np.vstack([scene.transmitter.region.mean(axis=0), scene.gateway.position])[:, :2]
+    height = section_height(scene)
+    sections = [section(item.mesh, height) for item in scene.objects]
+    doors = closed_doors([item.name for item in scene.objects], sections, away=antennas[1])
+    _draw_from_above(axes, scene, ceiling, doors, line=0.3 if many else 0.6)
+    _draw_doors(axes, scene, doors)
+
     lines: list[np.ndarray] = []
     colors: list[list[float]] = []
-    for item in scene.objects:
+    for index, item in enumerate(scene.objects):
         color = scene.materials[item.material].color
-        found = section(item.mesh, section_height(scene))
+        found = sections[index]
+        if index in doors:
+            found = np.delete(found, np.concatenate([leaf.lines for leaf in doors[index]]), axis=0)
         lines += list(found)
-        colors += [[0.6 * component for component in color]] * len(found)
+        colors += [_darker(color)] * len(found)
         # Below a ceiling, closed parts are filled, except the one around the antennas, which is the room itself.
-        for solid in solids(item, section_height(scene)) if ceiling < np.inf else []:
+        for solid in solids(item, height) if ceiling < np.inf and index not in doors else []:
             if not solid.contains_points(antennas).any():
                 axes.add_patch(PathPatch(solid, facecolor=color, edgecolor="none", zorder=2))
     axes.add_collection(LineCollection(lines, colors=colors, linewidths=0.7 if many else 1.6, zorder=3))
@@ -96,16 +107,42 @@ def _caption(scene: Scene, ceiling: float) -> str:
     return f"seen from above{cut_off}; nothing at z = {height:.2f} m, the height of the region"
 
 
-def _draw_from_above(axes: Axes, scene: Scene, ceiling: float, line: float) -> None:
+def _draw_doors(axes: Axes, scene: Scene, doors: dict[int, list[Leaf]]) -> None:
+    """Draw each leaf as a line that is turned open, with the arc of its swing."""
+    from matplotlib.collections import LineCollection
+
+    opened, arcs, colors = [], [], []
+    for index, leaves in doors.items():
+        opened += [np.stack([leaf.hinge, leaf.opened]) for leaf in leaves]
+        arcs += [leaf.swing() for leaf in leaves]
+        colors += [_darker(scene.materials[scene.objects[index].material].color)] * len(leaves)
+    if opened:
+        axes.add_collection(LineCollection(opened, colors=colors, linewidths=1.6, zorder=3, label=DOOR))
+        axes.add_collection(LineCollection(arcs, colors=colors, linewidths=0.6, zorder=3))
+
+
+def _darker(color: Sequence[float]) -> list[float]:
+    return [0.6 * component for component in color]
+
+
+def _draw_from_above(axes: Axes, scene: Scene, ceiling: float, doors: Container[int], line: float) -> None:
     """Draw triangles in the colours of their materials, with outlines, from the lowest to the highest."""
     from matplotlib.collections import PolyCollection
 
     shapes: list[np.ndarray] = []
     edge_colors: list[tuple[float, float, float]] = []
     heights: list[np.ndarray] = []
-    for item in scene.objects:
-        triangles = cut(item.mesh.triangles, opened_ceiling(ceiling))
-        outlines = _outlines(item.mesh)
+    height = section_height(scene)
+    for index, item in enumerate(scene.objects):
+        if index in doors:
+            continue
+        # In a room, a section shows what it cuts; what this has above it, such as lintels, would close the doorways.
+        above = _above_a_section(item.mesh, height) if ceiling < np.inf else np.zeros(len(item.mesh.faces), bool)
+        triangles = cut(item.mesh.triangles[~above], opened_ceiling(ceiling))
+        if above.any():
+            lower = cut(item.mesh.triangles[above], [(np.array([0, 0, height]), np.array([0.0, 0.0, -1.0]))])
+            triangles = np.concatenate([triangles, lower])
+        outlines = _outlines(item.mesh, above, height)
         outlines = outlines[outlines[:, :, 2].max(axis=1) < ceiling]
         for parts, color in ((triangles, scene.materials[item.material].color), (outlines, INK)):
             shapes += list(parts[:, :, :2])
@@ -118,13 +155,31 @@ def _draw_from_above(axes: Axes, scene: Scene, ceiling: float, line: float) -> N
     axes.add_collection(PolyCollection(drawn, facecolors=colors, edgecolors=colors, linewidths=widths, zorder=1))
 
 
-def _outlines(mesh: Trimesh) -> Float[np.ndarray, "n 2 3"]:
-    """Return the edges that are seen from above: where a surface ends or bends."""
+def _above_a_section(mesh: Trimesh, height: float) -> Bool[np.ndarray, " faces"]:
+    """Whether a face is hidden above a section: it is of a part that is cut, and upright or of a closed part."""
+    if not mesh.bounds[0, 2] < height < mesh.bounds[1, 2]:
+        return np.zeros(len(mesh.faces), bool)
+    merged = merge_corners(mesh)
+    part = connected_component_labels(merged.face_adjacency, node_count=len(merged.faces))
+    upright = np.abs(mesh.face_normals[:, 2]) < 0.02
+    low, high = np.full(part.max() + 1, np.inf), np.full(part.max() + 1, -np.inf)
+    np.minimum.at(low, part, mesh.triangles[:, :, 2].min(axis=1))
+    np.maximum.at(high, part, mesh.triangles[:, :, 2].max(axis=1))
+    closed = np.ones(len(low), bool)
+    closed[part[merged.edges_face[group_rows(merged.edges_sorted, require_count=1)]]] = False
+    return ((low < height) & (height < high))[part] & (upright | closed[part])
+
+
+def _outlines(mesh: Trimesh, above: Bool[np.ndarray, " faces"], height: float) -> Float[np.ndarray, "n 2 3"]:
+    """Return the edges that are seen from above: where a surface ends or bends, and is not hidden above a height."""
     upright = np.abs(mesh.face_normals[:, 2]) < 0.02
     bent = (mesh.face_adjacency_angles > CREASE) & ~upright[mesh.face_adjacency].all(axis=1)
     alone = group_rows(mesh.edges_sorted, require_count=1)
     alone = alone[~upright[mesh.edges_face[alone]]]
-    return mesh.vertices[np.concatenate([mesh.face_adjacency_edges[bent], mesh.edges_sorted[alone]])]
+    edges = np.concatenate([mesh.face_adjacency_edges[bent], mesh.edges_sorted[alone]])
+    hidden = np.concatenate([above[mesh.face_adjacency[bent]].all(axis=1), above[mesh.edges_face[alone]]])
+    found = mesh.vertices[edges]
+    return found[~hidden | (found[:, :, 2].max(axis=1) <= height)]
 
 
 def section(mesh: Trimesh, height: float) -> Float[np.ndarray, "n 2 2"]:

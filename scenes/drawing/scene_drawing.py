@@ -92,10 +92,13 @@ def draw_scene(scene: Scene, path: str | Path) -> None:
     """Draw a scene: a floor plan on the left, a perspective view on the right.
 
     Objects have the colours of their materials. The plan numbers the objects and shows a section at the middle height
-    of the transmitter region. A ceiling above the antennas is left out, and so are the walls between the viewer and
-    the inside of a room; outdoors, nothing is left out. Hidden edges of the transmitter region are dashed. If the
-    antennas are in a small part of a large scene, the perspective view shows only their neighbourhood. The drawing says
-    what it leaves out.
+    of the transmitter region. In a room, what the section cuts is left out above it, such as lintels, so doorways are
+    gaps. A closed door is drawn open, with the arc of its swing, which no file tells: an object or part named "door",
+    as thin and wide as one, between walls.
+
+    A ceiling above the antennas is left out, and so are the walls between the viewer and the inside of a room;
+    outdoors, nothing is left out. Hidden edges of the transmitter region are dashed. If the antennas are in a small
+    part of a large scene, the perspective view shows only their neighbourhood. The drawing says what it leaves out.
 
     Args:
         scene: the scene.
@@ -151,6 +154,7 @@ def _figure(scene: Scene) -> Figure:
         Patch(facecolor=m.color, edgecolor="0.3", label=in_figure(name)) for name, m in scene.materials.items()
     ]
     handles.append(Line2D([], [], color="0.3", lw=1.6, label="plan: section"))
+    handles += plan.get_legend_handles_labels()[0]  # doors, if there are any
     handles.append(Patch(facecolor=REGION, edgecolor="green", label="transmitter region"))
     handles.append(Patch(facecolor="crimson", label="gateway and boresight"))
     right.legend(handles=handles, loc="outside upper center", ncols=4, frameon=False, fontsize=9)

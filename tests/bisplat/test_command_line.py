@@ -139,7 +139,7 @@ def test_train_evaluate_predict(command, tiny, tmp_path):
 def test_evaluate_prints_a_table_of_model_and_baselines(command, finished_run):
     status, out, _ = command("evaluate", finished_run)
     assert status == 0 and "5 test spectra" in out
-    for word in ("model", "nearest", "ssim_median", "ssim_mean"):
+    for word in ("(this run)", "nearest", "ssim_median", "ssim_mean"):
         assert word in out
 
 

@@ -8,7 +8,8 @@ from matplotlib.figure import Figure
 import learn.reports.figures
 from learn.baselines.array_ceiling import CEILING
 from learn.reports.figures import draw_error_over_distance, draw_ssim_distribution
-from learn.reports.plots import CEILING_STYLE, label_log_axis
+from learn.reports.method_styles import CEILING_STYLE
+from learn.reports.plots import label_log_axis
 
 
 def labelled(axis) -> list[str]:
@@ -38,7 +39,7 @@ def test_logarithmic_axis_has_several_plain_labels(sizes, least):
 def drawn(monkeypatch):
     """The figures that are drawn, by the names of their files."""
     figures = {}
-    monkeypatch.setattr(learn.reports.figures, "save", lambda figure, path: figures.update({path: figure}))
+    monkeypatch.setattr(learn.reports.figures, "save", lambda figure, path, *_: figures.update({path: figure}))
     return figures
 
 

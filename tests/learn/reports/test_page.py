@@ -5,13 +5,15 @@ from types import SimpleNamespace
 import pytest
 
 from learn.baselines.array_ceiling import CEILING
-from learn.comparison.experiment import row_name
+from learn.comparison.experiment import Settings, row_name
 from learn.reports.comparison_report import write_ablation
 from learn.reports.figures import draw_ssim_distribution
-from learn.reports.html_page import SCORE_COLUMNS, write_page
+from learn.reports.html_page import SCORE_COLUMNS, Picture, write_page
 
 ODD = "<script>alert(1)</script>&amp;\"'"
 ESCAPED = "&lt;script&gt;alert(1)&lt;/script&gt;&amp;amp;&#34;&#39;"
+
+SETTINGS = Settings("data/lab", "files", 0, None, 50, "1 CPU threads")
 
 
 def test_markup_in_names_is_text(tmp_path):
@@ -19,7 +21,7 @@ def test_markup_in_names_is_text(tmp_path):
         "settings": SimpleNamespace(dataset=ODD, split=ODD, minutes=1.0, device=ODD),
         "rows": {ODD: {"ssim_median": 0.5}},
         "columns": {**SCORE_COLUMNS, "other": ODD},
-        "figures": SimpleNamespace(ssim_cdf="x"),
+        "figures": SimpleNamespace(ssim_cdf=Picture("x", 100)),
         "remark": ODD,
         "test": 1,
         "seeds": 1,
@@ -31,11 +33,11 @@ def test_markup_in_names_is_text(tmp_path):
 
 @pytest.mark.parametrize("name", ["$\\frac{$", "_mine", "a\x1b\nb"])
 def test_methods_of_any_name_are_drawn(name, tmp_path):
-    row = {"label": name, "ssim_median": 0.5, "ssim_spread": 0.1, "seed": 0, "seeds": 2, "train_size": None}
+    row = {"label": name, "test": 2, "ssim_median": 0.5, "ssim_spread": 0.1, "seed": 0, "seeds": 2, "train_size": None}
     (tmp_path / "runs" / row_name(row) / "logs" / "version_0").mkdir(parents=True)
     log = tmp_path / "runs" / row_name(row) / "logs" / "version_0" / "metrics.csv"
     log.write_text("step,validation_ssim\n99,0.5\n")
     rows = {"averages": lambda: [row, row], "rows": [row], "doubts": lambda: {name: "only 5 training steps"}}
-    write_ablation(SimpleNamespace(**rows, folder=tmp_path), tmp_path)
+    write_ablation(SimpleNamespace(**rows, folder=tmp_path, settings=SETTINGS, distances=None), tmp_path)
     draw_ssim_distribution({name: [0.1, 0.5], CEILING: [0.5, 0.9]}, tmp_path / "ssim.png")
     assert (tmp_path / "ablation.pdf").exists() and (tmp_path / "ssim.pdf").exists()

@@ -16,7 +16,7 @@ from learn.models.aperture import BiSplatAperture
 from learn.models.bisplat import BiSplatWRF
 from learn.view.chart import DECIBELS, LEFT, LINEAR, TOP, Panel, colour_of, draw, in_decibels
 from learn.view.compared_spectra import in_phase_with, numbers, panels
-from learn.view.hemisphere import dots, ellipses
+from learn.view.hemisphere import DOT_DEG, dots, ellipses
 from learn.view.session import Session
 from learn.view.subject import Spectrum, subject
 from learn.view.tracing import Tracing
@@ -99,6 +99,17 @@ def test_dots_are_where_their_pixels_look():
     places, (rows, columns) = dots(2.0, AngularGrid(2.0))
     np.testing.assert_allclose(places, 2 * direction(np.radians(columns), np.radians(rows + 2)))
     assert np.linalg.norm(places, axis=1) == pytest.approx(2) and (places[:, 2] > 0).all()
+
+
+@pytest.mark.parametrize("grid", [AngularGrid(), AngularGrid(2.0), AngularGrid(1.0, 89 / 90)])
+def test_dots_leave_no_hole_through_which_the_room_shows(grid):
+    places, _ = dots(1.0, grid)
+    towards = np.random.default_rng(0).normal(size=(4000, 3))
+    towards /= np.linalg.norm(towards, axis=1, keepdims=True)
+    towards[:, 2] = abs(towards[:, 2])
+    towards = np.vstack([towards[towards[:, 2] > np.sin(np.radians(1))], [[0, 0, 1]]])
+    cosine = (towards @ places.T).max(axis=1)
+    assert np.degrees(np.arccos(cosine.clip(max=1))).max() < DOT_DEG
 
 
 def test_primitives_on_the_sphere_are_as_wide_as_on_the_chart(small, region):

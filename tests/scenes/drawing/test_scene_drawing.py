@@ -5,15 +5,18 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 from matplotlib.patches import Rectangle
+from trimesh import Trimesh
 
 from scenes.checks import depth_buffer
 from scenes.checks.enclosure import ceiling_height
 from scenes.drawing import scene_drawing
-from scenes.drawing.floor_plan import draw_plan
+from scenes.drawing.doors import closed_leaves
+from scenes.drawing.floor_plan import DOOR, draw_plan, section
 from scenes.drawing.perspective import draw_view
 from scenes.drawing.scene_drawing import DrawingError, describe_scene, draw_scene
 from scenes.files.errors import InputError
@@ -189,6 +192,99 @@ def test_the_drawing_says_what_it_leaves_out(scene):
     assert draw_plan(Figure().add_subplot(), wide)[1] == shown
 
 
+def house(scene, *doors):
+    """A room of 6 × 6 m with a ceiling. Its east wall, 20 cm thick, has a doorway from y = 0 to y = 1, 2.1 m high."""
+    shell = [sheet((-3, -3, z), (6, 0, 0), (0, 6, 0)) for z in (0, 3)]
+    shell += [sheet((-3, y, 0), (6, 0, 0), (0, 0, 3)) for y in (-3, 3)] + [sheet((-3, -3, 0), (0, 6, 0), (0, 0, 3))]
+    outline = [(-3, 0), (0, 0), (0, 2.1), (1, 2.1), (1, 0), (3, 0), (3, 3), (-3, 3)]
+    front = np.array([(0, 1, 7), (1, 2, 7), (2, 3, 7), (3, 6, 7), (3, 4, 5), (3, 5, 6)])
+    sides = [face for n in range(8) for m in [(n + 1) % 8] for face in ((n, m, m + 8), (n, m + 8, n + 8))]
+    corners = [(x, y, z) for x in (3, 3.2) for y, z in outline]
+    wall = Trimesh(corners, np.concatenate([front, front + 8, sides]), process=False)
+    objects = [SceneObject(f"shell {n}", mesh, "concrete") for n, mesh in enumerate(shell)]
+    objects += [SceneObject("wall", wall, "brick")] + [SceneObject("Door", mesh, "wood") for mesh in doors]
+    materials = {name: p2040_material(name, 915e6) for name in ("brick", "concrete", "wood")}
+    return replace(
+        scene,
+        objects=tuple(objects),
+        materials=materials,
+        gateway=replace(scene.gateway, position=(-2.0, 0.0, 1.0)),
+        transmitter=Transmitter((-1, -1, 0.5), (0, 1, 1.5)),
+    )
+
+
+def plan_of(place):
+    figure = Figure(figsize=(6, 6), dpi=100)
+    axes = figure.add_axes((0, 0, 1, 1))
+    draw_plan(axes, place)
+    axes.set(xlim=(-3.5, 4.5), ylim=(-4, 4))
+    axes.set_axis_off()
+    canvas = FigureCanvasAgg(figure)
+    canvas.draw()
+    return axes, np.asarray(canvas.buffer_rgba())[::-1, :, :3] / 255
+
+
+def seen_at(image, x, y):
+    return image[int((y + 4) / 8 * 600), int((x + 3.5) / 8 * 600)]
+
+
+def door_lines(axes):
+    """The leaves that are drawn open, and the arcs of their swing."""
+    found = [each for each in axes.collections if isinstance(each, LineCollection)]
+    (index,) = (n for n, each in enumerate(found) if each.get_label() == DOOR)
+    return found[index].get_segments(), found[index + 1].get_segments()
+
+
+def test_an_open_doorway_is_a_gap(scene):
+    """The lintel of the thick wall is above the section, and would fill it."""
+    axes, image = plan_of(house(scene))
+    brick = house(scene).materials["brick"].color
+    np.testing.assert_allclose(seen_at(image, 3.1, -1.5), brick, atol=0.02)
+    np.testing.assert_allclose(seen_at(image, 3.1, 0.5), 1)  # nothing is there: the floor ends at 3
+    assert axes.get_legend_handles_labels() == ([], [])
+
+
+@pytest.mark.parametrize("leaf", [sheet((3.05, 0, 0), (0, 1, 0), (0, 0, 2)), box((3.02, 0.01, 0), (3.08, 0.99, 2))])
+def test_a_closed_door_is_drawn_open(scene, leaf):
+    axes, image = plan_of(house(scene, leaf))
+    np.testing.assert_allclose(seen_at(image, 3.05, 0.2), 1)  # a gap, beside the number in its middle
+    (opened,), (arc,) = door_lines(axes)
+    np.testing.assert_allclose(opened, [(3.05, 1), (4.05, 1)], atol=0.04)  # out of the room, about the farther end
+    np.testing.assert_allclose(np.linalg.norm(arc - opened[0], axis=1), np.ptp(leaf.bounds[:, 1]), atol=0.01)
+    np.testing.assert_allclose(arc[[0, -1]], [(3.05, 0), opened[1]], atol=0.04)
+
+
+def test_a_double_door_has_two_leaves(scene):
+    wide = box((3.02, -0.8, 0), (3.08, 1.2, 2))
+    leaves = closed_leaves(section(wide, 1), np.array([[[3.0, -3], [3, -0.8]], [[3, 1.2], [3, 3]]]), np.zeros(2))
+    assert sorted((*leaf.hinge.round(2), *leaf.opened.round(2)) for leaf in leaves) == [
+        (3.05, -0.8, 4.05, -0.8),
+        (3.05, 1.2, 4.05, 1.2),
+    ]
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        sheet((3.1, 0, 0), (1, 0, 0), (0, 0, 2)),  # stands open in the mesh, too
+        union(box((3, 0, 0), (3.2, 0.05, 2)), box((3, 0.95, 0), (3.2, 1, 2))),  # a frame
+        sheet((3.05, -2.5, 0), (0, 5, 0), (0, 0, 2)),  # as wide as a wall
+        sheet((-1, 0, 0), (0, 1, 0), (0, 0, 2)),  # in the middle of the room
+        sheet((3.05, 0, 0), (0, 1, 0), (0, 0, 0.9)),  # below the section
+    ],
+    ids=["open", "frame", "wide", "alone", "low"],
+)
+def test_what_is_no_closed_door_is_drawn_where_it_is(scene, other):
+    axes, _ = plan_of(house(scene, other))
+    assert axes.get_legend_handles_labels() == ([], [])
+
+
+def test_the_legend_says_that_doors_are_closed(scene):
+    place = house(scene, sheet((3.05, 0, 0), (0, 1, 0), (0, 0, 2)))
+    (legend,) = scene_drawing._figure(place).subfigs[1].legends
+    assert DOOR in [text.get_text() for text in legend.get_texts()]
+
+
 def test_houses_about_a_square_are_no_room(scene):
     axes = Figure().add_subplot(projection="3d")
     assert draw_view(axes, alone(scene, *(box((x, y, 0), (x + 60, y + 60, 20)) for x, y in CORNERS))) == []
@@ -207,6 +303,8 @@ def test_a_failure_is_one_sentence_and_leaves_no_file(scene, tmp_path, monkeypat
 def test_the_end_of_the_name_is_the_format(scene, tmp_path):
     draw_scene(scene, tmp_path / "scene.pdf")
     assert (tmp_path / "scene.pdf").read_bytes().startswith(b"%PDF")
+    draw_scene(scene, tmp_path / "scene.svg")
+    assert b"<svg" in (tmp_path / "scene.svg").read_bytes()[:500]
     with pytest.raises(InputError, match=r"expected a drawing named .png, .pdf, .svg, found '.jpg'"):
         draw_scene(scene, tmp_path / "scene.jpg")
 

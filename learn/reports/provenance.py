@@ -1,0 +1,147 @@
+"""Where figures and tables come from: what was trained and tested, when, by which version and which command."""
+
+from __future__ import annotations
+
+import datetime
+import shlex
+import sys
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, field
+from importlib.metadata import version
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:  # loads torch
+    from learn.comparison.table import Comparison
+    from learn.evaluation.crossvalidate import CrossValidation
+    from learn.evaluation.evaluate import Evaluation
+
+PACKAGE = "bisplat-wrf"
+
+
+def command(given: Sequence[str]) -> str:
+    """The command of this process as one can type it again, with ~ for the home folder.
+
+    Args:
+        given: ``sys.argv``.
+
+    Returns:
+        The command, or "Python" if the process is another program.
+
+    >>> command(["/opt/venv/bin/bisplat", "evaluate", "my run"]), command(["ipython"])
+    ("bisplat evaluate 'my run'", 'Python')
+    """
+    program = Path(given[0]) if given else Path()
+    if not (program.name == "bisplat" or program.parts[-2:] == ("bisplat", "__main__.py")):
+        return "Python"
+    home = f"{Path.home()}/"
+    short = [
+        f"~/{shlex.quote(text.removeprefix(home))}" if text.startswith(home) else shlex.quote(text)
+        for text in given[1:]
+    ]
+    return " ".join(["bisplat", *short])
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """Where the scores of a report come from.
+
+    Attributes:
+        title: what the report is about.
+        model: names of the models.
+        dataset: name of the dataset's folder.
+        split: the split, or what else was tested on, in words.
+        spectra: numbers of known and tested spectra, in words.
+        distances: distances from tested to known positions, in words.
+        seed: seeds of the trainings, in words.
+        command: the command, or "Python".
+        date: day of the report, ISO 8601.
+        version: version of bisplat-wrf.
+
+    Example:
+        >>> numbers = "18 training"
+        >>> made = Provenance("lab", "mlp", "lab", "random", numbers, "", "0", "Python", "2026-01-31", "1.0")
+        >>> made.sentence()
+        'Model mlp, seed 0. Dataset lab, split random: 18 training. bisplat-wrf 1.0, 2026-01-31, Python.'
+    """
+
+    title: str
+    model: str
+    dataset: str
+    split: str
+    spectra: str
+    distances: str
+    seed: str
+    command: str = field(default_factory=lambda: command(sys.argv))
+    date: str = field(default_factory=lambda: datetime.date.today().isoformat())
+    version: str = field(default_factory=lambda: version(PACKAGE))
+
+    @classmethod
+    def of_evaluation(cls, evaluation: Evaluation) -> Provenance:
+        """The provenance of an evaluation of a run."""
+        origin, tested = evaluation.origin, f"{len(evaluation)} test spectra"
+        return cls(
+            title=f"{evaluation.run_name} on held-out spectra",
+            model=origin.model,
+            dataset=evaluation.dataset.folder.resolve().name,
+            split=origin.split if evaluation.tested_on is None else f"{origin.split}, tested on {evaluation.tested_on}",
+            spectra=f"{origin.train} training, {origin.validation} validation, {tested}",
+            distances=evaluation.distances.sentence(),
+            seed=str(origin.seed),
+        )
+
+    @classmethod
+    def of_crossvalidation(cls, fresh: CrossValidation) -> Provenance:
+        """The provenance of a comparison with a fresh simulation."""
+        origin, tested = fresh.origin, f"{len(fresh)} fresh positions ({fresh.truth_by} of {fresh.scene_name})"
+        return cls(
+            title=f"{fresh.run_name} against {fresh.truth_by}",
+            model=origin.model,
+            dataset=origin.dataset,
+            split=origin.split,
+            spectra=f"{origin.train} training, {origin.validation} validation, {tested}",
+            distances=fresh.distances.sentence(),
+            seed=str(origin.seed),
+        )
+
+    @classmethod
+    def of_comparison(cls, comparison: Comparison) -> Provenance:
+        """The provenance of a comparison of methods."""
+        from learn.evaluation.origin import split_words
+
+        settings, rows = comparison.settings, [row for row in comparison.rows if row.get("known")]
+        seeds = max((row["seed"] for row in comparison.rows), default=0) + 1
+        known = sorted({(row["train"], row["known"] - row["train"]) for row in rows})
+        numbers = [f"{train} training, {validation} validation" for train, validation in known]
+        tested = f"{max(row['test'] for row in comparison.rows)} test spectra"
+        return cls(
+            title=f"Comparison of methods on {Path(settings.dataset).name}",
+            model=", ".join(dict.fromkeys(row["label"] for row in rows)),
+            dataset=Path(settings.dataset).name,
+            split=split_words(settings.split, settings.guard, settings.split_seed),
+            spectra=", ".join(["; ".join(numbers), tested] if numbers else [tested]),
+            distances=comparison.distances.sentence() if comparison.distances else "",
+            seed="0" if seeds == 1 else f"0 to {seeds - 1}",
+        )
+
+    def sentence(self) -> str:
+        """All of it in words, for the foot of pages and figures."""
+        data = f"Dataset {self.dataset}, split {self.split}: {self.spectra}"
+        made = f"{PACKAGE} {self.version}, {self.date}, {self.command}."
+        distances = f"{self.distances[:1].upper()}{self.distances[1:]}."
+        models = f"Model {self.model}, seed {self.seed}." if "," not in self.model else f"Seed {self.seed}."
+        return " ".join([models, f"{data}.", *([distances] if self.distances else []), made])
+
+    def facts(self) -> dict[str, str]:
+        """All of it as texts, for JSON."""
+        return asdict(self)
+
+    def pdf_metadata(self) -> dict[str, str]:
+        """The document properties of a PDF."""
+        keywords = ", ".join([*self.model.split(", "), self.dataset, self.split])
+        made = f"{PACKAGE} {self.version}"
+        return {"Title": self.title, "Subject": self.sentence(), "Keywords": keywords, "Creator": made}
+
+    def png_metadata(self) -> dict[str, str]:
+        """The text chunks of a PNG."""
+        return {"Title": self.title, "Description": self.sentence(), "Software": f"{PACKAGE} {self.version}"}

@@ -1,0 +1,97 @@
+"""Tables of scores for papers: as LaTeX with booktabs, and as CSV with all digits."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from io import StringIO
+from pathlib import Path
+from typing import Any
+
+from learn.baselines.array_ceiling import CEILING, shown_name
+from learn.reports.provenance import Provenance
+from scenes.files.atomic import write_atomically
+from scenes.files.errors import printable
+
+LATEX, CSV = "table.tex", "table.csv"
+"""Names of the files."""
+
+SPREAD = "ssim_spread"
+"""Key of a row: the standard deviation of the median SSIM over the seeds."""
+
+_SPECIAL = {
+    "\\": r"\textbackslash{}",
+    **{sign: f"\\{sign}" for sign in "&%$#_{}"},
+    "~": r"\textasciitilde{}",
+    "^": r"\textasciicircum{}",
+    "<": r"\textless{}",
+    ">": r"\textgreater{}",
+    "†": r"\textdagger{}",
+    "°": r"\textdegree{}",
+    "±": r"$\pm$",
+    "×": r"$\times$",
+}
+
+
+def in_latex(text: str) -> str:
+    r"""Escape text for LaTeX.
+
+    >>> print(in_latex("my_model & 5 %"))
+    my\_model \& 5 \%
+    """
+    return "".join(_SPECIAL.get(sign, sign) for sign in printable(text))
+
+
+def write_tables(
+    rows: Mapping[str, Mapping[str, Any]],
+    columns: Mapping[str, str],
+    folder: Path,
+    provenance: Provenance,
+    note: str = "",
+) -> None:
+    """Write table.tex and table.csv.
+
+    table.tex is a ``tabular``, which needs the package booktabs. A comment above it says where it comes from.
+
+    Args:
+        rows: numbers by key, by the name of the row. Of several seeds, "ssim_spread" follows "ssim_median" after ±.
+        columns: headings with units, by the keys of the columns. Columns without any number are left out.
+        folder: folder to write to; it must exist.
+        provenance: where the scores come from.
+        note: what a reader must know, for the comment.
+    """
+    present = {key: title for key, title in columns.items() if any(row.get(key) is not None for row in rows.values())}
+    write_atomically(folder / LATEX, _latex(rows, present, provenance, note).encode())
+    write_atomically(folder / CSV, _csv(rows, present).encode())
+
+
+def _latex(rows: Mapping[str, Mapping[str, Any]], columns: Mapping[str, str], provenance: Provenance, note: str) -> str:
+    comments = [provenance.title, provenance.sentence(), *([note] if note else [])]
+    head = " & ".join(["Method", *map(in_latex, columns.values())])
+    lines = [rf"\begin{{tabular}}{{l{'r' * len(columns)}}}", r"\toprule", rf"{head} \\", r"\midrule"]
+    for name, row in rows.items():
+        if name == CEILING:
+            lines.append(r"\midrule")
+        lines.append(" & ".join([in_latex(shown_name(name)), *(_cell(row, key) for key in columns)]) + r" \\")
+    lines += [r"\bottomrule", r"\end{tabular}"]
+    return "\n".join([*(f"% {printable(comment)}" for comment in comments), *lines]) + "\n"
+
+
+def _cell(row: Mapping[str, Any], key: str) -> str:
+    value = row.get(key)
+    if value is None:
+        return "--"
+    text = f"{value:,.0f}" if key in ("parameters", "training_seconds") else f"{value:.3f}"
+    return rf"{text} $\pm$ {row[SPREAD]:.3f}" if key == "ssim_median" and row.get(SPREAD) is not None else text
+
+
+def _csv(rows: Mapping[str, Mapping[str, Any]], columns: Mapping[str, str]) -> str:
+    keys = list(columns)
+    if any(row.get(SPREAD) is not None for row in rows.values()):
+        keys.insert(keys.index("ssim_median") + 1, SPREAD)
+    text = StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["method", *keys])
+    for name, row in rows.items():
+        writer.writerow([name, *("" if row.get(key) is None else row[key] for key in keys)])
+    return text.getvalue()
