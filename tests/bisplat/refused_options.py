@@ -95,7 +95,7 @@ REFUSED: dict[str, str] = {
     "sweep data -o out --sizes 3 --models kriging --budget 5": f"--budget: {OF_STEPS} kriging",
     "plan mlp -o out.csv --max-depth 2": "--max-depth: expected a scene to trace, found the run mlp",
     "plan closet -o out.csv --target 1.5": "--target: expected a median SSIM from 0 to 1, found 1.5",
-    "plan closet -o out.csv --target 0.999": "--target: expected a median SSIM that the curve of measured rooms has, from",
+    "plan closet -o out.csv --target 0.999": "--target: expected a median SSIM that the curve of measured rooms has,",
     "plan closet -o out.csv --diffuse": "--diffuse: expected an object whose material has a scattering_coefficient",
     "engines data -o out --diffuse": "--diffuse: expected an object whose material has a scattering_coefficient",
     "engines data -o out --patches 9": "--patches: expected --diffuse with it",
