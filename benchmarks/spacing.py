@@ -1,6 +1,6 @@
 """How many spectra does a room need? The score over the density of the known positions, for several rooms.
 
-python benchmarks/spacing.py data/rfid-s23-160 --curve learn/planning/expected_score.json \
+python benchmarks/spacing.py data/rfid-s23-160 --curve learn/expectation/expected_score.json \
     --figure docs/generated/expected-score.png --json > runs/spacing.json
 
 In each room, known and test positions are drawn uniformly: in the volume, and at one height; in the whole transmitter
@@ -36,8 +36,8 @@ from tyro.conf import Positional
 
 from learn.data.metrics import ssim
 from learn.data.splits import split
-from learn.planning.expected_score import Expected, ScoreCurve, scores_in
-from learn.planning.mean_spacing import Shape, Spacing
+from learn.expectation.expected_score import Expected, ScoreCurve, scores_in
+from learn.expectation.mean_spacing import Shape, Spacing
 from learn.training.run_folder import predict
 from scenes.scene.description import SPEED_OF_LIGHT, Scene
 from scenes.storage.scene_yaml import BUILT_IN, load_scene

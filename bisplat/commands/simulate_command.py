@@ -66,7 +66,7 @@ def simulate(
     """
     import numpy as np
 
-    from learn.planning.expected_score import say_expectation
+    from learn.expectation.expected_score import say_expectation
     from scenes.scene.shapes import bounding_box
     from scenes.storage.scene_yaml import load_scene
     from simulate.generation.generate import generate, has_work
@@ -109,8 +109,8 @@ def simulate(
             warning = reach_warning(request.positions, box, "the scene", "are they in metres, in the scene's frame?")
             if warning is not None:
                 say(f"warning: {wanted.positions}: {warning}")
-    first = next(iter(requests.values()))
-    say_expectation(first.positions[first.known], first.scene.wavelength, first.beamformer.array)
     for folder, request in requests.items():
         generate(request, folder, places)
         print(printable(f"{len(request.positions)} spectra: {folder}"))
+    first = next(iter(requests.values()))
+    say_expectation(first.positions[first.known], first.scene.wavelength, first.beamformer.array)

@@ -14,8 +14,8 @@ from learn.data.splits import GUARD_MOST, PARTS, SPLITS, Split, SplitKind
 from learn.data.splits import split as split_of
 from learn.evaluation.leakage import Leakage, leakage
 from learn.evaluation.picture_doubts import picture_doubts
-from learn.planning.expected_score import expectation, facts
-from learn.planning.mean_spacing import Spacing
+from learn.expectation.expected_score import expectation, facts
+from learn.expectation.mean_spacing import Spacing
 from scenes.files.errors import ParameterError, require_path, require_seed, require_within, require_word
 from scenes.scene.description import boresight_of
 from scenes.scene.shapes import bounding_box

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from learn.planning.expected_score import ELEMENTS, Expected, score_curve
-from learn.planning.mean_spacing import Spacing
+from learn.expectation.expected_score import ELEMENTS, Expected, score_curve
+from learn.expectation.mean_spacing import Spacing
 from scenes.files.errors import ParameterError, require_within
 from scenes.scene.description import Gateway
 from simulate.spectra.array import PlanarArray
@@ -26,8 +26,8 @@ class Needed:
         expected: the score to expect from all of them.
 
     Example:
-        >>> Needed(120, Spacing(160, "volume", 20.0), Expected(0.91, 0.95, 0.97)).sentence()[:57]
-        '120 more spectra, 160 in all, promise a median SSIM of abo'
+        >>> print(Needed(120, Spacing(160, "volume", 20.0), Expected(0.91, 0.95, 0.97)).sentence())
+        120 more spectra, 160 in all, promise a median SSIM of about 0.95 (0.91 to 0.97) from helmholtz: mean spacing...
     """
 
     more: int

@@ -20,11 +20,11 @@ from rich.console import Console
 from learn.data.split_distances import SplitDistances, say_distances
 from learn.data.splits import GUARD_MOST, SPLITS, Split, SplitKind
 from learn.data.splits import split as split_of
+from learn.expectation.expected_score import say_expectation
 from learn.models.base import SpectrumModel
 from learn.models.capabilities import FitsInClosedForm
 from learn.models.quadrature import quadrature
 from learn.models.steps import Processes, Steps
-from learn.planning.expected_score import say_expectation
 from learn.training.budget import MINUTES_MOST, Timed, timed
 from learn.training.by_steps import train_by_steps
 from learn.training.config import Config, read_config, write_config

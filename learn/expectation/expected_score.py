@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from learn.planning.mean_spacing import Shape, Spacing
+from learn.expectation.mean_spacing import Shape, Spacing
 from scenes.files.plain_text import say
 from simulate.spectra.array import PlanarArray
 

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from learn.planning import expected_score, spectra_needed
-from learn.planning.expected_score import FILE, ScoreCurve, expectation, facts, score_curve, scores_in
-from learn.planning.mean_spacing import Spacing
+from learn.expectation import expected_score
+from learn.expectation.expected_score import FILE, ScoreCurve, expectation, facts, score_curve, scores_in
+from learn.expectation.mean_spacing import Spacing
+from learn.planning import spectra_needed
 from scenes.files.errors import ParameterError
 from simulate.spectra.array import PlanarArray
 

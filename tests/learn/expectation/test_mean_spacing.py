@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from learn.planning.mean_spacing import Spacing
+from learn.expectation.mean_spacing import Spacing
 
 WAVELENGTH = 0.5
 

@@ -1,0 +1,130 @@
+"""Least squares for the responses behind spectra, from good starts, by the Gauss–Newton method.
+
+The unknowns are the responses y and the offset b of each spectrum. The residual at a spatial frequency is |B y| − p − b
+with the beams B y. Its derivative along a change δ of the responses is Re(e^{−j arg B y} B δ). So a product with the
+Jacobian, or with its transpose, is a Fourier transform, and conjugate gradients solve the normal equations without
+their matrix.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Complex, Float
+
+from simulate.spectra.spatial_frequencies import SpatialFrequencies
+
+STEPS, INNER_STEPS = 20, 30
+"""Largest number of steps, and steps of conjugate gradients for each."""
+
+LEAST_GAIN = 0.02
+"""Share of its squared error that a step must save, or it is the spectrum's last."""
+
+DAMPING = 1e-3
+"""Damping of the first step, as a share of the mean of the normal equations' diagonal."""
+
+
+@dataclass(frozen=True)
+class _Linearised:
+    """The residuals of some spectra at some unknowns, and their derivatives there.
+
+    Attributes:
+        frequencies: the grid of spatial frequencies, of which P are seen.
+        error: residuals |B y| − p − b, [K, P].
+        phase: e^{j arg B y}, [K, P].
+    """
+
+    frequencies: SpatialFrequencies
+    error: Float[np.ndarray, "K P"]
+    phase: Complex[np.ndarray, "K P"]
+
+    @classmethod
+    def at(
+        cls, unknowns: Float[np.ndarray, "K n"], magnitude: Float[np.ndarray, "K P"], frequencies: SpatialFrequencies
+    ) -> _Linearised:
+        """At responses and offsets."""
+        beams = _beams(unknowns, frequencies)
+        size = np.abs(beams)
+        return cls(frequencies, size - magnitude - unknowns[:, -1:], beams / np.maximum(size, 1e-12))
+
+    def along(self, change: Float[np.ndarray, "K n"]) -> Float[np.ndarray, "K P"]:
+        """Change of the residuals: the Jacobian times a change of the unknowns."""
+        return (self.phase.conj() * _beams(change, self.frequencies)).real - change[:, -1:]
+
+    def transposed(self, residuals: Float[np.ndarray, "K P"]) -> Float[np.ndarray, "K n"]:
+        """The Jacobian's transpose times some residuals."""
+        beams = np.zeros((len(residuals), *self.frequencies.shape), complex)
+        beams[:, self.frequencies.seen] = self.phase * residuals
+        # B is √(points / MN) times a matrix of orthonormal columns, and ``responses`` its inverse
+        elements = self.frequencies.beamformer.array.elements
+        back = self.frequencies.responses(beams).reshape(len(beams), -1) * (beams[0].size / elements)
+        return np.concatenate([back.real, back.imag, -residuals.sum(axis=1, keepdims=True)], axis=1)
+
+    def step(self, damping: Float[np.ndarray, " K"]) -> Float[np.ndarray, "K n"]:
+        """The damped Gauss–Newton step, roughly."""
+
+        def normal(change: np.ndarray) -> np.ndarray:
+            return self.transposed(self.along(change)) + damping[:, None] * change
+
+        return _conjugate_gradients(normal, self.transposed(-self.error))
+
+
+def refined(
+    start: Complex[np.ndarray, "K rows columns"],
+    magnitude: Float[np.ndarray, "K y x"],
+    frequencies: SpatialFrequencies,
+) -> tuple[Complex[np.ndarray, "K elements"], Float[np.ndarray, " K"]]:
+    """Responses and offsets of least squared error at the visible frequencies; a step that raises an error is undone.
+
+    Args:
+        start: responses near the best ones.
+        magnitude: p, the spectra at the frequencies.
+        frequencies: the grid of spatial frequencies.
+    """
+    flat = start.reshape(len(start), -1).astype(complex)
+    elements = flat.shape[1]
+    unknowns = np.concatenate([flat.real, flat.imag, np.zeros((len(flat), 1))], axis=1)
+    magnitude = magnitude[:, frequencies.seen]
+    damping = np.full(len(flat), DAMPING * magnitude.shape[1] / elements)
+    going = np.arange(len(flat))
+    here = _Linearised.at(unknowns, magnitude, frequencies)
+    for _ in range(STEPS):
+        moved = unknowns[going] + here.step(damping[going])
+        there = _Linearised.at(moved, magnitude[going], frequencies)
+        before, after = ((each.error**2).sum(axis=1) for each in (here, there))
+        lower = after < before
+        unknowns[going[lower]] = moved[lower]
+        damping[going] *= np.where(lower, 0.2, 4)
+        error, phase = (
+            np.where(lower[:, None], new, old) for new, old in ((there.error, here.error), (there.phase, here.phase))
+        )
+        gains = ~lower | (after < (1 - LEAST_GAIN) * before)
+        going, here = going[gains], _Linearised(frequencies, error[gains], phase[gains])
+        if not len(going):
+            break
+    return unknowns[:, :elements] + 1j * unknowns[:, elements:-1], unknowns[:, -1]
+
+
+def _beams(unknowns: Float[np.ndarray, "K n"], frequencies: SpatialFrequencies) -> Complex[np.ndarray, "K P"]:
+    """Beams of the responses among the unknowns at the visible frequencies."""
+    array = frequencies.beamformer.array
+    responses = unknowns[:, : array.elements] + 1j * unknowns[:, array.elements : -1]
+    return frequencies.beams(responses.reshape(-1, array.rows, array.columns))[:, frequencies.seen]
+
+
+def _conjugate_gradients(
+    matrix: Callable[[Float[np.ndarray, "K n"]], Float[np.ndarray, "K n"]], right: Float[np.ndarray, "K n"]
+) -> Float[np.ndarray, "K n"]:
+    """Solve K symmetric positive systems roughly, by ``INNER_STEPS`` steps from zero."""
+    solution, left, direction = np.zeros_like(right), right, right
+    power = (left**2).sum(axis=1)
+    for _ in range(INNER_STEPS):
+        image = matrix(direction)
+        step = (power / np.maximum((direction * image).sum(axis=1), 1e-300))[:, None]
+        solution, left = solution + step * direction, left - step * image
+        new_power = (left**2).sum(axis=1)
+        direction = left + (new_power / np.maximum(power, 1e-300))[:, None] * direction
+        power = new_power
+    return solution
