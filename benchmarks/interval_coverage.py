@@ -22,8 +22,9 @@ from jaxtyping import Bool, Float
 from ledger.printing import print_figures
 from tyro.conf import Positional
 
+from learn.evaluation.stated_intervals import intervals_by_distance
 from learn.training.config import Config
-from learn.training.deviation import NORMAL, nearest_known, pixel_errors
+from learn.training.deviation import nearest_known, pixel_errors
 from learn.training.registry import MODELS
 from learn.training.run_folder import Run, load_run
 from scenes.places.closet import closet
@@ -38,9 +39,6 @@ from simulate.generation.generate import generate
 from simulate.generation.request import Request
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.spectrum import evenly, spectrum_of
-
-BANDS = ((0.0, 0.25), (0.25, 0.5), (0.5, 1.0), (1.0, 2.0), (2.0, np.inf))
-"""Bands of the distance to the nearest known position, wavelengths."""
 
 CORNERS = ((0.0, 0.0), (5.0, 0.0), (5.0, 2.4), (2.4, 2.4), (2.4, 5.0), (0.0, 5.0))
 """Corners of the L-shaped room, metres."""
@@ -116,20 +114,13 @@ def rows(name: str, method: str, run: Run, others: list[Run]) -> dict[str, Any]:
     prediction = together.predict(positions) if together else run.predict(positions).spectra
     if deviation is None:
         return {f"{name}, {method}": {"spectra": len(test), "share": None, "width": None}}
-    within = np.abs(pixel_errors(prediction, truth)) <= NORMAL * deviation[:, None]
-    distance = nearest_known(data.positions[parts.known], positions, data.wavelength)
-    stated = np.isfinite(deviation)
+    errors = np.abs(pixel_errors(prediction, truth)) / deviation[:, None]
+    wavelengths = nearest_known(data.positions[parts.known], positions, data.wavelength)
     found = {}
-    for low, high in BANDS:
-        band = stated & (distance >= low) & (distance < high)
-        if band.any():
-            limits = f"{low:g} to {high:g} λ" if np.isfinite(high) else f"over {low:g} λ"
-            limits += " (few)" if band.sum() < FEW else ""
-            found[f"{name}, {method}, {limits}"] = {
-                "spectra": int(band.sum()),
-                "share": round(float(within[band].mean()), 3),
-                "width": round(float(2 * NORMAL * np.nanmean(deviation[band])), 3),
-            }
+    for band, each in intervals_by_distance(errors, deviation, wavelengths):
+        mark = " (few)" if each.spectra < FEW else ""
+        figures = {"spectra": each.spectra, "share": round(each.share, 3), "width": round(each.width, 3)}
+        found[f"{name}, {method}, {band}{mark}"] = figures
     return found
 
 

@@ -76,8 +76,11 @@ def evaluate(
         known = len(evaluation.known_positions)
         print_table(f"{len(evaluation.test)} test spectra, predicted from {known} known ones", columns)
         if "within_90_percent_interval" in metrics:
-            share, width = metrics["within_90_percent_interval"], metrics["deviation_median"]
-            print(f"{share:.1%} of the true values are within the stated 90 % intervals; median deviation {width:.3f}")
+            share, width = metrics["within_90_percent_interval"], metrics["interval_width_mean"]
+            print(
+                f"{share:.1%} of the true values are within the stated 90 % intervals; their mean width is {width:.3f}"
+            )
+            print_table("by the distance to the nearest known position", metrics["interval_bands"])
         if located is not None:
             print_table(f"{len(located.truth)} located transmitters", {"": located.metrics()})
         print(f"report: {run / 'evaluation' / 'report.html'}")

@@ -23,6 +23,7 @@ class EnginePlane:
     """Levels and errors on a horizontal plane through the middle of the transmitter region.
 
     Attributes:
+        name: name of the full-wave dataset's folder.
         x: x of the points' columns, metres.
         y: y of the points' rows, metres.
         z: height of the plane, metres.
@@ -33,6 +34,7 @@ class EnginePlane:
             a direct or reflected path ends: there is a shadow boundary or a reflection boundary of geometrical optics.
     """
 
+    name: str
     x: Float[np.ndarray, " nx"]
     y: Float[np.ndarray, " ny"]
     z: float
@@ -81,6 +83,7 @@ def compare_on_plane(folder: Path | str, propagation: Propagation, seed: int = 1
     }
     tracers = {each: Tracer(scene, each, None, seed) for each in {*followed.values(), geometric}}
     return EnginePlane(
+        name=Path(folder).resolve().name,
         x=x,
         y=y,
         z=z,

@@ -17,8 +17,9 @@ from learn.data.metrics import Scores, score
 from learn.data.scorable import require_scorable, scorable
 from learn.data.split_distances import SplitDistances
 from learn.evaluation.origin import Origin
+from learn.evaluation.stated_intervals import StatedIntervals, intervals_by_distance
 from learn.models.base import Report
-from learn.training.deviation import NORMAL, pixel_errors
+from learn.training.deviation import pixel_errors
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import InputError, require_flag, require_path
 from simulate.dataset.dataset_folder import Dataset, read_dataset
@@ -113,8 +114,9 @@ class Evaluation:
             median distance from a test position to the nearest known one ("test_to_known_least_m", …, also in
             wavelengths); and "baselines", a dictionary of entries as the model's for "mean_picture", "nearest",
             "inverse_distance" and "array_ceiling". If the run states deviations,
-            also "within_90_percent_interval" (share of the errors that lie in the stated 90 % intervals) and
-            "deviation_median".
+            also "within_90_percent_interval" (share of the true values that lie in the stated 90 % intervals),
+            "interval_width_mean", "deviation_median", and "interval_bands", a dictionary with the number of spectra,
+            this share and this width for each band of the distance to the nearest known position.
         """
         others = [(name, json_name) for name, json_name in JSON_NAMES.items() if name in self.scores]
         baselines = {json_name: self.scores[name].summary() for name, json_name in others}
@@ -126,11 +128,31 @@ class Evaluation:
             "baselines": baselines,
         }
         if self.deviation is not None and self.errors_in_deviations is not None:
-            told = np.isfinite(self.deviation)  # far from everything known it is nan
-            if told.any():
-                metrics["within_90_percent_interval"] = float(np.mean(self.errors_in_deviations[told] <= NORMAL))
-                metrics["deviation_median"] = float(np.median(self.deviation[told]))
+            intervals = StatedIntervals.of(self.errors_in_deviations, self.deviation)
+            if intervals is not None:
+                metrics["within_90_percent_interval"] = intervals.share
+                metrics["interval_width_mean"] = intervals.width
+                metrics["deviation_median"] = float(np.nanmedian(self.deviation))
+                metrics["interval_bands"] = {band: each.facts() for band, each in self.intervals_by_distance().items()}
         return metrics
+
+    def intervals_by_distance(self) -> dict[str, StatedIntervals]:
+        """How the stated 90 % intervals hold in each band of the distance to the nearest known position.
+
+        Returns:
+            For each band that has test spectra, in words: their number, the share of the true values that are within
+            their intervals, and the mean width of these. Empty if the run states no deviation.
+
+        Example:
+            >>> import bisplat
+            >>> bands = bisplat.evaluate("runs/lab").intervals_by_distance()
+            >>> all(each.spectra > 0 for each in bands.values())
+            True
+        """
+        if self.deviation is None or self.errors_in_deviations is None:
+            return {}
+        wavelengths = self.distances.distance / self.distances.wavelength
+        return dict(intervals_by_distance(self.errors_in_deviations, self.deviation, wavelengths))
 
 
 def evaluate(

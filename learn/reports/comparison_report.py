@@ -14,7 +14,7 @@ from learn.comparison.table import Comparison
 from learn.reports.figures import draw_ssim_distribution
 from learn.reports.html_page import SCORE_COLUMNS, embedded, write_page
 from learn.reports.learning_curves import draw_learning_curves
-from learn.reports.method_styles import line_styles
+from learn.reports.method_styles import DOUBTFUL, line_styles
 from learn.reports.paper import COLUMN, PAGE, at_paper_size, save
 from learn.reports.plots import label_log_axis
 from learn.reports.provenance import Provenance
@@ -49,8 +49,9 @@ def write_comparison(comparison: Comparison, folder: Path) -> None:
     first_seed_rows = {row["label"]: row for row in reversed(comparison.rows)}
     ssim = {label: comparison.per_sample(first_seed_rows[label])["ssim"] for label in rows}
     doubts, made = comparison.doubts(), Provenance.of_comparison(comparison)
-    marked = {f"{label} †" if label in doubts else label: values for label, values in ssim.items()}
-    draw_ssim_distribution(marked, folder / "ssim_cdf.png", _FOOTNOTE if doubts else "", made)
+    marks = {label: f"{label}{DOUBTFUL}" if label in doubts else label for label in rows}
+    curves, note = {marks[label]: values for label, values in ssim.items()}, _FOOTNOTE if doubts else ""
+    draw_ssim_distribution(curves, folder / "ssim_cdf.png", note, made)
     _write_tables(comparison, comparison.table(), folder)
     write_page(
         folder / "table.html",
@@ -58,7 +59,7 @@ def write_comparison(comparison: Comparison, folder: Path) -> None:
         made,
         settings=comparison.settings,
         test=max(row["test"] for row in comparison),
-        rows=rows,
+        rows={marks[label]: row for label, row in rows.items()},
         columns={**SCORE_COLUMNS, **COST_COLUMNS},
         seeds=max(row["seeds"] for row in rows.values()),
         remark=comparison.remark(),
@@ -86,7 +87,7 @@ def write_ablation(comparison: Comparison, folder: Path) -> None:
         axis.errorbar(
             row["ssim_median"], place, xerr=row.get("ssim_spread"), ls="", capsize=2, **{"marker": "o", **style}
         )
-    marked = [f"{row['label']} †" if average_name(row) in doubts else row["label"] for row in rows]
+    marked = [f"{row['label']}{DOUBTFUL}" if average_name(row) in doubts else row["label"] for row in rows]
     axis.set_yticks(range(len(rows)), [in_figure(label) for label in marked])
     axis.set_ylim(-0.5, len(rows) - 0.5)
     axis.locator_params(axis="x", nbins=6)
@@ -116,12 +117,17 @@ def write_sweep(comparison: Comparison, folder: Path) -> None:
         rows = sorted((row for row in averages if row["label"] == label), key=lambda row: row["train_size"])
         sizes, values = ([row[key] for row in rows] for key in ("train_size", "ssim_median"))
         spreads = [row.get("ssim_spread", np.nan) for row in rows]  # nan draws no bar
-        marked = f"{label} †" if any(average_name(row) in doubts for row in rows) else label
+        marked = f"{label}{DOUBTFUL}" if any(average_name(row) in doubts for row in rows) else label
         bars = spreads if np.isfinite(spreads).any() else None
         axis.errorbar(sizes, values, yerr=bars, capsize=2, label=in_figure(marked), **styles[label])
     measure = f"median SSIM{_over_seeds(averages)}"
     axis.set(xscale="log", xlabel="training spectra", ylabel=measure)
     label_log_axis(axis.xaxis)
+    sizes = sorted({row["train_size"] for row in averages})
+    if len(sizes) == 1:  # an axis of two decades around one point would promise a curve
+        axis.set_xlim(0.8 * sizes[0], 1.25 * sizes[0])
+        axis.set_xticks(sizes, [f"{sizes[0]:g}"])
+        axis.minorticks_off()
     axis.grid(which="both", alpha=0.3)
     figure.legend(loc="outside upper center", ncols=2, handlelength=3.2)
     save(figure, folder / "sweep.png", Provenance.of_comparison(comparison), _FOOTNOTE if doubts else "")
@@ -132,7 +138,7 @@ def _write_tables(comparison: Comparison, averages: Sequence[Mapping[str, Any]],
     """Write table.tex and table.csv. Rows with doubts are marked."""
     doubts = comparison.doubts()
     rows = {
-        f"{name} †" if name in doubts else name: row
+        f"{name}{DOUBTFUL}" if name in doubts else name: row
         for name, row in zip(map(average_name, averages), averages, strict=True)
     }
     note = _FOOTNOTE if doubts else ""

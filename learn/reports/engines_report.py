@@ -12,6 +12,7 @@ from learn.evaluation.engines import EngineComparison
 from learn.evaluation.engines_plane import EnginePlane
 from learn.reports.paper import PAGE, at_paper_size, save
 from learn.reports.plots import MAGNITUDE
+from learn.reports.provenance import Provenance
 from scenes.files.atomic import write_atomically
 
 FILES = ("engines.json", "engines_map.png", "engines_map.pdf", "engines_plane.png", "engines_plane.pdf")
@@ -58,7 +59,8 @@ def write_engines(compared: EngineComparison, folder: Path) -> None:
         )
     axes[0, 0].set_title("from above")
     axes[1, 0].set_title("from the side")
-    save(figure, folder / "engines_map.png")
+    title = f"Rays against the full wave of {compared.name} at {len(compared.positions)} positions"
+    save(figure, folder / "engines_map.png", Provenance(title, "rays", compared.name))
 
 
 @at_paper_size()
@@ -83,4 +85,5 @@ def draw_plane(plane: EnginePlane, folder: Path) -> None:
         axis.set(title=title, xlabel="x (m)", aspect="equal")
     axes[0].set_ylabel("y (m)")
     figure.colorbar(image, ax=axes, label=f"dB over full wave's mean at z = {plane.z:g} m", extend="both")
-    save(figure, folder / "engines_plane.png")
+    title = f"Rays against the full wave of {plane.name} at z = {plane.z:g} m"
+    save(figure, folder / "engines_plane.png", Provenance(title, "rays", plane.name))

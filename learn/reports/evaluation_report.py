@@ -100,6 +100,7 @@ def page_values(evaluation: Evaluation, folder: Path) -> dict[str, Any]:
         "columns": SCORE_COLUMNS,
         "dataset": evaluation.dataset,
         "test": len(evaluation.test),
+        "bands": evaluation.intervals_by_distance(),
         "figures": embedded(folder, FIGURES if evaluation.deviation is None else (*FIGURES, RELIABILITY)),
     }
 

@@ -114,16 +114,19 @@ def draw_examples_polar(
     """
     figure = Figure(figsize=(PAGE, 4.2), layout="constrained")
     axes = figure.subplots(3, len(RANKS), subplot_kw={"projection": "polar"})
-    for column, (name, index) in zip(axes.T, ranked(ssim), strict=True):
+    for number, (name, index) in enumerate(ranked(ssim)):
+        column = axes[:, number]
         panels = (prediction[index], truth[index], prediction[index] - truth[index])
         for axis, panel, difference in zip(column, panels, (False, False, True), strict=True):
             plot_polar(panel, axis, grid, difference)
             axis.set(xlabel="", yticklabels=["", "", ""])
             axis.tick_params(labelsize="x-small", pad=-2)
+            axis.set_xticklabels([])
         column[0].set_title(f"{name}\nSSIM {ssim[index]:.3f}")
+    axes[-1, 0].set_xticklabels(["0°", "90°", "180°", "270°"])  # the same in all
     for row, label in zip(axes, ("predicted", "truth", "predicted − truth"), strict=True):
         row[0].set_ylabel(label, labelpad=24)
-        unit = "difference" if "−" in label else "normalised magnitude"
+        unit = "difference" if "−" in label else "magnitude"
         figure.colorbar(row[-1].collections[0], ax=row, shrink=0.8, label=unit)
     note = "azimuth (°) around, elevation 90° in the middle, rings at 60°, 30° and 0°"
     save(figure, path, provenance, note)

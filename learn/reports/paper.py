@@ -34,7 +34,7 @@ STYLE: dict[str, Any] = {
 }
 """Properties of Matplotlib for figures that are included at their own width."""
 
-_NOTE_POINTS, _FOOT_POINTS = 7, 5
+_NOTE_POINTS, _FOOT_POINTS = 7, 6
 _LETTER = 0.53
 """Mean width of a letter, in font sizes; a little too wide, so that no line is cut."""
 
@@ -62,6 +62,7 @@ def save(figure: Figure, path: Path, provenance: Provenance | None = None, note:
         _add_foot(figure, lines)
     png, pdf = (None, None) if provenance is None else (provenance.png_metadata(), provenance.pdf_metadata())
     write_figure(figure, path, PNG_DPI, png)
+    figure.set_layout_engine("none")  # the layout of the PNG, which takes long to find
     write_figure(figure, path.with_suffix(".pdf"), 200, pdf)
 
 

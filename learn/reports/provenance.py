@@ -48,9 +48,9 @@ class Provenance:
 
     Attributes:
         title: what the report is about.
-        model: names of the models.
+        model: names of the models, or of what else predicts.
         dataset: name of the dataset's folder.
-        split: the split, or what else was tested on, in words.
+        split: the split, or what else was tested on, in words; empty if nothing was trained, like the next four.
         spectra: numbers of known and tested spectra, in words.
         distances: distances from tested to known positions, in words.
         seed: seeds of the trainings, in words.
@@ -68,10 +68,10 @@ class Provenance:
     title: str
     model: str
     dataset: str
-    split: str
-    spectra: str
-    distances: str
-    seed: str
+    split: str = ""
+    spectra: str = ""
+    distances: str = ""
+    seed: str = ""
     command: str = field(default_factory=lambda: command(sys.argv))
     date: str = field(default_factory=lambda: datetime.date.today().isoformat())
     version: str = field(default_factory=lambda: version(PACKAGE))
@@ -126,8 +126,10 @@ class Provenance:
 
     def sentence(self) -> str:
         """All of it in words, for the foot of pages and figures."""
-        data = f"Dataset {self.dataset}, split {self.split}: {self.spectra}"
         made = f"{PACKAGE} {self.version}, {self.date}, {self.command}."
+        if not self.split:
+            return f"{self.title}. {made}"
+        data = f"Dataset {self.dataset}, split {self.split}: {self.spectra}"
         distances = f"{self.distances[:1].upper()}{self.distances[1:]}."
         models = f"Model {self.model}, seed {self.seed}." if "," not in self.model else f"Seed {self.seed}."
         return " ".join([models, f"{data}.", *([distances] if self.distances else []), made])
@@ -138,7 +140,7 @@ class Provenance:
 
     def pdf_metadata(self) -> dict[str, str]:
         """The document properties of a PDF."""
-        keywords = ", ".join([*self.model.split(", "), self.dataset, self.split])
+        keywords = ", ".join(filter(None, [*self.model.split(", "), self.dataset, self.split]))
         made = f"{PACKAGE} {self.version}"
         return {"Title": self.title, "Subject": self.sentence(), "Keywords": keywords, "Creator": made}
 

@@ -100,6 +100,10 @@ def test_evaluation_shows_how_often_the_intervals_hold(run, tmp_path, no_ceiling
     errors = np.abs(evaluation.truth - evaluation.prediction)[:, ::5, ::5]
     within = errors <= NORMAL * run.deviation(evaluation.positions)[:, None, None]
     assert metrics["within_90_percent_interval"] == pytest.approx(within.mean())
+    bands = metrics["interval_bands"].values()
+    assert sum(band["spectra"] for band in bands) == len(evaluation)
+    together = sum(band["spectra"] * band["within_90_percent_interval"] for band in bands)
+    assert together / len(evaluation) == pytest.approx(within.mean())
     with Image.open(tmp_path / "reliability.png") as image:
         image.verify()
     assert "Reliability: how many of the true values" in (tmp_path / "report.html").read_text()
