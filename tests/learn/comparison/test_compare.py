@@ -265,7 +265,8 @@ def test_methods_below_the_mean_picture_are_named(tiny, tmp_path):
     assert comparison.doubts() == {"black": f"below the mean picture ({mean['ssim_median']:.3f})"}
     assert "below the mean of the known spectra, which is the same everywhere: black (" in str(comparison)
     write_comparison(comparison, tmp_path / "out")
-    assert comparison.remark() in (tmp_path / "out" / "table.html").read_text()
+    page = (tmp_path / "out" / "table.html").read_text()
+    assert comparison.remark() in page and "<td>black †</td>" in page and "<td>mean-picture</td>" in page
 
 
 def test_row_counts_the_spectra_that_a_method_could_learn_from(tiny, tmp_path):

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from PIL import Image
 
 from learn.evaluation.crossvalidate import crossvalidate
 from learn.evaluation.engines import compare_engines
@@ -90,7 +91,8 @@ def test_plane_shows_each_depths_error_and_counts_paths(floor_scene, full_wave, 
     assert plane.errors_db[1].mean() > plane.errors_db[0].max() + 4  # and lacks the reflection
     assert (plane.paths == 2).all()
     draw_plane(replace(plane, paths=plane.paths + (plane.x > -2)), tmp_path)
-    assert (tmp_path / "engines_plane.png").stat().st_size > 10_000
+    with Image.open(tmp_path / "engines_plane.png") as image:
+        assert "the full wave of floor at z = " in image.text["Description"]
 
 
 def test_other_datasets_are_refused(floor_scene, full_wave, tmp_path):
