@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import StrMethodFormatter
 from scipy.stats import norm
 
-from learn.reports.paper import COLUMN, PAGE, PNG_DPI, at_paper_size, save, write_figure
+from learn.reports.paper import COLUMN, PAGE, at_paper_size, save, write_png
 from learn.reports.plots import MAGNITUDE, plot_cdf, plot_polar, plot_spectrum
 from learn.reports.provenance import Provenance
 from simulate.spectra.angular_grid import AngularGrid
@@ -54,7 +54,7 @@ def draw_spectra(
         axis.label_outer()
         axis.set_title("transmitter at ({:.2f}, {:.2f}, {:.2f}) m".format(*position))
     figure.colorbar(axes[0, 0].images[0], ax=axes, label="magnitude, largest = 1")
-    write_figure(figure, path, PNG_DPI)
+    write_png(figure, path)
 
 
 @at_paper_size()

@@ -8,6 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from matplotlib import rc_context
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_pdf import FigureCanvasPdf
 from matplotlib.figure import Figure
 
 from learn.reports.provenance import Provenance
@@ -17,8 +19,8 @@ from scenes.files.errors import printable
 COLUMN, PAGE = 3.5, 7.16
 """Widths of a column and of a page of a two-column journal, inches."""
 
-PNG_DPI = 220
-"""Dots per inch of PNG files."""
+PNG_DPI, PDF_DPI = 220, 200
+"""Dots per inch of PNG files, and of pictures within a PDF."""
 
 STYLE: dict[str, Any] = {
     "font.size": 8,
@@ -61,23 +63,25 @@ def save(figure: Figure, path: Path, provenance: Provenance | None = None, note:
     if lines:
         _add_foot(figure, lines)
     png, pdf = (None, None) if provenance is None else (provenance.png_metadata(), provenance.pdf_metadata())
-    write_figure(figure, path, PNG_DPI, png)
+    write_png(figure, path, png)
     figure.set_layout_engine("none")  # the layout of the PNG, which takes long to find
-    write_figure(figure, path.with_suffix(".pdf"), 200, pdf)
+    content = BytesIO()
+    figure.set_dpi(PDF_DPI)
+    FigureCanvasPdf(figure).print_pdf(content, metadata=pdf)
+    write_atomically(path.with_suffix(".pdf"), content.getbuffer())
 
 
-def write_figure(figure: Figure, path: Path, dpi: int, metadata: dict[str, str] | None = None) -> None:
-    """Write a figure as one file.
+def write_png(figure: Figure, path: Path, metadata: dict[str, str] | None = None) -> None:
+    """Write a figure as PNG alone.
 
     Args:
         figure: the figure.
-        path: path of the file; its suffix is the format.
-        dpi: dots per inch.
-        metadata: document properties of the file.
+        path: path of the file.
+        metadata: text chunks of the file.
     """
     content = BytesIO()
-    with rc_context({"pdf.fonttype": 42}):
-        figure.savefig(content, format=path.suffix.removeprefix("."), dpi=dpi, metadata=metadata)
+    figure.set_dpi(PNG_DPI)
+    FigureCanvasAgg(figure).print_png(content, metadata=metadata)  # savefig would draw it twice
     write_atomically(path, content.getbuffer())
 
 

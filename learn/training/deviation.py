@@ -13,9 +13,8 @@ import numpy as np
 from jaxtyping import Float
 from msgspec import Meta, Struct
 from msgspec.structs import replace
-from scipy.optimize import brentq
+from scipy.optimize import brentq, isotonic_regression
 from scipy.spatial import cKDTree
-from sklearn.isotonic import IsotonicRegression
 
 LEAST_VALIDATED = 10
 """Least number of validation spectra; fewer say too little about the errors."""
@@ -112,7 +111,7 @@ class Gaps(Struct, frozen=True):
         groups = [part for part in np.array_split(order, min(KNOTS, len(np.unique(self.gap)))) if len(part)]
         gaps = np.array([self.gap[part].mean() for part in groups])
         errors = np.exp([np.log(np.maximum(self.error[part], LEAST)).mean() for part in groups])
-        rising = IsotonicRegression().fit_transform(gaps, errors)
+        rising = isotonic_regression(errors).x
         return [0.0, *gaps.round(6).tolist()], [0.0, *rising.round(6).tolist()]
 
 

@@ -40,14 +40,14 @@ def test_png_and_pdf_name_their_origin_and_are_a_column_wide(tmp_path):
 def test_foot_keeps_the_size_of_the_axes_and_overlaps_nothing(monkeypatch, tmp_path):
     drawn = []
 
-    def write_figure(figure, *_):
+    def write_png(figure, *_):
         figure.draw_without_rendering()
         drawn.append(figure)
 
-    monkeypatch.setattr("learn.reports.paper.write_figure", write_figure)
+    monkeypatch.setattr("learn.reports.paper.write_png", write_png)
     for made in (None, MADE):
         draw_ssim_distribution({"mlp": np.array([0.2, 0.4])}, tmp_path / "x.png", provenance=made)
-    plain, footed = drawn[0], drawn[2]
+    plain, footed = drawn
     heights = [figure.axes[0].get_position().height * figure.get_size_inches()[1] for figure in (plain, footed)]
     assert heights[1] == pytest.approx(heights[0], rel=0.05)
     foot = footed.texts[0].get_window_extent()
