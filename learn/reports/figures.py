@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 from matplotlib.figure import Figure
 from matplotlib.ticker import StrMethodFormatter
-from scipy.stats import norm
+from scipy.special import ndtri
 
 from learn.reports.paper import COLUMN, PAGE, at_paper_size, save, write_png
 from learn.reports.plots import MAGNITUDE, plot_cdf, plot_polar, plot_spectrum
@@ -162,7 +162,7 @@ def draw_reliability(errors: Float[np.ndarray, "K P"], path: Path, provenance: P
         provenance: where the figure comes from, for its foot and its metadata.
     """
     stated = np.linspace(0.01, 0.99, 99)
-    within = np.sort(errors, axis=None).searchsorted(norm.ppf((1 + stated) / 2), side="right") / errors.size
+    within = np.sort(errors, axis=None).searchsorted(ndtri((1 + stated) / 2), side="right") / errors.size
     figure = Figure(figsize=(COLUMN, 3.4), layout="constrained")
     axis = figure.subplots()
     axis.plot([0, 1], [0, 1], color="0.6", lw=1, ls="--", label="as stated")

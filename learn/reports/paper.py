@@ -22,6 +22,9 @@ COLUMN, PAGE = 3.5, 7.16
 PNG_DPI, PDF_DPI = 220, 200
 """Dots per inch of PNG files, and of pictures within a PDF."""
 
+PNG_EFFORT = 3
+"""Compression of PNG files, 0 to 9. They are a little larger than with the usual 6, and written in half the time."""
+
 STYLE: dict[str, Any] = {
     "font.size": 8,
     "axes.titlesize": 8,
@@ -81,7 +84,9 @@ def write_png(figure: Figure, path: Path, metadata: dict[str, str] | None = None
     """
     content = BytesIO()
     figure.set_dpi(PNG_DPI)
-    FigureCanvasAgg(figure).print_png(content, metadata=metadata)  # savefig would draw it twice
+    FigureCanvasAgg(figure).print_png(  # savefig would draw it twice
+        content, metadata=metadata, pil_kwargs={"compress_level": PNG_EFFORT}
+    )
     write_atomically(path, content.getbuffer())
 
 

@@ -6,11 +6,11 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
 from scipy.spatial.transform import Rotation
-from trimesh import Trimesh
 
 from scenes.files.array_argument import check_array
 from scenes.files.errors import InputError, shown
@@ -18,6 +18,9 @@ from scenes.files.options import check_kinds
 from scenes.scene.closed_parts import closed_parts
 from scenes.scene.frequency import read_frequency
 from scenes.scene.materials import RadioMaterial, p2040_material, p2040_source
+
+if TYPE_CHECKING:  # loads for half a second, and a dataset needs only its gateway
+    from trimesh import Trimesh
 
 SPEED_OF_LIGHT = 299_792_458.0
 """Metres per second."""
