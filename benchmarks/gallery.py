@@ -51,7 +51,7 @@ def main(
             "simulate": ["closet", "-o", data, "-n", spectra, "--engine", "fullwave", "--field", str(FIELD)],
             "train": [data, "-o", run, "--split", "random"],
             "evaluate": [run],
-            "evaluate --locate": [run, "--locate"],
+            "evaluate --locate": [run],
             "crossvalidate": [run, "--scene", "closet", "-n", fresh, "--field", data],
             "engines": [data, "-o", engines, "-n", fresh],
         }
