@@ -116,7 +116,19 @@ def retrieve_responses(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamf
             error = LARGEST_GREY * np.sqrt((error**2).mean(axis=1))
             better = error < residual[batch][missing]
             responses[first + missing[better]], residual[first + missing[better]] = found[better], error[better]
-    return Retrieval(responses, residual)
+    return Retrieval(_in_one_form(responses), residual)
+
+
+def _in_one_form(responses: Complex[np.ndarray, "K elements"]) -> Complex[np.ndarray, "K elements"]:
+    """The same responses with a phase and a flip that do not depend on where the search began.
+
+    The phase makes Σ y_m y_{MN−1−m} real, which the flip leaves as it is. The sign and the flip make the real and
+    the imaginary part of Σ y_m positive.
+    """
+    symmetric = (responses * responses[:, ::-1]).sum(axis=1)
+    turned = responses * np.exp(-0.5j * np.angle(symmetric))[:, None]
+    turned = turned * np.where(turned.sum(axis=1).real < 0, -1, 1)[:, None]
+    return np.where(turned.sum(axis=1).imag[:, None] < 0, turned[:, ::-1].conj(), turned)
 
 
 def _some_directions(beamformer: Beamformer) -> tuple[Complex[np.ndarray, "P elements"], np.ndarray, np.ndarray]:

@@ -344,6 +344,7 @@ def test_evaluation_scores_the_test_part_beside_the_baselines(tiny, finished_run
     assert sorted(found.test) == sorted(dataset.test)
 
     metrics = json.loads((tmp_path / "evaluation" / "metrics.json").read_text())
+    assert metrics.pop("provenance")["dataset"] == "tiny"
     assert metrics == found.metrics()
     assert metrics["test_spectra"] == 5
     assert metrics["baselines"].keys() == {"mean_picture", "nearest", "inverse_distance", "array_ceiling"}

@@ -68,6 +68,12 @@ def test_the_same_seed_finds_the_same_responses():
     np.testing.assert_array_equal(first.responses, second.responses)
 
 
+def test_phase_and_flip_do_not_depend_on_where_the_search_began():
+    truth = np.random.default_rng(3).standard_normal((6, 16, 2)) @ [1, 1j]
+    first, second = (retrieve_responses(normalise(Beamformer().spectrum(truth)), Beamformer(), seed) for seed in (1, 2))
+    np.testing.assert_allclose(first.responses, second.responses, atol=0.01)
+
+
 def test_a_spectrum_of_another_array_is_doubtful():
     other = Beamformer(PlanarArray(8, 8))
     spectra = normalise(other.spectrum(np.random.default_rng(4).standard_normal((1, 64, 2)) @ [1, 1j]))
