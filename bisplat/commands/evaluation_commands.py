@@ -41,7 +41,7 @@ def evaluate(
         index: file with the names of the test spectra, one per line (default: the test part of the split).
         locate: also locate the test transmitters from their spectra, and measure the errors.
         further_gateways: with --locate: runs of other gateways that received the same transmitters.
-        ceiling: score the array's ceiling, too, which takes long for large arrays without recorded responses.
+        ceiling: score the array's ceiling, too, which takes half a minute for 16 × 16 elements without responses.
         json: print the scores as JSON.
     """
     if further_gateways and not locate:

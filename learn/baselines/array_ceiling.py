@@ -37,8 +37,7 @@ def array_ceiling(
 ) -> Float[np.ndarray, "K 90 360"]:
     """The spectra of the form normalise(|A y|) that fit the true spectra best.
 
-    Recorded responses that reproduce a spectrum are the best ones. All others are found behind the spectra, which takes
-    long for large arrays.
+    Recorded responses that reproduce a spectrum are the best ones. All others are found behind the spectra.
 
     Args:
         truth: true spectra, 0…1.

@@ -114,8 +114,7 @@ def draw_examples_polar(
     """
     figure = Figure(figsize=(PAGE, 4.2), layout="constrained")
     axes = figure.subplots(3, len(RANKS), subplot_kw={"projection": "polar"})
-    for number, (name, index) in enumerate(ranked(ssim)):
-        column = axes[:, number]
+    for column, (name, index) in zip(axes.T, ranked(ssim), strict=True):
         panels = (prediction[index], truth[index], prediction[index] - truth[index])
         for axis, panel, difference in zip(column, panels, (False, False, True), strict=True):
             plot_polar(panel, axis, grid, difference)

@@ -27,9 +27,8 @@ FLOORS = Finish("concrete"), Finish("wood", 0.04)
 CEILINGS = Finish("concrete"), Finish("concrete"), Finish("plasterboard", 0.04)
 """Finishes to draw from. Bricks and concrete ceilings are more frequent."""
 
-MOST_PIECES = 12
-TRIES = 40
-"""Places that are tried for a piece before it is left out."""
+MOST_PIECES, TRIES = 12, 40
+"""Largest number of pieces to ask for; places that are tried for a piece before it is left out."""
 
 REGION = 1.0, 1.0, 0.8
 """Extents of the transmitter region, metres."""
@@ -48,13 +47,11 @@ class _Room:
     Attributes:
         size: extents, metres.
         keep_free: boxes [2, 3] that no further piece may touch.
-        openings: doors and windows, which no piece at a wall may cover.
         generator: draws everything.
     """
 
     size: Float[np.ndarray, " 3"]
     keep_free: list[Float[np.ndarray, "2 3"]]
-    openings: list[Opening]
     generator: np.random.Generator
 
     def place(self, kind: Kind) -> SceneObject | None:
@@ -115,11 +112,12 @@ def random_room(seed: int, pieces: tuple[int, int] = (3, 9)) -> Scene:
     floor, ceiling = FLOORS[generator.integers(len(FLOORS))], CEILINGS[generator.integers(len(CEILINGS))]
     openings = _openings(size, generator)
     gateway, transmitter = _antennas(size, generator)
-    room = _Room(size, [], openings, generator)
-    region = np.array(transmitter.region)
-    room.keep_free += [region + np.array([[-CLEARANCE], [CLEARANCE]])]
-    room.keep_free += [np.array(gateway.position) + NEAR_GATEWAY * np.array([[-1.0], [1.0]])]
-    room.keep_free += [_before(opening, size) for opening in openings]
+    around = np.array([[-1.0], [1.0]])
+    of_antennas = [
+        transmitter.region + CLEARANCE * around,
+        np.array(gateway.position) + NEAR_GATEWAY * around,
+    ]
+    room = _Room(size, [*of_antennas, *(_before(opening, size) for opening in openings)], generator)
     wanted = int(generator.integers(pieces[0], pieces[1] + 1))
     kinds = [KINDS[number] for number in generator.permutation(len(KINDS))[:wanted]]
     furniture = [piece for piece in map(room.place, kinds) if piece is not None]

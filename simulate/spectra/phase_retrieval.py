@@ -31,6 +31,9 @@ GOOD = 0.5
 OVERSAMPLING, LEAST_FREQUENCIES = 4, 32
 """Frequencies for each element along an axis, and the least number of visible ones along an axis in the refinement."""
 
+LEAST_VISIBLE = 0.25
+"""Smallest share of an axis that counts as visible. This bounds the memory where elements are very close together."""
+
 STEPS_PER_ELEMENT, MOST_STEPS = 60, 15_360
 """Steps of a search for each element along the longer axis, and largest number of steps in all searches: 64 random
 starts for 4 × 4 elements, 16 for 16 × 16."""
@@ -96,9 +99,9 @@ def retrieve_responses(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamf
     generator = np.random.default_rng(seed)
     array = beamformer.array
     steps = STEPS_PER_ELEMENT * max(array.rows, array.columns)
-    visible = min(array.rows, array.columns) * min(1, 2 * array.spacing)
-    finer = max(OVERSAMPLING, math.ceil(LEAST_FREQUENCIES / visible))
-    coarse, fine = (SpatialFrequencies.of(beamformer, each) for each in (OVERSAMPLING, finer))
+    visible = max(LEAST_VISIBLE, min(1, 2 * array.spacing))
+    coarse = SpatialFrequencies.of(beamformer, OVERSAMPLING)
+    fine = SpatialFrequencies.of(beamformer, OVERSAMPLING, math.ceil(LEAST_FREQUENCIES / visible))
     steering, row, column = _some_directions(beamformer)
     responses = np.zeros((len(spectra), array.elements), complex)
     residual = np.full(len(spectra), np.inf)
@@ -164,6 +167,8 @@ def _searched(
 
     shape = (len(magnitude), array.rows, array.columns)
     start = generator.standard_normal((*shape, 2), np.float32) @ np.array([1, 1j], np.complex64)
+    if not seen.any():  # the elements are so close together that all directions look alike
+        return start
     beams = frequencies.beams(start).astype(np.complex64)
     beams *= np.sqrt(np.square(magnitude).sum(axis=(1, 2)) / np.square(np.abs(beams)).sum(axis=(1, 2)))[:, None, None]
     relaxation = generator.uniform(*RELAXATION, (len(beams), 1, 1)).astype(np.float32)

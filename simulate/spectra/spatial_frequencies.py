@@ -44,10 +44,16 @@ class SpatialFrequencies:
     column: Float[np.ndarray, "y x"]
 
     @classmethod
-    def of(cls, beamformer: Beamformer, oversampling: int) -> SpatialFrequencies:
-        """The grid with ``oversampling`` frequencies for each row and column of the array."""
+    def of(cls, beamformer: Beamformer, oversampling: int, least: int = 1) -> SpatialFrequencies:
+        """The grid with ``oversampling`` frequencies for each row and column of the array.
+
+        Args:
+            beamformer: the array, and the angular grid of its spectra.
+            oversampling: frequencies for each row and column of the array.
+            least: least number of frequencies along either axis.
+        """
         array, grid = beamformer.array, beamformer.grid
-        shape = (oversampling * array.rows, oversampling * array.columns)
+        shape = (max(least, oversampling * array.rows), max(least, oversampling * array.columns))
         y, x = (scipy.fft.fftfreq(count) / array.spacing for count in shape)
         u_x, u_y = np.meshgrid(x, y)
         across = np.hypot(u_x, u_y)  # the cosine of the elevation

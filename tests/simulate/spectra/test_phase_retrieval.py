@@ -85,3 +85,10 @@ def test_measured_pictures_are_reproduced():
     spectra = spectrum_of(read_dataset(MEASURED).pictures[::8])
     fitted = fit_grids(spectra)[0]
     assert (retrieve_responses(spectra, fitted.beamformer).residual < GOOD).all()
+
+
+@pytest.mark.filterwarnings("error")
+def test_elements_that_are_very_close_together_are_no_error():
+    beamformer = Beamformer(PlanarArray(spacing=0.01))
+    spectra = normalise(beamformer.spectrum(np.random.default_rng(7).standard_normal((2, 16, 2)) @ [1, 1j]))
+    assert np.isfinite(retrieve_responses(spectra, beamformer).residual).all()
