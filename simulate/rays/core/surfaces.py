@@ -49,6 +49,11 @@ class Surfaces:
         """Scattering coefficient S of a triangle: the share of the reflected amplitude that is scattered diffusely."""
         return dr.gather(mi.Float, self._scattering, dr.gather(mi.UInt, self._object, face))
 
+    def middle(self, face: mi.UInt) -> mi.Float:
+        """How far the middle of a triangle's slab is from the triangle, in the direction of its normal, metres."""
+        front, back = (dr.gather(mi.Float, side, face) for side in self._fronts)
+        return (front - back) / 2
+
     def coefficients(
         self, face: mi.UInt, way: mi.Vector3f, active: mi.Bool | bool = True
     ) -> tuple[mi.Complex2f, mi.Complex2f, mi.Complex2f, mi.Complex2f]:

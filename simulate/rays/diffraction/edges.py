@@ -107,11 +107,10 @@ def diffracting_edges(ray_scene: RayScene) -> Edges:
     for number in np.nonzero(~conducts)[0]:
         sheet = scene.objects[number].mesh.copy()
         sheet.merge_vertices(digits_vertex=4)
-        pieces = _edges_of(sheet, np.nonzero(ray_scene.object_of_face == number)[0], sheets=True)
-        found.append(pieces.subset(~ray_scene.slabs.outer[pieces.faces]))
+        found.append(_edges_of(sheet, np.nonzero(ray_scene.object_of_face == number)[0], sheets=True))
     edges = _joined(_together(*found), body_of_face)
     shortest = SHORTEST * scene.wavelength
-    edges = _untouched(edges.subset(edges.lengths >= shortest), body_of_face, ray_scene)
+    edges = _in_the_open(edges.subset(edges.lengths >= shortest), body_of_face, ray_scene)
     return edges.subset(edges.lengths >= shortest)
 
 
@@ -207,13 +206,12 @@ def _joined(edges: Edges, body_of_face: Int[np.ndarray, " faces"]) -> Edges:
     return joined.subset(kept.argsort())  # in the given order, which does not depend on where objects are
 
 
-def _untouched(edges: Edges, body_of_face: Int[np.ndarray, " faces"], ray_scene: RayScene) -> Edges:
-    """The stretches of edges to which no other body is nearer than ``TOUCHING``."""
+def _in_the_open(edges: Edges, body_of_face: Int[np.ndarray, " faces"], ray_scene: RayScene) -> Edges:
+    """The stretches of edges in no other body's slab, and to which no other body is nearer than ``TOUCHING``."""
     touched = [np.zeros((0, PIECES), bool)]
     for start in range(0, len(edges), AT_ONCE):
-        touched.append(
-            _touched(edges.subset(np.arange(start, min(start + AT_ONCE, len(edges)))), body_of_face, ray_scene)
-        )
+        some = edges.subset(np.arange(start, min(start + AT_ONCE, len(edges))))
+        touched.append(_touched(some, body_of_face, ray_scene) | _in_a_slab(some, body_of_face, ray_scene))
     # The beginning and the end of each stretch of untouched pieces.
     change = np.diff(np.pad(~np.concatenate(touched), ((0, 0), (1, 1))).astype(int), axis=1)
     edge, begin = np.nonzero(change == 1)
@@ -239,6 +237,22 @@ def _touched(
     face, _ = first_hits(ray_scene, starts.reshape(-1, 3), sides.reshape(-1, 3), 1.0)
     face = face.reshape(starts.shape[:3])
     return ((face >= 0) & (body_of_face[face] != body_of_face[edges.faces][:, None, None])).any(axis=2)
+
+
+def _in_a_slab(
+    edges: Edges, body_of_face: Int[np.ndarray, " faces"], ray_scene: RayScene
+) -> Bool[np.ndarray, "edges pieces"]:
+    """Whether each piece of some edges is in the slab of another body, such as the frame of a door in its wall."""
+    points = edges.points((np.arange(PIECES) + 0.5) / PIECES)
+    own, result = body_of_face[edges.faces][:, None], np.zeros(points.shape[:2], bool)
+    for side in (1, -1):
+        steps = np.broadcast_to(side * edges.normals[:, None], points.shape)
+        face, distance = first_hits(ray_scene, (points + 1e-4 * steps).reshape(-1, 3), steps.reshape(-1, 3), np.inf)
+        face, distance = face.reshape(result.shape), distance.reshape(result.shape)
+        along = (ray_scene.normals[face] * steps).sum(axis=2)
+        reach = np.where(along < 0, *ray_scene.slabs.fronts[face].transpose(2, 0, 1)) / np.abs(along).clip(1e-9)
+        result |= (face >= 0) & (body_of_face[face] != own) & (distance < reach)
+    return result
 
 
 def foremost(edges: Edges, scene: Scene) -> Edges:

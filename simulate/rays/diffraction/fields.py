@@ -12,7 +12,7 @@ from itertools import pairwise
 import numpy as np
 from jaxtyping import Complex, Float
 
-from simulate.rays.core.electric_field import Field, component, composed, pass_through, pattern, slab
+from simulate.rays.core.electric_field import Field, component, composed, pass_through, pattern, slab, turned
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.ray_tracer import dr, mi
 from simulate.rays.core.sionna_scene import Antennas
@@ -69,14 +69,14 @@ def _diffracted(
         )
         pairs = direct, reflected
         sheet = behind_sheet(field, way_in, way_out, normal, driven, sending, (angle_in, angle_out), pairs, sin_beta)
+        # The slab's middle may lie beside the triangle. A wave that is scattered there has another way.
+        middle = surfaces.middle(face) * dr.dot(surfaces.normal(face), way_out - way_in)
+        sheet = turned(sheet, dr.exp(mi.Complex2f(0, k * middle)))
         is_sheet = dr.gather(mi.Bool, mi.Bool(edges.sheets), edge)
         found = dr.select(is_sheet, sheet[0], found[0]), dr.select(is_sheet, sheet[1], found[1])
     detours, excess = [mi.Float(detour) for detour in geometry.detours[number]], mi.Float(geometry.excess[number])
     weight = end_weight(detours, excess, surfaces.wavelength) * common_factor(n, sin_beta, k)
-    return (
-        mi.Vector3f(weight.real * found[0] - weight.imag * found[1]),
-        mi.Vector3f(weight.real * found[1] + weight.imag * found[0]),
-    )
+    return turned(found, weight)
 
 
 def _vectors(values: Float[np.ndarray, "paths 3"]) -> mi.Vector3f:
