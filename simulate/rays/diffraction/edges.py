@@ -5,7 +5,8 @@ less than ``SMOOTH``. An edge ends where another body touches it (a cabinet on t
 there is no open space around it.
 
 Waves pass through a sheet, so the whole space surrounds its edge. If two sheets meet at an angle, each is a half-plane
-of its own. Outer walls are left out, together with their openings and the objects that fill these.
+of its own. The outer walls have edges at their openings only, since their slabs continue around the corners of the
+scene. An edge in the slab of another object, as of a door behind its frame, is none.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import numpy as np
 import trimesh
 from jaxtyping import Bool, Float, Int
 
+from scenes.checks.outer_walls import outline
 from scenes.scene.description import Scene
 from scenes.scene.permittivity import conducting_objects
 from scenes.scene.shapes import union
@@ -29,6 +31,9 @@ TOUCHING = 1 / 50
 
 SHORTEST = 1 / 4
 """Wavelengths. Shorter edges are left out."""
+
+BEYOND = 0.1
+"""Metres. The edge of an outer wall beyond which the scene reaches no further than this is a corner of the scene."""
 
 PIECES = 16
 """Number of pieces of an edge, each of which is tested for a body that touches it."""
@@ -96,7 +101,7 @@ def diffracting_edges(ray_scene: RayScene) -> Edges:
         (12, [270.0, 360.0])
     """
     scene = ray_scene.description
-    conducts = conducting_objects(scene)
+    conducts, around = conducting_objects(scene), outline(scene)
     chosen = conducts[ray_scene.object_of_face]
     mesh = union(*(item.mesh for item in scene.objects))
     mesh.update_faces(chosen)
@@ -107,11 +112,18 @@ def diffracting_edges(ray_scene: RayScene) -> Edges:
     for number in np.nonzero(~conducts)[0]:
         sheet = scene.objects[number].mesh.copy()
         sheet.merge_vertices(digits_vertex=4)
-        found.append(_edges_of(sheet, np.nonzero(ray_scene.object_of_face == number)[0], sheets=True))
+        pieces = _edges_of(sheet, np.nonzero(ray_scene.object_of_face == number)[0], sheets=True)
+        found.append(pieces.subset(~(ray_scene.slabs.outer[pieces.faces] & _at_outline(pieces, around))))
     edges = _joined(_together(*found), body_of_face)
     shortest = SHORTEST * scene.wavelength
     edges = _in_the_open(edges.subset(edges.lengths >= shortest), body_of_face, ray_scene)
     return edges.subset(edges.lengths >= shortest)
+
+
+def _at_outline(edges: Edges, around: Float[np.ndarray, "points 3"]) -> Bool[np.ndarray, " edges"]:
+    """Whether the scene does not reach beyond each edge in its face's plane, by more than ``BEYOND``."""
+    beyond = np.min(edges.tangents @ around.T, axis=1) - (edges.tangents * edges.starts).sum(axis=1)
+    return beyond > -BEYOND
 
 
 def _together(*pieces: Edges) -> Edges:

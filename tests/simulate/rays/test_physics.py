@@ -302,4 +302,4 @@ def test_without_refraction_a_wall_lets_nothing_through(make_scene):
     opaque = Tracer(scene, replace(ONE_BOUNCE, refraction=False), np.array([[-3, -1, 1], [-0.5, 1, 2]]))
     assert (opaque.responses(behind) == 0).all()
     assert (np.abs(opaque.responses(before)) > 0).all()
-    assert (Tracer(scene, LOS_ONLY).responses(behind) == 0).all()
+    assert (np.abs(Tracer(scene, LOS_ONLY).responses(behind)) > 0).all()
