@@ -33,7 +33,7 @@ SHORTEST = 1 / 4
 """Wavelengths. Shorter edges are left out."""
 
 BEYOND = 0.1
-"""Metres. The edge of an outer wall beyond which the scene reaches no further than this is a corner of the scene."""
+"""Metres. Where the scene reaches no further than this beyond a face and its edge, the edge is a corner of the scene."""
 
 PIECES = 16
 """Number of pieces of an edge, each of which is tested for a body that touches it."""
@@ -113,7 +113,7 @@ def diffracting_edges(ray_scene: RayScene) -> Edges:
         sheet = scene.objects[number].mesh.copy()
         sheet.merge_vertices(digits_vertex=4)
         pieces = _edges_of(sheet, np.nonzero(ray_scene.object_of_face == number)[0], sheets=True)
-        found.append(pieces.subset(~(ray_scene.slabs.outer[pieces.faces] & _at_outline(pieces, around))))
+        found.append(pieces.subset(~_at_outline(pieces, around)))
     edges = _joined(_together(*found), body_of_face)
     shortest = SHORTEST * scene.wavelength
     edges = _in_the_open(edges.subset(edges.lengths >= shortest), body_of_face, ray_scene)
@@ -121,9 +121,14 @@ def diffracting_edges(ray_scene: RayScene) -> Edges:
 
 
 def _at_outline(edges: Edges, around: Float[np.ndarray, "points 3"]) -> Bool[np.ndarray, " edges"]:
-    """Whether the scene does not reach beyond each edge in its face's plane, by more than ``BEYOND``."""
-    beyond = np.min(edges.tangents @ around.T, axis=1) - (edges.tangents * edges.starts).sum(axis=1)
-    return beyond > -BEYOND
+    """Whether the scene does not reach beyond each edge by more than ``BEYOND``, nor beyond its face on one side."""
+
+    def reach(axes: Float[np.ndarray, "edges 3"]) -> Float[np.ndarray, "edges points"]:
+        return axes @ around.T - (axes * edges.starts).sum(axis=1, keepdims=True)
+
+    across = reach(edges.normals)
+    outermost = np.minimum(across.max(axis=1), -across.min(axis=1)) < BEYOND
+    return outermost & (reach(edges.tangents).min(axis=1) > -BEYOND)
 
 
 def _together(*pieces: Edges) -> Edges:
