@@ -7,12 +7,11 @@ only the search for this transmitter found, and that of the paths which only ``b
 
 The search for one transmitter is Sionna's own ``PathSolver``, from the transmitter to the true element positions. It
 has four million rays, and as many candidate paths as its memory allows. Two paths are the same if they end at the same
-element and have the same interactions at the same planes.
+element and are reflected at the same planes. Sionna's search counts passages through objects as depth, ours does not.
 """
 
 from __future__ import annotations
 
-from collections import defaultdict
 from dataclasses import replace
 from typing import Annotated
 
@@ -22,9 +21,10 @@ from ledger.printing import print_figures
 
 from scenes.places.lab import lab
 from simulate.positions.placement import place
+from simulate.rays.core.planes import Planes
 from simulate.rays.core.propagation import Propagation
-from simulate.rays.core.reflection_chains import reflecting_planes, solve_chains
-from simulate.rays.core.sionna_paths import NONE, Interactions, fields, interactions_of, refine, shoot
+from simulate.rays.core.reflection_chains import reflected_paths
+from simulate.rays.core.sionna_paths import SPECULAR, fields, interactions_of, refine, shoot
 from simulate.rays.core.sionna_scene import transmitter_antennas
 from simulate.rays.tracer import Tracer
 
@@ -34,13 +34,21 @@ RAYS, SEED, CANDIDATES = 4_000_000, 42, 1_500_007
 Contributions = dict[tuple, complex]
 
 
-def named(interactions: Interactions, planes: np.ndarray, elements: np.ndarray, responses: np.ndarray) -> Contributions:
-    """Sums of the responses of paths with the same key: element, interactions and planes, from the gateway on."""
-    found: Contributions = defaultdict(complex)
-    for types, plane, element, response in zip(interactions.types, planes, elements, responses, strict=True):
-        chain = tuple((int(t), int(p)) for t, p in zip(types, plane, strict=True) if t != NONE)
-        found[(int(element), chain)] += complex(response)
-    return found
+def named(planes: np.ndarray, elements: np.ndarray, responses: np.ndarray) -> Contributions:
+    """The responses of paths by element and planes, from the gateway on."""
+    return {
+        (int(element), *(int(each) for each in plane if each >= 0)): complex(response)
+        for plane, element, response in zip(planes, elements, responses, strict=True)
+    }
+
+
+def reflecting_planes(planes: Planes, buffer) -> np.ndarray:
+    """Plane of each specular reflection on Sionna's paths, −1 for other interactions."""
+    hit = interactions_of(buffer)
+    result = np.full(hit.types.shape, -1)
+    specular = hit.types == SPECULAR
+    result[specular] = planes.of(hit.shapes[specular], hit.triangles[specular])
+    return result
 
 
 def main(
@@ -67,17 +75,12 @@ def main(
     for index in range(positions):
         target = targets.subset(np.array([index]))
         ours: Contributions = {}
-        for chain, solution in solve_chains(ray_scene, chains, sources, target):
-            solved, paths = chains.subset(chain), fields(ray_scene, solution, sources, target)
-            ours |= named(solved.interactions, solved.planes, paths.sources, paths.responses)
+        for chain, paths in reflected_paths(ray_scene, chains, sources, target):
+            ours |= named(chains[chain], paths.sources, paths.responses)
         buffer = refine(search, shoot(search, target, sources, SEED, candidates), target, sources)
         buffer.discard_invalid()
-        backwards = interactions_of(buffer)
-        plane = reflecting_planes(ray_scene.planes, backwards)
-        # From the gateway to the transmitter, so from the last interaction to the first.
-        turned = Interactions(*(part[:, ::-1] for part in (backwards.types, backwards.shapes, backwards.triangles)))
         paths = fields(search, buffer, target, sources)
-        theirs = named(turned, plane[:, ::-1], paths.targets, paths.responses)
+        theirs = named(reflecting_planes(ray_scene.planes, buffer)[:, ::-1], paths.targets, paths.responses)
         power = sum(abs(value) ** 2 for value in (ours | theirs).values())
         lacking.append(sum(abs(value) ** 2 for path, value in theirs.items() if path not in ours) / power)
         extra.append(sum(abs(value) ** 2 for path, value in ours.items() if path not in theirs) / power)

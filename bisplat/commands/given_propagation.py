@@ -23,8 +23,9 @@ def refuse_idle_propagation(propagation: Propagation, scenes: Iterable[Scene]) -
         InputError: the user gave one.
     """
     if propagation.max_depth == 0:
-        interactions = ("--specular", "--refraction", "--diffuse", "--patches", "--diffraction", "--slab-phase")
-        refuse_given((*interactions, "--rays"), "a --max-depth above 0, since a path without interactions needs none")
+        idle = ["--specular", "--diffuse", "--patches", "--diffraction", "--rays"]
+        idle += ["--refraction", "--slab-phase"] if propagation.sionna else []
+        refuse_given(idle, "a --max-depth above 0, since the line of sight needs none")
     if not propagation.diffuse:
         refuse_given(["--patches"], "--diffuse with it, found no diffuse reflection")
     elif propagation.sionna:

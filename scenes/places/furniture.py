@@ -33,6 +33,7 @@ class Kind:
         make: draws a piece, metres.
         lowest: range of the height of its lowest point above the floor, metres.
         turned: whether a free piece stands at any angle; otherwise, like one at a wall, parallel to the walls.
+        flat_metal: whether all its faces are of metal and parallel to the walls or the floor.
     """
 
     name: str
@@ -41,6 +42,7 @@ class Kind:
     make: Callable[[np.random.Generator], Trimesh]
     lowest: tuple[float, float] = (0.002, 0.002)
     turned: bool = False
+    flat_metal: bool = False
 
 
 def _closed_box(
@@ -107,19 +109,26 @@ def _curved_screen(generator: np.random.Generator) -> Trimesh:
 
 
 KINDS: tuple[Kind, ...] = (
-    Kind("fridge", "metal", "wall", _closed_box((0.5, 0.7), (0.5, 0.65), (0.9, 1.9))),
-    Kind("locker", "metal", "wall", _closed_box((0.4, 1.0), (0.35, 0.5), (1.0, 1.9))),
+    Kind("fridge", "metal", "wall", _closed_box((0.5, 0.7), (0.5, 0.65), (0.9, 1.9)), flat_metal=True),
+    Kind("locker", "metal", "wall", _closed_box((0.4, 1.0), (0.35, 0.5), (1.0, 1.9)), flat_metal=True),
     Kind("wardrobe", "chipboard", "wall", _closed_box((0.8, 1.4), (0.4, 0.6), (1.5, 2.1))),
     Kind("chest", "wood", "wall", _closed_box((0.6, 1.1), (0.35, 0.5), (0.5, 0.9))),
     Kind("boiler", "metal", "wall", _upright_cylinder),
     Kind("column", "concrete", "free", _upright_cylinder),
     Kind("wall cupboard", "chipboard", "on the wall", _closed_box((0.6, 1.2), (0.3, 0.4), (0.5, 0.8)), (1.2, 1.5)),
-    Kind("microwave", "metal", "on the wall", _closed_box((0.45, 0.55), (0.3, 0.4), (0.25, 0.35)), (0.9, 1.5)),
-    Kind("whiteboard", "metal", "on the wall", _upright((0.8, 1.4), (0.6, 0.9)), (0.9, 1.2)),
-    Kind("radiator", "metal", "on the wall", _upright((0.6, 1.2), (0.4, 0.6)), (0.15, 0.2)),
+    Kind(
+        "microwave",
+        "metal",
+        "on the wall",
+        _closed_box((0.45, 0.55), (0.3, 0.4), (0.25, 0.35)),
+        (0.9, 1.5),
+        flat_metal=True,
+    ),
+    Kind("whiteboard", "metal", "on the wall", _upright((0.8, 1.4), (0.6, 0.9)), (0.9, 1.2), flat_metal=True),
+    Kind("radiator", "metal", "on the wall", _upright((0.6, 1.2), (0.4, 0.6)), (0.15, 0.2), flat_metal=True),
     Kind("mirror", "glass", "on the wall", _upright((0.5, 0.9), (0.8, 1.2)), (0.6, 1.0)),
     Kind("worktop", "chipboard", "wall", _board((0.8, 1.4), (0.5, 0.65)), (0.85, 0.9)),
-    Kind("sink top", "metal", "wall", _board((0.6, 1.0), (0.5, 0.6)), (0.85, 0.9)),
+    Kind("sink top", "metal", "wall", _board((0.6, 1.0), (0.5, 0.6)), (0.85, 0.9), flat_metal=True),
     Kind("table", "wood", "free", _board((0.8, 1.4), (0.6, 0.9)), (0.7, 0.76), turned=True),
     Kind("tray", "metal", "free", _board((0.4, 0.7), (0.3, 0.5)), (0.6, 1.0), turned=True),
     Kind("pane", "glass", "free", _upright((0.6, 1.0), (0.8, 1.5)), (0.002, 0.5), turned=True),
@@ -127,9 +136,9 @@ KINDS: tuple[Kind, ...] = (
     Kind("screen", "metal", "free", _tilted, (0.7, 1.0), turned=True),
     Kind("curved screen", "metal", "free", _curved_screen, turned=True),
     Kind("shelf", "wood", "wall", _shelf, (0.3, 0.5)),
-    Kind("steel shelf", "metal", "wall", _shelf, (0.3, 0.5)),
+    Kind("steel shelf", "metal", "wall", _shelf, (0.3, 0.5), flat_metal=True),
     Kind("crate", "wood", "free", _closed_box((0.4, 0.7), (0.4, 0.6), (0.4, 0.7)), turned=True),
-    Kind("lamp", "metal", "ceiling", _board((0.6, 1.2), (0.2, 0.4)), (0.15, 0.3)),
+    Kind("lamp", "metal", "ceiling", _board((0.6, 1.2), (0.2, 0.4)), (0.15, 0.3), flat_metal=True),
 )
 """All kinds. ``lowest`` of a kind under the ceiling is its distance from it."""
 

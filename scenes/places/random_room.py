@@ -33,6 +33,10 @@ MOST_PIECES, TRIES = 12, 40
 REGION = 1.0, 1.0, 0.8
 """Extents of the transmitter region, metres."""
 
+RASTER = 0.025
+"""Sizes of rooms are multiples of twice this length, and flat metal that is not turned has its corners at multiples, so
+that full wave with cells of this size puts them where they are, metres."""
+
 CLEARANCE, NEAR_GATEWAY = 0.06, 0.36
 """Distances that pieces keep from each other and from the region, and from the gateway, metres."""
 
@@ -60,6 +64,8 @@ class _Room:
             mesh = kind.make(self.generator)
             degrees, foot = self._somewhere(kind)
             mesh = placed(mesh, degrees, foot)
+            if kind.flat_metal:
+                mesh.vertices = (RASTER * np.round(mesh.vertices / RASTER)).clip(GAP, self.size - GAP)
             bounds = bounding_box(mesh.vertices)
             if (bounds[0] >= GAP).all() and (bounds[1] <= self.size - GAP).all() and not self._taken(bounds):
                 self.keep_free.append(bounds + np.array([[-CLEARANCE], [CLEARANCE]]))
@@ -107,7 +113,7 @@ def random_room(seed: int, pieces: tuple[int, int] = (3, 9)) -> Scene:
     for number in pieces:
         require_whole(0, MOST_PIECES, pieces=number)
     generator = np.random.default_rng(seed)
-    size = np.array([generator.uniform(*each) for each in (LENGTH, WIDTH, HEIGHT)]).round(2)
+    size = 2 * RASTER * np.round([generator.uniform(*each) / (2 * RASTER) for each in (LENGTH, WIDTH, HEIGHT)])
     finishes = [WALLS[number] for number in generator.integers(len(WALLS), size=4)]
     floor, ceiling = FLOORS[generator.integers(len(FLOORS))], CEILINGS[generator.integers(len(CEILINGS))]
     openings = _openings(size, generator)

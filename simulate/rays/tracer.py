@@ -8,7 +8,7 @@ at 915 MHz is in the near field, where a single point with plane-wave phases (``
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
+from itertools import chain as together
 from typing import NamedTuple
 
 import numpy as np
@@ -21,11 +21,18 @@ from simulate.positions.given_positions import check_points
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.ray_scene import RayScene
 from simulate.rays.core.ray_tracer import PathsBuffer
-from simulate.rays.core.reflection_chains import Chains, find_chains, solve_chains
-from simulate.rays.core.sionna_paths import Paths, fields, refine, shoot, terms, with_materials_of
+from simulate.rays.core.reflection_chains import (
+    Chains,
+    find_chains,
+    reflected_paths,
+    reflected_paths_with,
+    reflected_terms,
+)
+from simulate.rays.core.sionna_paths import fields, refine, shoot, terms, with_materials_of
 from simulate.rays.core.sionna_scene import Antennas, gateway_antennas, transmitter_antennas
 from simulate.rays.core.surfaces import Surfaces
-from simulate.rays.core.terms import Terms
+from simulate.rays.core.terms import Paths, Terms
+from simulate.rays.core.transmissions import with_transmissions
 from simulate.rays.diffraction.diffraction_chains import DiffractedChains
 from simulate.rays.diffraction.edges import Edges
 from simulate.rays.diffraction.search import find_diffracted_chains
@@ -54,8 +61,7 @@ class Found(NamedTuple):
     """The chains that a tracer found, for another tracer of the same scene and propagation.
 
     Attributes:
-        reflected: chains of reflections and transmissions, which name the scene's objects by index; None if rays are
-            shot for every batch instead.
+        reflected: chains of reflections, which name the scene's planes; None if rays are shot for every batch instead.
         diffracted: chains with diffractions; None if diffraction is not followed.
     """
 
@@ -66,8 +72,8 @@ class Found(NamedTuple):
 class Tracer:
     """A ray tracer for one scene: element responses and paths for transmitters at any position.
 
-    The constructor searches once for the chains of reflections, transmissions and diffractions that carry power. The
-    methods then solve these chains exactly for every element and transmitter by the image method (``method`` is
+    The constructor searches once for the chains of reflections and diffractions that carry power. The methods
+    then solve these chains exactly for every element and transmitter by the image method (``method`` is
     "chains"). Diffuse reflection comes from patches of the rough surfaces, which are drawn once. With
     ``Propagation(sionna=True)``, Sionna RT [hoydis2023] instead shoots rays from every element for each batch of
     transmitters (``method`` is "shooting").
@@ -130,7 +136,7 @@ class Tracer:
         region = (scene.transmitter.region if region is None else region) - self.ray_scene.origin
         if self.method == "chains":
             if found is not None and found.reflected is not None:
-                self._chains = found.reflected.renamed(self.ray_scene.identifiers)
+                self._chains = found.reflected
             else:
                 self._chains = find_chains(self.ray_scene, region, seed, report)
         else:
@@ -155,8 +161,8 @@ class Tracer:
     def found(self) -> Found:
         """The chains that were found, to be passed as ``found`` to another tracer of the same scene."""
         if self.method != "chains":
-            return Found(None, self._diffracted)
-        return Found(self._chains.renamed(self.ray_scene.object_of_identifier), self._diffracted)
+            return Found(None, None)
+        return Found(self._chains, self._diffracted)
 
     @property
     def edges(self) -> Edges | None:
@@ -193,7 +199,7 @@ class Tracer:
         result = np.zeros((len(positions), len(self.elements)), np.complex128)
         for start, chain, paths in self._found(self._elements, positions):
             if factors is not None:
-                paths = replace(paths, responses=paths.responses * factors[chain])
+                paths = paths._replace(responses=paths.responses * factors[chain])
             paths.add_to(result[start:])
         if self._scattering is not None:
             result += self._scattering.responses(self._elements, self._targets(positions))
@@ -221,15 +227,21 @@ class Tracer:
             require_instance(Scene, others=each)
         scenes = [RayScene.of(each, self.ray_scene.propagation) for each in others]
         result = np.zeros((len(scenes), len(positions), len(self.elements)), np.complex128)
-        for start, targets, _, buffer in self._solved(self._elements, positions):
-            for total, scene in zip(result, scenes, strict=True):
-                same = with_materials_of(buffer, self.ray_scene, scene)
-                fields(scene, same, self._elements, targets).add_to(total[start:])
+        if self.method != "chains":
+            for start, targets, buffer in self._shot(self._elements, positions):
+                for total, scene in zip(result, scenes, strict=True):
+                    same = with_materials_of(buffer, self.ray_scene, scene)
+                    fields(scene, same, self._elements, targets).add_to(total[start:])
+            return result.astype(np.complex64)
+        surfaces, targets = [Surfaces(each) for each in scenes], self._targets(positions)
+        batches = reflected_paths_with(self.ray_scene, self._chains, self._elements, targets, surfaces)
         if self._diffracted is not None:
-            surfaces, targets = [Surfaces(each) for each in scenes], self._targets(positions)
-            for found in diffracted_paths_with(self._edge_scene, self._diffracted, self._elements, targets, surfaces):
-                for total, paths in zip(result, found, strict=True):
-                    paths.add_to(total)
+            batches = together(
+                batches, diffracted_paths_with(self._edge_scene, self._diffracted, self._elements, targets, surfaces)
+            )
+        for batch in batches:
+            for total, paths in zip(result, batch, strict=True):
+                paths.add_to(total)
         return result.astype(np.complex64)
 
     def responses_by_chain(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements chains"]:
@@ -280,30 +292,21 @@ class Tracer:
     def _targets(self, positions: Float[np.ndarray, "K 3"]) -> Antennas:
         return transmitter_antennas(self.ray_scene.description, positions - self.ray_scene.origin)
 
-    def _solved(
-        self, elements: Antennas, positions: Float[np.ndarray, "K 3"]
-    ) -> Iterator[tuple[int, Antennas, Int[np.ndarray, " paths"], PathsBuffer]]:
-        """Batches of paths without diffraction: index of the first transmitter, transmitters, chains, paths."""
-        targets = self._targets(positions)
-        if self.method == "chains":
-            for chain, buffer in solve_chains(self.ray_scene, self._chains, elements, targets):
-                yield 0, targets, chain, buffer
-        else:
-            for start in range(0, len(targets), self._batch_size):
-                batch = targets.subset(np.arange(start, min(start + self._batch_size, len(targets))))
-                buffer = self._shot(elements, batch)
-                yield start, batch, np.zeros(buffer.buffer_size, np.int64), buffer
-
     def _found(
         self, elements: Antennas, positions: Float[np.ndarray, "K 3"]
     ) -> Iterator[tuple[int, Int[np.ndarray, " paths"], Paths]]:
         """Batches of paths: index of the batch's first position, chain of each path, paths."""
-        for start, targets, chain, buffer in self._solved(elements, positions):
-            yield start, chain, fields(self.ray_scene, buffer, elements, targets)
+        if self.method != "chains":
+            for start, targets, buffer in self._shot(elements, positions):
+                paths = fields(self.ray_scene, buffer, elements, targets)
+                yield start, np.zeros(len(paths.targets), np.int64), paths
+            return
+        targets = self._targets(positions)
+        for chain, paths in reflected_paths(self.ray_scene, self._chains, elements, targets):
+            yield 0, chain, paths
         if self._diffracted is not None:
-            first, targets = self.chains - len(self._diffracted), self._targets(positions)
             for chain, paths in diffracted_paths(self._edge_scene, self._diffracted, elements, targets):
-                yield 0, first + chain, paths
+                yield 0, len(self._chains) + chain, paths
 
     def paths(self, position: Float[np.ndarray, " 3"]) -> list[TracedPath]:
         """The paths between one transmitter position and the array's middle element.
@@ -343,7 +346,8 @@ class Tracer:
             positions: transmitter positions, metres, world frame, [K, 3].
 
         Yields:
-            Batches as those of ``terms``. All ``sources`` are 0, the middle element.
+            Batches as those of ``terms``, with a vertex wherever a path passes through an object. All ``sources`` are
+            0, the middle element.
         """
         if self.method == "shooting":  # which chains an element's rays find depends on the other elements'
             for batch in self.terms(positions):
@@ -351,28 +355,40 @@ class Tracer:
                 batch = Terms(*(each[chosen] for each in batch))
                 yield batch._replace(sources=np.zeros_like(batch.sources))
             return
-        yield from self._terms(self._middle, positions)
+        for found in self._own_terms(self._middle, self._targets(positions)):
+            yield self._placed(with_transmissions(self.ray_scene, found))
         if self._scattering is not None:
             for found in self._scattering.terms(self._middle, self._targets(positions)):
-                yield self._placed(found)
+                yield self._placed(with_transmissions(self.ray_scene, found))
 
     def _terms(self, elements: Antennas, positions: Float[np.ndarray, "K 3"]) -> Iterator[Terms]:
-        for start, targets, _, buffer in self._solved(elements, positions):
-            found = terms(self.ray_scene, buffer, elements, targets)
-            yield self._placed(found._replace(targets=found.targets + start))
+        if self.method != "chains":
+            for start, targets, buffer in self._shot(elements, positions):
+                found = terms(self.ray_scene, buffer, elements, targets)
+                yield self._placed(found._replace(targets=found.targets + start))
+            return
+        for found in self._own_terms(elements, self._targets(positions)):
+            yield self._placed(found)
+
+    def _own_terms(self, elements: Antennas, targets: Antennas) -> Iterator[Terms]:
+        yield from reflected_terms(self.ray_scene, self._chains, elements, targets)
         if self._diffracted is not None:
-            for found in diffracted_terms(self._edge_scene, self._diffracted, elements, self._targets(positions)):
-                yield self._placed(found)
+            yield from diffracted_terms(self._edge_scene, self._diffracted, elements, targets)
 
     def _placed(self, found: Terms) -> Terms:
         """Paths with their vertices in the user's coordinates."""
         return found._replace(vertices=found.vertices + self.ray_scene.origin)
 
-    def _shot(self, sources: Antennas, targets: Antennas) -> PathsBuffer:
-        """The valid paths that rays from every source find."""
+    def _shot(
+        self, sources: Antennas, positions: Float[np.ndarray, "K 3"]
+    ) -> Iterator[tuple[int, Antennas, PathsBuffer]]:
+        """The valid paths that rays from every source find, in batches: index of the first target, targets, paths."""
         propagation = self.ray_scene.propagation
-        most_paths = propagation.rays * max(1, propagation.max_depth) * len(targets)
-        buffer = shoot(self.ray_scene, sources, targets, self._seed, most_paths)
-        buffer = refine(self.ray_scene, buffer, sources, targets)
-        buffer.discard_invalid()
-        return buffer
+        targets = self._targets(positions)
+        for start in range(0, len(targets), self._batch_size):
+            batch = targets.subset(np.arange(start, min(start + self._batch_size, len(targets))))
+            most_paths = propagation.rays * max(1, propagation.max_depth) * len(batch)
+            buffer = shoot(self.ray_scene, sources, batch, self._seed, most_paths)
+            buffer = refine(self.ray_scene, buffer, sources, batch)
+            buffer.discard_invalid()
+            yield start, batch, buffer

@@ -93,7 +93,8 @@ def public_solver() -> Callable[..., np.ndarray]:
     """Function: the element responses that Sionna RT's public ``PathSolver`` gives at one transmitter position.
 
     For a gateway that looks along -x with its y axis up: Sionna's device, which looks along +x with z up, turned by
-    half a turn about z; then gateway x is the device's y and gateway y the device's z.
+    half a turn about z; then gateway x is the device's y and gateway y the device's z. Paths with more reflections than
+    ``depth`` are left out, and so are those that pass through more than two further objects.
     """
     from simulate.rays.core.sionna_scene import build_scene, mi, rt
 
@@ -113,7 +114,7 @@ def public_solver() -> Callable[..., np.ndarray]:
         sionna.add(rt.Receiver("receiver", **receiver))
         paths = rt.PathSolver(deterministic=True)(
             sionna,
-            max_depth=depth,
+            max_depth=depth + 2,
             samples_per_src=rays,
             max_num_paths_per_src=10_000,  # by default there is memory for a million
             synthetic_array=False,
@@ -123,6 +124,8 @@ def public_solver() -> Callable[..., np.ndarray]:
         real, imaginary = (part.numpy().astype(float) for part in paths.a)
         delay = paths.tau.numpy().astype(float)
         values = (real + 1j * imaginary) * np.exp(-2j * np.pi * scene.frequency * delay)
+        reflections = (paths.interactions.numpy() == int(rt.InteractionType.SPECULAR)).sum(axis=0)
+        values = np.where(reflections <= depth, values, 0)
         return values.sum(axis=-1).ravel()  # [receiver, its antennas, sender, its antennas]
 
     return solve

@@ -105,13 +105,13 @@ def _request(source: Path) -> tuple[Request, Rays]:
 
 def _traced(request: Request, rays: Rays) -> tuple[Float[np.ndarray, " 3"], PathList]:
     """Position of the element, metres, world frame, and its paths to all positions."""
-    positions, depth, found = request.positions, max(1, rays.propagation.max_depth), []
+    positions, found = request.positions, []
     with progress_bar() as progress:
         tracer = rays.tracer(request.setting, progress)
         bar = progress.add_task("positions", total=len(positions))
         for start in range(0, len(positions), AT_ONCE):
             part = positions[start : start + AT_ONCE]
             for terms in tracer.middle_terms(part):
-                found.append(path_list(terms._replace(targets=terms.targets + start), depth))
+                found.append(path_list(terms._replace(targets=terms.targets + start)))
             progress.advance(bar, len(part))
-    return tracer.middle.positions[0], sorted_by_receiver(joined(found, depth))
+    return tracer.middle.positions[0], sorted_by_receiver(joined(found))

@@ -20,7 +20,7 @@ DIGITS = {
 """DeepMIMO's code for each interaction."""
 
 MOST_INTERACTIONS = 15
-"""Most interactions on a path, one digit each: so many digits are exact in double precision."""
+"""Most interactions of a path that are listed, one digit each: so many digits are exact in double precision."""
 
 
 class PathList(NamedTuple):
@@ -46,12 +46,11 @@ class PathList(NamedTuple):
     points: Float[np.ndarray, "paths depth 3"]
 
 
-def path_list(terms: Terms, depth: int) -> PathList:
-    """The paths of a batch that contribute to a response.
+def path_list(terms: Terms) -> PathList:
+    """The paths of a batch that contribute to a response, with their first ``MOST_INTERACTIONS`` interactions.
 
     Args:
         terms: paths between one element and positions.
-        depth: largest number of interactions on a path of any batch.
     """
     carrying = terms.responses != 0
     terms = Terms(*(each[carrying] for each in terms))
@@ -60,8 +59,8 @@ def path_list(terms: Terms, depth: int) -> PathList:
     table = np.zeros(max(DIGITS) + 1)
     table[list(DIGITS)] = list(DIGITS.values())
     codes = np.zeros(len(terms.targets))
-    points = np.full((len(terms.targets), depth, 3), np.nan, np.float32)
-    for number, kinds in enumerate(terms.kinds.T):
+    points = np.full((len(terms.targets), min(MOST_INTERACTIONS, terms.kinds.shape[1]), 3), np.nan, np.float32)
+    for number, kinds in enumerate(terms.kinds.T[:MOST_INTERACTIONS]):
         codes = np.where(happened[:, number], 10 * codes + table[kinds], codes)
         points[happened[:, number], number] = terms.vertices[happened[:, number], 1 + number]
     return PathList(
@@ -75,18 +74,25 @@ def path_list(terms: Terms, depth: int) -> PathList:
     )
 
 
-def joined(parts: Iterable[PathList], depth: int) -> PathList:
+def joined(parts: Iterable[PathList]) -> PathList:
     """Join several lists, or none, into one.
 
     Args:
         parts: the lists.
-        depth: largest number of interactions on a path.
     """
     places = np.zeros((0, 3))
     nothing = PathList(
-        np.zeros(0, int), np.zeros(0, complex), np.zeros(0), places, places, np.zeros(0), np.zeros((0, depth, 3), "f4")
+        np.zeros(0, int), np.zeros(0, complex), np.zeros(0), places, places, np.zeros(0), np.zeros((0, 1, 3), "f4")
     )
-    return PathList(*(np.concatenate(each) for each in zip(nothing, *parts, strict=True)))
+    lists = [nothing, *parts]
+    depth = max(each.points.shape[1] for each in lists)
+    wide = [
+        each._replace(
+            points=np.pad(each.points, ((0, 0), (0, depth - each.points.shape[1]), (0, 0)), constant_values=np.nan)
+        )
+        for each in lists
+    ]
+    return PathList(*(np.concatenate(each) for each in zip(*wide, strict=True)))
 
 
 def sorted_by_receiver(paths: PathList) -> PathList:

@@ -17,6 +17,7 @@ from scenes.scene.description import Scene
 from simulate.engines.rays_engine import Rays
 from simulate.exchange.deepmimo.path_list import PathList
 from simulate.generation.request import Request
+from simulate.rays.core.propagation import MOST_PASSES
 
 FORMAT = "4.0.5"
 """The version of DeepMIMO whose folder format is written."""
@@ -180,19 +181,20 @@ def _ray_tracing(request: Request, rays: Rays) -> dict[str, Any]:
     """How the paths were traced. ``raw_params`` has this in our own terms, with the antennas at both ends."""
     followed, scene = rays.propagation, request.scene
     depth = followed.max_depth
+    passes = (depth if followed.sionna else MOST_PASSES) if followed.refraction else 0
     diffractions = (1 if followed.sionna else 2) if followed.diffraction else 0
     return {
         "raytracer_name": "bisplat-wrf",
         "raytracer_version": version("bisplat-wrf"),
         "frequency": scene.frequency,
-        "max_path_depth": depth,
+        "max_path_depth": depth if followed.sionna else depth + passes,
         "max_reflections": depth if followed.specular else 0,
         "max_diffractions": min(depth, diffractions),
         "max_scattering": min(depth, int(followed.diffuse)),
-        "max_transmissions": depth if followed.refraction else 0,
+        "max_transmissions": passes,
         "diffuse_reflections": 0 if not followed.sionna_diffuse else max(0, depth - 1),
         "diffuse_diffractions": 0,
-        "diffuse_transmissions": depth if followed.diffuse and followed.refraction else 0,
+        "diffuse_transmissions": passes if followed.diffuse else 0,
         "diffuse_final_interaction_only": followed.sionna_diffuse,
         "diffuse_random_phases": followed.diffuse,
         "terrain_reflection": followed.specular,

@@ -45,6 +45,15 @@ def composed(first: mi.Complex2f, axis: mi.Vector3f, second: mi.Complex2f, other
     )
 
 
+def turned(field: Field, factor: mi.Complex2f) -> Field:
+    """The field times a complex number."""
+    real, imaginary = field
+    return (
+        mi.Vector3f(factor.real * real - factor.imag * imaginary),
+        mi.Vector3f(factor.real * imaginary + factor.imag * real),
+    )
+
+
 def across(direction: mi.Vector3f, normal: mi.Vector3f) -> mi.Vector3f:
     """A unit vector perpendicular to both. If they are parallel, any one perpendicular to the direction."""
     found = dr.cross(direction, normal)

@@ -10,6 +10,9 @@ from scenes.files.options import check_kinds
 DEPTH_MOST, RAYS_MOST, PATCHES_MOST = 30, 10**8, 10**6
 """Largest numbers of interactions, rays and patches. More would exhaust the memory."""
 
+MOST_PASSES = 12
+"""Most objects that a path passes through. Behind so many, next to nothing is left."""
+
 
 @dataclass(frozen=True)
 class Propagation:
@@ -20,7 +23,8 @@ class Propagation:
     [degliesposti2007].
 
     Attributes:
-        max_depth: largest number of interactions on a path. More than three made spectra less accurate.
+        max_depth: largest number of reflections and diffractions on a path. Passing through objects does not count,
+            except with sionna. More than three made spectra less accurate.
         los: follow the line of sight.
         specular: follow specular reflection.
         refraction: follow transmission through objects.

@@ -1,9 +1,8 @@
-"""A quick test of which chains can be paths: is there a surface where the image method puts each reflection?
+"""The image method: where a chain of planes reflects the wave between two antennas, if there are surfaces.
 
 The source, mirrored at the planes of a chain in turn, gives its images I_1 … I_n. Going backwards from the target
 p_{n+1}, reflection k lies where the line from p_{k+1} to I_k meets plane k. If no triangle of that plane is there, the
-chain is not a path between the two. In a furnished room most combinations fail this test, which costs much less than an
-exact solution. The test never drops a path. The exact solution later tests whether something blocks the path.
+chain is not a path between the two. Whether something blocks a path is tested later.
 """
 
 from __future__ import annotations
@@ -14,48 +13,76 @@ from jaxtyping import Float, Int
 
 from simulate.parallel import ONE_KERNEL
 from simulate.parallel.compiled import compiled
+from simulate.rays.core.path_fields import Ways, aligned
 from simulate.rays.core.planes import BLOCK, Planes
 
-MARGIN = 0.01
-"""Metres by which triangles are enlarged, so that rounding never drops a path."""
+MARGIN = 1e-6
+"""Metres by which triangles are enlarged, so that no point is lost between two of them."""
 
 AT_ONCE = 50_000_000
 """Combinations tested at a time, one byte each."""
 
 
-def possible_paths(
-    planes: Planes,
-    chains: Int[np.ndarray, "chains depth"],
-    sources: Float[np.ndarray, "sources 3"],
-    targets: Float[np.ndarray, "targets 3"],
-) -> Int[np.ndarray, "3 paths"]:
-    """Combinations (target, chain, source) whose reflections all lie on a surface, in lexical order.
+class Images:
+    """The images of sources by chains with equal numbers of reflections.
 
     Args:
         planes: the scene's planes.
-        chains: reflecting planes from source to target; −1 for an interaction that does not change the direction.
+        chains: reflecting planes, from source to target.
         sources: positions of the sources, metres, world frame.
-        targets: positions of the targets, metres, world frame.
-
-    Returns:
-        Indices of the target, the chain and the source of each combination.
     """
-    order = np.argsort(chains < 0, axis=1, kind="stable")
-    reflecting = np.take_along_axis(chains, order, axis=1)
-    count = (chains >= 0).sum(axis=1)
-    images = np.empty((len(chains), len(sources), chains.shape[1], 3))
-    mirror(planes.normals, planes.offsets, reflecting, count, sources, images)
-    batch_size = max(1, AT_ONCE // max(1, len(chains) * len(sources)))
-    found = [np.zeros((3, 0), np.int64)]
-    for start in range(0, len(targets), batch_size):
-        batch_targets = targets[start : start + batch_size]
-        possible = np.zeros((len(batch_targets), len(chains), len(sources)), dtype=np.bool_)
+
+    def __init__(
+        self,
+        planes: Planes,
+        chains: Int[np.ndarray, "chains reflections"],
+        sources: Float[np.ndarray, "sources 3"],
+    ):
+        self._planes, self._chains, self._sources = planes, chains, sources
+        self._images = np.empty((len(chains), len(sources), chains.shape[1], 3))
+        count = np.full(len(chains), chains.shape[1])
+        mirror(planes.normals, planes.offsets, chains, count, sources, self._images)
         surfaces = planes.normals, planes.offsets, planes.first, planes.sides, planes.first_box, planes.boxes
+        self._arrays = *surfaces, planes.faces, chains, self._images
+
+    def possible_paths(self, targets: Float[np.ndarray, "targets 3"]) -> Int[np.ndarray, "3 paths"]:
+        """Combinations (target, chain, source) whose reflections all lie on a surface, in lexical order.
+
+        Args:
+            targets: positions of the targets, metres, world frame.
+        """
+        batch = max(1, AT_ONCE // max(1, len(self._chains) * len(self._sources)))
+        found = [np.zeros((3, 0), np.int64)]
+        for start in range(0, len(targets), batch):
+            some = targets[start : start + batch]
+            possible = np.zeros((len(some), len(self._chains), len(self._sources)), dtype=np.bool_)
+            with ONE_KERNEL:
+                _mark(*self._arrays, some, possible)  # type: ignore[call-arg]
+            target, chain, source = np.nonzero(possible)
+            found.append(np.stack([target + start, chain, source]))
+        return np.concatenate(found, axis=1)
+
+    def ways(
+        self, paths: Int[np.ndarray, "3 paths"], targets: Float[np.ndarray, "targets 3"], wavelength: float
+    ) -> Ways:
+        """The ways of some of the possible paths.
+
+        Args:
+            paths: combinations from ``possible_paths``.
+            targets: positions of the targets, metres, world frame.
+            wavelength: metres.
+        """
+        count, reflections = paths.shape[1], self._chains.shape[1]
+        vertices, faces = aligned(np.float32, reflections, 3, count), aligned(np.uint32, reflections, count)
         with ONE_KERNEL:
-            _backtrack(*surfaces, reflecting, count, images, batch_targets, possible)
-        target, chain, source = np.nonzero(possible)
-        found.append(np.stack([target + start, chain, source]))
-    return np.concatenate(found, axis=1)
+            _place(*self._arrays, targets, paths, vertices, faces)  # type: ignore[call-arg]
+        target, chain, source = paths
+        last = self._images[chain, source, -1] if reflections else self._sources[source]
+        length = np.linalg.norm(targets[target] - last, axis=1)
+        sources_, targets_ = aligned(np.uint32, count), aligned(np.uint32, count)
+        sources_[:], targets_[:] = source, target
+        propagation = wavelength / (4 * np.pi * length) * np.exp(-2j * np.pi * (length / wavelength % 1))
+        return Ways(sources_, targets_, vertices, faces, propagation)
 
 
 @compiled
@@ -92,28 +119,49 @@ def on_surface(first, sides, first_box, boxes, plane, x, y, z, margin):
     return -1
 
 
+@compiled(inline="always")
+def _reflection(normals, offsets, first, sides, first_box, boxes, plane, image, x, y, z):
+    """The triangle that reflects the wave from an image to a point, −1 if there is none, and where it does."""
+    nx, ny, nz = normals[plane]
+    ix, iy, iz = image
+    dx, dy, dz = ix - x, iy - y, iz - z
+    towards = nx * dx + ny * dy + nz * dz
+    distance = offsets[plane] - (nx * x + ny * y + nz * z)
+    # The plane must lie between the point and the image.
+    if distance * towards <= 0 or abs(distance) >= abs(towards):
+        return -1, x, y, z
+    share = distance / towards
+    x, y, z = x + share * dx, y + share * dy, z + share * dz
+    return on_surface(first, sides, first_box, boxes, plane, x, y, z, MARGIN), x, y, z
+
+
 @compiled(parallel=True)
-def _backtrack(normals, offsets, first, sides, first_box, boxes, chains, count, images, targets, possible):
+def _mark(normals, offsets, first, sides, first_box, boxes, faces, chains, images, targets, possible):
     """Fill ``possible`` [targets, chains, sources]."""
     for target in numba.prange(len(targets)):
         for chain in range(len(chains)):
             for source in range(images.shape[1]):
                 x, y, z = targets[target]
-                on_surfaces = True
-                for k in range(count[chain] - 1, -1, -1):
-                    plane = chains[chain, k]
-                    nx, ny, nz = normals[plane]
-                    ix, iy, iz = images[chain, source, k]
-                    dx, dy, dz = ix - x, iy - y, iz - z
-                    towards = nx * dx + ny * dy + nz * dz
-                    distance = offsets[plane] - (nx * x + ny * y + nz * z)
-                    # The plane must lie between the point and the image.
-                    if distance * towards <= 0 or abs(distance) >= abs(towards):
-                        on_surfaces = False
+                triangle = 0
+                for k in range(chains.shape[1] - 1, -1, -1):
+                    triangle, x, y, z = _reflection(
+                        normals, offsets, first, sides, first_box, boxes, chains[chain, k], images[chain, source, k],
+                        x, y, z,
+                    )  # fmt: skip
+                    if triangle < 0:
                         break
-                    share = distance / towards
-                    x, y, z = x + share * dx, y + share * dy, z + share * dz
-                    if on_surface(first, sides, first_box, boxes, plane, x, y, z, MARGIN) < 0:
-                        on_surfaces = False
-                        break
-                possible[target, chain, source] = on_surfaces
+                possible[target, chain, source] = triangle >= 0
+
+
+@compiled(parallel=True)
+def _place(normals, offsets, first, sides, first_box, boxes, faces, chains, images, targets, paths, vertices, hit):
+    """Fill ``vertices`` [reflections, 3, paths] and ``hit`` [reflections, paths]."""
+    for path in numba.prange(paths.shape[1]):
+        target, chain, source = paths[0, path], paths[1, path], paths[2, path]
+        x, y, z = targets[target]
+        for k in range(chains.shape[1] - 1, -1, -1):
+            triangle, x, y, z = _reflection(
+                normals, offsets, first, sides, first_box, boxes, chains[chain, k], images[chain, source, k], x, y, z
+            )
+            vertices[k, 0, path], vertices[k, 1, path], vertices[k, 2, path] = x, y, z
+            hit[k, path] = faces[triangle]

@@ -2,7 +2,7 @@
 
 ``PathSolver`` works in three steps. A generator shoots rays to find candidate chains of interactions. The image method
 turns each candidate into an exact path or discards it. The field calculator gives the path's coefficient and delay. We
-call these steps one by one, so that chains found once serve every element and transmitter (``reflection_chains``).
+call these steps one by one, since the phases of slabs are corrected and other materials tried for the same paths.
 
 Sionna RT is pinned to 2.2.0 because of this file. tests/simulate/rays/core/test_sionna_paths.py compares the results
 with those of the public ``PathSolver``.
@@ -14,7 +14,7 @@ from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Complex, Float, Int, UInt32
+from jaxtyping import Float, UInt32
 
 from simulate.parallel import ONE_KERNEL
 from simulate.rays.core.ray_scene import RayScene
@@ -29,7 +29,7 @@ from simulate.rays.core.ray_tracer import (
 )
 from simulate.rays.core.sionna_scene import Antennas
 from simulate.rays.core.slab_phase import find_shortening
-from simulate.rays.core.terms import STRAIGHT, Terms
+from simulate.rays.core.terms import STRAIGHT, Paths, Terms
 
 SPECULAR = int(rt.InteractionType.SPECULAR)
 REFRACTION = int(rt.InteractionType.REFRACTION)
@@ -93,50 +93,6 @@ def shoot(ray_scene: RayScene, sources: Antennas, targets: Antennas, seed: int, 
     return buffer
 
 
-def candidates(
-    interactions: Interactions,
-    vertices: dict[int, Float[np.ndarray, "triangles 3"]],
-    chain: Int[np.ndarray, " paths"],
-    source: Int[np.ndarray, " paths"],
-    target: Int[np.ndarray, " paths"],
-) -> PathsBuffer:
-    """Turn chains between sources and targets into candidates for ``refine``.
-
-    Args:
-        interactions: the chains.
-        vertices: for each object identifier, one vertex of each of the object's triangles, metres.
-        chain: index into ``interactions`` of each path.
-        source: index of each path's source.
-        target: index of each path's target.
-
-    Returns:
-        One candidate for each of the paths.
-    """
-    count, depth = interactions.types.shape
-    on_plane = np.zeros((count, depth, 3), np.float32)
-    for shape in np.unique(interactions.shapes[interactions.types == SPECULAR]):
-        of_shape = interactions.shapes == shape
-        on_plane[of_shape] = vertices[int(shape)][interactions.triangles[of_shape]]
-
-    buffer = PathsBuffer(len(chain), depth, diffraction=False)
-    buffer._src_indices, buffer._tgt_indices = mi.UInt(source), mi.UInt(target)
-    entries = dr.repeat(mi.UInt(chain), depth) * depth + dr.tile(dr.arange(mi.UInt, depth), len(chain))
-    shape = (len(chain), depth)
-
-    def spread(kind, tensor, table):
-        return tensor(dr.gather(kind, kind(np.ascontiguousarray(table).ravel()), entries), shape=shape)
-
-    buffer._interaction_types = spread(mi.UInt, mi.TensorXu, interactions.types)
-    buffer._shapes = spread(mi.UInt, mi.TensorXu, interactions.shapes)
-    buffer._primitives = spread(mi.UInt, mi.TensorXu, interactions.triangles)
-    buffer._vertices_x = spread(mi.Float, mi.TensorXf, on_plane[..., 0])
-    buffer._vertices_y = spread(mi.Float, mi.TensorXf, on_plane[..., 1])
-    buffer._vertices_z = spread(mi.Float, mi.TensorXf, on_plane[..., 2])
-    buffer.schedule()
-    dr.eval()
-    return buffer
-
-
 def refine(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets: Antennas) -> PathsBuffer:
     """Turn candidates into exact paths by the image method.
 
@@ -162,33 +118,6 @@ def refine(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets:
 def interactions_of(buffer: PathsBuffer) -> Interactions:
     """The buffer's chains as arrays. After ``refine`` these are the surfaces that the valid paths really hit."""
     return Interactions(buffer.interaction_types.numpy(), buffer.shapes.numpy(), buffer.primitives.numpy())
-
-
-def keep(buffer: PathsBuffer, wanted: Bool[np.ndarray, " paths"]) -> PathsBuffer:
-    """Those of the buffer's valid paths that a mask selects."""
-    buffer.valid = buffer.valid & mi.Bool(wanted)
-    buffer.discard_invalid()
-    return buffer
-
-
-@dataclass(frozen=True)
-class Paths:
-    """Exact paths, with the contribution of each.
-
-    Attributes:
-        targets: index of each path's target.
-        sources: index of each path's source.
-        responses: a e^{−j2πfτ}, complex128. Sionna's coefficient a contains the free-space factor λ/4π. So the sum y of
-            all paths gives the channel gain ``|y|²``.
-    """
-
-    targets: Int[np.ndarray, " paths"]
-    sources: Int[np.ndarray, " paths"]
-    responses: Complex[np.ndarray, " paths"]
-
-    def add_to(self, total: Complex[np.ndarray, "targets sources"]) -> None:
-        """Add every path to the response between its target and its source, one after another."""
-        np.add.at(total, (self.targets, self.sources), self.responses)
 
 
 def terms(ray_scene: RayScene, buffer: PathsBuffer, sources: Antennas, targets: Antennas) -> Terms:

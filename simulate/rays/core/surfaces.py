@@ -14,7 +14,12 @@ class Surfaces:
     """The materials of a scene's triangles, on the ray tracer's device.
 
     Args:
-        ray_scene: the scene.
+        ray_scene: the scene, with the propagation to follow.
+
+    Attributes:
+        wavelength: metres.
+        scene: the triangles.
+        refraction: whether waves pass through objects.
     """
 
     def __init__(self, ray_scene: RayScene):
@@ -23,12 +28,15 @@ class Surfaces:
         permittivity = np.array([relative_permittivity(material, scene.frequency) for material in materials])
         self.wavelength = scene.wavelength
         self.scene = ray_scene.sionna.mi_scene
+        self.refraction = ray_scene.propagation.refraction
         self._permittivity = mi.Float(permittivity.real), mi.Float(permittivity.imag)
         self._thickness = mi.Float([scene.thickness(item) for item in scene.objects])
         self._scattering = mi.Float([material.scattering_coefficient for material in materials])
         self._conducts = mi.Bool(conducting_objects(scene))
         self._normals = [mi.Float(axis) for axis in ray_scene.normals.T]
-        self._fronts = [mi.Float(side) for side in ray_scene.slabs.fronts.T]
+        # Otherwise the phase of the way through a slab counts twice, as in Sionna RT.
+        fronts = ray_scene.slabs.fronts * ray_scene.propagation.counts_slabs_once
+        self._fronts = [mi.Float(side) for side in fronts.T]
         self._object = mi.UInt(ray_scene.object_of_face)
         self._first_face = mi.UInt(ray_scene.planes.first_face)
 
@@ -48,6 +56,11 @@ class Surfaces:
     def scattering(self, face: mi.UInt) -> mi.Float:
         """Scattering coefficient S of a triangle: the share of the reflected amplitude that is scattered diffusely."""
         return dr.gather(mi.Float, self._scattering, dr.gather(mi.UInt, self._object, face))
+
+    def middle(self, face: mi.UInt) -> mi.Float:
+        """How far the middle of a triangle's slab is from the triangle, in the direction of its normal, metres."""
+        front, back = (dr.gather(mi.Float, side, face) for side in self._fronts)
+        return (front - back) / 2
 
     def coefficients(
         self, face: mi.UInt, way: mi.Vector3f, active: mi.Bool | bool = True

@@ -28,6 +28,25 @@ class Interaction(IntEnum):
     DIFFRACTION = 8
 
 
+class Paths(NamedTuple):
+    """The contribution of each path.
+
+    Attributes:
+        targets: index of each path's target.
+        sources: index of each path's source.
+        responses: a e^{−j2πfτ}, complex128. The amplitude a contains the free-space factor λ/4π. So the sum y of all
+            paths gives the channel gain ``|y|²``.
+    """
+
+    targets: Int[np.ndarray, " paths"]
+    sources: Int[np.ndarray, " paths"]
+    responses: Complex[np.ndarray, " paths"]
+
+    def add_to(self, total: Complex[np.ndarray, "targets sources"]) -> None:
+        """Add every path to the response between its target and its source, one after another."""
+        np.add.at(total, (self.targets, self.sources), self.responses)
+
+
 class Terms(NamedTuple):
     """Paths between elements and transmitters, with the contribution of each.
 
@@ -38,8 +57,8 @@ class Terms(NamedTuple):
         vertices: element, interactions, transmitter; metres, world frame. A path with fewer interactions than others
             repeats its last vertex.
         objects: index of the object of each interaction; ``STRAIGHT`` for a transmission, or if there is none.
-        kinds: the ``Interaction`` at each vertex between the ends, ``NONE`` after the last one. Transmissions of a path
-            with diffraction or diffuse reflection are left out.
+        kinds: the ``Interaction`` at each vertex between the ends, ``NONE`` after the last one. Transmissions are left
+            out, unless ``with_transmissions`` found them.
     """
 
     targets: Int[np.ndarray, " paths"]

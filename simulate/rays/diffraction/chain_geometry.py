@@ -22,10 +22,11 @@ from typing import NamedTuple
 
 import numba
 import numpy as np
-from jaxtyping import Complex, Float32, Int, UInt32
+from jaxtyping import Float32, Int, UInt32
 
 from simulate.parallel import ONE_KERNEL
 from simulate.parallel.compiled import compiled
+from simulate.rays.core.path_fields import Ways, aligned
 from simulate.rays.core.planes import Planes
 from simulate.rays.diffraction.around import around_one, around_two
 from simulate.rays.diffraction.cylindrical import on_edge_or_end, wedge_of
@@ -40,14 +41,10 @@ BLOCK = 1024
 
 
 @dataclass(frozen=True)
-class PathGeometry:
+class PathGeometry(Ways):
     """The ways of paths with equal numbers of reflections and diffractions, in single precision.
 
     Attributes:
-        sources: index of each path's source.
-        targets: index of each path's target.
-        vertices: reflections, points on edges and reflections, in the order from source to target, metres.
-        faces: number of the triangle of each reflection, counted through the scene's objects; meaningless at an edge.
         edges: index of each edge.
         angles: φ′ and φ at each edge, radians.
         length: L at each edge (wedge.py), metres.
@@ -56,21 +53,14 @@ class PathGeometry:
             to the vertex after it, metres; negative if the point of diffraction lies beyond that end.
         excess: how much longer the way by the edge is than the way of a wave that goes straight or is reflected at a
             face of the edge, whichever is longest, metres; 0 at a shadow or reflection boundary.
-        propagation: λ/4π times the spreading times e^{−jk(length of the path)}; in double precision, since a path is
-            many wavelengths long.
     """
 
-    sources: UInt32[np.ndarray, " paths"]
-    targets: UInt32[np.ndarray, " paths"]
-    vertices: Float32[np.ndarray, "interactions 3 paths"]
-    faces: UInt32[np.ndarray, "interactions paths"]
     edges: UInt32[np.ndarray, "diffractions paths"]
     angles: Float32[np.ndarray, "diffractions 2 paths"]
     length: Float32[np.ndarray, "diffractions paths"]
     sin_beta: Float32[np.ndarray, "diffractions paths"]
     detours: Float32[np.ndarray, "diffractions 2 paths"]
     excess: Float32[np.ndarray, "diffractions paths"]
-    propagation: Complex[np.ndarray, " paths"]
 
 
 @dataclass(frozen=True)
@@ -110,16 +100,16 @@ class Combinations:
         before, diffractions, after = (int(number) for number in self.chains.shapes[0])
         interactions, count = before + diffractions + after, paths.shape[1]
         geometry = PathGeometry(
-            sources=_aligned(np.uint32, count),
-            targets=_aligned(np.uint32, count),
-            vertices=_aligned(np.float32, interactions, 3, count),
-            faces=_aligned(np.uint32, interactions, count),
-            edges=_aligned(np.uint32, diffractions, count),
-            angles=_aligned(np.float32, diffractions, 2, count),
-            length=_aligned(np.float32, diffractions, count),
-            sin_beta=_aligned(np.float32, diffractions, count),
-            detours=_aligned(np.float32, diffractions, 2, count),
-            excess=_aligned(np.float32, diffractions, count),
+            sources=aligned(np.uint32, count),
+            targets=aligned(np.uint32, count),
+            vertices=aligned(np.float32, interactions, 3, count),
+            faces=aligned(np.uint32, interactions, count),
+            edges=aligned(np.uint32, diffractions, count),
+            angles=aligned(np.float32, diffractions, 2, count),
+            length=aligned(np.float32, diffractions, count),
+            sin_beta=aligned(np.float32, diffractions, count),
+            detours=aligned(np.float32, diffractions, 2, count),
+            excess=aligned(np.float32, diffractions, count),
             propagation=np.empty(count, np.complex128),
         )
         geometry.sources[:], geometry.targets[:], geometry.faces[:] = paths[2], paths[0] + first_target, 0
@@ -141,19 +131,6 @@ class Combinations:
         near, far = legs_of(chains.near, self.near), legs_of(chains.far, self.far)
         wedges = _Wedges(*(getattr(self.edges, name) for name in _Wedges._fields))
         return surfaces_of(self.planes), wedges, route, near, far, self.wavelength
-
-
-ALIGNMENT = 64
-"""Bytes. Dr.Jit uses NumPy's memory directly, and compiles a kernel again for arrays with another alignment."""
-
-
-def _aligned(kind: type, *shape: int) -> np.ndarray:
-    """An array of four-byte numbers whose rows all begin at a multiple of ``ALIGNMENT``."""
-    columns = -(-shape[-1] * 4 // ALIGNMENT) * ALIGNMENT
-    size = int(np.prod(shape[:-1])) * columns
-    memory = np.empty(size + ALIGNMENT, np.uint8)
-    start = -memory.ctypes.data % ALIGNMENT
-    return memory[start : start + size].view(kind).reshape(*shape[:-1], columns // 4)[..., : shape[-1]]
 
 
 class _Filled(NamedTuple):

@@ -5,7 +5,8 @@ less than ``SMOOTH``. An edge ends where another body touches it (a cabinet on t
 there is no open space around it.
 
 Waves pass through a sheet, so the whole space surrounds its edge. If two sheets meet at an angle, each is a half-plane
-of its own. Outer walls are left out, together with their openings and the objects that fill these.
+of its own. The outer walls have edges at their openings only, since their slabs continue around the corners of the
+scene. An edge in the slab of another object, as of a door behind its frame, is none.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ import numpy as np
 import trimesh
 from jaxtyping import Bool, Float, Int
 
+from scenes.checks.outer_walls import outline
 from scenes.scene.description import Scene
 from scenes.scene.permittivity import conducting_objects
 from scenes.scene.shapes import union
@@ -29,6 +31,9 @@ TOUCHING = 1 / 50
 
 SHORTEST = 1 / 4
 """Wavelengths. Shorter edges are left out."""
+
+BEYOND = 0.1
+"""Metres. Where the scene reaches no further than this beyond a face and its edge, the edge is a corner of the scene."""
 
 PIECES = 16
 """Number of pieces of an edge, each of which is tested for a body that touches it."""
@@ -96,7 +101,7 @@ def diffracting_edges(ray_scene: RayScene) -> Edges:
         (12, [270.0, 360.0])
     """
     scene = ray_scene.description
-    conducts = conducting_objects(scene)
+    conducts, around = conducting_objects(scene), outline(scene)
     chosen = conducts[ray_scene.object_of_face]
     mesh = union(*(item.mesh for item in scene.objects))
     mesh.update_faces(chosen)
@@ -108,11 +113,22 @@ def diffracting_edges(ray_scene: RayScene) -> Edges:
         sheet = scene.objects[number].mesh.copy()
         sheet.merge_vertices(digits_vertex=4)
         pieces = _edges_of(sheet, np.nonzero(ray_scene.object_of_face == number)[0], sheets=True)
-        found.append(pieces.subset(~ray_scene.slabs.outer[pieces.faces]))
+        found.append(pieces.subset(~_at_outline(pieces, around)))
     edges = _joined(_together(*found), body_of_face)
     shortest = SHORTEST * scene.wavelength
-    edges = _untouched(edges.subset(edges.lengths >= shortest), body_of_face, ray_scene)
+    edges = _in_the_open(edges.subset(edges.lengths >= shortest), body_of_face, ray_scene)
     return edges.subset(edges.lengths >= shortest)
+
+
+def _at_outline(edges: Edges, around: Float[np.ndarray, "points 3"]) -> Bool[np.ndarray, " edges"]:
+    """Whether the scene does not reach beyond each edge by more than ``BEYOND``, nor beyond its face on one side."""
+
+    def reach(axes: Float[np.ndarray, "edges 3"]) -> Float[np.ndarray, "edges points"]:
+        return axes @ around.T - (axes * edges.starts).sum(axis=1, keepdims=True)
+
+    across = reach(edges.normals)
+    outermost = np.minimum(across.max(axis=1), -across.min(axis=1)) < BEYOND
+    return outermost & (reach(edges.tangents).min(axis=1) > -BEYOND)
 
 
 def _together(*pieces: Edges) -> Edges:
@@ -207,13 +223,12 @@ def _joined(edges: Edges, body_of_face: Int[np.ndarray, " faces"]) -> Edges:
     return joined.subset(kept.argsort())  # in the given order, which does not depend on where objects are
 
 
-def _untouched(edges: Edges, body_of_face: Int[np.ndarray, " faces"], ray_scene: RayScene) -> Edges:
-    """The stretches of edges to which no other body is nearer than ``TOUCHING``."""
+def _in_the_open(edges: Edges, body_of_face: Int[np.ndarray, " faces"], ray_scene: RayScene) -> Edges:
+    """The stretches of edges in no other body's slab, and to which no other body is nearer than ``TOUCHING``."""
     touched = [np.zeros((0, PIECES), bool)]
     for start in range(0, len(edges), AT_ONCE):
-        touched.append(
-            _touched(edges.subset(np.arange(start, min(start + AT_ONCE, len(edges)))), body_of_face, ray_scene)
-        )
+        some = edges.subset(np.arange(start, min(start + AT_ONCE, len(edges))))
+        touched.append(_touched(some, body_of_face, ray_scene) | _in_a_slab(some, body_of_face, ray_scene))
     # The beginning and the end of each stretch of untouched pieces.
     change = np.diff(np.pad(~np.concatenate(touched), ((0, 0), (1, 1))).astype(int), axis=1)
     edge, begin = np.nonzero(change == 1)
@@ -239,6 +254,22 @@ def _touched(
     face, _ = first_hits(ray_scene, starts.reshape(-1, 3), sides.reshape(-1, 3), 1.0)
     face = face.reshape(starts.shape[:3])
     return ((face >= 0) & (body_of_face[face] != body_of_face[edges.faces][:, None, None])).any(axis=2)
+
+
+def _in_a_slab(
+    edges: Edges, body_of_face: Int[np.ndarray, " faces"], ray_scene: RayScene
+) -> Bool[np.ndarray, "edges pieces"]:
+    """Whether each piece of some edges is in the slab of another body, such as the frame of a door in its wall."""
+    points = edges.points((np.arange(PIECES) + 0.5) / PIECES)
+    own, result = body_of_face[edges.faces][:, None], np.zeros(points.shape[:2], bool)
+    for side in (1, -1):
+        steps = np.broadcast_to(side * edges.normals[:, None], points.shape)
+        face, distance = first_hits(ray_scene, (points + 1e-4 * steps).reshape(-1, 3), steps.reshape(-1, 3), np.inf)
+        face, distance = face.reshape(result.shape), distance.reshape(result.shape)
+        along = (ray_scene.normals[face] * steps).sum(axis=2)
+        reach = np.where(along < 0, *ray_scene.slabs.fronts[face].transpose(2, 0, 1)) / np.abs(along).clip(1e-9)
+        result |= (face >= 0) & (body_of_face[face] != own) & (distance < reach)
+    return result
 
 
 def foremost(edges: Edges, scene: Scene) -> Edges:

@@ -1,19 +1,14 @@
-"""The response that a path with diffractions contributes, from the electric field along the path.
-
-At every reflection, and where the path passes through an object, the field is multiplied by the coefficients of a slab
-[itu2023]. At an edge it is multiplied by the coefficients of the wedge or the sheet. A path that a conductor blocks
-contributes nothing.
-"""
+"""The field behind an edge of a conductor or of a dielectric sheet."""
 
 from __future__ import annotations
 
-from itertools import pairwise
+from functools import partial
 
 import numpy as np
 from jaxtyping import Complex, Float
 
-from simulate.rays.core.electric_field import Field, component, composed, pass_through, pattern, slab
-from simulate.rays.core.propagation import Propagation
+from simulate.rays.core.electric_field import Field, component, composed, turned
+from simulate.rays.core.path_fields import path_responses
 from simulate.rays.core.ray_tracer import dr, mi
 from simulate.rays.core.sionna_scene import Antennas
 from simulate.rays.core.surfaces import Surfaces
@@ -24,7 +19,7 @@ from simulate.rays.diffraction.thin_sheet import behind_sheet, currents
 from simulate.rays.diffraction.wedge import common_factor, transition_pairs
 
 
-def _diffracted(
+def behind_edge(
     surfaces: Surfaces,
     edges: Edges,
     geometry: PathGeometry,
@@ -69,28 +64,27 @@ def _diffracted(
         )
         pairs = direct, reflected
         sheet = behind_sheet(field, way_in, way_out, normal, driven, sending, (angle_in, angle_out), pairs, sin_beta)
+        # The slab's middle may lie beside the triangle. A wave that is scattered there has another way.
+        middle = surfaces.middle(face) * dr.dot(surfaces.normal(face), way_out - way_in)
+        sheet = turned(sheet, dr.exp(mi.Complex2f(0, k * middle)))
         is_sheet = dr.gather(mi.Bool, mi.Bool(edges.sheets), edge)
         found = dr.select(is_sheet, sheet[0], found[0]), dr.select(is_sheet, sheet[1], found[1])
     detours, excess = [mi.Float(detour) for detour in geometry.detours[number]], mi.Float(geometry.excess[number])
     weight = end_weight(detours, excess, surfaces.wavelength) * common_factor(n, sin_beta, k)
-    return (
-        mi.Vector3f(weight.real * found[0] - weight.imag * found[1]),
-        mi.Vector3f(weight.real * found[1] + weight.imag * found[0]),
-    )
+    return turned(found, weight)
 
 
 def _vectors(values: Float[np.ndarray, "paths 3"]) -> mi.Vector3f:
     return mi.Vector3f(np.ascontiguousarray(values.T, dtype=np.float32))
 
 
-def path_responses(
+def diffracted_responses(
     surfaces: Surfaces,
     edges: Edges,
     sources: Antennas,
     targets: Antennas,
     geometry: PathGeometry,
     first_edge: int,
-    propagation: Propagation,
 ) -> Complex[np.ndarray, " paths"]:
     """The contribution of each path to the response between its source and its target, 0 if it is blocked.
 
@@ -101,36 +95,9 @@ def path_responses(
         targets: the antennas where the paths end.
         geometry: the ways of the paths.
         first_edge: index of the first diffraction among the interactions.
-        propagation: the mechanisms to follow, which limit how many objects a path may pass through.
-
-    Returns:
-        a e^{−j2πfτ} as in ``simulate.rays.core.sionna_paths``, complex128.
     """
-    interactions = len(geometry.vertices)
-    passes = mi.UInt(propagation.max_depth - interactions if propagation.refraction else 0)
-    points = [dr.gather(mi.Point3f, sources.points, mi.UInt(geometry.sources))]
-    points += [mi.Point3f(*(mi.Float(axis) for axis in vertex)) for vertex in geometry.vertices]
-    points += [dr.gather(mi.Point3f, targets.points, mi.UInt(geometry.targets))]
-    steps = [mi.Vector3f(after - before) for before, after in pairwise(points)]
-    lengths = [dr.norm(step) for step in steps]
-    ways = [step / length for step, length in zip(steps, lengths, strict=True)]
-
-    field, blocked = pattern(sources, ways[0]), mi.Bool(False)
-    for number in range(interactions + 1):
-        way = ways[number]
-        field, passes, blocked = pass_through(surfaces, points[number], way, lengths[number], field, passes, blocked)
-        diffraction = number - first_edge
-        if 0 <= diffraction < len(geometry.edges):
-            field = _diffracted(surfaces, edges, geometry, diffraction, field, way, ways[number + 1])
-        elif number < interactions:
-            face = mi.UInt(geometry.faces[number])
-            normal = surfaces.normal(face)
-            te, tm, _, _ = surfaces.coefficients(face, way)
-            smooth = dr.sqrt(1 - surfaces.scattering(face) ** 2)  # the rest is scattered
-            field = slab(field, way, ways[number + 1], normal, smooth * te, smooth * tm)
-    received = pattern(targets, -ways[-1])
-    real = dr.dot(received[0], field[0]) + dr.dot(received[1], field[1])
-    imaginary = dr.dot(received[0], field[1]) - dr.dot(received[1], field[0])
-    amplitude = dr.select(blocked, mi.Complex2f(0), mi.Complex2f(real, imaginary))
-    dr.eval(amplitude)
-    return (amplitude.real.numpy() + 1j * amplitude.imag.numpy()) * geometry.propagation
+    at_edges = {
+        first_edge + number: partial(behind_edge, surfaces, edges, geometry, number)
+        for number in range(len(geometry.edges))
+    }
+    return path_responses(surfaces, sources, targets, geometry, at_edges)

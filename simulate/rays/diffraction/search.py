@@ -13,9 +13,10 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from simulate.positions.placement import free_positions
+from simulate.rays.core.plane_sequences import plane_sequences
 from simulate.rays.core.reflection_chains import largest_shares
 from simulate.rays.core.sionna_scene import Antennas, gateway_antennas, transmitter_antennas
-from simulate.rays.diffraction.arms import Arms, reflection_sequences
+from simulate.rays.diffraction.arms import Arms
 from simulate.rays.diffraction.diffraction_chains import NO_LINK, DiffractedChains, chains_of
 from simulate.rays.diffraction.ends import ends_of, reaches
 from simulate.rays.diffraction.links import NO_LINKS, links_between
@@ -57,7 +58,7 @@ def find_diffracted_chains(
     most = max(0, min(MOST_REFLECTIONS, propagation.max_depth - 1)) if propagation.specular else 0
 
     def arms(antennas: Float[np.ndarray, "antennas 3"]) -> Arms:
-        sequences = reflection_sequences(ray_scene, antennas, most, propagation.rays, generator)
+        sequences = plane_sequences(ray_scene, antennas, most, generator)
         return _possible_arms(edge_scene, sequences, antennas)
 
     links = links_between(edge_scene.edges, ray_scene) if propagation.max_depth >= 2 else NO_LINKS

@@ -8,15 +8,14 @@ import numpy as np
 from jaxtyping import Int
 
 from simulate.rays.core.ray_scene import RayScene
-from simulate.rays.core.sionna_paths import Paths
 from simulate.rays.core.sionna_scene import Antennas
 from simulate.rays.core.surfaces import Surfaces
-from simulate.rays.core.terms import Interaction, Terms
+from simulate.rays.core.terms import Interaction, Paths, Terms
 from simulate.rays.diffraction.chain_geometry import Combinations, PathGeometry
 from simulate.rays.diffraction.diffraction_chains import DiffractedChains
 from simulate.rays.diffraction.edges import Edges, diffracting_edges, foremost
 from simulate.rays.diffraction.ends import ends_of
-from simulate.rays.diffraction.fields import path_responses
+from simulate.rays.diffraction.fields import diffracted_responses
 
 LANES = 400_000
 """Paths solved at a time. This bounds the memory."""
@@ -130,9 +129,11 @@ def _solved(
             for first in range(0, possible.shape[1], LANES):
                 paths = possible[:, first : first + LANES]
                 geometry = combinations.geometry(paths, start)
-                followed, target = edge_scene.ray_scene.propagation, paths[0] + start
                 found = [
-                    path_responses(each, edges, sources, targets, geometry, int(shape[0]), followed)
-                    for each in surfaces
+                    Paths(paths[0] + start, paths[2], responses)
+                    for responses in (
+                        diffracted_responses(each, edges, sources, targets, geometry, int(shape[0]))
+                        for each in surfaces
+                    )
                 ]
-                yield number[paths[1]], [Paths(target, paths[2], each) for each in found], geometry
+                yield number[paths[1]], found, geometry

@@ -19,6 +19,7 @@ from jaxtyping import Complex, Int
 from sionna.rt.utils import phi_hat, theta_hat, theta_phi_from_unit_vec
 
 from simulate.rays.core.electric_field import Field, across, component, pass_through, pattern
+from simulate.rays.core.propagation import MOST_PASSES
 from simulate.rays.core.ray_scene import RayScene
 from simulate.rays.core.ray_tracer import dr, mi
 from simulate.rays.core.sionna_scene import Antennas
@@ -38,12 +39,10 @@ class PatchFields:
         components: components along θ̂ and φ̂, with the amplitude and phase of the way: of the wave that a patch scatters
             from each source, or of a unit wave from a patch that each target receives; 0 if the way is blocked.
         side: 1 if the antenna is on the side to which the patch's normal points, otherwise −1.
-        passed: number of objects that the way passes through.
     """
 
     components: Complex[np.ndarray, "antennas patches 2"]
     side: Int[np.ndarray, "antennas patches"]
-    passed: Int[np.ndarray, "antennas patches"]
 
 
 class PatchScene:
@@ -58,7 +57,6 @@ class PatchScene:
         scene = ray_scene.description
         self.patches = patches
         self.wavelength = scene.wavelength
-        self.most_passes = ray_scene.propagation.max_depth - 1 if ray_scene.propagation.refraction else 0
         self._surfaces = Surfaces(ray_scene)
         turned = np.array([scene.materials[item.material].xpd_coefficient for item in scene.objects])
         self._turn = np.arcsin(np.sqrt(turned[ray_scene.object_of_face[patches.faces]]))
@@ -69,17 +67,17 @@ class PatchScene:
         Args:
             sources: the antennas that transmit.
         """
-        field, way, face, cosine, passes = self._at_patches(sources, pattern)
+        field, way, face, cosine = self._at_patches(sources, pattern)
         te, tm, _, _ = self._surfaces.coefficients(face, way)
         axis = across(way, self._surfaces.normal(face))
         in_te, in_tm = _power(component(field, axis)), _power(component(field, dr.cross(axis, way)))
         reflected = (_power(te) * in_te + _power(tm) * in_tm) / dr.maximum(in_te + in_tm, 1e-30)
         weight = self._surfaces.scattering(face) * dr.sqrt(reflected * self.patches.area * dr.abs(cosine))
-        found = self._fields(sources, field, way, weight, cosine, passes)
+        found = self._fields(sources, field, way, weight, cosine)
         along, across_it = np.cos(self._turn), np.sin(self._turn)
         theta, phi = found.components[..., 0], found.components[..., 1]
         turned = np.stack([along * theta - across_it * phi, across_it * theta + along * phi], axis=-1)
-        return PatchFields(turned * np.exp(-1j * self.patches.phases)[:, None], found.side, found.passed)
+        return PatchFields(turned * np.exp(-1j * self.patches.phases)[:, None], found.side)
 
     def received(self, targets: Antennas) -> PatchFields:
         """The field that each target receives from a unit wave that a patch scatters.
@@ -93,11 +91,11 @@ class PatchScene:
             return real, -imaginary
 
         # By reciprocity the wave may be followed from the target to the patch.
-        field, way, _, cosine, passes = self._at_patches(targets, receiving)
-        return self._fields(targets, field, -way, dr.sqrt(dr.abs(cosine) / np.pi), cosine, passes)
+        field, way, _, cosine = self._at_patches(targets, receiving)
+        return self._fields(targets, field, -way, dr.sqrt(dr.abs(cosine) / np.pi), cosine)
 
     def _at_patches(self, antennas, send):
-        """The antennas' fields at the patches, directions, triangles, cos θ, and the number of objects passed."""
+        """The antennas' fields at the patches, directions, triangles and cos θ."""
         count = len(self.patches)
         patch = dr.tile(dr.arange(mi.UInt, count), len(antennas))
         points = np.ascontiguousarray(self.patches.points.T, dtype=np.float32)
@@ -105,19 +103,17 @@ class PatchScene:
         step = dr.gather(mi.Point3f, mi.Point3f(points), patch) - start
         length = dr.norm(step)
         way = mi.Vector3f(step / length)
-        most = mi.UInt(self.most_passes)
-        field, left, blocked = pass_through(
-            self._surfaces, start, way, length, send(antennas, way), most, mi.Bool(False)
-        )
+        most = mi.UInt(MOST_PASSES if self._surfaces.refraction else 0)
+        field, _, blocked = pass_through(self._surfaces, start, way, length, send(antennas, way), most, mi.Bool(False))
         face = dr.gather(mi.UInt, mi.UInt(self.patches.faces.astype(np.uint32)), patch)
         field = tuple(dr.select(blocked, 0, part) for part in field)
-        return field, way, face, -dr.dot(way, self._surfaces.normal(face)), most - left
+        return field, way, face, -dr.dot(way, self._surfaces.normal(face))
 
-    def _fields(self, antennas, field, direction, weight, cosine, passes) -> PatchFields:
+    def _fields(self, antennas, field, direction, weight, cosine) -> PatchFields:
         """Components along the spherical unit vectors of a direction, with the amplitude and phase of the way."""
         theta, phi = theta_phi_from_unit_vec(direction)
         parts = [weight * component(field, axis) for axis in (theta_hat(theta, phi), phi_hat(phi))]
-        dr.eval(parts, cosine, passes)
+        dr.eval(parts, cosine)
         shape = (len(antennas), len(self.patches))
         components = np.stack([(part.real.numpy() + 1j * part.imag.numpy()).reshape(shape) for part in parts], axis=-1)
         distance = np.linalg.norm(self.patches.points - antennas.positions[:, None], axis=-1)
@@ -125,4 +121,4 @@ class PatchScene:
         spreading = 1 / np.sqrt(distance**2 + self.patches.area / np.pi)
         phase = -2j * np.pi * (distance / self.wavelength % 1)
         side = np.where(cosine.numpy() > 0, 1, -1).reshape(shape)
-        return PatchFields(components * (spreading * np.exp(phase))[..., None], side, passes.numpy().reshape(shape))
+        return PatchFields(components * (spreading * np.exp(phase))[..., None], side)

@@ -31,7 +31,6 @@ class Scattering:
         patches = patches_of(ray_scene, ray_scene.propagation.patches, seed)
         self._scene = PatchScene(ray_scene, patches)
         self._objects = ray_scene.object_of_face[patches.faces]
-        self._most_passes = self._scene.most_passes
 
     def responses(self, sources: Antennas, targets: Antennas) -> Complex[np.ndarray, "targets sources"]:
         """The sum of all paths from each source to each target.
@@ -85,17 +84,14 @@ class Scattering:
     def _pairs(
         self, scattered: PatchFields, received: PatchFields
     ) -> Iterator[tuple[Int[np.ndarray, " k"], Complex[np.ndarray, "sources k 2"], Complex[np.ndarray, "targets k 2"]]]:
-        """Patches, the waves that they scatter, and the share that targets receive, for all allowed ways.
+        """Patches, the waves that they scatter, and the share that targets receive.
 
-        A patch scatters to the side from which the wave came, and a path may pass through a limited number of objects.
+        A patch scatters to the side from which the wave came.
         """
         for side in (1, -1):
-            for passed in range(self._most_passes + 1):
-                first = (scattered.side == side) & (scattered.passed == passed)
-                patches = np.nonzero(first.any(axis=0))[0]
-                if not len(patches):
-                    continue
-                second = (received.side == side) & (received.passed <= self._most_passes - passed)
+            first, second = scattered.side == side, received.side == side
+            patches = np.nonzero(first.any(axis=0))[0]
+            if len(patches):
                 yield (
                     patches,
                     np.where(first[:, patches, None], scattered.components[:, patches], 0),

@@ -6,7 +6,7 @@ import pytest
 from scenes.checks.occupancy import blocking_object
 from scenes.files.errors import ParameterError
 from scenes.places.furniture import KINDS
-from scenes.places.random_room import CLEARANCE, random_room
+from scenes.places.random_room import CLEARANCE, GAP, RASTER, random_room
 from scenes.scene.shapes import bounding_box
 
 WALLS = 6
@@ -41,6 +41,17 @@ def test_all_kinds_occur_and_gateways_look_obliquely():
     assert {kind.name for kind in KINDS} <= {item.name for room in rooms for item in room.objects}
     up = [abs(room.gateway.boresight[2]) for room in rooms]
     assert np.median(up) > 0.15 and max(up) < np.sin(np.radians(36))
+
+
+def test_flat_metal_lies_on_cells_of_full_wave():
+    kinds = {kind.name for kind in KINDS if kind.flat_metal}
+    for room in map(random_room, range(20)):
+        size = room.objects[1].mesh.bounds[1]
+        for item in room.objects:
+            if item.name in kinds:
+                steps = item.mesh.vertices / RASTER
+                at_wall = np.isclose(item.mesh.vertices, GAP) | np.isclose(item.mesh.vertices, size - GAP)
+                assert (np.isclose(steps, np.round(steps)) | at_wall).all()
 
 
 def test_furniture_can_be_left_out():

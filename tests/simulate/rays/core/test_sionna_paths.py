@@ -27,7 +27,7 @@ def test_installed_ray_tracer_is_the_pinned_one(package):
     assert version(package) == pinned[1]
 
 
-@pytest.mark.parametrize("place", [1, 2, 5, 9])
+@pytest.mark.parametrize("place", [1, 2, 4, 9])
 def test_response_of_every_element_is_that_of_the_public_path_solver(
     place, room, room_positions, room_responses, public_solver
 ):
@@ -36,10 +36,9 @@ def test_response_of_every_element_is_that_of_the_public_path_solver(
 
 
 def test_no_two_chains_of_a_room_are_the_same(room_tracer):
-    """One chain per sequence of interaction types and reflecting planes."""
+    """One chain per sequence of reflecting planes."""
     found = room_tracer._chains
-    keys = {(*types, *planes) for types, planes in zip(found.interactions.types, found.planes, strict=True)}
-    assert len(keys) == len(found) > 8
+    assert len({tuple(planes) for planes in found}) == len(found) > 3
 
 
 def test_wall_of_many_triangles_reflects_once(room, room_positions, room_responses, two_bounces):
@@ -139,7 +138,7 @@ def test_chains_left_out_carry_next_to_nothing(room, room_positions, room_respon
     assert np.abs(everything - room_responses).max() < 1e-3 * np.abs(room_responses).max()
     monkeypatch.setattr(reflection_chains, "NEGLIGIBLE", 0.1)
     little = Tracer(room, two_bounces)
-    assert len(little.found.reflected or ()) < 10
+    assert len(little._chains) < 4
     assert np.abs(little.responses(room_positions) - room_responses).max() > 1e-2 * np.abs(room_responses).max()
 
 

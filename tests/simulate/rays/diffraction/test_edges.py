@@ -4,6 +4,8 @@ import numpy as np
 import pytest
 import trimesh
 
+from scenes.places.room import Finish, Opening, build_place, build_room
+from scenes.scene.description import Gateway, Transmitter, facing
 from scenes.scene.shapes import box, sheet, union
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.ray_scene import RayScene
@@ -78,15 +80,30 @@ def test_boards_of_a_box_end_at_its_edges_one_by_one(edges_of):
     assert len(np.unique(np.column_stack([edges.starts, edges.directions, edges.tangents]).round(6), axis=0)) == 24
 
 
+def test_openings_of_outer_walls_diffract_and_their_corners_do_not(make_scene):
+    """A room with a door: three edges of the opening, as the door's own edges are in the wall's slab."""
+    edges = diffracting_edges(RayScene.of(room_with_a_door(), Propagation()))
+    assert sorted(edges.lengths.round(2)) == [0.9, 2.0, 2.0] and edges.sheets.all()
+    assert np.allclose(edges.starts[:, 1], 0)
+
+
+def room_with_a_door():
+    finish = Finish("brick")
+    sides = {side: finish for side in ("floor", "ceiling", "south", "north", "west", "east")}
+    walls = build_room((3.0, 2.5, 2.4), [Opening("door", "south", 1.0, 1.9, 0.0, 2.0, "wood")], **sides)
+    gateway = Gateway((0.6, 0.6, 1.2), facing((1.0, 1.0, 0.0)), pattern="dipole")
+    return build_place("room", walls, gateway, Transmitter((1.5, 1.0, 0.8), (2.4, 2.0, 1.6), "dipole"))
+
+
 def test_of_too_many_edges_the_foremost_are_followed(make_scene, monkeypatch):
     """Of two like plates the one between gateway and region counts, not the one beyond them; the order is kept."""
-    near, far = (sheet((x, -0.5, 1), (0, 1, 0), (0, 0, 1)) for x in (-1.5, 15.0))
+    near, far = (sheet((x, -0.5, 1), (0, 1, 0), (0, 0, 1)) for x in (-1.5, 4.5))
     scene = make_scene(FLOOR, ("far", far, "metal"), ("near", near, "metal"))
     edges = diffracting_edges(RayScene.of(scene, Propagation()))
     assert len(edges) == 8 and len(foremost(edges, scene)) == 8
     monkeypatch.setattr(edges_module, "MOST", 5)
     kept = foremost(edges, scene)
-    assert sorted(kept.starts[:, 0].round(1)) == [-1.5] * 4 + [15.0]
+    assert sorted(kept.starts[:, 0].round(1)) == [-1.5] * 4 + [4.5]
     middles = edges.points(np.array([0.5])).tolist()
     places = [middles.index(middle) for middle in kept.points(np.array([0.5])).tolist()]
     assert places == sorted(places)

@@ -9,7 +9,9 @@ from scipy.spatial.transform import Rotation
 from scenes.scene.description import Gateway, Scene, SceneObject, Transmitter, facing
 from scenes.scene.materials import RadioMaterial
 from scenes.scene.shapes import sheet
+from simulate.rays.core import ray_scene
 from simulate.rays.core.propagation import Propagation
+from simulate.rays.core.slabs import FaceSlabs
 from simulate.rays.tracer import Tracer
 
 WEAK = RadioMaterial("weak", 1.1, 0.0, 0.01)
@@ -94,3 +96,24 @@ def test_field_is_continuous_around_a_board(dipole):
 
     assert largest_jump(False) > 0.04
     assert largest_jump(True) < 0.002
+
+
+def test_slab_beside_its_triangle_is_that_of_a_triangle_in_its_middle(monkeypatch):
+    """As at the walls of closed boxes: the edges' waves come from the slab, wherever the triangle is."""
+    beside = 0.05
+    drawn, moved = (sheet((-0.5, -0.4, z), (1, 0, 0), (0, 0.8, 0)) for z in (0.0, beside))
+    source, positions = np.array([0.2, 0.3, -1.5]), np.array([[0.9, 0.2, 1.5], [-0.8, 0.7, 1.2], [1.5, -0.3, -1.0]])
+    expected = Tracer(with_board(WOOD, moved, source), Propagation(max_depth=1)).responses(positions)
+    as_drawn = ray_scene.face_slabs
+
+    def beside_the_plate(scene: Scene) -> FaceSlabs:
+        slabs = as_drawn(scene)
+        shift = np.where(np.arange(len(slabs.fronts)) < 2, beside, 0.0)  # the plate's two triangles
+        return replace(slabs, fronts=slabs.fronts + shift[:, None] * [1, -1])
+
+    scene = with_board(WOOD, drawn, source)
+    without = Tracer(scene, Propagation(max_depth=1)).responses(positions)
+    monkeypatch.setattr(ray_scene, "face_slabs", beside_the_plate)
+    found = Tracer(scene, Propagation(max_depth=1)).responses(positions)
+    difference, change = np.abs(found - expected), np.abs(without - expected)
+    assert difference.max() < 0.02 * np.abs(expected).max() and difference.max() < 0.2 * change.max()
