@@ -110,6 +110,7 @@ def main(
         result[f"{part}: tenth percentile, median, ninetieth"] = {
             "correlation": f"{low:.3f}, {middle:.3f}, {high:.3f}",
         }
+        result[f"{part}: lowest"] = {"correlation": min(values)}
     if found:
         result |= regression({seed: row for seed, row in found.items() if seed % 2 == 0})
     print_figures(result, json_output, smallest)

@@ -23,7 +23,7 @@ from scenes.scene.permittivity import conducting_objects
 from scenes.scene.shapes import union
 from simulate.rays.core.ray_scene import RayScene, first_hits
 
-SMOOTH = np.radians(30)
+SMOOTH = np.radians(20)
 """Faces whose normals differ by less than this are parts of a curved surface."""
 
 TOUCHING = 1 / 50
