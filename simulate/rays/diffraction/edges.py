@@ -33,7 +33,7 @@ SHORTEST = 1 / 4
 """Wavelengths. Shorter edges are left out."""
 
 BEYOND = 0.1
-"""Metres. Where the scene reaches no further than this beyond a face and its edge, the edge is a corner of the scene."""
+"""Metres. Where a scene reaches no further than this beyond a face and its edge, the edge is a corner of the scene."""
 
 PIECES = 16
 """Number of pieces of an edge, each of which is tested for a body that touches it."""

@@ -4,7 +4,6 @@ The wave H₀⁽²⁾(kR) of a line source at ρ′ is scattered as −Σ ε_n J
 wave of a point source falls as 1/√L faster, L being the length of the way.
 """
 
-
 import numpy as np
 import pytest
 import trimesh
