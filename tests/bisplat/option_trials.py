@@ -57,6 +57,7 @@ IMPORT = (
     "--default-material wood"
 )
 RAYS = "simulate rough/scene.yaml -n 3 -o out --max-depth 1 --no-diffraction --rays 500"
+IN_A_ROOM = "simulate closet -n 3 -o out --max-depth 1 --no-diffraction --rays 500"
 REQUEST = "simulate.generation.generate:generate"
 MLP = "train data -o out --model mlp-responses --steps 2 --batch-size 2"
 TRAIN = "learn.training.train:train_run"
@@ -104,8 +105,8 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials(RAYS, ["--placement grid", "--seed 1", "--power-db", "--snr-db 10", "--gain-error-db 1"]),
         *_trials(RAYS, ["--phase-error-deg 5", "--phase-noise-deg 5", "--no-los", "--no-specular", "--no-refraction"]),
         *_trials(RAYS, ["--no-slab-phase", "--sionna", "--diffuse"]),
-        *_trials(RAYS, [("-o out2", "-o out"), ("-n 4", "-n 3"), ("--max-depth 2", "--max-depth 1")]),
-        *_trials(RAYS, [("--rays 1", "--rays 500"), ("--positions places.csv", "-n 3")]),
+        *_trials(RAYS, [("-o out2", "-o out"), ("-n 4", "-n 3"), ("--positions places.csv", "-n 3")]),
+        *_trials(IN_A_ROOM, [("--max-depth 2", "--max-depth 1"), ("--rays 1", "--rays 500")]),
         Trial(f"{RAYS} --diffuse --patches 20", "--patches 50", "--patches 20"),
         *_trials(
             "simulate rough/scene.yaml -o out", ["--no-diffraction", "--workers 2", "--ray localhost:6379"], REQUEST
