@@ -115,8 +115,15 @@ def test_objects_in_the_way_weaken_or_block_a_diffracted_path(screen_scene):
             objects, materials = (*objects, SceneObject("plate", plate, "plate")), materials | {"plate": material}
         scene = replace(screen_scene, objects=objects, materials=materials)
         paths = Tracer(scene, FOLLOWED).paths(np.array([0.6, 0.1, 0.9]))
-        over = [path for path in paths if len(path.vertices) == 3 and abs(path.vertices[1][2] - 1.5) < 1e-6]
-        return sum(path.response for path in over)
+        turns = [vertices_of_turns(path.vertices) for path in paths]
+        over = [len(turn) == 1 and abs(turn[0][2] - 1.5) < 1e-6 for turn in turns]
+        return sum(path.response for path, chosen in zip(paths, over, strict=True) if chosen)
+
+    def vertices_of_turns(vertices: np.ndarray) -> np.ndarray:
+        """The vertices between the ends where the path does not go straight on."""
+        steps = np.diff(vertices, axis=0)
+        units = steps / np.linalg.norm(steps, axis=1, keepdims=True)
+        return vertices[1:-1][(np.diff(units, axis=0) ** 2).sum(axis=1) > 1e-6]
 
     free, behind, blocked = strongest(None), strongest(replace(thin, name="plate")), strongest(METAL)
     k, index = 2 * np.pi / screen_scene.wavelength, np.sqrt(3.0)
