@@ -173,7 +173,7 @@ def main(
         "dense_positions": dense,
         "loop_seconds_per_spectrum": round(looping, 3),
         "finding_chains_seconds": round(finding, 1),
-        "chains": len(tracer.found.reflected or ()),
+        "chains": len([] if tracer.found.reflected is None else tracer.found.reflected),
         **{f"seconds_{size}": round(each, 1) for size, each in zip(sizes, seconds, strict=True)},
         **{
             f"milliseconds_per_further_spectrum_to_{n}": round(1e3 * float(m), 2)
