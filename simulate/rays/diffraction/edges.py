@@ -6,7 +6,7 @@ there is no open space around it.
 
 Waves pass through a sheet, so the whole space surrounds its edge. If two sheets meet at an angle, each is a half-plane
 of its own. The outer walls have edges at their openings only, since their slabs continue around the corners of the
-scene. An edge in the slab of another object, as of a door behind its frame, is none.
+scene. An edge inside the slab of another object does not diffract, such as that of a door that overlaps its wall.
 """
 
 from __future__ import annotations
@@ -113,7 +113,9 @@ def diffracting_edges(ray_scene: RayScene) -> Edges:
         sheet = scene.objects[number].mesh.copy()
         sheet.merge_vertices(digits_vertex=4)
         pieces = _edges_of(sheet, np.nonzero(ray_scene.object_of_face == number)[0], sheets=True)
-        found.append(pieces.subset(~_at_outline(pieces, around)))
+        outer = pieces.subset(ray_scene.slabs.outer[pieces.faces])
+        others = pieces.subset(~ray_scene.slabs.outer[pieces.faces])
+        found += [others, outer.subset(~_at_outline(outer, around))]
     edges = _joined(_together(*found), body_of_face)
     shortest = SHORTEST * scene.wavelength
     edges = _in_the_open(edges.subset(edges.lengths >= shortest), body_of_face, ray_scene)

@@ -87,6 +87,11 @@ def test_openings_of_outer_walls_diffract_and_their_corners_do_not(make_scene):
     assert np.allclose(edges.starts[:, 1], 0)
 
 
+def test_boards_of_a_box_at_the_end_of_the_scene_have_their_edges(edges_of):
+    """Its top and its far side are the outermost faces, but the slabs are inside the box and do not continue."""
+    assert len(edges_of(FLOOR, ("crate", box((4, -0.5, 3), (5, 0.5, 4)), "brick"))) == 24
+
+
 def room_with_a_door():
     finish = Finish("brick")
     sides = {side: finish for side in ("floor", "ceiling", "south", "north", "west", "east")}
