@@ -35,7 +35,6 @@ class Planes:
         first_box: the boxes of plane p are ``first_box[p]`` … ``first_box[p + 1] − 1``, [planes + 1].
         first_face: for each identifier, number of triangles in the objects before its own, [identifiers].
         of_face: the plane of each triangle, counted through all objects of the scene.
-        vertices: for each identifier, one vertex of each of the object's triangles, [triangles, 3], metres.
     """
 
     def __init__(self, scene: Scene, identifiers: list[int]):
@@ -46,10 +45,6 @@ class Planes:
         self.of_face = _group(np.column_stack([normals, offsets]))
         self.first_face = np.zeros(max(identifiers) + 1, np.int64)
         self.first_face[identifiers] = np.cumsum([0] + [len(mesh.faces) for mesh in meshes[:-1]])
-        self.vertices = {
-            identifier: np.asarray(mesh.triangles[:, 0], np.float32)
-            for identifier, mesh in zip(identifiers, meshes, strict=True)
-        }
 
         order = np.argsort(self.of_face, kind="stable")
         count = int(self.of_face.max()) + 1

@@ -2,7 +2,7 @@
 
 ``PathSolver`` works in three steps. A generator shoots rays to find candidate chains of interactions. The image method
 turns each candidate into an exact path or discards it. The field calculator gives the path's coefficient and delay. We
-call these steps one by one, since the phases of slabs are corrected and other materials tried for the same paths.
+call these steps one by one, so that other materials can be tried on the same paths.
 
 Sionna RT is pinned to 2.2.0 because of this file. tests/simulate/rays/core/test_sionna_paths.py compares the results
 with those of the public ``PathSolver``.
@@ -49,9 +49,6 @@ class Interactions:
     types: UInt32[np.ndarray, "n depth"]
     shapes: UInt32[np.ndarray, "n depth"]
     triangles: UInt32[np.ndarray, "n depth"]
-
-    def __len__(self) -> int:
-        return len(self.types)
 
 
 def shoot(ray_scene: RayScene, sources: Antennas, targets: Antennas, seed: int, most_paths: int) -> PathsBuffer:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from simulate.rays.core.electric_field import NEAR
 from simulate.rays.core.propagation import MOST_PASSES
 from simulate.rays.core.ray_scene import RayScene, first_hits
 from simulate.rays.core.terms import STRAIGHT, Interaction, Terms
-
-NEAR = 1e-4
-"""Metres from a vertex within which a surface is not passed, since it is the surface of the vertex."""
 
 
 def with_transmissions(ray_scene: RayScene, terms: Terms) -> Terms:
@@ -20,7 +18,8 @@ def with_transmissions(ray_scene: RayScene, terms: Terms) -> Terms:
         terms: paths without such vertices, in coordinates of the ray scene.
     """
     count, columns = terms.kinds.shape
-    # Each vertex is at a number: its place among the vertices, and for a transmission the share of the way to the next.
+    # The place of a vertex along its path is its number. That of a passage is the number of the vertex before it plus
+    # the share of the way to the next vertex.
     paths, places = [np.repeat(np.arange(count), columns)], [np.tile(np.arange(1.0, columns + 1), count)]
     points, objects, kinds = [terms.vertices[:, 1:-1].reshape(-1, 3)], [terms.objects.ravel()], [terms.kinds.ravel()]
     for number in range(columns + 1):
