@@ -5,10 +5,12 @@ import os
 import shutil
 import socket
 from collections.abc import Callable
+from io import BytesIO
 from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 from playwright.sync_api import Page, expect
 
 from learn.training.run_folder import load_run
@@ -23,6 +25,7 @@ from simulate.engines.rays_engine import Rays
 from simulate.generation.generate import generate
 from simulate.generation.request import Request
 from simulate.rays.core.propagation import Propagation
+from tests.browser import PATIENCE
 
 pytestmark = pytest.mark.browser
 
@@ -101,11 +104,27 @@ def type_position(page: Page, *position: float) -> None:
 
 
 def drag(page: Page, x: float, y: float) -> None:
+    """Drag the handle's arrow along x, once it is drawn and has noticed the pointer (the panel is there earlier)."""
+    wait_for_colour(page, x, y, lambda red, green, blue: red - max(green, blue) > 60)  # the arrow's own red
     page.mouse.move(x, y)
+    wait_for_colour(page, x, y, lambda red, green, blue: min(red, green) - blue > 60)  # yellow under the pointer
     page.mouse.down()
     for step in range(1, 6):
         page.mouse.move(x + 10 * step, y - 5 * step)
     page.mouse.up()
+
+
+def wait_for_colour(page: Page, x: float, y: float, seen: Callable[[int, int, int], bool]) -> None:
+    """Wait until a pixel has a colour."""
+    found = []
+    for _ in range(PATIENCE // 500):
+        shot = page.screenshot(clip={"x": x, "y": y, "width": 1, "height": 1}, timeout=PATIENCE)
+        red, green, blue = Image.open(BytesIO(shot)).convert("RGB").getpixel((0, 0))
+        found.append((red, green, blue))
+        if seen(red, green, blue):
+            return
+        page.wait_for_timeout(500)
+    raise AssertionError(f"the pixel at {x:.0f}, {y:.0f} stays {found[-1]}")
 
 
 def test_page_shows_room_and_spectra(tab, keep_screenshot):
