@@ -8,35 +8,27 @@ the same positions by the default rays. A row is a room: the correlation of rays
 for judging. The last rows say by how much 1 − correlation rises with each feature over the even rooms: coefficients of
 a ridge regression of log(1 − correlation), and their standard errors by bootstrap.
 
-A room takes about a minute of full wave. Its responses are kept in random_rooms.npz, beside this file, under a hash of
-the scene and the size of the cells. So an interrupted benchmark continues, and only changed rooms are solved again.
+A room takes about a minute of full wave. What was solved is kept in random_rooms.npz, beside this file, and is solved
+again only if the room changes (ledger/solved_rooms.py).
 """
 
 from __future__ import annotations
 
-import hashlib
-import tempfile
-from dataclasses import replace
-from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import tyro
-from jaxtyping import Complex, Float
 from ledger.printing import print_figures
 from ledger.smallest_room import smallest_room
+from ledger.solved_rooms import correlation, of_one_element, solved
 
 from scenes.places.random_room import random_room
 from scenes.scene.description import Scene
-from simulate.fullwave.all_elements import stored_field
-from simulate.fullwave.run_plan import plan
 from simulate.positions.placement import place
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer
 
 CELL, POSITIONS, ROOMS = 0.025, 400, 40
-
-KEPT = Path(__file__).with_suffix(".npz")
 
 GROUPS = {
     "hollow boards": ("wardrobe", "wall cupboard", "chest", "crate"),
@@ -49,32 +41,6 @@ GROUPS = {
     "glass in the room": ("pane", "mirror"),
 }
 """Kinds of furniture that are alike to waves."""
-
-
-def of_one_element(scene: Scene) -> Scene:
-    """The scene with an array of one element, which full wave solves in one run."""
-    return replace(scene, gateway=replace(scene.gateway, rows=1, columns=1))
-
-
-Solved = dict[str, Complex[np.ndarray, " K"]]
-"""Responses of solved rooms, by ``key``."""
-
-
-def key(scene: Scene, places: Float[np.ndarray, "K 3"], cell: float) -> str:
-    """A hash of all that decides a room's responses in full wave."""
-    found = hashlib.sha256(repr((scene.gateway, scene.transmitter, scene.frequency, cell)).encode())
-    found.update(places.round(6).tobytes())
-    for item in scene.objects:
-        found.update(repr((scene.materials[item.material], scene.thickness(item))).encode())
-        found.update(item.mesh.triangles.round(6).tobytes())
-    return found.hexdigest()
-
-
-def full_wave(scene: Scene, places: Float[np.ndarray, "K 3"], cell: float) -> Complex[np.ndarray, " K"]:
-    """Responses of the array's one element."""
-    with tempfile.TemporaryDirectory() as folder:
-        field = stored_field(scene, plan(scene, scene.transmitter.region, cell), Path(folder), at_once=1)
-        return field.responses(places).ravel().astype(np.complex64)
 
 
 def features(scene: Scene) -> dict[str, float]:
@@ -107,7 +73,6 @@ def main(
         json_output: print one JSON object.
     """
     positions, propagation = POSITIONS, Propagation()
-    solved: Solved = dict(np.load(KEPT)) if KEPT.exists() and not smallest else {}
     if smallest:
         rooms, cell, positions = 4, 0.024, 5
         propagation = Propagation(max_depth=1, diffraction=False, rays=1000)
@@ -116,24 +81,19 @@ def main(
     for seed in range(rooms):
         scene = of_one_element(smallest_room() if smallest else random_room(seed))
         places = place(scene, "uniform", positions, 0)
-        name = key(scene, places, cell)
-        if name not in solved:
-            solved[name] = full_wave(scene, places, cell)
-            if not smallest:
-                np.savez(KEPT, **solved)  # type: ignore[arg-type]
-        full = solved[name]
+        full = solved(scene, places, cell, keep=not smallest)
         rays = Tracer(scene, propagation).responses(places).ravel()
-        correlation = abs(np.vdot(rays, full)) / (np.linalg.norm(rays) * np.linalg.norm(full))
+        near = correlation(rays, full)
         level = 20 * np.log10(np.linalg.norm(rays) / np.linalg.norm(full))
         has = [item.name for item in scene.objects[6:]]
         part = "judging" if seed % 2 else "finding"
         result[f"room {seed}, {part}"] = {
-            "correlation": round(float(correlation), 3),
+            "correlation": round(near, 3),
             "level_db": round(float(level), 2),
             "has": ", ".join(has),
         }
         if not smallest:
-            found[seed] = {**features(scene), "1 − correlation": float(1 - correlation)}
+            found[seed] = {**features(scene), "1 − correlation": 1 - near}
     for part in ("finding", "judging"):
         values = [row["correlation"] for name, row in result.items() if name.endswith(part)]
         low, middle, high = np.quantile(values, [0.1, 0.5, 0.9])

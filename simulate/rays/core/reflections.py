@@ -42,8 +42,7 @@ class Images:
         self._images = np.empty((len(chains), len(sources), chains.shape[1], 3))
         count = np.full(len(chains), chains.shape[1])
         mirror(planes.normals, planes.offsets, chains, count, sources, self._images)
-        surfaces = planes.normals, planes.offsets, planes.first, planes.sides, planes.first_box, planes.boxes
-        self._arrays = *surfaces, planes.faces, chains, self._images
+        self._arrays = planes.arrays, chains, self._images
 
     def possible_paths(self, targets: Float[np.ndarray, "targets 3"]) -> Int[np.ndarray, "3 paths"]:
         """Combinations (target, chain, source) whose reflections all lie on a surface, in lexical order.
@@ -100,43 +99,46 @@ def mirror(normals, offsets, chains, count, sources, images):
 
 
 @compiled(inline="always")
-def on_surface(first, sides, first_box, boxes, plane, x, y, z, margin):
-    """The first triangle of a plane that contains a point of the plane, within a margin; −1 if there is none."""
-    for box in range(first_box[plane], first_box[plane + 1]):
-        (x0, y0, z0), (x1, y1, z1) = boxes[box]
+def on_surface(surfaces, plane, x, y, z):
+    """The first triangle of a plane that contains a point of the plane, to within ``MARGIN``; −1 if there is none."""
+    for box in range(surfaces.first_box[plane], surfaces.first_box[plane + 1]):
+        (x0, y0, z0), (x1, y1, z1) = surfaces.boxes[box]
         if not (
-            x0 - margin <= x <= x1 + margin and y0 - margin <= y <= y1 + margin and z0 - margin <= z <= z1 + margin
+            x0 - MARGIN <= x <= x1 + MARGIN and y0 - MARGIN <= y <= y1 + MARGIN and z0 - MARGIN <= z <= z1 + MARGIN
         ):
             continue
-        begin = first[plane] + BLOCK * (box - first_box[plane])
-        for triangle in range(begin, min(begin + BLOCK, first[plane + 1])):
+        begin = surfaces.first[plane] + BLOCK * (box - surfaces.first_box[plane])
+        for triangle in range(begin, min(begin + BLOCK, surfaces.first[plane + 1])):
             inside = True
             for side in range(3):
-                ex, ey, ez, least = sides[triangle, side]
-                inside = inside and ex * x + ey * y + ez * z >= least - margin
+                ex, ey, ez, least = surfaces.sides[triangle, side]
+                inside = inside and ex * x + ey * y + ez * z >= least - MARGIN
             if inside:
                 return triangle
     return -1
 
 
 @compiled(inline="always")
-def _reflection(normals, offsets, first, sides, first_box, boxes, plane, image, x, y, z):
-    """The triangle that reflects the wave from an image to a point, −1 if there is none, and where it does."""
-    nx, ny, nz = normals[plane]
+def reflection(surfaces, plane, image, x, y, z, nearest):
+    """The triangle that reflects the wave from an image to a point, −1 if there is none, and where it does.
+
+    A point that is nearer to the plane than ``nearest``, metres, sees no reflection.
+    """
+    nx, ny, nz = surfaces.normals[plane]
     ix, iy, iz = image
     dx, dy, dz = ix - x, iy - y, iz - z
     towards = nx * dx + ny * dy + nz * dz
-    distance = offsets[plane] - (nx * x + ny * y + nz * z)
+    distance = surfaces.offsets[plane] - (nx * x + ny * y + nz * z)
     # The plane must lie between the point and the image.
-    if distance * towards <= 0 or abs(distance) >= abs(towards):
+    if distance * towards <= 0 or abs(distance) >= abs(towards) or abs(distance) < nearest:
         return -1, x, y, z
     share = distance / towards
     x, y, z = x + share * dx, y + share * dy, z + share * dz
-    return on_surface(first, sides, first_box, boxes, plane, x, y, z, MARGIN), x, y, z
+    return on_surface(surfaces, plane, x, y, z), x, y, z
 
 
 @compiled(parallel=True)
-def _mark(normals, offsets, first, sides, first_box, boxes, faces, chains, images, targets, possible):
+def _mark(surfaces, chains, images, targets, possible):
     """Fill ``possible`` [targets, chains, sources]."""
     for target in numba.prange(len(targets)):
         for chain in range(len(chains)):
@@ -144,24 +146,19 @@ def _mark(normals, offsets, first, sides, first_box, boxes, faces, chains, image
                 x, y, z = targets[target]
                 triangle = 0
                 for k in range(chains.shape[1] - 1, -1, -1):
-                    triangle, x, y, z = _reflection(
-                        normals, offsets, first, sides, first_box, boxes, chains[chain, k], images[chain, source, k],
-                        x, y, z,
-                    )  # fmt: skip
+                    triangle, x, y, z = reflection(surfaces, chains[chain, k], images[chain, source, k], x, y, z, 0.0)
                     if triangle < 0:
                         break
                 possible[target, chain, source] = triangle >= 0
 
 
 @compiled(parallel=True)
-def _place(normals, offsets, first, sides, first_box, boxes, faces, chains, images, targets, paths, vertices, hit):
+def _place(surfaces, chains, images, targets, paths, vertices, hit):
     """Fill ``vertices`` [reflections, 3, paths] and ``hit`` [reflections, paths]."""
     for path in numba.prange(paths.shape[1]):
         target, chain, source = paths[0, path], paths[1, path], paths[2, path]
         x, y, z = targets[target]
         for k in range(chains.shape[1] - 1, -1, -1):
-            triangle, x, y, z = _reflection(
-                normals, offsets, first, sides, first_box, boxes, chains[chain, k], images[chain, source, k], x, y, z
-            )
+            triangle, x, y, z = reflection(surfaces, chains[chain, k], images[chain, source, k], x, y, z, 0.0)
             vertices[k, 0, path], vertices[k, 1, path], vertices[k, 2, path] = x, y, z
-            hit[k, path] = faces[triangle]
+            hit[k, path] = surfaces.faces[triangle]

@@ -32,7 +32,7 @@ from simulate.rays.diffraction.around import around_one, around_two
 from simulate.rays.diffraction.cylindrical import on_edge_or_end, wedge_of
 from simulate.rays.diffraction.diffraction_chains import NO_LINK, DiffractedChains
 from simulate.rays.diffraction.edges import Edges
-from simulate.rays.diffraction.ends import Ends, follow, legs_of, surfaces_of
+from simulate.rays.diffraction.ends import Ends, follow, legs_of
 from simulate.rays.diffraction.links import THROUGH_SPACE, lift_of
 from simulate.rays.diffraction.points import points_of_diffraction, shortest
 
@@ -130,7 +130,7 @@ class Combinations:
         route = _Route(chains.pairs, edges, twice, faces, lifts)
         near, far = legs_of(chains.near, self.near), legs_of(chains.far, self.far)
         wedges = _Wedges(*(getattr(self.edges, name) for name in _Wedges._fields))
-        return surfaces_of(self.planes), wedges, route, near, far, self.wavelength
+        return self.planes.arrays, wedges, route, near, far, self.wavelength
 
 
 class _Filled(NamedTuple):

@@ -12,12 +12,9 @@ from jaxtyping import Bool, Float
 from simulate.parallel import ONE_KERNEL
 from simulate.parallel.compiled import compiled
 from simulate.rays.core.planes import Planes
-from simulate.rays.core.reflections import mirror, on_surface
+from simulate.rays.core.reflections import mirror, reflection
 from simulate.rays.diffraction.arms import Arms
 from simulate.rays.diffraction.edges import Edges
-
-MARGIN = 1e-6
-"""Metres by which triangles are enlarged, so that no point is lost between two of them."""
 
 TOO_NEAR = 1e-4
 """Metres and radians. The wave of an antenna that is nearer to an edge, or to the plane of its face, is not diffracted
@@ -80,20 +77,8 @@ def reaches(planes: Planes, edges: Edges, arms: Arms, ends: Ends) -> Bool[np.nda
     points = edges.points((np.arange(POINTS) + 0.5) / POINTS)[arms.edges]
     found = np.zeros(len(arms), np.bool_)
     with ONE_KERNEL:
-        _try(surfaces_of(planes), legs_of(arms, ends), points, found)
+        _try(planes.arrays, legs_of(arms, ends), points, found)
     return found
-
-
-class Surfaces(NamedTuple):
-    """Arrays of ``Planes`` that the kernels need."""
-
-    normals: np.ndarray
-    offsets: np.ndarray
-    first: np.ndarray
-    sides: np.ndarray
-    first_box: np.ndarray
-    boxes: np.ndarray
-    faces: np.ndarray
 
 
 class Legs(NamedTuple):
@@ -105,11 +90,6 @@ class Legs(NamedTuple):
     last: np.ndarray
     angle: np.ndarray
     open: np.ndarray
-
-
-def surfaces_of(planes: Planes) -> Surfaces:
-    """A scene's planes for the kernels."""
-    return Surfaces(*(getattr(planes, name) for name in Surfaces._fields))
 
 
 def legs_of(arms: Arms, ends: Ends) -> Legs:
@@ -124,20 +104,8 @@ def follow(surfaces, legs, antenna, arm, x, y, z, vertices, hit, where, step):
     Unless ``step`` is 0, this fills ``vertices`` and ``hit`` at ``where``, ``where + step`` and so on.
     """
     for k in range(legs.reflections[arm] - 1, -1, -1):
-        plane = legs.planes[arm, k]
-        nx, ny, nz = surfaces.normals[plane]
-        ix, iy, iz = legs.images[antenna, arm, k]
-        dx, dy, dz = ix - x, iy - y, iz - z
-        rise = nx * dx + ny * dy + nz * dz
-        distance = surfaces.offsets[plane] - (nx * x + ny * y + nz * z)
-        # The plane must lie between the point and the image. An edge is not on a plane whose reflection it sees.
-        if distance * rise <= 0 or abs(distance) >= abs(rise) or abs(distance) < TOO_NEAR:
-            return False
-        share = distance / rise
-        x, y, z = x + share * dx, y + share * dy, z + share * dz
-        triangle = on_surface(
-            surfaces.first, surfaces.sides, surfaces.first_box, surfaces.boxes, plane, x, y, z, MARGIN
-        )
+        # An edge is not on a plane whose reflection it sees.
+        triangle, x, y, z = reflection(surfaces, legs.planes[arm, k], legs.images[antenna, arm, k], x, y, z, TOO_NEAR)
         if triangle < 0:
             return False
         if step != 0:

@@ -74,7 +74,6 @@ def test_surfaces_are_known_from_gaps(make_scene):
     points = np.random.default_rng(1).uniform(-0.2, 3.2, (500, 3)) * [1, 1, 0]
     sides = found.sides
     inside = ((sides[:, :, :3] @ points.T) >= sides[:, :, 3:]).all(axis=1)
-    arrays = found.first, found.sides, found.first_box, found.boxes
-    hit = np.array([on_surface(*arrays, 0, *point, 0.0) for point in points])
+    hit = np.array([on_surface(found.arrays, 0, *point) for point in points])
     assert (hit >= 0).tolist() == inside.any(axis=0).tolist() and 0.3 < (hit >= 0).mean() < 0.7
     assert inside[hit[hit >= 0], np.flatnonzero(hit >= 0)].all()
