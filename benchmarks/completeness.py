@@ -23,9 +23,10 @@ from scenes.places.lab import lab
 from simulate.positions.placement import place
 from simulate.rays.core.planes import Planes
 from simulate.rays.core.propagation import Propagation
-from simulate.rays.core.reflection_chains import reflected_paths
+from simulate.rays.core.reflection_chains import reflected
 from simulate.rays.core.sionna_paths import SPECULAR, fields, interactions_of, refine, shoot
 from simulate.rays.core.sionna_scene import transmitter_antennas
+from simulate.rays.core.surfaces import Surfaces
 from simulate.rays.tracer import Tracer
 
 RAYS, SEED, CANDIDATES = 4_000_000, 42, 1_500_007
@@ -75,7 +76,8 @@ def main(
     for index in range(positions):
         target = targets.subset(np.array([index]))
         ours: Contributions = {}
-        for chain, paths in reflected_paths(ray_scene, chains, sources, target):
+        for solution in reflected(ray_scene, chains, sources, target, [Surfaces(ray_scene)]):
+            chain, paths = solution.arriving()
             ours |= named(chains[chain], paths.sources, paths.responses)
         buffer = refine(search, shoot(search, target, sources, SEED, candidates), target, sources)
         buffer.discard_invalid()

@@ -1,11 +1,17 @@
-"""How near do rays come to full wave in random rooms that nobody tuned them to, and what costs how much?
+"""How near do rays come to full wave in random rooms that nobody tuned them to, and can one tell before?
 
-python benchmarks/random_rooms.py --json > runs/random_rooms.json
+python benchmarks/random_rooms.py --weights simulate/rays/expected_correlation.json --json > runs/random_rooms.json
 
 Each room of ``scenes.places.random_room`` is solved in full wave for one element, with cells of 2.5 cm, and traced at
 the same positions by the default rays. A row is a room: the correlation of rays and full wave over all positions
-(whole field), the level of the rays over full wave, and what the room has. Even seeds are for finding faults, odd ones
-for judging. The last rows say by how much 1 − correlation rises with each feature over the even rooms: coefficients of
+(whole field), the level of the rays over full wave, and what the room has. Of the first 40 seeds, even ones are for
+finding faults, odd ones for judging. Further rooms are only for fitting.
+
+"expected" is the correlation that ``simulate.rays.expected_correlation`` predicts from the rays alone. Its weights are
+fitted to all rooms but the judging ones, so that the logarithms of 1 − correlation² differ least. ``--weights`` writes
+them to a file. The rows "expected, ..." say how well this predicts the judging rooms.
+
+The last rows say by how much 1 − correlation rises with each feature of a room, over the even rooms: coefficients of
 a ridge regression of log(1 − correlation), and their standard errors by bootstrap.
 
 A room takes about a minute of full wave. What was solved is kept in random_rooms.npz, beside this file, and is solved
@@ -14,53 +20,39 @@ again only if the room changes (ledger/solved_rooms.py).
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import tyro
 from ledger.printing import print_figures
+from ledger.room_features import features, regression
 from ledger.smallest_room import smallest_room
 from ledger.solved_rooms import correlation, of_one_element, solved
+from scipy.optimize import minimize
+from scipy.stats import spearmanr
 
 from scenes.places.random_room import random_room
-from scenes.scene.description import Scene
 from simulate.positions.placement import place
 from simulate.rays.core.propagation import Propagation
+from simulate.rays.expected_correlation import PowerShares, Weights, power_shares
 from simulate.rays.tracer import Tracer
 
-CELL, POSITIONS, ROOMS = 0.025, 400, 40
-
-GROUPS = {
-    "hollow boards": ("wardrobe", "wall cupboard", "chest", "crate"),
-    "metal boxes": ("fridge", "locker", "microwave"),
-    "cylinders": ("boiler", "column"),
-    "curved sheets": ("curved screen",),
-    "metal sheets": ("whiteboard", "radiator", "sink top", "tray", "steel shelf", "lamp"),
-    "leaning sheets": ("screen",),
-    "boards": ("worktop", "table", "shelf", "partition"),
-    "glass in the room": ("pane", "mirror"),
-}
-"""Kinds of furniture that are alike to waves."""
+CELL, POSITIONS, ROOMS, JUDGED = 0.025, 400, 80, 40
 
 
-def features(scene: Scene) -> dict[str, float]:
-    """What a room has, as numbers."""
-    names = [item.name for item in scene.objects]
-    material = {item.name: item.material for item in scene.objects}
-    found = {group: float(sum(name in kinds for name in names)) for group, kinds in GROUPS.items()}
-    walls = [material[f"wall {side}"] for side in ("south", "north", "west", "east")]
-    found["window"] = float("window" in names)
-    found["glass door"] = float(material["door"] == "glass")
-    found["light walls"] = float(sum(each in ("plasterboard", "wood") for each in walls))
-    found["brick walls"] = float(walls.count("brick"))
-    _, _, up = scene.gateway.boresight
-    found["tilt of the gateway, 30°"] = abs(float(np.degrees(np.arcsin(up)))) / 30
-    return found
+def part_of(seed: int) -> str:
+    """What a room is for."""
+    if seed >= JUDGED:
+        return "fitting"
+    return "judging" if seed % 2 else "finding"
 
 
 def main(
     rooms: int = ROOMS,
     cell: float = CELL,
+    weights: Path | None = None,
     smallest: bool = False,
     json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
 ) -> None:
@@ -69,56 +61,75 @@ def main(
     Args:
         rooms: number of rooms, seeds from 0.
         cell: size of the full-wave cells, metres.
+        weights: file for the fitted weights.
         smallest: only test the benchmark, in seconds and in a smaller place; its figures mean nothing.
         json_output: print one JSON object.
     """
     positions, propagation = POSITIONS, Propagation()
     if smallest:
-        rooms, cell, positions = 4, 0.024, 5
-        propagation = Propagation(max_depth=1, diffraction=False, rays=1000)
-    result: dict[str, Any] = {}
-    found: dict[int, dict[str, float]] = {}
+        rooms, cell, positions = 5, 0.024, 5
+        propagation = Propagation(max_depth=1, rays=1000)
+    rows: dict[int, dict[str, Any]] = {}
+    has: dict[int, dict[str, float]] = {}
+    near: dict[int, float] = {}
+    shares: dict[int, PowerShares] = {}
     for seed in range(rooms):
         scene = of_one_element(smallest_room() if smallest else random_room(seed))
         places = place(scene, "uniform", positions, 0)
         full = solved(scene, places, cell, keep=not smallest)
-        rays = Tracer(scene, propagation).responses(places).ravel()
-        near = correlation(rays, full)
+        tracer = Tracer(scene, propagation)
+        rays = tracer.responses(places).ravel()
+        near[seed] = correlation(rays, full)
         level = 20 * np.log10(np.linalg.norm(rays) / np.linalg.norm(full))
-        has = [item.name for item in scene.objects[6:]]
-        part = "judging" if seed % 2 else "finding"
-        result[f"room {seed}, {part}"] = {
-            "correlation": round(near, 3),
-            "level_db": round(float(level), 2),
-            "has": ", ".join(has),
-        }
-        if not smallest:
-            found[seed] = {**features(scene), "1 − correlation": 1 - near}
+        shares[seed] = power_shares(tracer, places)
+        rows[seed] = {"correlation": round(near[seed], 3), "expected": 0.0, "level_db": round(float(level), 2)}
+        rows[seed] |= {"has": ", ".join(item.name for item in scene.objects[6:])}
+        has[seed] = {} if smallest else {**features(scene), "1 − correlation": 1 - near[seed]}
+    fitted = [seed for seed in rows if part_of(seed) != "judging"]
+    fit = fitted_weights([shares[seed] for seed in fitted], [near[seed] for seed in fitted])
+    expected = {seed: fit.expected(shares[seed]) for seed in rows}
+    for seed, row in rows.items():
+        row["expected"] = round(expected[seed].middle, 3)
+    if weights is not None and not smallest:
+        weights.write_text(json.dumps(fit._asdict(), indent=2) + "\n")
+
+    result: dict[str, Any] = {f"room {seed}, {part_of(seed)}": row for seed, row in rows.items()}
     for part in ("finding", "judging"):
-        values = [row["correlation"] for name, row in result.items() if name.endswith(part)]
+        values = [row["correlation"] for seed, row in rows.items() if part_of(seed) == part]
         low, middle, high = np.quantile(values, [0.1, 0.5, 0.9])
         figures = {"lowest": min(values), "tenth percentile": low, "median": middle, "ninetieth percentile": high}
         result |= {f"{part}, {name}": {"correlation": round(float(each), 3)} for name, each in figures.items()}
-    if found:
-        result |= regression({seed: row for seed, row in found.items() if seed % 2 == 0})
+    judged = [seed for seed in rows if part_of(seed) == "judging"]
+    true = np.array([near[seed] for seed in judged])
+    low, middle, high = np.array([expected[seed] for seed in judged]).T
+    result |= {
+        "expected, rank correlation with the true one": {"judging": round(float(spearmanr(true, middle)[0]), 2)},
+        "expected, mean of the difference to it": {"judging": round(float(np.abs(true - middle).mean()), 3)},
+        "expected, rooms within the range": {"judging": int(((low <= true) & (true <= high)).sum())},
+    }
+    if not smallest:
+        result |= regression({seed: row for seed, row in has.items() if part_of(seed) == "finding"})
     print_figures(result, json_output, smallest)
 
 
-def regression(rooms: dict[int, dict[str, float]]) -> dict[str, Any]:
-    """How much each feature multiplies 1 − correlation: ridge regression of its logarithm, and a bootstrap's range."""
-    from sklearn.linear_model import RidgeCV
+def fitted_weights(shares: list[PowerShares], correlations: list[float]) -> Weights:
+    """The weights with which log(1 − c²) differs least from the correlations c, by its mean square.
 
-    names = [name for name in next(iter(rooms.values())) if name != "1 − correlation"]
-    x = np.array([[room[name] for name in names] for room in rooms.values()])
-    y = np.log([room["1 − correlation"] for room in rooms.values()])
-    generator = np.random.default_rng(0)
-    draws = [generator.integers(len(y), size=len(y)) for _ in range(200)]
-    factors = np.exp([RidgeCV(np.logspace(-1, 2, 10)).fit(x[rows], y[rows]).coef_ for rows in draws])
-    low, middle, high = np.quantile(factors, [0.1, 0.5, 0.9], axis=0)
-    return {
-        f"one more, {name}": {"1 − correlation, times": f"{middle[k]:.2f} ({low[k]:.2f} to {high[k]:.2f})"}
-        for k, name in enumerate(names)
-    }
+    Args:
+        shares: of some rooms.
+        correlations: of rays and full wave, in the same rooms.
+    """
+    x = np.column_stack([np.ones(len(shares)), np.array(shares)])
+    error = np.log(1 - np.array(correlations) ** 2)
+
+    def misfit(logarithms: np.ndarray) -> float:
+        return float(((np.log(x @ np.exp(logarithms)) - error) ** 2).mean())
+
+    best = minimize(misfit, np.log([0.01, 0.1, 0.1, 0.1]), method="Nelder-Mead", options={"maxiter": 10_000})
+    weights = np.exp(best.x)
+    factors = np.quantile(np.exp(error) / (x @ weights), [0.1, 0.5, 0.9])
+    constant, *rest = (float(f"{each:.3g}") for each in weights)
+    return Weights(constant, (rest[0], rest[1], rest[2]), tuple(round(float(each), 2) for each in factors))  # type: ignore[arg-type]
 
 
 if __name__ == "__main__":

@@ -17,6 +17,7 @@ from scenes.storage.scene_yaml import read_scene
 from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.positions.given_positions import MOST_POSITIONS
 from simulate.rays.core.propagation import Propagation
+from simulate.rays.expected_correlation import Expected, expected_correlation, power_shares, tried_positions
 from simulate.spectra.spectrum import evenly, picture, spectrum_of
 
 
@@ -32,6 +33,7 @@ class EngineComparison:
         correlation: [K] correlation ``|⟨rays, full wave⟩| / (‖rays‖ ‖full wave‖)``, 0…1.
         level_error_db: [K] power of the rays' responses over that of the full wave's, dB.
         scores: scores of the rays' spectra against those of the full wave.
+        expected: what correlation over all elements and positions together was to expect, if it is known.
     """
 
     name: str
@@ -41,6 +43,7 @@ class EngineComparison:
     correlation: Float[np.ndarray, " K"]
     level_error_db: Float[np.ndarray, " K"]
     scores: Scores
+    expected: Expected | None = None
 
     def metrics(self) -> dict[str, Any]:
         """The numbers in engines.json and in the output of ``bisplat engines``.
@@ -49,9 +52,11 @@ class EngineComparison:
         position. The median over the positions does not.
         """
         together = correlation(self.rays.reshape(1, -1), self.full_wave.reshape(1, -1))[0]
+        expected = {} if self.expected is None else {"correlation_expected": self.expected.middle}
         return {
             "correlation_rays": float(np.median(self.correlation)),
             "correlation_rays_together": float(together),
+            **expected,
             "ssim_rays": float(np.median(self.scores.ssim)),
             "aoa_error_deg": float(np.median(self.scores.aoa_error)),
             "level_error_db": float(np.median(np.abs(self.level_error_db))),
@@ -80,7 +85,33 @@ def compare_engines(folder: Path | str, propagation: Propagation, positions: int
 
     chosen = evenly(np.arange(len(dataset.names)), positions)
     tracer = Tracer(scene, propagation, None, seed)
-    return compare_responses(dataset, chosen, tracer.responses(dataset.positions[chosen]))
+    compared = compare_responses(dataset, chosen, tracer.responses(dataset.positions[chosen]))
+    return replace(compared, expected=expected_correlation(tracer, scene, scene.transmitter.region))
+
+
+def expect_of_rays(scene: Scene) -> dict[str, Any]:
+    """What ``bisplat engines`` prints of a scene: how near default rays are expected to come to full wave, and why.
+
+    Args:
+        scene: the scene, with one gateway.
+
+    Returns:
+        The correlation to expect and its range, None if no power arrives in the region; and the shares of the power.
+    """
+    from simulate.rays.tracer import Tracer
+
+    tracer, region = Tracer(scene, Propagation()), scene.transmitter.region
+    expected = expected_correlation(tracer, scene, region)
+    low, middle, high = expected or (None, None, None)
+    shares = power_shares(tracer, tried_positions(scene, region))
+    return {
+        "correlation_expected": middle,
+        "correlation_low": low,
+        "correlation_high": high,
+        "power_reflected": shares.reflected,
+        "power_diffracted_at_sheets": shares.at_sheets,
+        "power_diffracted_at_conductors": shares.at_conductors,
+    }
 
 
 def compare_responses(

@@ -76,11 +76,9 @@ def compare_on_plane(folder: Path | str, propagation: Propagation, seed: int = 1
 
     from simulate.rays.tracer import Tracer
 
-    geometric = replace(propagation, max_depth=min(1, propagation.max_depth), diffuse=False, diffraction=False)
-    followed = {
-        depth: replace(propagation, max_depth=depth)
-        for depth in sorted({0, min(1, propagation.max_depth), propagation.max_depth})
-    }
+    depth = min(1, propagation.max_depth)
+    geometric = replace(propagation, max_depth=depth, diffuse=False, diffraction=False, sionna=False)
+    followed = {depth: replace(propagation, max_depth=depth) for depth in sorted({0, depth, propagation.max_depth})}
     tracers = {each: Tracer(scene, each, None, seed) for each in {*followed.values(), geometric}}
     return EnginePlane(
         name=Path(folder).resolve().name,
@@ -89,5 +87,5 @@ def compare_on_plane(folder: Path | str, propagation: Propagation, seed: int = 1
         z=z,
         level_db=decibels(full_wave),
         errors_db={depth: decibels(tracers[each].responses(points) - full_wave) for depth, each in followed.items()},
-        paths=tracers[geometric].path_counts(points).reshape(columns.shape),
+        paths=np.count_nonzero(tracers[geometric].middle_by_chain(points), axis=1).reshape(columns.shape),
     )

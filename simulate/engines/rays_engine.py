@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from scenes.files.extras import require_extra
 from scenes.files.options import check_kinds
+from scenes.files.plain_text import say
 from scenes.files.schema import Count, recorded
 from simulate.engines.engine import Engine, Machines, ResponseSource, Setting
 from simulate.rays.core.propagation import Propagation
@@ -94,7 +95,13 @@ class Rays(Engine):
         super().require(setting, folder, machines)
 
     def source(self, setting: Setting, folder: Path, machines: Machines, progress: Progress) -> Tracer:
-        return self.tracer(setting, progress)
+        from simulate.rays.expected_correlation import BELIEVED, expected_correlation, sentence
+
+        tracer = self.tracer(setting, progress)
+        expected = expected_correlation(tracer, setting.scene, setting.region)
+        if expected is not None and expected.middle < BELIEVED:
+            say(f"warning: {sentence(expected)}; for spectra that must be right, use --engine fullwave")
+        return tracer
 
     def tracer(self, setting: Setting, progress: Progress) -> Tracer:
         """Find the chains of a scene, and return the tracer that computes the responses.

@@ -8,7 +8,6 @@ at 915 MHz is in the near field, where a single point with plane-wave phases (``
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from itertools import chain as together
 from typing import NamedTuple
 
 import numpy as np
@@ -24,19 +23,18 @@ from simulate.rays.core.ray_tracer import PathsBuffer
 from simulate.rays.core.reflection_chains import (
     Chains,
     find_chains,
-    reflected_paths,
-    reflected_paths_with,
-    reflected_terms,
+    reflected,
 )
 from simulate.rays.core.sionna_paths import fields, refine, shoot, terms, with_materials_of
 from simulate.rays.core.sionna_scene import Antennas, gateway_antennas, transmitter_antennas
+from simulate.rays.core.solution import Solution
 from simulate.rays.core.surfaces import Surfaces
 from simulate.rays.core.terms import Paths, Terms
 from simulate.rays.core.transmissions import with_transmissions
 from simulate.rays.diffraction.diffraction_chains import DiffractedChains
 from simulate.rays.diffraction.edges import Edges
 from simulate.rays.diffraction.search import find_diffracted_chains
-from simulate.rays.diffraction.solve import EdgeScene, diffracted_paths, diffracted_paths_with, diffracted_terms
+from simulate.rays.diffraction.solve import EdgeScene, diffracted
 from simulate.rays.scattering.scattered import Scattering
 
 MEMORY = 2_000_000_000
@@ -135,6 +133,7 @@ class Tracer:
         self.method = "shooting" if propagation.sionna else "chains"
         region = (scene.transmitter.region if region is None else region) - self.ray_scene.origin
         if self.method == "chains":
+            self._surfaces = Surfaces(self.ray_scene)
             if found is not None and found.reflected is not None:
                 self._chains = found.reflected
             else:
@@ -233,14 +232,9 @@ class Tracer:
                     same = with_materials_of(buffer, self.ray_scene, scene)
                     fields(scene, same, self._elements, targets).add_to(total[start:])
             return result.astype(np.complex64)
-        surfaces, targets = [Surfaces(each) for each in scenes], self._targets(positions)
-        batches = reflected_paths_with(self.ray_scene, self._chains, self._elements, targets, surfaces)
-        if self._diffracted is not None:
-            batches = together(
-                batches, diffracted_paths_with(self._edge_scene, self._diffracted, self._elements, targets, surfaces)
-            )
-        for batch in batches:
-            for total, paths in zip(result, batch, strict=True):
+        surfaces = [Surfaces(each) for each in scenes]
+        for solution in self._solved(self._elements, self._targets(positions), surfaces):
+            for total, paths in zip(result, solution.paths, strict=True):
                 paths.add_to(total)
         return result.astype(np.complex64)
 
@@ -254,25 +248,25 @@ class Tracer:
             Complex contributions, complex64, [K, elements, chains]. Without diffuse reflection their sum over the
             chains is ``responses``.
         """
-        positions = check_points(positions)
-        result = np.zeros((len(positions), len(self.elements), self.chains), np.complex64)
-        for start, chain, paths in self._found(self._elements, positions):
-            np.add.at(result[start:], (paths.targets, paths.sources, chain), paths.responses)
-        return result
+        return self._by_chain(self._elements, check_points(positions))
 
-    def path_counts(self, positions: Float[np.ndarray, "K 3"]) -> Int[np.ndarray, " K"]:
-        """Number of paths between each position and the array's middle element, without diffuse reflection.
+    def middle_by_chain(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K chains"]:
+        """``responses_by_chain`` of the array's middle element alone. A chain without a path contributes exactly 0.
 
         Args:
             positions: transmitter positions, metres, world frame, [K, 3].
 
         Returns:
-            The numbers, [K]. The middle element is that of ``middle``.
+            Complex contributions, complex64, [K, chains]. The middle element is that of ``middle``.
         """
-        positions = check_points(positions)
-        result = np.zeros(len(positions), np.int64)
-        for start, _, paths in self._found(self._middle, positions):
-            np.add.at(result[start:], paths.targets, 1)
+        return self._by_chain(self._middle, check_points(positions))[:, 0]
+
+    def _by_chain(
+        self, elements: Antennas, positions: Float[np.ndarray, "K 3"]
+    ) -> Complex[np.ndarray, "K elements chains"]:
+        result = np.zeros((len(positions), len(elements), self.chains), np.complex64)
+        for start, chain, paths in self._found(elements, positions):
+            np.add.at(result[start:], (paths.targets, paths.sources, chain), paths.responses)
         return result
 
     @property
@@ -301,12 +295,15 @@ class Tracer:
                 paths = fields(self.ray_scene, buffer, elements, targets)
                 yield start, np.zeros(len(paths.targets), np.int64), paths
             return
-        targets = self._targets(positions)
-        for chain, paths in reflected_paths(self.ray_scene, self._chains, elements, targets):
-            yield 0, chain, paths
+        for solution in self._solved(elements, self._targets(positions), [self._surfaces]):
+            yield 0, *solution.arriving()
+
+    def _solved(self, elements: Antennas, targets: Antennas, surfaces: Sequence[Surfaces]) -> Iterator[Solution]:
+        """The paths of all chains, of reflections first, with each of some sets of materials."""
+        yield from reflected(self.ray_scene, self._chains, elements, targets, surfaces)
         if self._diffracted is not None:
-            for chain, paths in diffracted_paths(self._edge_scene, self._diffracted, elements, targets):
-                yield 0, len(self._chains) + chain, paths
+            for solution in diffracted(self._edge_scene, self._diffracted, elements, targets, surfaces):
+                yield solution._replace(chain=len(self._chains) + solution.chain)
 
     def paths(self, position: Float[np.ndarray, " 3"]) -> list[TracedPath]:
         """The paths between one transmitter position and the array's middle element.
@@ -355,8 +352,8 @@ class Tracer:
                 batch = Terms(*(each[chosen] for each in batch))
                 yield batch._replace(sources=np.zeros_like(batch.sources))
             return
-        for found in self._own_terms(self._middle, self._targets(positions)):
-            yield self._placed(with_transmissions(self.ray_scene, found))
+        for solution in self._solved(self._middle, self._targets(positions), [self._surfaces]):
+            yield self._placed(with_transmissions(self.ray_scene, solution.terms()))
         if self._scattering is not None:
             for found in self._scattering.terms(self._middle, self._targets(positions)):
                 yield self._placed(with_transmissions(self.ray_scene, found))
@@ -367,13 +364,8 @@ class Tracer:
                 found = terms(self.ray_scene, buffer, elements, targets)
                 yield self._placed(found._replace(targets=found.targets + start))
             return
-        for found in self._own_terms(elements, self._targets(positions)):
-            yield self._placed(found)
-
-    def _own_terms(self, elements: Antennas, targets: Antennas) -> Iterator[Terms]:
-        yield from reflected_terms(self.ray_scene, self._chains, elements, targets)
-        if self._diffracted is not None:
-            yield from diffracted_terms(self._edge_scene, self._diffracted, elements, targets)
+        for solution in self._solved(elements, self._targets(positions), [self._surfaces]):
+            yield self._placed(solution.terms())
 
     def _placed(self, found: Terms) -> Terms:
         """Paths with their vertices in the user's coordinates."""

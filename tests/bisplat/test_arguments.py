@@ -147,7 +147,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             {"others": [scene], "positions": [[0.9, 1.3, 1.1]]},
             {"positions": POINTS, "others": (*OBJECT, None, scene, [], ["closet"])},
         ),
-        "Tracer.path_counts": Call(tracer.path_counts, {}, {"positions": POINTS}),
+        "Tracer.middle_by_chain": Call(tracer.middle_by_chain, {}, {"positions": POINTS}),
         "Tracer.paths": Call(tracer.paths, {}, {"position": POINT}),
         "PlanarArray": Call(
             bisplat.PlanarArray,

@@ -43,7 +43,9 @@ def smaller(arguments: list[str]) -> list[str]:
     folder = bool(rest) and Path(rest[0]).is_dir()  # simulate a dataset again, or plan for a run: no rays to limit
     if command == "simulate" and not folder and not {"-n", "--spectra", "--positions", "--help"} & set(rest):
         rest += ["-n", str(SPECTRA)]
-    traces = command in {"calibrate", "engines"} or (command in {"simulate", "plan"} and not folder)
+    traces = (
+        command == "calibrate" or (command == "engines" and folder) or (command in {"simulate", "plan"} and not folder)
+    )
     if traces and "--help" not in rest:
         rest = [each for each in rest if each != "--diffraction"]
         rest = _with(rest, "--rays", "20000") if not in_full_wave else rest

@@ -12,6 +12,7 @@ not part of its chain. They are found when the path is solved.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from functools import partial
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -23,8 +24,9 @@ from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.ray_scene import RayScene
 from simulate.rays.core.reflections import Images
 from simulate.rays.core.sionna_scene import Antennas, gateway_antennas, transmitter_antennas
+from simulate.rays.core.solution import Course, Solution
 from simulate.rays.core.surfaces import Surfaces
-from simulate.rays.core.terms import STRAIGHT, Interaction, Paths, Terms
+from simulate.rays.core.terms import STRAIGHT, Interaction, Paths
 
 Chains = Int[np.ndarray, "chains depth"]
 """Planes that reflect the wave, from source to target; −1 after the last one."""
@@ -74,7 +76,8 @@ def find_chains(
     chains = distinct(np.concatenate([forth, reversed_chains(back)]), len(ray_scene.planes.normals))
     chains = chains if propagation.los else chains[1:]
     found = [(np.zeros(0, int), np.zeros(0, int), np.zeros(0))]
-    for chain, paths in reflected_paths(ray_scene, chains, elements, trials):
+    for solution in reflected(ray_scene, chains, elements, trials, [Surfaces(ray_scene)]):
+        chain, paths = solution.arriving()
         found.append((chain, paths.targets * len(elements) + paths.sources, np.abs(paths.responses) ** 2))
     chain, pair, power = (np.concatenate(column) for column in zip(*found, strict=True))
     kept = largest_shares(chain, pair, power, len(chains)) >= NEGLIGIBLE
@@ -107,64 +110,20 @@ def largest_shares(
     return result
 
 
-def reflected_paths(
-    ray_scene: RayScene, chains: Chains, sources: Antennas, targets: Antennas
-) -> Iterator[tuple[Int[np.ndarray, " paths"], Paths]]:
+def reflected(
+    ray_scene: RayScene, chains: Chains, sources: Antennas, targets: Antennas, surfaces: Sequence[Surfaces]
+) -> Iterator[Solution]:
     """Solve every chain exactly between every source and target.
 
-    The paths are ordered by the number of reflections, then by target, chain and source. The paths of one target do not
-    depend on the other targets.
+    The paths are ordered by the number of reflections, then by target, chain and source.
 
     Args:
         ray_scene: the scene, with the propagation to follow.
         chains: the chains to solve.
         sources: where the paths begin.
         targets: where they end.
-
-    Yields:
-        Batches of paths, and the index of each path's chain.
+        surfaces: the scene's surfaces, with each of the sets of materials.
     """
-    for chain, (paths,), _ in _solved(ray_scene, chains, sources, targets, [Surfaces(ray_scene)]):
-        kept = paths.responses != 0
-        yield chain[kept], Paths(*(each[kept] for each in paths))
-
-
-def reflected_paths_with(
-    ray_scene: RayScene, chains: Chains, sources: Antennas, targets: Antennas, surfaces: Sequence[Surfaces]
-) -> Iterator[list[Paths]]:
-    """The paths of ``reflected_paths``, with their responses for each of several sets of materials; 0 if blocked.
-
-    Args:
-        ray_scene: the scene, with the propagation to follow.
-        chains: the chains to solve.
-        sources: where the paths begin.
-        targets: where they end.
-        surfaces: surfaces of the same scene with other materials, once for each set.
-    """
-    for _, paths, _ in _solved(ray_scene, chains, sources, targets, surfaces):
-        yield paths
-
-
-def reflected_terms(ray_scene: RayScene, chains: Chains, sources: Antennas, targets: Antennas) -> Iterator[Terms]:
-    """The paths of ``reflected_paths`` with their vertices, from the same arguments and in the same order."""
-    depth = chains.shape[1]
-    for _, (paths,), ways in _solved(ray_scene, chains, sources, targets, [Surfaces(ray_scene)]):
-        kept, count = paths.responses != 0, len(ways.faces)
-        shape = (len(kept), depth)
-        objects, kinds = np.full(shape, STRAIGHT), np.full(shape, int(Interaction.NONE))
-        objects[:, :count] = ray_scene.object_of_face[ways.faces].T
-        kinds[:, :count] = Interaction.REFLECTION
-        ends = targets.positions[paths.targets][:, None]
-        vertices = np.concatenate([sources.positions[paths.sources][:, None], *[ends] * (depth + 1)], axis=1)
-        vertices[:, 1 : count + 1] = ways.vertices.transpose(2, 0, 1)
-        found = Terms(paths.targets, paths.sources, paths.responses, vertices, objects, kinds)
-        yield Terms(*(each[kept] for each in found))
-
-
-def _solved(
-    ray_scene: RayScene, chains: Chains, sources: Antennas, targets: Antennas, surfaces: Sequence[Surfaces]
-) -> Iterator[tuple[Int[np.ndarray, " paths"], list[Paths], Ways]]:
-    """Batches of paths, blocked or not: the chain of each path, the paths with each of the surfaces, and their ways."""
     counts = (chains >= 0).sum(axis=1)
     for count in np.unique(counts):
         number = np.flatnonzero(counts == count)
@@ -175,4 +134,24 @@ def _solved(
             ways = images.ways(batch, targets.positions, ray_scene.description.wavelength)
             target, chain, source = batch
             found = [Paths(target, source, path_responses(each, sources, targets, ways)) for each in surfaces]
-            yield number[chain], found, ways
+            course = partial(
+                _course, ways, sources.positions[source], targets.positions[target], ray_scene, chains.shape[1]
+            )
+            yield Solution(number[chain], found, course)
+
+
+def _course(
+    ways: Ways,
+    starts: Float[np.ndarray, "paths 3"],
+    ends: Float[np.ndarray, "paths 3"],
+    ray_scene: RayScene,
+    depth: int,
+) -> Course:
+    """Where paths with some number of reflections run, with places for ``depth`` of them."""
+    count, shape = len(ways.faces), (len(starts), depth)
+    objects, kinds = np.full(shape, STRAIGHT), np.full(shape, int(Interaction.NONE))
+    objects[:, :count] = ray_scene.object_of_face[ways.faces].T
+    kinds[:, :count] = Interaction.REFLECTION
+    vertices = np.concatenate([starts[:, None], *[ends[:, None]] * (depth + 1)], axis=1)
+    vertices[:, 1 : count + 1] = ways.vertices.transpose(2, 0, 1)
+    return Course(vertices, objects, kinds)

@@ -20,7 +20,7 @@ from simulate.rays.diffraction.arms import Arms
 from simulate.rays.diffraction.diffraction_chains import NO_LINK, DiffractedChains, chains_of
 from simulate.rays.diffraction.ends import ends_of, reaches
 from simulate.rays.diffraction.links import NO_LINKS, links_between
-from simulate.rays.diffraction.solve import EdgeScene, diffracted_paths
+from simulate.rays.diffraction.solve import EdgeScene, diffracted
 from simulate.spectra.spectrum import evenly
 
 MOST_REFLECTIONS = 2
@@ -84,7 +84,8 @@ def _shares(
 ) -> Float[np.ndarray, " chains"]:
     """The largest share of the diffracted power between a source and a target that each chain carries."""
     found = [(np.zeros(0, int), np.zeros(0, int), np.zeros(0))]
-    for index, paths in diffracted_paths(edge_scene, chains, sources, targets):
+    for solution in diffracted(edge_scene, chains, sources, targets, [edge_scene.surfaces]):
+        index, paths = solution.arriving()
         found.append((index, paths.targets * len(sources) + paths.sources, np.abs(paths.responses) ** 2))
     chain, pair, power = (np.concatenate(column) for column in zip(*found, strict=True))
     return largest_shares(chain, pair, power, len(chains))

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 
 import numpy as np
-from jaxtyping import Int
+from jaxtyping import Float
 
 from simulate.rays.core.ray_scene import RayScene
 from simulate.rays.core.sionna_scene import Antennas
+from simulate.rays.core.solution import Course, Solution
 from simulate.rays.core.surfaces import Surfaces
-from simulate.rays.core.terms import Interaction, Paths, Terms
+from simulate.rays.core.terms import Interaction, Paths
 from simulate.rays.diffraction.chain_geometry import Combinations, PathGeometry
 from simulate.rays.diffraction.diffraction_chains import DiffractedChains
 from simulate.rays.diffraction.edges import Edges, diffracting_edges, foremost
@@ -45,75 +47,25 @@ class EdgeScene:
         self.surfaces = Surfaces(ray_scene)
 
 
-def diffracted_paths(
-    edge_scene: EdgeScene, chains: DiffractedChains, sources: Antennas, targets: Antennas
-) -> Iterator[tuple[Int[np.ndarray, " paths"], Paths]]:
+def diffracted(
+    edge_scene: EdgeScene,
+    chains: DiffractedChains,
+    sources: Antennas,
+    targets: Antennas,
+    surfaces: Sequence[Surfaces],
+) -> Iterator[Solution]:
     """Solve every chain between every source and target.
 
     The paths are ordered by the shapes of their chains (numbers of reflections, diffractions, reflections), then by
-    target, chain and source. The paths of one target do not depend on the other targets.
+    target, chain and source.
 
     Args:
         edge_scene: the scene and its edges.
         chains: the chains to solve.
         sources: where the paths begin.
         targets: where they end.
-
-    Yields:
-        Batches of paths, and the index of each path's chain.
+        surfaces: the scene's surfaces, with each of the sets of materials.
     """
-    for chain, (paths,), _ in _solved(edge_scene, chains, sources, targets, [edge_scene.surfaces]):
-        kept = paths.responses != 0
-        yield chain[kept], Paths(paths.targets[kept], paths.sources[kept], paths.responses[kept])
-
-
-def diffracted_paths_with(
-    edge_scene: EdgeScene,
-    chains: DiffractedChains,
-    sources: Antennas,
-    targets: Antennas,
-    surfaces: Sequence[Surfaces],
-) -> Iterator[list[Paths]]:
-    """The paths of ``diffracted_paths``, with their responses for each of several sets of materials; 0 if blocked.
-
-    Args:
-        edge_scene: the scene and its edges.
-        chains: the chains to solve.
-        sources: where the paths begin.
-        targets: where they end.
-        surfaces: surfaces of the same scene with other materials, once for each set.
-    """
-    for _, paths, _ in _solved(edge_scene, chains, sources, targets, surfaces):
-        yield paths
-
-
-def diffracted_terms(
-    edge_scene: EdgeScene, chains: DiffractedChains, sources: Antennas, targets: Antennas
-) -> Iterator[Terms]:
-    """The paths of ``diffracted_paths`` with their vertices, from the same arguments and in the same order."""
-    objects_of = edge_scene.ray_scene.object_of_face
-    for number, (paths,), geometry in _solved(edge_scene, chains, sources, targets, [edge_scene.surfaces]):
-        kept = paths.responses != 0
-        before, diffractions, _ = chains.shapes[number[0]]
-        objects = objects_of[geometry.faces].T
-        objects[:, before : before + diffractions] = objects_of[edge_scene.edges.faces[geometry.edges]].T
-        kinds = np.full(objects.shape, int(Interaction.REFLECTION))
-        kinds[:, before : before + diffractions] = Interaction.DIFFRACTION
-        between = geometry.vertices.transpose(2, 0, 1)
-        starts, ends = sources.positions[paths.sources][:, None], targets.positions[paths.targets][:, None]
-        vertices = np.concatenate([starts, between, ends], axis=1)
-        found = Terms(paths.targets, paths.sources, paths.responses, vertices, objects, kinds)
-        yield Terms(*(each[kept] for each in found))
-
-
-def _solved(
-    edge_scene: EdgeScene,
-    chains: DiffractedChains,
-    sources: Antennas,
-    targets: Antennas,
-    surfaces: Sequence[Surfaces],
-) -> Iterator[tuple[Int[np.ndarray, " paths"], list[Paths], PathGeometry]]:
-    """Batches of paths, blocked or not: the chain of each path, the paths with each of the surfaces, and their ways."""
     planes, edges = edge_scene.ray_scene.planes, edge_scene.edges
     wavelength = edge_scene.ray_scene.description.wavelength
     shapes = chains.shapes
@@ -129,11 +81,30 @@ def _solved(
             for first in range(0, possible.shape[1], LANES):
                 paths = possible[:, first : first + LANES]
                 geometry = combinations.geometry(paths, start)
+                target, chain, source = paths[0] + start, paths[1], paths[2]
                 found = [
-                    Paths(paths[0] + start, paths[2], responses)
-                    for responses in (
-                        diffracted_responses(each, edges, sources, targets, geometry, int(shape[0]))
-                        for each in surfaces
-                    )
+                    Paths(target, source, diffracted_responses(each, edges, sources, targets, geometry, int(shape[0])))
+                    for each in surfaces
                 ]
-                yield number[paths[1]], found, geometry
+                starts, ends = sources.positions[source], targets.positions[target]
+                course = partial(_course, geometry, starts, ends, edge_scene, int(shape[0]), int(shape[1]))
+                yield Solution(number[chain], found, course)
+
+
+def _course(
+    geometry: PathGeometry,
+    starts: Float[np.ndarray, "paths 3"],
+    ends: Float[np.ndarray, "paths 3"],
+    edge_scene: EdgeScene,
+    before: int,
+    diffractions: int,
+) -> Course:
+    """Where paths run that are diffracted after some number of reflections."""
+    objects_of = edge_scene.ray_scene.object_of_face
+    objects = objects_of[geometry.faces].T
+    at_edges = slice(before, before + diffractions)
+    objects[:, at_edges] = objects_of[edge_scene.edges.faces[geometry.edges]].T
+    kinds = np.full(objects.shape, int(Interaction.REFLECTION))
+    kinds[:, at_edges] = Interaction.DIFFRACTION
+    vertices = np.concatenate([starts[:, None], geometry.vertices.transpose(2, 0, 1), ends[:, None]], axis=1)
+    return Course(vertices, objects, kinds)

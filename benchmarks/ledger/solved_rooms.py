@@ -1,0 +1,61 @@
+"""Full-wave responses of rooms that several benchmarks use, for an array of one element. What was solved is kept.
+
+The file random_rooms.npz has the responses of each room under a hash of the scene, the positions and the size of the
+cells. So an interrupted benchmark continues, and only changed rooms are solved again.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import tempfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Complex, Float
+
+from scenes.scene.description import Scene
+from simulate.fullwave.all_elements import stored_field
+from simulate.fullwave.run_plan import plan
+
+KEPT = Path(__file__).parents[1] / "random_rooms.npz"
+
+
+def of_one_element(scene: Scene) -> Scene:
+    """The scene with an array of one element, which full wave solves in one run."""
+    return replace(scene, gateway=replace(scene.gateway, rows=1, columns=1))
+
+
+def solved(scene: Scene, places: Float[np.ndarray, "K 3"], cell: float, keep: bool = True) -> Complex[np.ndarray, " K"]:
+    """Responses of the array's one element in full wave, kept ones if the room was solved before.
+
+    Args:
+        scene: a room with an array of one element.
+        places: transmitter positions, metres.
+        cell: size of the cells, metres.
+        keep: read and write the file of kept responses.
+    """
+    kept = dict(np.load(KEPT)) if keep and KEPT.exists() else {}
+    name = _key(scene, places, cell)
+    if name not in kept:
+        with tempfile.TemporaryDirectory() as folder:
+            field = stored_field(scene, plan(scene, scene.transmitter.region, cell), Path(folder), at_once=1)
+            kept[name] = field.responses(places).ravel().astype(np.complex64)
+        if keep:
+            np.savez(KEPT, **kept)  # type: ignore[arg-type]
+    return kept[name]
+
+
+def correlation(a: Complex[np.ndarray, " K"], b: Complex[np.ndarray, " K"]) -> float:
+    """The correlation of two fields over all positions, 0 to 1."""
+    return float(abs(np.vdot(a, b)) / (np.linalg.norm(a) * np.linalg.norm(b)))
+
+
+def _key(scene: Scene, places: Float[np.ndarray, "K 3"], cell: float) -> str:
+    """A hash of all that decides a room's responses in full wave."""
+    found = hashlib.sha256(repr((scene.gateway, scene.transmitter, scene.frequency, cell)).encode())
+    found.update(places.round(6).tobytes())
+    for item in scene.objects:
+        found.update(repr((scene.materials[item.material], scene.thickness(item))).encode())
+        found.update(item.mesh.triangles.round(6).tobytes())
+    return found.hexdigest()

@@ -1,0 +1,150 @@
+"""What correlation of rays with full wave to expect in a scene, from the rays' own paths.
+
+Rays are right about a wave that nothing disturbs, less right about a reflected one, and least about a diffracted one.
+If the paths of kind k alone make a field with the share s_k of the whole field's power, and the rays' error has the
+share w_k of that, then the correlation c of rays and full wave is about 1 − c² = w_0 + Σ w_k s_k. The weights w are fitted to random furnished rooms
+that were solved in full wave. ``benchmarks/random_rooms.py`` fits them and writes expected_correlation.json.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from simulate.positions.placement import free_positions
+from simulate.rays.core.propagation import Propagation
+
+if TYPE_CHECKING:
+    from scenes.scene.description import Scene
+    from simulate.rays.tracer import Tracer
+
+FILE = Path(__file__).with_suffix(".json")
+
+POSITIONS = 100
+"""Positions at which the paths are followed."""
+
+BELIEVED = 0.95
+"""Expected correlation below which full wave is recommended."""
+
+
+class PowerShares(NamedTuple):
+    """Power of the field that the paths of one kind make, over the power of the whole field.
+
+    The shares need not add up to 1: the fields interfere, and that of direct paths is left out.
+
+    Attributes:
+        reflected: of paths with reflections only.
+        at_sheets: of paths diffracted at edges of dielectric sheets only.
+        at_conductors: of paths diffracted at an edge of a conductor.
+    """
+
+    reflected: float
+    at_sheets: float
+    at_conductors: float
+
+
+class Expected(NamedTuple):
+    """Correlation of rays and full wave to expect: the whole field of one element, 0 to 1.
+
+    Attributes:
+        low: nine of ten rooms are better.
+        middle: half of the rooms are.
+        high: one of ten is.
+    """
+
+    low: float
+    middle: float
+    high: float
+
+
+class Weights(NamedTuple):
+    """The content of expected_correlation.json.
+
+    Attributes:
+        constant: w_0.
+        of_shares: w_k for each of ``PowerShares``.
+        factors: the tenth, fiftieth and ninetieth percentile of 1 − c² over its fit, among the rooms of the fit.
+    """
+
+    constant: float
+    of_shares: tuple[float, float, float]
+    factors: tuple[float, float, float]
+
+    def expected(self, shares: PowerShares) -> Expected:
+        """The correlation to expect where the power has some shares."""
+        error = self.constant + float(np.dot(self.of_shares, shares))
+        high, middle, low = (float(np.sqrt(max(0.0, 1 - factor * error))) for factor in self.factors)
+        return Expected(low, middle, high)
+
+
+@cache
+def weights() -> Weights:
+    """The weights that were fitted."""
+    found = json.loads(FILE.read_text())
+    return Weights(found["constant"], tuple(found["of_shares"]), tuple(found["factors"]))
+
+
+def power_shares(tracer: Tracer, positions: Float[np.ndarray, "K 3"]) -> PowerShares:
+    """The power that each kind of path carries to the array's middle element.
+
+    Args:
+        tracer: follows reflections and diffraction.
+        positions: transmitter positions, metres, world frame.
+
+    Returns:
+        The shares; NaN if no power arrives.
+    """
+    responses = tracer.middle_by_chain(positions)
+    reflected, diffracted = tracer.found
+    assert reflected is not None
+    at_sheets = np.zeros(0, np.bool_)
+    if diffracted is not None and tracer.edges is not None:
+        at_sheets = tracer.edges.sheets[diffracted.edges].all(axis=1)
+    geometric, edges = np.split(responses, [len(reflected)], axis=1)
+    fields = geometric[:, (reflected >= 0).any(axis=1)], edges[:, at_sheets], edges[:, ~at_sheets]
+    power = [float((np.abs(each.sum(axis=1)) ** 2).sum()) for each in (*fields, responses)]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return PowerShares(*(np.array(power[:-1]) / power[-1]).tolist())
+
+
+def expected_correlation(tracer: Tracer, scene: Scene, region: Float[np.ndarray, "2 3"]) -> Expected | None:
+    """The correlation with full wave to expect from a tracer in a region.
+
+    Args:
+        tracer: the tracer.
+        scene: the scene that it traces, with one gateway.
+        region: lowest and highest corner of the region, metres, world frame.
+
+    Returns:
+        The correlation. None if the tracer follows other mechanisms than the default ones, with which the weights were
+        fitted, or if no power arrives in the region.
+
+    Raises:
+        InputError: there is no free place in the region.
+    """
+    used, default = tracer.ray_scene.propagation, Propagation()
+    if replace(used, rays=default.rays, patches=default.patches) != default:
+        return None
+    shares = power_shares(tracer, tried_positions(scene, region))
+    return weights().expected(shares) if np.isfinite(shares).all() else None
+
+
+def tried_positions(scene: Scene, region: Float[np.ndarray, "2 3"]) -> Float[np.ndarray, "K 3"]:
+    """The places in a region at which the paths are followed, metres, world frame."""
+    return free_positions(scene, region, POSITIONS, np.random.default_rng(0))
+
+
+def sentence(expected: Expected) -> str:
+    """What to expect, in words.
+
+    >>> sentence(Expected(0.881, 0.913, 0.942))
+    'rays and full wave are expected to correlate at 0.91 (0.88 to 0.94)'
+    """
+    low, middle, high = expected
+    return f"rays and full wave are expected to correlate at {middle:.2f} ({low:.2f} to {high:.2f})"
