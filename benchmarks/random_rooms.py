@@ -9,7 +9,8 @@ finding faults, odd ones for judging. Further rooms are only for fitting.
 
 "expected" is the correlation that ``simulate.rays.expected_correlation`` predicts from the rays alone. Its weights are
 fitted to all rooms but the judging ones, so that the logarithms of 1 − correlation² differ least. ``--weights`` writes
-them to a file. The rows "expected, ..." say how well this predicts the judging rooms.
+them to a file. The rows "expected, ..." say how well this predicts the judging rooms. Two larger built-in places, with
+dipoles as antennas, show what it predicts beyond the rooms that it was fitted to.
 
 The last rows say by how much 1 − correlation rises with each feature of a room, over the even rooms: coefficients of
 a ridge regression of log(1 − correlation), and their standard errors by bootstrap.
@@ -21,6 +22,7 @@ again only if the room changes (ledger/solved_rooms.py).
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -34,16 +36,35 @@ from scipy.optimize import minimize
 from scipy.stats import spearmanr
 
 from scenes.places.random_room import random_room
+from scenes.scene.description import Scene
+from scenes.storage.scene_yaml import load_scene
 from simulate.positions.placement import place
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.expected_correlation import PowerShares, Weights, power_shares
 from simulate.rays.tracer import Tracer
 
-CELL, POSITIONS, ROOMS, JUDGED = 0.025, 400, 80, 40
+CELL, POSITIONS, ROOMS, JUDGED = 0.025, 400, 60, 40
+
+LARGER = "conference", "lab"
+"""Larger built-in places. Full wave takes a quarter of an hour for each."""
 
 
-def part_of(seed: int) -> str:
+def scene_of(seed: int | str) -> Scene:
+    """A random room by its seed, or a built-in place by its name, with dipoles as antennas."""
+    if isinstance(seed, int):
+        return random_room(seed)
+    scene = load_scene(seed)
+    return replace(
+        scene,
+        gateway=replace(scene.gateway, pattern="dipole"),
+        transmitter=replace(scene.transmitter, pattern="dipole"),
+    )
+
+
+def part_of(seed: int | str) -> str:
     """What a room is for."""
+    if isinstance(seed, str):
+        return "larger"
     if seed >= JUDGED:
         return "fitting"
     return "judging" if seed % 2 else "finding"
@@ -69,12 +90,12 @@ def main(
     if smallest:
         rooms, cell, positions = 5, 0.024, 5
         propagation = Propagation(max_depth=1, rays=1000)
-    rows: dict[int, dict[str, Any]] = {}
+    rows: dict[int | str, dict[str, Any]] = {}
     has: dict[int, dict[str, float]] = {}
-    near: dict[int, float] = {}
-    shares: dict[int, PowerShares] = {}
-    for seed in range(rooms):
-        scene = of_one_element(smallest_room() if smallest else random_room(seed))
+    near: dict[int | str, float] = {}
+    shares: dict[int | str, PowerShares] = {}
+    for seed in (*range(rooms), *LARGER):
+        scene = of_one_element(smallest_room() if smallest else scene_of(seed))
         places = place(scene, "uniform", positions, 0)
         full = solved(scene, places, cell, keep=not smallest)
         tracer = Tracer(scene, propagation)
@@ -84,8 +105,9 @@ def main(
         shares[seed] = power_shares(tracer, places)
         rows[seed] = {"correlation": round(near[seed], 3), "expected": 0.0, "level_db": round(float(level), 2)}
         rows[seed] |= {"has": ", ".join(item.name for item in scene.objects[6:])}
-        has[seed] = {} if smallest else {**features(scene), "1 − correlation": 1 - near[seed]}
-    fitted = [seed for seed in rows if part_of(seed) != "judging"]
+        if part_of(seed) == "finding" and not smallest:
+            has[seed] = {**features(scene), "1 − correlation": 1 - near[seed]}
+    fitted = [seed for seed in rows if part_of(seed) in ("finding", "fitting")]
     fit = fitted_weights([shares[seed] for seed in fitted], [near[seed] for seed in fitted])
     expected = {seed: fit.expected(shares[seed]) for seed in rows}
     for seed, row in rows.items():
@@ -93,7 +115,9 @@ def main(
     if weights is not None and not smallest:
         weights.write_text(json.dumps(fit._asdict(), indent=2) + "\n")
 
-    result: dict[str, Any] = {f"room {seed}, {part_of(seed)}": row for seed, row in rows.items()}
+    result: dict[str, Any] = {
+        f"{seed}, larger" if seed in LARGER else f"room {seed}, {part_of(seed)}": row for seed, row in rows.items()
+    }
     for part in ("finding", "judging"):
         values = [row["correlation"] for seed, row in rows.items() if part_of(seed) == part]
         low, middle, high = np.quantile(values, [0.1, 0.5, 0.9])
@@ -108,7 +132,7 @@ def main(
         "expected, rooms within the range": {"judging": int(((low <= true) & (true <= high)).sum())},
     }
     if not smallest:
-        result |= regression({seed: row for seed, row in has.items() if part_of(seed) == "finding"})
+        result |= regression(has)
     print_figures(result, json_output, smallest)
 
 

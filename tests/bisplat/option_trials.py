@@ -214,7 +214,7 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials("engines uneven -o out", ["--diffuse"], ENGINES),
         *_trials("engines uneven -o out --diffuse", ["--patches 50"], ENGINES),
         *_trials("engines data -o out -n 2 --max-depth 0", ["--json"], f"{OF_EVALUATION}:print_table"),
-        *_trials("engines small/scene.yaml", ["--json"], f"{OF_EVALUATION}:print_table"),
+        *_trials("engines rough/scene.yaml", ["--json"], f"{OF_EVALUATION}:print_table"),
         *_trials("engines data -o out", [("-o out2", "-o out"), "--force"], f"{OF_EVALUATION}:require_new"),
     ],
     "calibrate": [
