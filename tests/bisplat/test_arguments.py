@@ -87,6 +87,18 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             },
         ),
         "read_dataset": Call(bisplat.read_dataset, {}, {"folder": (*PATH, "nowhere")}),
+        "write_dataset": Call(
+            bisplat.write_dataset,
+            {
+                "folder": "out", "positions": [[1, 0, 1], [2, 0, 1]], "responses": np.ones((2, 16)) * (1 + 1j),
+                "array": array, "frequency": 915e6,
+            },
+            {
+                "folder": PATH, "positions": POINTS, "responses": ("x", 3, None, np.ones((2, 16))), "array": OBJECT,
+                "frequency": (*NUMBER, 0, 2.4), "gateway_position": POINT, "gateway_orientation": POINT, "grid": OBJECT,
+                "phases": WORD,
+            },
+        ),
         "load_run": Call(bisplat.load_run, {}, {"folder": (*PATH, "nowhere")}),
         "check": Call(
             bisplat.check,

@@ -1,0 +1,142 @@
+"""A dataset folder from element responses that a user has measured or computed, given as arrays."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import asdict
+from importlib.metadata import version
+from pathlib import Path
+from typing import Literal, get_args
+
+import numpy as np
+from jaxtyping import Complex, Float
+from numpy.typing import ArrayLike
+
+from scenes.files.array_argument import check_array
+from scenes.files.atomic import write_atomically
+from scenes.files.errors import InputError, ParameterError, require_instance, require_path, require_word
+from scenes.files.npz_file import write_arrays
+from scenes.files.output_folder import new_folder
+from scenes.scene.description import Gateway
+from scenes.scene.frequency import read_frequency
+from simulate.dataset.dataset_folder import Dataset, inspect, read_dataset
+from simulate.dataset.dataset_writer import (
+    encode_picture,
+    write_gateway,
+    write_metadata,
+    write_positions,
+)
+from simulate.dataset.responses_file import RESPONSE_MAGNITUDES
+from simulate.generation.written_parts import picture_names
+from simulate.positions.given_positions import check_points
+from simulate.spectra.angular_grid import AngularGrid
+from simulate.spectra.array import PlanarArray
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.spectrum import picture
+
+AT_ONCE = 100
+"""Pictures made at a time. This bounds the memory."""
+
+Phases = Literal["common", "per-position"]
+
+
+def write_dataset(
+    folder: Path | str,
+    positions: Float[ArrayLike, "K 3"],
+    responses: Complex[ArrayLike, "K elements"],
+    array: PlanarArray,
+    frequency: float | str,
+    gateway_position: Sequence[float] = (0.0, 0.0, 0.0),
+    gateway_orientation: Sequence[float] = (0.0, 0.0, 0.0, 1.0),
+    grid: AngularGrid = AngularGrid(),
+    phases: Phases = "common",
+) -> Dataset:
+    """Write a dataset folder from element responses of one's own, measured or computed.
+
+    The pictures are the spectra of the responses. The folder has no index files, so a split must be named when a model
+    is trained on it.
+
+    Args:
+        folder: the new dataset folder.
+        positions: transmitter positions, metres, world frame, [K, 3].
+        responses: complex element responses y, in any one unit, [K, elements]. Element m = row · columns + column, x
+            runs fastest. A path of delay τ has the phase e^{−j2πfτ}; if a receiver has e^{+j2πfτ}, give the conjugate.
+        array: the array of the gateway.
+        frequency: hertz, or a text with a unit such as "915 MHz".
+        gateway_position: metres, world frame, [3].
+        gateway_orientation: unit quaternion (x, y, z, w) that turns the gateway frame into the world frame, [4];
+            ``bisplat.facing`` makes one from a boresight.
+        grid: directions of the pictures' rows and columns.
+        phases: "common" if the phases of different positions can be compared, as with a synchronised transmitter or a
+            tag that answers the reader; "per-position" if each position has an unknown phase of its own.
+
+    Returns:
+        The dataset.
+
+    Raises:
+        ParameterError: an argument has another shape, is not finite or does not fit the others.
+        InputError: the folder is not new.
+
+    Example:
+        Plane waves from two directions:
+
+        >>> import bisplat, numpy as np
+        >>> array = bisplat.PlanarArray()
+        >>> y = array.manifold(np.radians([200.0, 60.0]), np.radians([40.0, 10.0]))
+        >>> mine = bisplat.write_dataset("data/mine", [[3, 0, 1], [2, 2, 1]], y, array, "2.4 GHz")
+        >>> mine
+        Dataset('data/mine': 2 spectra, 4 × 4 elements, 2400 MHz)
+        >>> mine.spectra.shape, mine.responses.shape
+        ((2, 90, 360), (2, 16))
+    """
+    require_path(folder=folder)
+    require_instance(PlanarArray, array=array)
+    require_instance(AngularGrid, grid=grid)
+    require_word(get_args(Phases), phases=phases)
+    hertz = read_frequency(frequency)
+    places = check_points(positions)
+    found = _responses(responses, len(places), array.elements)
+    gateway = Gateway(gateway_position, gateway_orientation)  # type: ignore[arg-type]  # which checks both
+    beamformer = Beamformer(array, grid)
+    names = picture_names(len(places))
+    with new_folder(Path(folder)) as unfinished:
+        (unfinished / "spectrum").mkdir()
+        for start in range(0, len(names), AT_ONCE):
+            with ThreadPoolExecutor() as pool:
+                files = pool.map(encode_picture, picture(beamformer.spectrum(found[start : start + AT_ONCE])))
+                for name, content in zip(names[start : start + AT_ONCE], files, strict=True):
+                    write_atomically(unfinished / "spectrum" / f"{name}.png", content)
+        write_positions(unfinished / "tx_pos.csv", places)
+        write_gateway(unfinished / "gateway_info.yml", Path(folder).name, gateway.position, gateway.orientation)
+        own_phases = {"retrieved": np.array(True)} if phases == "per-position" else {}
+        write_arrays(unfinished / "channels.npz", {"channels": found.astype(np.complex64), **own_phases})
+        stated = {"frequency_hz": hertz, "array": asdict(array), "grid": asdict(grid), "phases": phases}
+        write_metadata(unfinished / "metadata.json", {"made_by": f"bisplat-wrf {version('bisplat-wrf')}"} | stated)
+        problems = inspect(unfinished).problems
+        if problems:
+            raise InputError(problems[0].replace(str(unfinished), str(folder)))
+    return read_dataset(folder)
+
+
+def _responses(given: Complex[ArrayLike, "K elements"], count: int, elements: int) -> Complex[np.ndarray, "K elements"]:
+    """Check responses; the messages name what people most often mix up."""
+    what = f"responses of {count} positions × {elements} elements"
+    shape = np.shape(given)
+    if shape == (elements, count) and elements != count:
+        raise ParameterError("responses", f"expected {what}, found {elements} × {count}: transpose them (.T)")
+    found = check_array("responses", given, (count, elements), what, "c")
+    if elements > 1 and not np.iscomplex(found).any():
+        raise ParameterError("responses", f"expected {what} with phases, found real numbers only")
+    low, high = RESPONSE_MAGNITUDES
+    largest = float(np.abs(found).max())
+    if not low <= largest <= high:
+        raise ParameterError("responses", f"expected a largest magnitude from {low:g} to {high:g}, found {largest:.4g}")
+    silent = np.flatnonzero(~found.any(axis=1))
+    if len(silent):
+        more = f" and {len(silent) - 1} more" if len(silent) > 1 else ""
+        raise ParameterError(
+            "responses",
+            f"expected a signal at every position, found zeros in row {int(silent[0])}{more}; leave them out",
+        )
+    return found

@@ -1,0 +1,86 @@
+"""Datasets from responses of one's own."""
+
+import numpy as np
+import pytest
+
+import bisplat
+from scenes.files.errors import InputError, ParameterError
+from simulate.exchange.given_responses import write_dataset
+from simulate.spectra.array import PlanarArray
+from simulate.spectra.spectrum import picture
+
+ARRAY = PlanarArray(rows=2, columns=3, spacing=0.4)
+PLACES = np.array([[3.0, 0.5, 1.0], [2.0, -1.0, 1.5], [4.0, 1.0, 0.5], [3.5, 2.0, 1.0]])
+
+
+def waves(array: PlanarArray = ARRAY, count: int = len(PLACES)) -> np.ndarray:
+    """Two plane waves at each position."""
+    generator = np.random.default_rng(0)
+    azimuths, elevations = generator.uniform(0, 6, (2, count)), generator.uniform(0.2, 1.2, (2, count))
+    return 1e-4 * (array.manifold(azimuths[0], elevations[0]) + 0.5j * array.manifold(azimuths[1], elevations[1]))
+
+
+def test_what_is_given_is_what_is_read(tmp_path):
+    turn = bisplat.facing((0, 1, 0))
+    made = write_dataset(tmp_path / "mine", PLACES, waves(), ARRAY, "2.4 GHz", (1, 2, 3), turn)
+    read = bisplat.read_dataset(tmp_path / "mine")
+    np.testing.assert_allclose(read.responses, waves(), rtol=1e-6)
+    np.testing.assert_array_equal(read.pictures, picture(read.beamformer.spectrum(waves())))
+    np.testing.assert_array_equal(read.positions, PLACES)
+    assert read.array == made.array == ARRAY and read.frequency.hertz == 2.4e9
+    assert read.gateway_position.tolist() == [1, 2, 3]
+    np.testing.assert_allclose(read.gateway_orientation, turn, atol=1e-9)
+    assert (read.identification.source, read.frequency.source) == ("metadata", "metadata")
+    assert read.assumptions() == [] and len(read.train) == 0
+
+
+def test_responses_of_unknown_phase_are_not_compared_between_positions(tmp_path):
+    made = write_dataset(tmp_path / "mine", PLACES, waves(), ARRAY, 915e6, phases="per-position")
+    assert made.responses is None
+    np.testing.assert_allclose(made.retrieved, waves(), rtol=1e-6)
+
+
+def test_a_model_learns_from_them(tmp_path):
+    """The field of one source in free space, received by a line of eight."""
+    line = PlanarArray(rows=1, columns=8)
+    places = np.random.default_rng(1).uniform((2, -1, -0.5), (4, 1, 0.5), (300, 3))
+    wavelength = 299_792_458 / 915e6
+    distance = np.linalg.norm(places[:, None] - line.positions * wavelength, axis=-1) / wavelength
+    made = write_dataset(tmp_path / "mine", places, np.exp(-2j * np.pi * distance) / distance, line, 915e6)
+    run = bisplat.train(made, tmp_path / "run", model="helmholtz", split="random")
+    assert bisplat.evaluate(run).metrics()["ssim_median"] > 0.95
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"responses": waves().T}, r"responses: .* found 6 × 4: transpose them"),
+        ({"responses": np.abs(waves())}, "responses: .* with phases, found real numbers only"),
+        (
+            {"responses": waves()[:3]},
+            r"responses: expected responses of 4 positions × 6 elements, found shape \(3, 6\)",
+        ),
+        ({"responses": waves() * [[1], [0], [1], [0]]}, "found zeros in row 1 and 1 more; leave them out"),
+        ({"responses": waves() * 1e-20}, "expected a largest magnitude from 1e-12"),
+        ({"responses": waves() * np.nan}, "all finite"),
+        ({"frequency": 2.4}, "2.4 GHz are 2.4e9"),
+        ({"positions": PLACES * 1e6}, "coordinates within ±100000 m"),
+        ({"phases": "free"}, "phases: expected common or per-position, found 'free'"),
+    ],
+)
+def test_mistakes_are_told_in_a_sentence(tmp_path, changed, message):
+    given = {"positions": PLACES, "responses": waves(), "array": ARRAY, "frequency": 915e6} | changed
+    with pytest.raises(ParameterError, match=message):
+        write_dataset(tmp_path / "mine", **given)
+    assert not (tmp_path / "mine").exists()
+
+
+def test_folder_stays_as_it_was_if_something_is_wrong(tmp_path):
+    with pytest.raises(InputError, match="orientation: expected a quaternion of unit length, found length 2"):
+        write_dataset(tmp_path / "mine", PLACES, waves(), ARRAY, 915e6, gateway_orientation=(0, 0, 0, 2))
+    assert not (tmp_path / "mine").exists()
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "notes.txt").write_text("precious")
+    with pytest.raises(InputError, match="found other files"):
+        write_dataset(tmp_path / "mine", PLACES, waves(), ARRAY, 915e6)
+    assert [path.name for path in (tmp_path / "mine").iterdir()] == ["notes.txt"]
