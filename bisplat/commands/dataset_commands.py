@@ -1,4 +1,4 @@
-"""The commands that make or complete a dataset folder from given pictures: convert, responses."""
+"""The commands that make or complete a dataset folder from what others measured: dataset, convert, responses."""
 
 from __future__ import annotations
 
@@ -10,8 +10,43 @@ from tyro.conf import OmitArgPrefixes, Positional
 
 from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.simulate_command import Output
-from scenes.files.errors import printable
+from scenes.files.errors import ParameterError, printable
 from simulate.exchange.conversion import Conversion
+from simulate.exchange.recording import Recording
+
+
+def dataset(
+    files: Positional[tuple[Path, ...]],
+    output: Output,
+    frequency: str,
+    array: str,
+    gateway: tuple[float, float, float] = (0, 0, 0),
+    boresight: tuple[float, float, float] = (0, 0, 1),
+    recording: Annotated[Recording, OmitArgPrefixes] = Recording(),
+) -> None:
+    """Make a dataset folder from files of positions and complex element responses.
+
+    The files are NumPy's, MATLAB's, HDF5 or tables of text. The command prints what it recognised and assumed.
+
+    Args:
+        files: one file or several, which together hold positions and responses.
+        output: the new dataset folder.
+        frequency: carrier frequency: hertz, or such as "2.4 GHz".
+        array: array of the gateway: ROWSxCOLUMNS@SPACING, with the spacing in wavelengths.
+        gateway: position of the gateway, metres.
+        boresight: direction that the gateway looks in. Its y axis points as far up as possible.
+    """
+    from scenes.scene.array_size import read_array
+    from scenes.scene.description import Gateway, facing
+    from simulate.exchange.recorded_dataset import record
+
+    rows, columns, spacing = read_array(array)
+    if spacing is None:
+        raise ParameterError("array", f"expected the spacing in wavelengths, too, such as {array}@0.5, found {array}")
+    receiver = Gateway(gateway, facing(boresight), rows, columns, spacing)
+    for sentence in record(files, output, receiver, frequency, recording):
+        print(printable(sentence))
+    print(printable(f"dataset: {output}"))
 
 
 def convert(

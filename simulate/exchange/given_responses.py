@@ -7,7 +7,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from importlib.metadata import version
 from pathlib import Path
-from typing import Literal, get_args
+from typing import get_args
 
 import numpy as np
 from jaxtyping import Complex, Float
@@ -28,6 +28,7 @@ from simulate.dataset.dataset_writer import (
     write_positions,
 )
 from simulate.dataset.responses_file import RESPONSE_MAGNITUDES
+from simulate.exchange.recording import Phases
 from simulate.generation.written_parts import picture_names
 from simulate.positions.given_positions import check_points
 from simulate.spectra.angular_grid import AngularGrid
@@ -37,8 +38,6 @@ from simulate.spectra.spectrum import picture
 
 AT_ONCE = 100
 """Pictures made at a time. This bounds the memory."""
-
-Phases = Literal["common", "per-position"]
 
 
 def write_dataset(
@@ -96,31 +95,72 @@ def write_dataset(
     require_word(get_args(Phases), phases=phases)
     hertz = read_frequency(frequency)
     places = check_points(positions)
-    found = _responses(responses, len(places), array.elements)
-    gateway = Gateway(gateway_position, gateway_orientation)  # type: ignore[arg-type]  # which checks both
-    beamformer = Beamformer(array, grid)
-    names = picture_names(len(places))
+    found = own_responses(responses, len(places), array.elements)
+    shape = array.rows, array.columns, array.spacing
+    gateway = Gateway(gateway_position, gateway_orientation, *shape)  # type: ignore[arg-type]  # which checks both
     with new_folder(Path(folder)) as unfinished:
-        (unfinished / "spectrum").mkdir()
-        for start in range(0, len(names), AT_ONCE):
-            with ThreadPoolExecutor() as pool:
-                files = pool.map(encode_picture, picture(beamformer.spectrum(found[start : start + AT_ONCE])))
-                for name, content in zip(names[start : start + AT_ONCE], files, strict=True):
-                    write_atomically(unfinished / "spectrum" / f"{name}.png", content)
-        write_positions(unfinished / "tx_pos.csv", places)
-        write_gateway(unfinished / "gateway_info.yml", Path(folder).name, gateway.position, gateway.orientation)
-        own_phases = {"retrieved": np.array(True)} if phases == "per-position" else {}
-        write_arrays(unfinished / "channels.npz", {"channels": found.astype(np.complex64), **own_phases})
-        stated = {"frequency_hz": hertz, "array": asdict(array), "grid": asdict(grid), "phases": phases}
-        write_metadata(unfinished / "metadata.json", {"made_by": f"bisplat-wrf {version('bisplat-wrf')}"} | stated)
-        problems = inspect(unfinished).problems
-        if problems:
-            raise InputError(problems[0].replace(str(unfinished), str(folder)))
+        fill_dataset(unfinished, Path(folder), places, found, gateway, hertz, grid, phases)
     return read_dataset(folder)
 
 
-def _responses(given: Complex[ArrayLike, "K elements"], count: int, elements: int) -> Complex[np.ndarray, "K elements"]:
-    """Check responses; the messages name what people most often mix up."""
+def fill_dataset(
+    folder: Path,
+    called: Path,
+    positions: Float[np.ndarray, "K 3"],
+    responses: Complex[np.ndarray, "K elements"],
+    gateway: Gateway,
+    frequency: float,
+    grid: AngularGrid,
+    phases: Phases,
+) -> None:
+    """Write the files of a dataset into an empty folder.
+
+    Args:
+        folder: the empty folder.
+        called: the dataset folder that it becomes.
+        positions: metres, world frame.
+        responses: from ``own_responses``.
+        gateway: position, orientation and array.
+        frequency: hertz.
+        grid: directions of the pictures' rows and columns.
+        phases: of ``write_dataset``.
+
+    Raises:
+        InputError: the files are no valid dataset.
+    """
+    array = PlanarArray.of(gateway)
+    beamformer, names = Beamformer(array, grid), picture_names(len(positions))
+    (folder / "spectrum").mkdir()
+    for start in range(0, len(names), AT_ONCE):
+        some = names[start : start + AT_ONCE]
+        with ThreadPoolExecutor() as pool:
+            files = pool.map(encode_picture, picture(beamformer.spectrum(responses[start : start + AT_ONCE])))
+            for name, content in zip(some, files, strict=True):
+                write_atomically(folder / "spectrum" / f"{name}.png", content)
+    write_positions(folder / "tx_pos.csv", positions)
+    write_gateway(folder / "gateway_info.yml", called.name, gateway.position, gateway.orientation)
+    own_phases = {"retrieved": np.array(True)} if phases == "per-position" else {}
+    write_arrays(folder / "channels.npz", {"channels": responses.astype(np.complex64), **own_phases})
+    stated = {"frequency_hz": frequency, "array": asdict(array), "grid": asdict(grid), "phases": phases}
+    write_metadata(folder / "metadata.json", {"made_by": f"bisplat-wrf {version('bisplat-wrf')}"} | stated)
+    problems = inspect(folder).problems
+    if problems:
+        raise InputError(problems[0].replace(str(folder), str(called)))
+
+
+def own_responses(
+    given: Complex[ArrayLike, "K elements"], count: int, elements: int
+) -> Complex[np.ndarray, "K elements"]:
+    """Check responses from a user; the messages name what people most often mix up.
+
+    Args:
+        given: the responses.
+        count: number of positions.
+        elements: number of elements.
+
+    Raises:
+        ParameterError: they have another shape, are real, not finite, too small or large, or zero at a position.
+    """
     what = f"responses of {count} positions × {elements} elements"
     shape = np.shape(given)
     if shape == (elements, count) and elements != count:

@@ -154,7 +154,7 @@ class Tracer:
             self._edge_scene = EdgeScene(self.ray_scene)
             self._diffracted = found.diffracted if found is not None else None
             if self._diffracted is None:
-                self._diffracted = find_diffracted_chains(self._edge_scene, region, seed, report)
+                self._diffracted = find_diffracted_chains(self._edge_scene, self._chains, region, seed, report)
 
     @property
     def found(self) -> Found:

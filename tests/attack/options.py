@@ -10,10 +10,11 @@ from hypothesis import strategies as st
 
 from bisplat.commands.command_groups import COMMANDS as OF_THE_PROGRAM
 from tests.attack.changes import TEXTS
-from tests.attack.victims import PLACE
+from tests.attack.victims import PLACE, RECORDED
 
 COMMANDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "check": ("data", ("data",)),
+    "dataset": (f"recordings/log.npz {RECORDED}", ("recordings",)),
     "convert": ("measured", ("measured",)),
     "responses": ("measured", ("measured",)),
     "train": ("data --model mlp-responses --steps 2 --batch-size 2", ("data", "network")),

@@ -19,6 +19,7 @@ OUTPUTS: dict[str, str] = {
     "export data --hdf5": "out.h5",
     "export network": "out.pt2",
     "convert measured": "out",
+    "dataset recordings/log.npz --frequency 2.4GHz --array 2x2@0.5": "out",
     "compare data --models nearest": "out",
     "scene room/scene.yaml": "out.png",
     "plan kriged -n 2": "out.csv",

@@ -23,7 +23,7 @@ PAIRS = (
 )
 """Commands that take several files; ``others`` is a dataset of another place."""
 
-NEEDS = ("data", "network", "kriged", "measured", "field", "room", "meshes", "places.csv")
+NEEDS = ("data", "network", "kriged", "measured", "field", "room", "meshes", "recordings", "places.csv")
 
 
 @pytest.mark.parametrize("group", ["foreign pictures"])

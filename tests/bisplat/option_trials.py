@@ -65,6 +65,7 @@ LOCATED = "learn.evaluation.locations:heard_by"
 CROSSVALIDATED = "learn.evaluation.crossvalidate:crossvalidate"
 NEAREST = "compare others -o out --models nearest"
 ABLATE = "ablate data -o out --models bisplat-aperture --steps 1 --seeds 1"
+RECORDED = "dataset recording.npz --frequency 2.4GHz --array 4x4@0.5 -o out"
 CONVERTED = "simulate.exchange.convert:convert"
 ABLATED = "learn.comparison.ablate:ablate"
 SWEEP = "sweep others -o out --models nearest --sizes 3"
@@ -140,6 +141,18 @@ TRIALS: dict[str, list[Trial]] = {
     "check": [
         *_trials("check data", ["--json", "--split random"]),
         *_trials("check data --split random", ["--guard 1", "--seed 1"]),
+    ],
+    "dataset": [
+        *_trials(RECORDED, [("--frequency 915e6", "--frequency 2.4GHz")], "simulate.exchange.recorded_dataset:record"),
+        *_trials(
+            RECORDED,
+            [
+                ("--array 4x4@0.4", "--array 4x4@0.5"),
+                ("-o out2", "-o out"),
+                *("--gateway 1 0 1", "--boresight 0 1 0", "--positions elsewhere", "--responses other", "--unit ft"),
+                *("--columns-first True", "--conjugate True", "--phases per-position"),
+            ],
+        ),
     ],
     "convert": [
         *_trials("convert measured -o out", [("-o out2", "-o out")]),

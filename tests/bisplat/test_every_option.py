@@ -26,6 +26,7 @@ from scenes.scene.description import SceneObject
 from scenes.scene.materials import p2040_material
 from scenes.scene.shapes import box, sheet
 from scenes.storage.scene_yaml import write_scene
+from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import write_positions
 from simulate.spectra.phase_retrieval import Retrieval
 from tests.bisplat.option_trials import FIELD, NEVER, TRIALS
@@ -93,6 +94,14 @@ def place(tmp_path_factory) -> Path:
     (folder / "one.txt").write_text((folder / "data" / "test_index.txt").read_text().splitlines()[0] + "\n")
     write_positions(folder / "places.csv", np.array([[2.1, 0.1, 1.2], [2.5, -0.2, 1.5]]))
     write_positions(folder / "others.csv", np.array([[2.2, 0.3, 1.1]]))
+    given = read_dataset(folder / "data")
+    arrays = {
+        "pos": given.positions,
+        "elsewhere": given.positions + 1,
+        "H": given.responses,
+        "other": 2j * given.responses,
+    }
+    np.savez(folder / "recording.npz", **arrays)
     box((-1, 2, 0), (4, 2.2, 2.4)).export(folder / "wall.obj")
     scene = small_scene(SceneObject("board", sheet((1.5, -3, 0), (0, 3, 0), (0, 0, 3)), "wood"))
     rough = {

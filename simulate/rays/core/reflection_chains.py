@@ -24,7 +24,7 @@ from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.ray_scene import RayScene
 from simulate.rays.core.reflections import Images
 from simulate.rays.core.sionna_scene import Antennas, gateway_antennas, transmitter_antennas
-from simulate.rays.core.solution import Course, Solution
+from simulate.rays.core.solution import Course, Solution, largest_shares
 from simulate.rays.core.surfaces import Surfaces
 from simulate.rays.core.terms import STRAIGHT, Interaction, Paths
 
@@ -75,12 +75,8 @@ def find_chains(
     )
     chains = distinct(np.concatenate([forth, reversed_chains(back)]), len(ray_scene.planes.normals))
     chains = chains if propagation.los else chains[1:]
-    found = [(np.zeros(0, int), np.zeros(0, int), np.zeros(0))]
-    for solution in reflected(ray_scene, chains, elements, trials, [Surfaces(ray_scene)]):
-        chain, paths = solution.arriving()
-        found.append((chain, paths.targets * len(elements) + paths.sources, np.abs(paths.responses) ** 2))
-    chain, pair, power = (np.concatenate(column) for column in zip(*found, strict=True))
-    kept = largest_shares(chain, pair, power, len(chains)) >= NEGLIGIBLE
+    solutions = reflected(ray_scene, chains, elements, trials, [Surfaces(ray_scene)])
+    kept = largest_shares(solutions, len(chains), np.zeros((len(trials), len(elements)))) >= NEGLIGIBLE
     kept[: int(propagation.los)] = True
     report(f"{kept.sum()} chains of reflections, of {len(chains):,} tried")
     return chains[kept]
@@ -91,23 +87,6 @@ def reversed_chains(chains: Chains) -> Chains:
     count = (chains >= 0).sum(axis=1, keepdims=True)
     place = count - 1 - np.arange(chains.shape[1])
     return np.where(place >= 0, np.take_along_axis(chains, place.clip(0), axis=1), -1)
-
-
-def largest_shares(
-    chain: Int[np.ndarray, " paths"], pair: Int[np.ndarray, " paths"], power: Float[np.ndarray, " paths"], chains: int
-) -> Float[np.ndarray, " chains"]:
-    """The largest share of the power between two antennas that each chain carries.
-
-    Args:
-        chain: index of each path's chain.
-        pair: number of each path's pair of antennas.
-        power: power of each path.
-        chains: number of chains.
-    """
-    share = power / np.maximum(np.bincount(pair, power)[pair], 1e-30)
-    result = np.zeros(chains)
-    np.maximum.at(result, chain, share)
-    return result
 
 
 def reflected(

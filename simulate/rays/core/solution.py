@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -41,3 +41,25 @@ class Solution(NamedTuple):
         """The paths of ``arriving`` with their vertices."""
         kept = self.paths[0].responses != 0
         return Terms(*(each[kept] for each in (*self.paths[0], *self.course())))
+
+
+def largest_shares(
+    solutions: Iterable[Solution], chains: int, others: Float[np.ndarray, "targets sources"]
+) -> Float[np.ndarray, " chains"]:
+    """The largest share of the power between two antennas that each chain carries.
+
+    Args:
+        solutions: the paths of the chains.
+        chains: number of chains.
+        others: power between the antennas on paths of other chains.
+    """
+    whole, found = others.copy(), []
+    for solution in solutions:
+        chain, paths = solution.arriving()
+        power = np.abs(paths.responses) ** 2
+        np.add.at(whole, (paths.targets, paths.sources), power)
+        found.append((chain, paths, power))
+    result = np.zeros(chains)
+    for chain, paths, power in found:
+        np.maximum.at(result, chain, power / np.maximum(whole[paths.targets, paths.sources], 1e-30))
+    return result

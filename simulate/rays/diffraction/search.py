@@ -14,8 +14,9 @@ from jaxtyping import Float, Int
 
 from simulate.positions.placement import free_positions
 from simulate.rays.core.plane_sequences import plane_sequences
-from simulate.rays.core.reflection_chains import largest_shares
+from simulate.rays.core.reflection_chains import Chains, reflected
 from simulate.rays.core.sionna_scene import Antennas, gateway_antennas, transmitter_antennas
+from simulate.rays.core.solution import largest_shares
 from simulate.rays.diffraction.arms import Arms
 from simulate.rays.diffraction.diffraction_chains import NO_LINK, DiffractedChains, chains_of
 from simulate.rays.diffraction.ends import ends_of, reaches
@@ -35,17 +36,22 @@ TRIALS = 64
 ELEMENTS = 4
 """Number of elements at which candidates with two diffractions are tried. Those with one are tried at all elements."""
 
-NEGLIGIBLE = 1e-4
-"""A chain is dropped if its share of the diffracted power is smaller than this at every trial and every element."""
+NEGLIGIBLE = 5e-5
+"""A chain is dropped if its share of the power is smaller than this at every trial and every element."""
 
 
 def find_diffracted_chains(
-    edge_scene: EdgeScene, region: Float[np.ndarray, "2 3"], seed: int, report: Callable[[str], None]
+    edge_scene: EdgeScene,
+    reflecting: Chains,
+    region: Float[np.ndarray, "2 3"],
+    seed: int,
+    report: Callable[[str], None],
 ) -> DiffractedChains:
     """Find the chains with diffractions that carry power from the gateway to anywhere in a region.
 
     Args:
         edge_scene: the scene and its edges.
+        reflecting: the chains without diffraction.
         region: lowest and highest corner of the region, metres, world frame.
         seed: seed of the rays and the trial positions.
         report: gets a sentence on the progress.
@@ -66,8 +72,8 @@ def find_diffracted_chains(
     candidates = chains_of(arms(elements.positions), arms(trials.positions), links, (most, most_twice))
     is_double = candidates.link != NO_LINK
     some = elements.subset(evenly(np.arange(len(elements)), ELEMENTS))
-    kept = _shares(edge_scene, candidates, some, trials) >= NEGLIGIBLE
-    kept[~is_double] = _shares(edge_scene, candidates.subset(~is_double), elements, trials) >= NEGLIGIBLE
+    kept = _shares(edge_scene, candidates, reflecting, some, trials) >= NEGLIGIBLE
+    kept[~is_double] = _shares(edge_scene, candidates.subset(~is_double), reflecting, elements, trials) >= NEGLIGIBLE
     chains = candidates.subset(kept)
     twice = int((chains.link != NO_LINK).sum())
     if edge_scene.left_out:
@@ -80,15 +86,15 @@ def find_diffracted_chains(
 
 
 def _shares(
-    edge_scene: EdgeScene, chains: DiffractedChains, sources: Antennas, targets: Antennas
+    edge_scene: EdgeScene, chains: DiffractedChains, reflecting: Chains, sources: Antennas, targets: Antennas
 ) -> Float[np.ndarray, " chains"]:
-    """The largest share of the diffracted power between a source and a target that each chain carries."""
-    found = [(np.zeros(0, int), np.zeros(0, int), np.zeros(0))]
-    for solution in diffracted(edge_scene, chains, sources, targets, [edge_scene.surfaces]):
-        index, paths = solution.arriving()
-        found.append((index, paths.targets * len(sources) + paths.sources, np.abs(paths.responses) ** 2))
-    chain, pair, power = (np.concatenate(column) for column in zip(*found, strict=True))
-    return largest_shares(chain, pair, power, len(chains))
+    """The largest share of the power between a source and a target that each chain carries."""
+    others = np.zeros((len(targets), len(sources)))
+    for solution in reflected(edge_scene.ray_scene, reflecting, sources, targets, [edge_scene.surfaces]):
+        _, paths = solution.arriving()
+        np.add.at(others, (paths.targets, paths.sources), np.abs(paths.responses) ** 2)
+    solutions = diffracted(edge_scene, chains, sources, targets, [edge_scene.surfaces])
+    return largest_shares(solutions, len(chains), others)
 
 
 def _possible_arms(

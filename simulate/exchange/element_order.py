@@ -1,0 +1,100 @@
+"""How the elements of a recording are numbered and which way its phases turn, told by transmitters in line of sight.
+
+If the numbering or the sign of the phase is another one, the strongest directions are turned or mirrored. Where many
+transmitters are in sight, only one reading makes them point at the transmitters.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Complex, Float
+from scipy.spatial.transform import Rotation
+
+from scenes.scene.description import Gateway
+from simulate.dataset.bearings import FARTHER, POINTS
+from simulate.spectra.angular_grid import AngularGrid
+from simulate.spectra.array import PlanarArray
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.spectrum import evenly
+
+EXAMINED = 200
+"""Most positions whose strongest direction is looked at."""
+
+
+class Order(NamedTuple):
+    """How to read responses.
+
+    Attributes:
+        columns_first: elements are numbered along y first, then along x.
+        conjugated: the phase rises with the distance.
+    """
+
+    columns_first: bool = False
+    conjugated: bool = False
+
+    def read(
+        self, responses: Complex[np.ndarray, "K elements"], array: PlanarArray
+    ) -> Complex[np.ndarray, "K elements"]:
+        """Responses in our order, x first, with phases that fall with the distance."""
+        if self.columns_first:
+            responses = responses.reshape(-1, array.columns, array.rows).swapaxes(1, 2).reshape(responses.shape)
+        return responses.conj() if self.conjugated else responses
+
+
+class Told(NamedTuple):
+    """An order, and how it is known.
+
+    Attributes:
+        order: how to read the responses.
+        error: median angle between the strongest directions and the transmitters, degrees.
+        error_otherwise: that of the next best order.
+        clear: whether the strongest directions decide.
+    """
+
+    order: Order
+    error: float
+    error_otherwise: float
+    clear: bool
+
+
+def told_by_sight(
+    responses: Complex[np.ndarray, "K elements"],
+    positions: Float[np.ndarray, "K 3"],
+    gateway: Gateway,
+    array: PlanarArray,
+    columns_first: bool | None = None,
+    conjugated: bool | None = None,
+) -> Told:
+    """The order in which the strongest directions are nearest the transmitters.
+
+    Args:
+        responses: as recorded.
+        positions: of the transmitters, metres, world frame.
+        gateway: position and orientation of the array.
+        array: the array.
+        columns_first: what is stated of the order; None: nothing.
+        conjugated: what is stated of the phases; None: nothing.
+    """
+    chosen = evenly(np.arange(len(positions)), EXAMINED)
+    towards = Rotation.from_quat(gateway.orientation).inv().apply(positions[chosen] - np.asarray(gateway.position))
+    towards /= np.linalg.norm(towards, axis=1, keepdims=True).clip(1e-9)
+    grid = AngularGrid()
+    beamformer = Beamformer(array, grid)
+    orders = [
+        Order(first, sign)
+        for first in ((False, True) if columns_first is None else (columns_first,))
+        for sign in ((False, True) if conjugated is None else (conjugated,))
+    ]
+    if 1 in (array.rows, array.columns):  # a line has one order
+        orders = [order for order in orders if not order.columns_first] or orders
+    errors = []
+    for order in orders:
+        read = order.read(responses[chosen], array)
+        strongest = np.stack([grid.dominant_direction(beamformer.spectrum(each)) for each in read])
+        errors.append(float(np.median(array.angle_between(strongest, towards))))
+    best, *others = np.argsort(errors)
+    other = errors[others[0]] if others else np.inf
+    clear = errors[best] < POINTS and other > max(FARTHER * errors[best], 2 * POINTS)
+    return Told(orders[best if clear else 0], errors[best if clear else 0], other, clear)

@@ -1,0 +1,193 @@
+"""Find positions and element responses among the arrays of a recording.
+
+What is told by names and shapes is recognised, and every such conclusion is put into a sentence. What is not told is
+asked for.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from jaxtyping import Complex, Float
+
+from scenes.files.errors import InputError, shown
+from scenes.importing.lengths import METRES
+from simulate.exchange.array_files import Arrays
+from simulate.exchange.recording import Recording
+
+POSITIONS = (
+    "positions",
+    "position",
+    "pos",
+    "tx_pos",
+    "txpos",
+    "tx",
+    "xyz",
+    "locations",
+    "location",
+    "positions_m",
+    "p",
+)
+RESPONSES = ("responses", "response", "channels", "channel", "csi", "h", "y", "iq", "phasors", "phasor", "snapshots")
+MAGNITUDES = ("magnitude", "magnitudes", "amplitude", "amplitudes", "mag", "abs", "rssi", "power_db", "gain_db")
+PHASES = ("phase", "phases", "angle", "angles", "phase_rad", "phase_deg")
+"""Usual names of arrays, without regard to case."""
+
+COLUMN = re.compile(
+    r"(?:tx|pos|position|p)?[ _.\-]*(?P<axis>[xyz])[ _.\-]*[\[(]?(?P<unit>m|cm|mm|in|ft)?[\])]?", re.IGNORECASE
+)
+"""The name of a column with a coordinate, such as x, tx_y or ``z [mm]``."""
+
+FAR = 1000.0
+"""Metres. Positions that spread over more are taken for another unit, unless it is stated."""
+
+
+@dataclass
+class Found:
+    """What was recognised.
+
+    Attributes:
+        positions: metres.
+        responses: with the elements in the order of the file.
+        said: sentences on what was recognised and assumed.
+    """
+
+    positions: Float[np.ndarray, "K 3"]
+    responses: Complex[np.ndarray, "K elements"]
+    said: list[str] = field(default_factory=list)
+
+
+def recognise(arrays: Arrays, recording: Recording, elements: int) -> Found:
+    """Find the positions and the responses.
+
+    Args:
+        arrays: all arrays of the recording's files.
+        recording: how to read them.
+        elements: number of elements of the receiving array.
+
+    Raises:
+        InputError: they are not there, cannot be told, or do not fit each other.
+    """
+    said: list[str] = []
+    arrays = {name: np.squeeze(each) if each.ndim > 2 else each for name, each in arrays.items()}
+    places = _positions(arrays, recording, said)
+    return Found(places, _responses(arrays, recording, len(places), elements, said), said)
+
+
+def _positions(arrays: Arrays, recording: Recording, said: list[str]) -> Float[np.ndarray, "K 3"]:
+    stated, unit = None, recording.unit
+    if recording.positions is not None:
+        name = recording.positions
+        found = _named(arrays, name)
+    else:
+        by_axis = {
+            match["axis"].lower(): (each, (match["unit"] or "").lower())
+            for each in arrays
+            if arrays[each].ndim == 1 and (match := COLUMN.fullmatch(each.strip()))
+        }
+        if set(by_axis) == set("xyz"):
+            names = [by_axis[axis][0] for axis in "xyz"]
+            units = {by_axis[axis][1] for axis in "xyz"}
+            name, found = ", ".join(names), np.stack([arrays[each] for each in names], axis=1)
+            stated = units.pop() if len(units) == 1 else None
+        else:
+            name = _one_of(arrays, POSITIONS, _could_be_positions, "positions", "of K × 3 real numbers")
+            found = arrays[name]
+    if found.ndim == 2 and found.shape[0] == 3 and found.shape[1] != 3:
+        said.append(f"transposed {name}, which has 3 rows")
+        found = found.T
+    if found.ndim != 2 or found.shape[1] != 3 or np.iscomplexobj(found):
+        raise InputError(f"{name}: expected positions, K × 3 real numbers, found shape {found.shape}")
+    if stated and unit and stated != unit:
+        raise InputError(f"{name}: expected no other unit than that of the columns, {stated}, found --unit {unit}")
+    known = unit or stated
+    metres = METRES[known or "m"]
+    spread = float(np.ptp(found, axis=0).max()) * metres
+    if known is None and spread > FAR:
+        raise InputError(
+            f"{name}: expected positions in metres, found a spread of {spread:,.0f}; state --unit mm or cm"
+        )
+    said.append(f"positions: {name}, {len(found)} in {known or 'm'}{'' if known else ' (assumed; or state --unit)'}")
+    return found.astype(float) * metres
+
+
+def _responses(
+    arrays: Arrays, recording: Recording, count: int, elements: int, said: list[str]
+) -> Complex[np.ndarray, "K elements"]:
+    if recording.responses is not None:
+        name, found = recording.responses, _named(arrays, recording.responses)
+    else:
+        columns = [each for each, values in arrays.items() if values.ndim == 1 and np.iscomplexobj(values)]
+        polar = _polar(arrays, said)
+        if len(columns) == elements > 1:
+            name, found = f"{columns[0]} to {columns[-1]}", np.stack([arrays[each] for each in columns], axis=1)
+        elif polar is not None:
+            name, found = polar
+        else:
+            what = f"of {count} positions × {elements} complex numbers"
+            name = _one_of(arrays, RESPONSES, lambda each: np.iscomplexobj(each) and each.ndim > 1, "responses", what)
+            found = arrays[name]
+    if not np.iscomplexobj(found):
+        raise InputError(f"{name}: expected complex responses, found real numbers")
+    shape = found.shape
+    if found.ndim == 1 and 1 in (count, elements):
+        found = found.reshape(count, elements)
+    if found.ndim == 3 and found.shape[0] == count and found.shape[1] * found.shape[2] == elements:
+        said.append(f"took the axes of {name} for positions, rows and columns")
+        found = found.reshape(count, elements)
+    if found.shape == (elements, count) and count != elements:
+        said.append(f"transposed {name}, which has {elements} rows")
+        found = found.T
+    if found.shape != (count, elements):
+        raise InputError(f"{name}: expected responses of {count} positions × {elements} elements, found shape {shape}")
+    said.append(f"responses: {name}, {count} × {elements}")
+    return found
+
+
+def _polar(arrays: Arrays, said: list[str]) -> tuple[str, np.ndarray] | None:
+    """Responses from an array of magnitudes and one of phases of the same shape."""
+    by_name = {each.lower(): each for each in arrays}
+    sizes = [by_name[each] for each in MAGNITUDES if each in by_name]
+    angles = [by_name[each] for each in PHASES if each in by_name]
+    if len(sizes) != 1 or len(angles) != 1 or arrays[sizes[0]].shape != arrays[angles[0]].shape:
+        return None
+    size, angle = arrays[sizes[0]].astype(float), arrays[angles[0]].astype(float)
+    if (size < 0).any():
+        said.append(f"took {sizes[0]} for decibels, since some are negative")
+        size = 10 ** (size / 20)
+    if np.nanmax(np.abs(angle)) > 2 * np.pi + 1e-6:
+        said.append(f"took {angles[0]} for degrees, since some are above 2π")
+        angle = np.radians(angle)
+    return f"{sizes[0]} and {angles[0]}", size * np.exp(1j * angle)
+
+
+def _could_be_positions(each: np.ndarray) -> bool:
+    return not np.iscomplexobj(each) and each.ndim == 2 and 3 in each.shape
+
+
+def _named(arrays: Arrays, name: str) -> np.ndarray:
+    if name not in arrays:
+        raise InputError(f"expected an array {shown(name)}, found {_listed(arrays)}")
+    return arrays[name]
+
+
+def _one_of(arrays: Arrays, usual: tuple[str, ...], fits: Callable[[np.ndarray], bool], what: str, shape: str) -> str:
+    """The name of the array that has a usual name, or is the only one of its kind."""
+    candidates = [name for name, each in arrays.items() if fits(each)]
+    named = [name for name in candidates if name.lower().rpartition("/")[2] in usual]
+    chosen = named if len(named) == 1 else candidates
+    if len(chosen) == 1:
+        return chosen[0]
+    option = f"--{what} NAME"
+    if not chosen:
+        raise InputError(f"expected an array {shape}, found {_listed(arrays)}")
+    raise InputError(f"expected one array {shape}, or {option}, found {', '.join(chosen)}")
+
+
+def _listed(arrays: Arrays) -> str:
+    """The arrays with their shapes, for a message."""
+    some = [f"{name} {' × '.join(map(str, each.shape))}" for name, each in list(arrays.items())[:8]]
+    return ", ".join(some) + (", …" if len(arrays) > len(some) else "")

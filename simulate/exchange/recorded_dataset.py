@@ -1,0 +1,91 @@
+"""A dataset folder from the files of a recording: positions and element responses in NumPy, MATLAB, HDF5 or a table."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from scenes.files.errors import InputError
+from scenes.files.output_folder import new_folder
+from scenes.scene.description import Gateway
+from scenes.scene.frequency import read_frequency
+from simulate.exchange.array_files import Arrays, read_arrays
+from simulate.exchange.element_order import Told, told_by_sight
+from simulate.exchange.given_responses import fill_dataset, own_responses
+from simulate.exchange.recognition import recognise
+from simulate.exchange.recording import Recording
+from simulate.positions.given_positions import check_points
+from simulate.spectra.angular_grid import AngularGrid
+from simulate.spectra.array import PlanarArray
+
+
+def record(
+    files: Sequence[Path],
+    output: Path,
+    gateway: Gateway,
+    frequency: str,
+    recording: Recording = Recording(),
+) -> list[str]:
+    """Write a dataset folder from the files of a recording.
+
+    Args:
+        files: the files, which together have positions and responses.
+        output: the new dataset folder.
+        gateway: position, orientation and array of the receiver.
+        frequency: hertz, or a text with a unit.
+        recording: how to read the files.
+
+    Returns:
+        Sentences on what was recognised and what is assumed.
+
+    Raises:
+        InputError: a file cannot be read, or the arrays are not there or do not fit each other.
+        ParameterError: an option has an invalid value.
+    """
+    array, hertz = PlanarArray.of(gateway), read_frequency(frequency)
+    with new_folder(output) as unfinished:
+        found = recognise(_together(files), recording, array.elements)
+        stated = recording.columns_first, recording.conjugate
+        positions, values = (
+            check_points(found.positions),
+            own_responses(found.responses, len(found.positions), array.elements),
+        )
+        told = told_by_sight(values, positions, gateway, array, *stated)
+        values = told.order.read(values, array)
+        fill_dataset(unfinished, output, positions, values, gateway, hertz, AngularGrid(), recording.phases)
+    return [*found.said, _of_order(told, None in stated)]
+
+
+def _together(files: Sequence[Path]) -> Arrays:
+    """The arrays of all files. If two files have arrays of the same name, the names of the files are put in front."""
+    by_file = {path: read_arrays(path) for path in files}
+    names = [name for arrays in by_file.values() for name in arrays]
+    twice = {name for name in names if names.count(name) > 1}
+    together: Arrays = {}
+    for path, arrays in by_file.items():
+        together |= {f"{path.stem}/{name}" if name in twice else name: each for name, each in arrays.items()}
+    if len(together) < len(names):
+        raise InputError(f"expected files of different names, found two of {files[0].name}")
+    return together
+
+
+def _of_order(told: Told, asked: bool) -> str:
+    """A sentence on the order of the elements and the sign of the phases.
+
+    >>> from simulate.exchange.element_order import Order
+    >>> print(_of_order(Told(Order(conjugated=True), 4.2, 140.0, True), asked=True))
+    took elements as numbered along x first, and phases that rise with the distance: the strongest directions are then
+    4° from the transmitters (median), otherwise 140°
+    """
+    along, turning = "y" if told.order.columns_first else "x", "rise" if told.order.conjugated else "fall"
+    taken = f"took elements as numbered along {along} first, and phases that {turning} with the distance"
+    error = f"{told.error:.0f}° from the transmitters (median)"
+    if not asked:
+        return f"{taken}, as stated: the strongest directions are {error}"
+    if told.clear:
+        return f"{taken}: the strongest directions are then {error}, otherwise {told.error_otherwise:.0f}°"
+    return (
+        f"warning: {taken}. The strongest directions do not tell whether that is right: they are {error}, and "
+        f"{told.error_otherwise:.0f}° otherwise. State --columns-first and --conjugate, True or False, as your "
+        "receiver has them"
+    )

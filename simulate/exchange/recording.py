@@ -1,0 +1,32 @@
+"""How to read a recording of another program: the options of ``bisplat dataset``."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+Phases = Literal["common", "per-position"]
+
+Unit = Literal["m", "cm", "mm", "in", "ft"]
+
+
+@dataclass(frozen=True)
+class Recording:
+    """How to read a recording. Most files need none of these options.
+
+    Attributes:
+        positions: name of the array with the positions (default: the one with a usual name or shape).
+        responses: name of the array with the element responses (default: likewise).
+        unit: unit of the positions (default: metres, unless the names of their columns state another one).
+        columns_first: elements are numbered along y first, then along x (default: as transmitters in sight tell).
+        conjugate: the phase rises with the distance (default: as transmitters in sight tell).
+        phases: common: phases of different positions can be compared. per-position: each position has an unknown phase
+            of its own.
+    """
+
+    positions: str | None = None
+    responses: str | None = None
+    unit: Unit | None = None
+    columns_first: bool | None = None
+    conjugate: bool | None = None
+    phases: Phases = "common"

@@ -1,0 +1,121 @@
+"""Datasets from the files of a recording: what is recognised, what is asked for, what is refused."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.io
+
+import bisplat
+from scenes.checks.array_clearance import element_positions
+from scenes.files.errors import InputError
+from scenes.scene.description import SPEED_OF_LIGHT, Gateway, facing
+from simulate.exchange.recorded_dataset import record
+from simulate.exchange.recording import Recording
+
+GATEWAY = Gateway((0.5, 0.0, 1.5), facing((1, 0, 0)), rows=3, columns=5, spacing=0.5)
+WAVELENGTH = SPEED_OF_LIGHT / 2.4e9
+PLACES = np.random.default_rng(0).uniform([1.5, -4, -1], [4, 4, 4], (40, 3)).round(3)
+
+
+def in_free_space() -> np.ndarray:
+    """Responses to transmitters in sight of the array."""
+    distance = np.linalg.norm(PLACES[:, None] - element_positions(GATEWAY, WAVELENGTH), axis=-1)
+    return np.exp(-2j * np.pi * distance / WAVELENGTH) / distance
+
+
+RIGHT = in_free_space()
+COLUMNS_FIRST = RIGHT.reshape(-1, 3, 5).swapaxes(1, 2).reshape(-1, 15)
+
+
+def recorded(folder: Path, recording: Recording = Recording(), **arrays: np.ndarray) -> tuple[bisplat.Dataset, str]:
+    np.savez(folder / "log.npz", **arrays)
+    said = record([folder / "log.npz"], folder / "out", GATEWAY, "2.4 GHz", recording)
+    return bisplat.read_dataset(folder / "out"), "\n".join(said)
+
+
+def same(made: bisplat.Dataset) -> bool:
+    close = np.allclose(made.responses, RIGHT, rtol=1e-5)
+    return close and np.allclose(made.positions, PLACES, atol=1e-6) and made.frequency.hertz == 2.4e9
+
+
+@pytest.mark.parametrize(
+    ("arrays", "sentence"),
+    [
+        ({"pos": PLACES, "H": RIGHT}, "positions: pos, 40 in m (assumed; or state --unit)\nresponses: H, 40 × 15"),
+        ({"where": PLACES.T, "what": RIGHT.T}, "transposed where, which has 3 rows"),
+        ({"xyz": PLACES, "csi": RIGHT.reshape(40, 3, 5)}, "took the axes of csi for positions, rows and columns"),
+        ({"xyz": PLACES[None], "csi": RIGHT[..., None], "noise": np.ones((40, 15)) * 1j}, "responses: csi, 40 × 15"),
+        ({"xyz": PLACES, "amplitude": np.abs(RIGHT), "phase": np.angle(RIGHT)}, "responses: amplitude and phase"),
+        ({"xyz": PLACES, "amplitude": np.abs(RIGHT), "phase": np.degrees(np.angle(RIGHT))}, "took phase for degrees"),
+        ({"xyz": PLACES, "rssi": 20 * np.log10(np.abs(RIGHT)), "phase": np.angle(RIGHT)}, "took rssi for decibels"),
+        (
+            {"pos": PLACES, "H": RIGHT.conj()},
+            "and phases that rise with the distance: the strongest directions are then",
+        ),
+        ({"pos": PLACES, "H": COLUMNS_FIRST}, "took elements as numbered along y first, and phases that fall"),
+        ({"pos": PLACES, "H": COLUMNS_FIRST.conj()}, "along y first, and phases that rise"),
+    ],
+)
+def test_recognised_and_said(tmp_path, arrays, sentence):
+    made, said = recorded(tmp_path, **arrays)
+    assert sentence in said and "warning" not in said
+    assert same(made)
+
+
+@pytest.mark.parametrize(
+    ("recording", "arrays"),
+    [
+        (Recording(unit="mm"), {"pos": 1000 * PLACES, "H": RIGHT}),
+        (Recording(positions="b", responses="d"), {"a": PLACES + 1, "b": PLACES, "c": 2 * RIGHT, "d": RIGHT}),
+        (Recording(columns_first=True), {"pos": PLACES, "H": COLUMNS_FIRST}),
+        (Recording(columns_first=False, conjugate=True), {"pos": PLACES, "H": RIGHT.conj()}),
+    ],
+)
+def test_stated(tmp_path, recording, arrays):
+    made, _ = recorded(tmp_path, recording, **arrays)
+    assert same(made)
+
+
+def test_what_sight_does_not_tell_is_asked_for(tmp_path):
+    noise = np.random.default_rng(1).normal(size=(2, 40, 15))
+    made, said = recorded(tmp_path, pos=PLACES, H=noise[0] + 1j * noise[1])
+    assert "warning: took elements as numbered along x first, and phases that fall with the distance" in said
+    np.testing.assert_allclose(made.responses, noise[0] + 1j * noise[1], rtol=1e-5)
+
+
+def test_files_together_with_units_in_the_names_of_columns(tmp_path):
+    np.savetxt(tmp_path / "places.csv", 100 * PLACES, delimiter=",", header="X [cm],Y [cm],Z [cm]", comments="")
+    scipy.io.savemat(tmp_path / "usrp.mat", {"iq": RIGHT.T})
+    said = record([tmp_path / "places.csv", tmp_path / "usrp.mat"], tmp_path / "out", GATEWAY, "2.4 GHz")
+    assert "positions: X [cm], Y [cm], Z [cm], 40 in cm" in said
+    assert same(bisplat.read_dataset(tmp_path / "out"))
+
+
+def test_phases_of_their_own(tmp_path):
+    made, _ = recorded(tmp_path, Recording(phases="per-position"), pos=PLACES, H=RIGHT)
+    assert made.responses is None and made.retrieved is not None
+
+
+@pytest.mark.parametrize(
+    ("recording", "arrays", "message"),
+    [
+        (Recording(), {"pos": PLACES}, r"expected an array of 40 positions × 15 complex numbers, found pos 40 × 3"),
+        (Recording(), {"H": RIGHT}, r"expected an array of K × 3 real numbers, found H 40 × 15"),
+        (Recording(), {"a": PLACES, "b": PLACES, "H": RIGHT}, "or --positions NAME, found a, b"),
+        (Recording(), {"pos": PLACES, "e": RIGHT, "f": RIGHT}, "or --responses NAME, found e, f"),
+        (Recording(positions="q"), {"pos": PLACES, "H": RIGHT}, "expected an array 'q', found pos 40 × 3, H 40 × 15"),
+        (Recording(), {"pos": PLACES[:30], "H": RIGHT}, r"H: expected responses of 30 positions × 15 elements, found"),
+        (
+            Recording(),
+            {"pos": PLACES, "H": RIGHT[:, :4]},
+            r"H: expected responses of 40 positions × 15 elements, found",
+        ),
+        (Recording(), {"pos": 1000 * PLACES, "H": RIGHT}, "found a spread of 7,.*; state --unit mm or cm"),
+        (Recording(responses="H"), {"pos": PLACES, "H": np.abs(RIGHT)}, "expected complex responses, found real"),
+    ],
+)
+def test_what_is_not_told_is_a_sentence(tmp_path, recording, arrays, message):
+    with pytest.raises(InputError, match=message):
+        recorded(tmp_path, recording, **arrays)
+    assert not (tmp_path / "out").exists()
