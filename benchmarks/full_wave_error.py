@@ -30,8 +30,8 @@ from simulate.rays.tracer import Tracer
 
 CELL, FINE, TURN, POSITIONS = 0.025, 0.015, 45.0, 400
 
-ROOMS = 14, 38, 25, 37
-"""The rooms where rays and full wave are farthest apart, of those for finding faults and of those for judging."""
+ROOMS = 14, 38, 25
+"""The two rooms for finding faults and the one for judging where rays and full wave are farthest apart."""
 
 
 def turned(scene: Scene, places: Float[np.ndarray, "K 3"], degrees: float) -> tuple[Scene, Float[np.ndarray, "K 3"]]:

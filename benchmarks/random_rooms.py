@@ -123,15 +123,15 @@ def main(
         low, middle, high = np.quantile(values, [0.1, 0.5, 0.9])
         figures = {"lowest": min(values), "tenth percentile": low, "median": middle, "ninetieth percentile": high}
         result |= {f"{part}, {name}": {"correlation": round(float(each), 3)} for name, each in figures.items()}
-    judged = [seed for seed in rows if part_of(seed) == "judging"]
-    true = np.array([near[seed] for seed in judged])
-    low, middle, high = np.array([expected[seed] for seed in judged]).T
-    result |= {
-        "expected, rank correlation with the true one": {"judging": round(float(spearmanr(true, middle)[0]), 2)},
-        "expected, mean of the difference to it": {"judging": round(float(np.abs(true - middle).mean()), 3)},
-        "expected, rooms within the range": {"judging": int(((low <= true) & (true <= high)).sum())},
-    }
-    if not smallest:
+    if not smallest:  # whose rooms are all the same
+        judged = [seed for seed in rows if part_of(seed) == "judging"]
+        true = np.array([near[seed] for seed in judged])
+        low, middle, high = np.array([expected[seed] for seed in judged]).T
+        result |= {
+            "expected, rank correlation with the true one": {"judging": round(float(spearmanr(true, middle)[0]), 2)},
+            "expected, mean of the difference to it": {"judging": round(float(np.abs(true - middle).mean()), 3)},
+            "expected, rooms within the range": {"judging": int(((low <= true) & (true <= high)).sum())},
+        }
         result |= regression(has)
     print_figures(result, json_output, smallest)
 

@@ -40,6 +40,8 @@ def dataset(
     from scenes.scene.description import Gateway, facing
     from simulate.exchange.recorded_dataset import record
 
+    if not files:
+        raise ParameterError("files", "expected at least one file, found none")
     rows, columns, spacing = read_array(array)
     if spacing is None:
         raise ParameterError("array", f"expected the spacing in wavelengths, too, such as {array}@0.5, found {array}")

@@ -23,6 +23,10 @@ EXAMINED = 200
 """Most positions whose strongest direction is looked at."""
 
 
+APART = 10.0
+"""Degrees by which every other reading must be farther from the transmitters."""
+
+
 class Order(NamedTuple):
     """How to read responses.
 
@@ -94,7 +98,10 @@ def told_by_sight(
         read = order.read(responses[chosen], array)
         strongest = np.stack([grid.dominant_direction(beamformer.spectrum(each)) for each in read])
         errors.append(float(np.median(array.angle_between(strongest, towards))))
-    best, *others = np.argsort(errors)
-    other = errors[others[0]] if others else np.inf
-    clear = errors[best] < POINTS and other > max(FARTHER * errors[best], 2 * POINTS)
-    return Told(orders[best if clear else 0], errors[best if clear else 0], other, clear)
+    best, *others = np.argsort(errors).tolist()
+    clear = errors[best] < POINTS and all(
+        errors[each] > max(FARTHER * errors[best], errors[best] + APART) for each in others
+    )
+    chosen = best if clear else 0
+    otherwise = min((error for number, error in enumerate(errors) if number != chosen), default=np.inf)
+    return Told(orders[chosen], errors[chosen], otherwise, clear)

@@ -24,6 +24,7 @@ ARGUMENTS = {
     "mechanisms.py": ["--figures", "{folder}", "--smallest"],
     "path.py": ["{dataset}", "--smallest"],
     "plateau.py": ["{dataset}", "{dataset}", "--figure", "{folder}/plateau.png", "--smallest"],
+    "random_rooms.py": ["--weights", "{folder}/weights.json", "--smallest"],
     "robustness.py": ["{dataset}", "{dataset}", "--smallest"],
     "render.py": ["--figure", "{folder}/render.png", "--smallest"],
     "results.py": ["--runs", "{folder}/runs", "--docs", "{folder}", "--ledger", "{folder}/results.json"],
