@@ -43,7 +43,7 @@ from simulate.rays.core.propagation import Propagation
 from simulate.rays.expected_correlation import PowerShares, Weights, power_shares
 from simulate.rays.tracer import Tracer
 
-CELL, POSITIONS, ROOMS, JUDGED = 0.025, 400, 60, 40
+CELL, POSITIONS, ROOMS, JUDGED = 0.025, 400, 50, 40
 
 LARGER = "conference", "lab"
 """Larger built-in places. Full wave takes a quarter of an hour for each."""

@@ -24,9 +24,9 @@ def dataset(
     boresight: tuple[float, float, float] = (0, 0, 1),
     recording: Annotated[Recording, OmitArgPrefixes] = Recording(),
 ) -> None:
-    """Make a dataset folder from files of positions and complex element responses.
+    """Make a dataset folder from recorded element responses.
 
-    The files are NumPy's, MATLAB's, HDF5 or tables of text. The command prints what it recognised and assumed.
+    The files hold positions and complex responses. They are NumPy's, MATLAB's, HDF5 or tables of text. The command prints what it recognised and assumed.
 
     Args:
         files: one file or several, which together hold positions and responses.

@@ -142,7 +142,7 @@ def engines(
     json: bool = False,
     force: Force = False,
 ) -> None:
-    """Tell how near rays come to full wave in a scene, or compare them with a full-wave dataset.
+    """Tell how near rays come to full wave, in a scene or a dataset.
 
     For a scene, the correlation to expect is printed, from the rays alone. With a dataset, the rays are compared.
 

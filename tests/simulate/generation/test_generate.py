@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+import simulate.rays.expected_correlation
 import simulate.rays.tracer
 from scenes.files import atomic
 from scenes.files.errors import InputError
@@ -77,6 +78,7 @@ class Quick:
 @pytest.fixture
 def quick(monkeypatch):
     monkeypatch.setattr(simulate.rays.tracer, "Tracer", Quick)
+    monkeypatch.setattr(simulate.rays.expected_correlation, "expected_correlation", lambda *arguments: None)
 
 
 def killed_at(monkeypatch, place, name: str, number: int):
@@ -329,6 +331,7 @@ def test_full_disk_leaves_no_half_file_and_more_room_finishes_the_job(
         monkeypatch.undo()
     monkeypatch.setattr(module, "PART", 2)
     monkeypatch.setattr(simulate.rays.tracer, "Tracer", Quick)
+    monkeypatch.setattr(simulate.rays.expected_correlation, "expected_correlation", lambda *arguments: None)
     generate(request_of, tmp_path / "full")
     assert contents(tmp_path / "full") == contents(tmp_path / "whole")
 
@@ -386,6 +389,7 @@ SLOW_RUN = """
 import sys, time
 from pathlib import Path
 import numpy as np
+import simulate.rays.expected_correlation
 import simulate.rays.tracer
 from simulate.engines.rays_engine import Rays
 from simulate.generation import generate as module
@@ -400,6 +404,7 @@ class Slow:
         return np.exp(1j * positions @ np.arange(48).reshape(3, 16)).astype(np.complex64)
 
 simulate.rays.tracer.Tracer, module.PART = Slow, 1
+simulate.rays.expected_correlation.expected_correlation = lambda *arguments: None
 print("ready", flush=True)
 module.generate(read_request(Path(sys.argv[1])), Path(sys.argv[2]))
 """
