@@ -26,7 +26,8 @@ def dataset(
 ) -> None:
     """Make a dataset folder from recorded element responses.
 
-    The files hold positions and complex responses. They are NumPy's, MATLAB's, HDF5 or tables of text. The command prints what it recognised and assumed.
+    The files hold positions and complex responses. They are NumPy's, MATLAB's, HDF5 or tables of text. The command
+    prints what it recognised and assumed.
 
     Args:
         files: one file or several, which together hold positions and responses.
