@@ -98,10 +98,8 @@ def told_by_sight(
         read = order.read(responses[chosen], array)
         strongest = np.stack([grid.dominant_direction(beamformer.spectrum(each)) for each in read])
         errors.append(float(np.median(array.angle_between(strongest, towards))))
-    best, *others = np.argsort(errors).tolist()
-    clear = errors[best] < POINTS and all(
-        errors[each] > max(FARTHER * errors[best], errors[best] + APART) for each in others
-    )
-    chosen = best if clear else 0
+    least, *others = sorted(errors)
+    clear = least < POINTS and all(other > max(FARTHER * least, least + APART) for other in others)
+    chosen = errors.index(least) if clear else 0
     otherwise = min((error for number, error in enumerate(errors) if number != chosen), default=np.inf)
     return Told(orders[chosen], errors[chosen], otherwise, clear)
