@@ -100,6 +100,6 @@ def told_by_sight(
         errors.append(float(np.median(array.angle_between(strongest, towards))))
     least, *others = sorted(errors)
     clear = least < POINTS and all(other > max(FARTHER * least, least + APART) for other in others)
-    chosen = errors.index(least) if clear else 0
-    otherwise = min((error for number, error in enumerate(errors) if number != chosen), default=np.inf)
-    return Told(orders[chosen], errors[chosen], otherwise, clear)
+    taken = errors.index(least) if clear else 0
+    otherwise = min((error for number, error in enumerate(errors) if number != taken), default=np.inf)
+    return Told(orders[taken], errors[taken], otherwise, clear)
