@@ -96,9 +96,10 @@ class Check:
         # The pictures of an array show the azimuth of column 0 only up to turns by which the array looks the same.
         azimuths = "metadata" if known.grid_source == "metadata" else "assumed"
         corners = bounding_box(dataset.positions)
-        responses = "no" if dataset.retrieved is None else "found behind the pictures, each with a phase of its own"
-        if dataset.responses is not None:
-            responses = "yes"
+        responses = "no" if dataset.responses is None else "yes"
+        if dataset.retrieved is not None:
+            recorded = dataset.metadata.get("phases") == "per-position"
+            responses = f"{'yes' if recorded else 'found behind the pictures'}, each with a phase of its own"
         return {
             "spectra": str(len(dataset.names)),
             **self._sizes(dataset),

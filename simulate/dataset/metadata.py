@@ -17,6 +17,7 @@ from scenes.files.input_file import beside
 from scenes.files.json_file import read_json
 from scenes.files.schema import Count, conform, recorded
 from scenes.scene.frequency import read_frequency
+from simulate.dataset.phases import Phases
 from simulate.engines.engine_table import ENGINES
 from simulate.engines.rays_engine import Rays
 from simulate.spectra.angular_grid import AngularGrid
@@ -44,6 +45,7 @@ class Metadata(Struct, kw_only=True):
     power: bool = False
     seed: Count = 0
     picture: str = ""
+    phases: Phases = "common"
     versions: dict[str, str] = {}
 
 

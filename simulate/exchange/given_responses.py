@@ -27,8 +27,8 @@ from simulate.dataset.dataset_writer import (
     write_metadata,
     write_positions,
 )
+from simulate.dataset.phases import Phases
 from simulate.dataset.responses_file import RESPONSE_MAGNITUDES
-from simulate.exchange.recording import Phases
 from simulate.generation.written_parts import picture_names
 from simulate.positions.given_positions import check_points
 from simulate.spectra.angular_grid import AngularGrid

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-Phases = Literal["common", "per-position"]
+from simulate.dataset.phases import Phases
 
 Unit = Literal["m", "cm", "mm", "in", "ft"]
 

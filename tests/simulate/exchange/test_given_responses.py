@@ -38,6 +38,8 @@ def test_responses_of_unknown_phase_are_not_compared_between_positions(tmp_path)
     made = write_dataset(tmp_path / "mine", PLACES, waves(), ARRAY, 915e6, phases="per-position")
     assert made.responses is None
     np.testing.assert_allclose(made.retrieved, waves(), rtol=1e-6)
+    described = bisplat.check(tmp_path / "mine", split="random").description()
+    assert described["complex responses"] == "yes, each with a phase of its own"
 
 
 def test_a_model_learns_from_them(tmp_path):
