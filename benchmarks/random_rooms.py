@@ -22,7 +22,6 @@ again only if the room changes (ledger/solved_rooms.py).
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -31,13 +30,10 @@ import tyro
 from ledger.printing import print_figures
 from ledger.room_features import features, regression
 from ledger.smallest_room import smallest_room
-from ledger.solved_rooms import correlation, of_one_element, solved
+from ledger.solved_rooms import correlation, of_one_element, scene_of, solved
 from scipy.optimize import minimize
 from scipy.stats import spearmanr
 
-from scenes.places.random_room import random_room
-from scenes.scene.description import Scene
-from scenes.storage.scene_yaml import load_scene
 from simulate.positions.placement import place
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.expected_correlation import PowerShares, Weights, power_shares
@@ -47,18 +43,6 @@ CELL, POSITIONS, ROOMS, JUDGED = 0.025, 400, 50, 40
 
 LARGER = "conference", "lab"
 """Larger built-in places. Full wave takes a quarter of an hour for each."""
-
-
-def scene_of(seed: int | str) -> Scene:
-    """A random room by its seed, or a built-in place by its name, with dipoles as antennas."""
-    if isinstance(seed, int):
-        return random_room(seed)
-    scene = load_scene(seed)
-    return replace(
-        scene,
-        gateway=replace(scene.gateway, pattern="dipole"),
-        transmitter=replace(scene.transmitter, pattern="dipole"),
-    )
 
 
 def part_of(seed: int | str) -> str:

@@ -14,11 +14,25 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Complex, Float
 
+from scenes.places.random_room import random_room
 from scenes.scene.description import Scene
+from scenes.storage.scene_yaml import load_scene
 from simulate.fullwave.all_elements import stored_field
 from simulate.fullwave.run_plan import plan
 
 KEPT = Path(__file__).parents[1] / "random_rooms.npz"
+
+
+def scene_of(seed: int | str) -> Scene:
+    """A random room by its seed, or a built-in place by its name, with dipoles as antennas."""
+    if isinstance(seed, int):
+        return random_room(seed)
+    scene = load_scene(seed)
+    return replace(
+        scene,
+        gateway=replace(scene.gateway, pattern="dipole"),
+        transmitter=replace(scene.transmitter, pattern="dipole"),
+    )
 
 
 def of_one_element(scene: Scene) -> Scene:

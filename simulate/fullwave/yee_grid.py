@@ -104,6 +104,25 @@ def dispersion_residual(wavelength: float, cell: float) -> float:
     return max(abs(brentq(excess, 0.8, 1.2, args=(direction,)) - 1) for direction in (axis, diagonal))
 
 
+def wavenumber_error(directions: Float[np.ndarray, "n 3"], wavelength: float, cell: float) -> Float[np.ndarray, " n"]:
+    """Relative error of the wavenumber of waves in some directions, at ``numerical_frequency``.
+
+    Args:
+        directions: unit vectors.
+        wavelength: wavelength in air, metres.
+        cell: side of the cells, metres.
+
+    Example:
+        Along an axis waves are too short, along a space diagonal too long:
+
+        >>> errors = wavenumber_error(np.array([[1, 0, 0], [3**-0.5] * 3]), 0.3276, 0.025)
+        >>> (1000 * errors).round(1).tolist()
+        [3.9, -2.6]
+    """
+    frequencies = _frequencies(2 * np.pi / wavelength * directions, cell)
+    return numerical_frequency(wavelength, cell) / frequencies - 1
+
+
 def _frequencies(wave_vectors: Float[np.ndarray, "n 3"], cell: float) -> Float[np.ndarray, " n"]:
     sines = np.sqrt((np.sin(wave_vectors * cell / 2) ** 2).sum(axis=1))
     return np.arcsin(COURANT * sines) / (np.pi * COURANT * cell / SPEED_OF_LIGHT)
