@@ -2,10 +2,11 @@
 
 python benchmarks/full_wave_error.py --json > runs/full_wave_error.json
 
-The judge of ``random_rooms.py`` has cells of 2.5 cm, a thirteenth of a wavelength. Waves are a little slow on them, and
-turned and curved surfaces are staircases. Here some rooms are solved again: with cells of 1.5 cm, and turned by 45°
-about the vertical together with their antennas, so that what was along the axes is now a staircase, and the other way
-round. Correlations are over the whole field, of 400 positions. A room takes about 10 minutes; what was solved is kept.
+The judge of ``random_rooms.py`` has cells of 2.5 cm, a thirteenth of a wavelength. Waves along their axes are a little
+too short on them, diagonal ones too long, and turned and curved surfaces are staircases. Here some rooms are solved
+again: with cells of 1.5 cm, and turned by 45° about the vertical together with their antennas, so that what was along
+the axes is now a staircase, and the other way round. Correlations are over the whole field, of 400 positions. A room
+takes about 10 minutes; what was solved is kept.
 
 "dispersed rays" have the error of the cells: the phase of each path is that of its length with the wavenumbers that
 waves in its directions have on cells of 2.5 cm (``simulate.fullwave.yee_grid``). Where they are much nearer to full
@@ -22,7 +23,7 @@ import tyro
 from jaxtyping import Complex, Float
 from ledger.printing import print_figures
 from ledger.smallest_room import smallest_room
-from ledger.solved_rooms import correlation, of_one_element, scene_of, solved
+from ledger.solved_rooms import CELL, LARGER, POSITIONS, correlation, of_one_element, scene_of, solved
 from scipy.spatial.transform import Rotation
 from trimesh import Trimesh
 
@@ -32,9 +33,8 @@ from simulate.positions.placement import place
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer
 
-CELL, FINE, TURN, POSITIONS = 0.025, 0.015, 45.0, 400
-
-LARGER = "conference", "lab"
+FINE, TURN = 0.015, 45.0
+"""Size of the finer cells, metres; angle by which rooms are turned, degrees."""
 
 ROOMS = 14, 38, 25
 """The two rooms for finding faults and the one for judging where rays and full wave are farthest apart."""

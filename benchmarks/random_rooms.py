@@ -30,7 +30,7 @@ import tyro
 from ledger.printing import print_figures
 from ledger.room_features import features, regression
 from ledger.smallest_room import smallest_room
-from ledger.solved_rooms import correlation, of_one_element, scene_of, solved
+from ledger.solved_rooms import CELL, LARGER, POSITIONS, correlation, of_one_element, scene_of, solved
 from scipy.optimize import minimize
 from scipy.stats import spearmanr
 
@@ -39,10 +39,7 @@ from simulate.rays.core.propagation import Propagation
 from simulate.rays.expected_correlation import PowerShares, Weights, power_shares
 from simulate.rays.tracer import Tracer
 
-CELL, POSITIONS, ROOMS, JUDGED = 0.025, 400, 50, 40
-
-LARGER = "conference", "lab"
-"""Larger built-in places. Full wave takes a quarter of an hour for each."""
+ROOMS, JUDGED = 50, 40
 
 
 def part_of(seed: int | str) -> str:

@@ -20,6 +20,12 @@ from scenes.storage.scene_yaml import load_scene
 from simulate.fullwave.all_elements import stored_field
 from simulate.fullwave.run_plan import plan
 
+CELL, POSITIONS = 0.025, 400
+"""Size of the cells, metres; number of transmitter positions."""
+
+LARGER = "conference", "lab"
+"""Built-in places that are larger than the random rooms. Full wave takes a quarter of an hour for each."""
+
 KEPT = Path(__file__).parents[1] / "random_rooms.npz"
 
 

@@ -17,7 +17,13 @@ from scenes.storage.scene_yaml import read_scene
 from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.positions.given_positions import MOST_POSITIONS
 from simulate.rays.core.propagation import Propagation
-from simulate.rays.expected_correlation import Expected, expected_correlation, power_shares, tried_positions
+from simulate.rays.expected_correlation import (
+    Expected,
+    expected_correlation,
+    expected_of,
+    power_shares,
+    tried_positions,
+)
 from simulate.spectra.spectrum import evenly, picture, spectrum_of
 
 
@@ -100,10 +106,8 @@ def expect_of_rays(scene: Scene) -> dict[str, Any]:
     """
     from simulate.rays.tracer import Tracer
 
-    tracer, region = Tracer(scene, Propagation()), scene.transmitter.region
-    expected = expected_correlation(tracer, scene, region)
-    low, middle, high = expected or (None, None, None)
-    shares = power_shares(tracer, tried_positions(scene, region))
+    shares = power_shares(Tracer(scene, Propagation()), tried_positions(scene, scene.transmitter.region))
+    low, middle, high = expected_of(shares) or (None, None, None)
     return {
         "correlation_expected": middle,
         "correlation_low": low,

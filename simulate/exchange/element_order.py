@@ -22,7 +22,6 @@ from simulate.spectra.spectrum import evenly
 EXAMINED = 200
 """Most positions whose strongest direction is looked at."""
 
-
 APART = 10.0
 """Degrees by which every other reading must be farther from the transmitters."""
 

@@ -132,7 +132,11 @@ def expected_correlation(tracer: Tracer, scene: Scene, region: Float[np.ndarray,
     used, default = tracer.ray_scene.propagation, Propagation()
     if replace(used, rays=default.rays, patches=default.patches) != default:
         return None
-    shares = power_shares(tracer, tried_positions(scene, region))
+    return expected_of(power_shares(tracer, tried_positions(scene, region)))
+
+
+def expected_of(shares: PowerShares) -> Expected | None:
+    """The correlation to expect of default mechanisms whose power has some shares; None if no power arrives."""
     return weights().expected(shares) if np.isfinite(shares).all() else None
 
 
