@@ -22,6 +22,7 @@ ARGUMENTS = {
     "interval_coverage.py": ["{dataset}", "--smallest"],
     "locate.py": ["{dataset}", "{dataset}", "--smallest"],
     "mechanisms.py": ["--figures", "{folder}", "--smallest"],
+    "paper_size.py": ["{dataset}", "--smallest"],
     "path.py": ["{dataset}", "--smallest"],
     "plateau.py": ["{dataset}", "{dataset}", "--figure", "{folder}/plateau.png", "--smallest"],
     "random_rooms.py": ["--weights", "{folder}/weights.json", "--smallest"],

@@ -292,7 +292,7 @@ def test_other_models_train_predict_and_load_too(tmp_path, monkeypatch, tiny_con
 def test_loaded_run_predicts_what_its_weights_say(finished_run, tiny):
     run, dataset = load_run(finished_run), read_dataset(tiny)
     known = dataset.positions[run.split(dataset).known]
-    np.testing.assert_allclose(run.model.region, [known.min(0), np.maximum(known.max(0), known.min(0) + 1e-3)])
+    np.testing.assert_allclose(run.model.region.cpu(), [known.min(0), np.maximum(known.max(0), known.min(0) + 1e-3)])
     positions = dataset.positions[:20]
     prediction = run.predict(positions)
     pictures, responses = prediction.spectra, prediction.responses
@@ -464,7 +464,8 @@ def test_two_processes_have_the_loss_curve_of_one(tiny_config, changed, small, t
     assert one[-1][1] < 0.98 * one[0][1]
 
 
-def test_batch_that_the_devices_cannot_share_is_refused(tiny_config, tmp_path):
+def test_batch_that_the_devices_cannot_share_is_refused(tiny_config, tmp_path, monkeypatch):
+    monkeypatch.setattr(torch.cuda, "device_count", lambda: 4)
     expected = f"batch_size: expected a multiple of the number of devices, 3, found {tiny_config.by_steps.batch_size}"
     with pytest.raises(InputError, match=expected):
         train_run(tiny_config, tmp_path / "run", Processes(devices=3))

@@ -1,0 +1,176 @@
+"""How good are the published models at their published sizes, trained on a GPU for some minutes?
+
+bisplat simulate lab -n 6000 -o runs/lab-6000
+python benchmarks/paper_size.py runs/lab-6000 --json
+
+All models are trained at once, each in a process of its own, so that they share the GPU. The split is random, as that
+of the paper's data is. Before, a hundred steps and the predictions of each model are timed alone. Beside the models are
+`helmholtz`, which uses the CPU, and two baselines that copy and average known spectra. The runs are kept in a folder,
+where the same call continues them.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import time
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+import tyro
+from jaxtyping import Float
+from ledger.printing import print_figures
+from tyro.conf import Positional
+
+from learn.baselines.neighbours import inverse_distance, nearest
+from learn.data.metrics import ssim
+from learn.data.splits import split
+from simulate.dataset.dataset_folder import read_dataset
+from simulate.spectra.spectrum import spectrum_of
+
+TIMED_STEPS, PREDICTED = 100, 1024
+"""Number of steps that are timed alone, and of spectra predicted at once."""
+
+
+class Size(NamedTuple):
+    """A model and its options."""
+
+    model: str
+    options: dict[str, Any]
+
+
+PAPER_SIZE = {
+    "bisplat": Size("bisplat", {}),
+    "bisplat-plus": Size("bisplat-plus", {}),
+    "nerf2": Size("nerf2", {}),
+    "swiftwrf with 10,000 Gaussians": Size("swiftwrf", {"primitives": 10_000}),
+    "bisplat-aperture": Size("bisplat-aperture", {}),
+}
+"""The models by the label of their row."""
+
+SMALLEST = {"bisplat": Size("bisplat", {"primitives": 20, "clusters": 16, "ffn_width": 16, "ffn_layers": 1})}
+"""The models where the benchmark is at its smallest."""
+
+
+def device() -> str:
+    """The GPU that PyTorch finds, or how many threads it uses."""
+    from learn.training.training_file import device_name
+
+    return device_name()
+
+
+def timed_alone(dataset: Path, folder: Path, size: Size, steps: int) -> dict[str, float]:
+    """Milliseconds of a training step, and spectra predicted per second."""
+    from learn.training.train import train
+
+    run = train(dataset, folder, model=size.model, split="random", options=size.options, steps=steps)
+    positions = np.resize(read_dataset(dataset).positions, (PREDICTED, 3))
+    run.predict(positions[:8])
+    began = time.perf_counter()
+    run.predict(positions)
+    predicted = time.perf_counter() - began
+    kept = json.loads((folder / "training.json").read_text())
+    return {
+        "parameters": sum(each.numel() for each in run.model.parameters()),
+        "ms per step alone": round(1e3 * kept["seconds"] / steps, 1),
+        "spectra per second": round(PREDICTED / predicted),
+    }
+
+
+def trained(dataset: Path, folder: Path, size: Size, minutes: float, steps: int | None) -> dict[str, Any]:
+    """Train a model for some minutes, or a number of steps, and score it on the test part."""
+    from learn.reports.learning_curves import validation_curve
+    from learn.training.train import train
+
+    settings: dict[str, Any] = {"budget": minutes} if steps is None else {"steps": steps}
+    run = train(dataset, folder, model=size.model, split="random", options=size.options, **settings)
+    kept = json.loads((folder / "training.json").read_text())
+    by_steps = json.loads((folder / "config.json").read_text())["by_steps"]
+    at, similarity = validation_curve(folder)
+    shares = {"a quarter of the steps": 0.25, "half of the steps": 0.5, "all steps": 1.0}
+    return {
+        **scores(run.predict, dataset),
+        **{
+            f"validation after {name}": round(float(np.interp(share * by_steps["steps"], at, similarity)), 4)
+            for name, share in shares.items()
+        },
+        "steps": by_steps["steps"],
+        "spectra per step": by_steps["batch_size"],
+        "minutes": round(kept["seconds"] / 60, 1),
+    }
+
+
+def fitted(dataset: Path, folder: Path) -> dict[str, Any]:
+    """Scores of ``helmholtz``."""
+    from learn.training.train import train
+
+    began = time.perf_counter()
+    run = train(dataset, folder, model="helmholtz", split="random")
+    minutes = (time.perf_counter() - began) / 60
+    return scores(run.predict, dataset) | {"minutes": round(minutes, 1)}
+
+
+def scores(predict: Any, path: Path) -> dict[str, float]:
+    """Median and mean SSIM of the predicted test spectra."""
+    dataset = read_dataset(path)
+    test = split(dataset, "random", 0).test
+    return _ssim(predict(dataset.positions[test]).spectra, spectrum_of(dataset.pictures[test]))
+
+
+def copied(path: Path) -> dict[str, dict[str, float]]:
+    """Scores of the nearest known spectrum, and of the mean of the four nearest, weighted by 1 / distance."""
+    dataset = read_dataset(path)
+    parts = split(dataset, "random", 0)
+    known, spectra = dataset.positions[parts.known], spectrum_of(dataset.pictures[parts.known])
+    test, truth = dataset.positions[parts.test], spectrum_of(dataset.pictures[parts.test])
+    methods = {"nearest": nearest, "inverse-distance": inverse_distance}
+    return {name: _ssim(method(known, spectra, test), truth) for name, method in methods.items()}
+
+
+def _ssim(prediction: Float[np.ndarray, "K 90 360"], truth: Float[np.ndarray, "K 90 360"]) -> dict[str, float]:
+    similarity = ssim(prediction, truth)
+    return {"SSIM median": round(float(np.median(similarity)), 4), "SSIM mean": round(float(similarity.mean()), 4)}
+
+
+def main(
+    dataset: Positional[Path],
+    folder: Path = Path("runs/paper-size"),
+    minutes: float = 6.0,
+    smallest: bool = False,
+    json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
+) -> None:
+    """Train the published models at their published sizes.
+
+    Args:
+        dataset: dataset folder.
+        folder: folder that keeps the runs.
+        minutes: how long each model is trained, while the others are trained, too.
+        smallest: only test the benchmark, in seconds; its figures mean nothing.
+        json_output: print one JSON object.
+    """
+    sizes, steps, timed_steps = (SMALLEST, 2, 2) if smallest else (PAPER_SIZE, None, TIMED_STEPS)
+    with TemporaryDirectory() as temporary:
+        folder = Path(temporary) if smallest else folder
+        alone = {
+            label: timed_alone(dataset, folder / "alone" / label, size, timed_steps) for label, size in sizes.items()
+        }
+        with ProcessPoolExecutor(len(sizes) + 1, mp_context=get_context("spawn")) as pool:
+            trainings = {
+                label: pool.submit(trained, dataset, folder / label, size, minutes, steps)
+                for label, size in sizes.items()
+            }
+            closed_form = pool.submit(fitted, dataset, folder / "helmholtz")
+            table = {}
+            for label, training in trainings.items():
+                table[label] = alone[label] | training.result()
+                print(label, table[label], file=sys.stderr)  # a failure of a later model loses nothing
+            table["helmholtz"] = closed_form.result()
+    print_figures(table | copied(dataset) | {"device": device()}, json_output, smallest)
+
+
+if __name__ == "__main__":
+    tyro.cli(main)
