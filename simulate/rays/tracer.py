@@ -17,6 +17,7 @@ from scenes.files.array_argument import check_array
 from scenes.files.errors import ParameterError, require_instance, require_seed, shown
 from scenes.scene.description import Scene
 from simulate.positions.given_positions import check_points
+from simulate.rays.core.band_sum import BandSum
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.ray_scene import RayScene
 from simulate.rays.core.ray_tracer import PathsBuffer
@@ -36,6 +37,7 @@ from simulate.rays.diffraction.edges import Edges
 from simulate.rays.diffraction.search import find_diffracted_chains
 from simulate.rays.diffraction.solve import EdgeScene, diffracted
 from simulate.rays.scattering.scattered import Scattering
+from simulate.spectra.band import Band
 
 MEMORY = 2_000_000_000
 """Most bytes of candidate paths where rays are shot for each batch of transmitters."""
@@ -56,15 +58,17 @@ class TracedPath(NamedTuple):
 
 
 class Found(NamedTuple):
-    """The chains that a tracer found, for another tracer of the same scene and propagation.
+    """The chains that a tracer found, for another tracer of the same scene and propagation, also at another frequency.
 
     Attributes:
         reflected: chains of reflections, which name the scene's planes; None if rays are shot for every batch instead.
         diffracted: chains with diffractions; None if diffraction is not followed.
+        edges: the edges that the chains with diffractions name.
     """
 
     reflected: Chains | None
     diffracted: DiffractedChains | None
+    edges: Edges | None = None
 
 
 class Tracer:
@@ -151,7 +155,7 @@ class Tracer:
         own = self.method == "chains" and propagation.max_depth > 0
         self._scattering = Scattering(self.ray_scene, seed) if own and propagation.diffuse else None
         if own and propagation.diffraction:
-            self._edge_scene = EdgeScene(self.ray_scene)
+            self._edge_scene = EdgeScene(self.ray_scene, None if found is None else found.edges)
             self._diffracted = found.diffracted if found is not None else None
             if self._diffracted is None:
                 self._diffracted = find_diffracted_chains(self._edge_scene, self._chains, region, seed, report)
@@ -161,7 +165,7 @@ class Tracer:
         """The chains that were found, to be passed as ``found`` to another tracer of the same scene."""
         if self.method != "chains":
             return Found(None, None)
-        return Found(self._chains, self._diffracted)
+        return Found(self._chains, self._diffracted, self.edges)
 
     @property
     def edges(self) -> Edges | None:
@@ -202,6 +206,40 @@ class Tracer:
             paths.add_to(result[start:])
         if self._scattering is not None:
             result += self._scattering.responses(self._elements, self._targets(positions))
+        return result.astype(np.complex64)
+
+    def band_responses(
+        self, positions: Float[np.ndarray, "K 3"], band: Band
+    ) -> Complex[np.ndarray, "K elements subcarriers"]:
+        """Element responses at every subcarrier of a band around the scene's frequency.
+
+        The paths are found once, at the scene's frequency, and each is solved at a few frequencies of the band
+        (``simulate.rays.core.band_sum``). The permittivity and the conductivity of the materials are those at the
+        scene's frequency.
+
+        Args:
+            positions: transmitter positions, metres, world frame, [K, 3].
+            band: the subcarriers.
+
+        Returns:
+            Complex responses, not normalised, complex64, [K, elements, subcarriers].
+
+        Raises:
+            ParameterError: the band is wider than a fifth of the scene's frequency, or Sionna's path solver is used.
+        """
+        positions = check_points(positions)
+        require_instance(Band, band=band)
+        if self.method != "chains":
+            raise ParameterError("band", "expected no band where Sionna's path solver is used (sionna)")
+        frequencies = band.frequencies(self.ray_scene.description.frequency)
+        targets = self._targets(positions)
+        sum_over_paths = BandSum(frequencies, len(positions), len(self.elements))
+        surfaces = [Surfaces(self.ray_scene, frequency) for frequency in sum_over_paths.solved]
+        for solution in self._solved(self._elements, targets, surfaces):
+            sum_over_paths.add(solution)
+        result = sum_over_paths.total
+        if self._scattering is not None:
+            result += self._scattering.band_responses(self._elements, targets, frequencies)
         return result.astype(np.complex64)
 
     def responses_with(

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
-from jaxtyping import Complex, Float32, UInt32
+from jaxtyping import Complex, Float, Float32, UInt32
 
 from simulate.rays.core.electric_field import Field, pass_through, pattern, slab
 from simulate.rays.core.propagation import MOST_PASSES
@@ -29,15 +29,21 @@ class Ways:
         targets: index of each path's target.
         vertices: places of the interactions, in the order from source to target, metres.
         faces: number of the triangle of each reflection, counted through the scene's objects; meaningless at an edge.
-        propagation: λ/4π times the spreading times e^{−jk(length of the path)}; in double precision, since a path is
-            many wavelengths long.
+        travelled: length of each path, metres; in double precision, since a path is many wavelengths long.
+        spreading: what is left of the amplitude of a wave behind its antenna and edges, per metre: 1 / length for a
+            path without edges.
     """
 
     sources: UInt32[np.ndarray, " paths"]
     targets: UInt32[np.ndarray, " paths"]
     vertices: Float32[np.ndarray, "interactions 3 paths"]
     faces: UInt32[np.ndarray, "interactions paths"]
-    propagation: Complex[np.ndarray, " paths"]
+    travelled: Float[np.ndarray, " paths"]
+    spreading: Float[np.ndarray, " paths"]
+
+    def propagation(self, wavelength: float) -> Complex[np.ndarray, " paths"]:
+        """λ/4π times the spreading times e^{−jk(length of the path)}."""
+        return wavelength / (4 * np.pi) * self.spreading * np.exp(-2j * np.pi * (self.travelled / wavelength % 1))
 
 
 ALIGNMENT = 64
@@ -67,7 +73,7 @@ def path_responses(
     """The contribution of each path to the response between its source and its target, 0 if it is blocked.
 
     Args:
-        surfaces: surfaces of the scene.
+        surfaces: surfaces of the scene, at the frequency of the wave.
         sources: the antennas where the paths begin.
         targets: the antennas where the paths end.
         ways: the ways of the paths.
@@ -101,4 +107,4 @@ def path_responses(
     imaginary = dr.dot(received[0], field[1]) - dr.dot(received[1], field[0])
     amplitude = dr.select(blocked, mi.Complex2f(0), mi.Complex2f(real, imaginary))
     dr.eval(amplitude)
-    return (amplitude.real.numpy() + 1j * amplitude.imag.numpy()) * ways.propagation
+    return (amplitude.real.numpy() + 1j * amplitude.imag.numpy()) * ways.propagation(surfaces.wavelength)

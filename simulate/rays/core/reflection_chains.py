@@ -110,13 +110,13 @@ def reflected(
         possible = images.possible_paths(targets.positions)
         for start in range(0, possible.shape[1], LANES):
             batch = possible[:, start : start + LANES]
-            ways = images.ways(batch, targets.positions, ray_scene.description.wavelength)
+            ways = images.ways(batch, targets.positions)
             target, chain, source = batch
             found = [Paths(target, source, path_responses(each, sources, targets, ways)) for each in surfaces]
             course = partial(
                 _course, ways, sources.positions[source], targets.positions[target], ray_scene, chains.shape[1]
             )
-            yield Solution(number[chain], found, course)
+            yield Solution(number[chain], found, course, ways.travelled)
 
 
 def _course(

@@ -61,15 +61,12 @@ class Images:
             found.append(np.stack([target + start, chain, source]))
         return np.concatenate(found, axis=1)
 
-    def ways(
-        self, paths: Int[np.ndarray, "3 paths"], targets: Float[np.ndarray, "targets 3"], wavelength: float
-    ) -> Ways:
+    def ways(self, paths: Int[np.ndarray, "3 paths"], targets: Float[np.ndarray, "targets 3"]) -> Ways:
         """The ways of some of the possible paths.
 
         Args:
             paths: combinations from ``possible_paths``.
             targets: positions of the targets, metres, world frame.
-            wavelength: metres.
         """
         count, reflections = paths.shape[1], self._chains.shape[1]
         vertices, faces = aligned(np.float32, reflections, 3, count), aligned(np.uint32, reflections, count)
@@ -80,8 +77,7 @@ class Images:
         length = np.linalg.norm(targets[target] - last, axis=1)
         sources_, targets_ = aligned(np.uint32, count), aligned(np.uint32, count)
         sources_[:], targets_[:] = source, target
-        propagation = wavelength / (4 * np.pi * length) * np.exp(-2j * np.pi * (length / wavelength % 1))
-        return Ways(sources_, targets_, vertices, faces, propagation)
+        return Ways(sources_, targets_, vertices, faces, length, 1 / length)
 
 
 @compiled

@@ -24,13 +24,16 @@ class Solution(NamedTuple):
 
     Attributes:
         chain: index of each path's chain.
-        paths: the same paths with each of several sets of materials. A blocked path has the response 0.
+        paths: the same paths with each of several sets of materials, or at several frequencies. A blocked path has the
+            response 0.
         course: computes where the paths run.
+        travelled: length of each path, metres.
     """
 
     chain: Int[np.ndarray, " paths"]
     paths: Sequence[Paths]
     course: Callable[[], Course]
+    travelled: Float[np.ndarray, " paths"]
 
     def arriving(self) -> tuple[Int[np.ndarray, " arriving"], Paths]:
         """The chains and the paths, with the first set of materials, without blocked ones."""

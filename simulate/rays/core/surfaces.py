@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from sionna.rt.utils import itu_coefficients_single_layer_slab
 
@@ -15,18 +17,25 @@ class Surfaces:
 
     Args:
         ray_scene: the scene, with the propagation to follow.
+        frequency: frequency of the waves, Hz, for materials of the same permittivity and conductivity. None: that of
+            the scene.
 
     Attributes:
         wavelength: metres.
+        wavenumber: k, radians per metre, on the device.
         scene: the triangles.
         refraction: whether waves pass through objects.
     """
 
-    def __init__(self, ray_scene: RayScene):
+    def __init__(self, ray_scene: RayScene, frequency: float | None = None):
         scene = ray_scene.description
+        if frequency is not None:
+            scene = replace(scene, frequency=float(frequency))
         materials = [scene.materials[item.material] for item in scene.objects]
         permittivity = np.array([relative_permittivity(material, scene.frequency) for material in materials])
         self.wavelength = scene.wavelength
+        # A constant would be part of Dr.Jit's kernels, so every frequency would compile them again.
+        self.wavenumber = 2 * dr.pi / dr.opaque(mi.Float, scene.wavelength)
         self.scene = ray_scene.sionna.mi_scene
         self.refraction = ray_scene.propagation.refraction
         self._permittivity = mi.Float(permittivity.real), mi.Float(permittivity.imag)
@@ -97,8 +106,8 @@ class Surfaces:
         item = dr.gather(mi.UInt, self._object, face, active)
         permittivity = mi.Complex2f(*(dr.gather(mi.Float, part, item, active) for part in self._permittivity))
         thickness = dr.gather(mi.Float, self._thickness, item, active)
-        return itu_coefficients_single_layer_slab(cosine, permittivity, thickness, self.wavelength)
+        return itu_coefficients_single_layer_slab(cosine, permittivity, thickness, 2 * dr.pi / self.wavenumber)
 
     def _turned(self, cosine: mi.Float, shortened: mi.Float) -> mi.Complex2f:
         """Phase factor of a way that is shorter by some metres along the normal."""
-        return dr.exp(mi.Complex2f(0, 2 * dr.pi / self.wavelength * cosine * shortened))
+        return dr.exp(mi.Complex2f(0, self.wavenumber * cosine * shortened))

@@ -110,7 +110,8 @@ class Combinations:
             sin_beta=aligned(np.float32, diffractions, count),
             detours=aligned(np.float32, diffractions, 2, count),
             excess=aligned(np.float32, diffractions, count),
-            propagation=np.empty(count, np.complex128),
+            travelled=np.empty(count),
+            spreading=np.empty(count),
         )
         geometry.sources[:], geometry.targets[:], geometry.faces[:] = paths[2], paths[0] + first_target, 0
         filled = _Filled(**{name: getattr(geometry, name) for name in _Filled._fields})
@@ -144,7 +145,8 @@ class _Filled(NamedTuple):
     sin_beta: np.ndarray
     detours: np.ndarray
     excess: np.ndarray
-    propagation: np.ndarray
+    travelled: np.ndarray
+    spreading: np.ndarray
 
 
 class _Wedges(NamedTuple):
@@ -232,8 +234,7 @@ def _place_block(surfaces, wedges, route, near, far, wavelength, paths, start, f
             filled.sin_beta[number, path] = sine
             filled.detours[number, 0, path], filled.detours[number, 1, path] = by_start, by_end
             filled.excess[number, path], filled.length[number, path] = excess, length
-        phase, amplitude = -2 * np.pi * (whole / wavelength % 1), wavelength / (4 * np.pi) * spreading
-        filled.propagation[path] = amplitude * complex(np.cos(phase), np.sin(phase))
+        filled.travelled[path], filled.spreading[path] = whole, spreading
         p, q = on_edge_or_end(first, s), on_edge_or_end(second, t)
         middle, last = near.reflections[a], near.reflections[a] + (1 if twice else 0)
         for axis in range(3):

@@ -31,26 +31,26 @@ REACH = 0.5
 """Wavelengths. Ends with a longer detour have no effect."""
 
 
-def end_weight(detours: Sequence[mi.Float], excess: mi.Float, wavelength: float) -> mi.Complex2f:
+def end_weight(detours: Sequence[mi.Float], excess: mi.Float, wavenumber: mi.Float | float) -> mi.Complex2f:
     """The share of a wave that both ends of an edge leave.
 
     Args:
         detours: q of the start and of the end, metres; negative if the point of diffraction lies beyond that end.
         excess: p, metres.
-        wavelength: metres.
+        wavenumber: k, radians per metre.
 
     Example:
         >>> start, end = mi.Float([9.0, 0.0, -9.0]), mi.Float([9.0, 9.0, 9.0])
-        >>> end_weight((start, end), mi.Float([1.0, 1.0, 1.0]), 0.3).real.numpy().round(2).tolist()
+        >>> end_weight((start, end), mi.Float([1.0, 1.0, 1.0]), 20.0).real.numpy().round(2).tolist()
         [1.0, 0.5, 0.0]
     """
     weight = mi.Complex2f(-1)
     for detour in detours:
         step = dr.select(detour >= 0, mi.Float(1), mi.Float(0))
         # Sionna's integral is the conjugate of ours, from 0 to |u|, over √(π/2).
-        half = dr.conj(fresnel(2 * dr.pi / wavelength * dr.abs(detour))) * (2 * step - 1)
+        half = dr.conj(fresnel(wavenumber * dr.abs(detour))) * (2 * step - 1)
         integral = 0.5 + mi.Complex2f(0.5, 0.5) * half
-        felt = dr.clip(1 - dr.abs(detour) / (REACH * wavelength), 0, 1)
+        felt = dr.clip(1 - wavenumber * dr.abs(detour) / (2 * dr.pi * REACH), 0, 1)
         share = excess / (excess + dr.abs(detour) + 1e-9)
         weight += step + felt * share * (integral - step)
     return weight

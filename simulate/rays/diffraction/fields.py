@@ -41,7 +41,7 @@ def behind_edge(
     """
     which = geometry.edges[number]
     edge = mi.UInt(which.astype(np.uint32))
-    k = 2 * np.pi / surfaces.wavelength
+    k = surfaces.wavenumber
     n = dr.gather(mi.Float, mi.Float((edges.exterior / np.pi).astype(np.float32)), edge)
     angle_in, angle_out = (mi.Float(angle) for angle in geometry.angles[number])
     length, sin_beta = mi.Float(geometry.length[number]), mi.Float(geometry.sin_beta[number])
@@ -70,7 +70,7 @@ def behind_edge(
         is_sheet = dr.gather(mi.Bool, mi.Bool(edges.sheets), edge)
         found = dr.select(is_sheet, sheet[0], found[0]), dr.select(is_sheet, sheet[1], found[1])
     detours, excess = [mi.Float(detour) for detour in geometry.detours[number]], mi.Float(geometry.excess[number])
-    weight = end_weight(detours, excess, surfaces.wavelength) * common_factor(n, sin_beta, k)
+    weight = end_weight(detours, excess, k) * common_factor(n, sin_beta, k)
     return turned(found, weight)
 
 

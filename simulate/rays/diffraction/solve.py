@@ -31,6 +31,7 @@ class EdgeScene:
 
     Args:
         ray_scene: the scene, with the propagation to follow.
+        edges: the edges of another ``EdgeScene`` with the same objects. None: they are found.
 
     Attributes:
         ray_scene: the scene, with the propagation to follow.
@@ -39,11 +40,11 @@ class EdgeScene:
         surfaces: the materials of the scene's triangles.
     """
 
-    def __init__(self, ray_scene: RayScene):
+    def __init__(self, ray_scene: RayScene, edges: Edges | None = None):
         self.ray_scene = ray_scene
-        edges = diffracting_edges(ray_scene)
-        self.edges: Edges = foremost(edges, ray_scene.description)
-        self.left_out = len(edges) - len(self.edges)
+        every = diffracting_edges(ray_scene) if edges is None else edges
+        self.edges: Edges = foremost(every, ray_scene.description)
+        self.left_out = len(every) - len(self.edges)
         self.surfaces = Surfaces(ray_scene)
 
 
@@ -88,7 +89,7 @@ def diffracted(
                 ]
                 starts, ends = sources.positions[source], targets.positions[target]
                 course = partial(_course, geometry, starts, ends, edge_scene, int(shape[0]), int(shape[1]))
-                yield Solution(number[chain], found, course)
+                yield Solution(number[chain], found, course, geometry.travelled)
 
 
 def _course(

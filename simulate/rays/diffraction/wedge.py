@@ -18,7 +18,7 @@ from simulate.rays.core.ray_tracer import dr, mi
 
 
 def transition_pairs(
-    phi: mi.Float, phi_source: mi.Float, n: mi.Float, length: mi.Float, wavenumber: float
+    phi: mi.Float, phi_source: mi.Float, n: mi.Float, length: mi.Float, wavenumber: mi.Float | float
 ) -> tuple[mi.Complex2f, mi.Complex2f]:
     """The sums d₁ + d₂ and d₃ + d₄. Without F they would be singular at the shadow and the reflection boundary.
 
@@ -42,7 +42,7 @@ def transition_pairs(
     return pair(phi - phi_source), pair(phi + phi_source)
 
 
-def common_factor(n: mi.Float, sin_beta: mi.Float, wavenumber: float) -> mi.Complex2f:
+def common_factor(n: mi.Float, sin_beta: mi.Float, wavenumber: mi.Float | float) -> mi.Complex2f:
     """−e^{−jπ/4} / (2n √(2πk) sin β₀), √metres.
 
     Args:
@@ -54,7 +54,7 @@ def common_factor(n: mi.Float, sin_beta: mi.Float, wavenumber: float) -> mi.Comp
 
 
 def wedge_coefficients(
-    phi: mi.Float, phi_source: mi.Float, n: mi.Float, length: mi.Float, sin_beta: mi.Float, wavenumber: float
+    phi: mi.Float, phi_source: mi.Float, n: mi.Float, length: mi.Float, sin_beta: mi.Float, wavenumber: mi.Float | float
 ) -> tuple[mi.Complex2f, mi.Complex2f]:
     """D_s and D_h, √metres.
 

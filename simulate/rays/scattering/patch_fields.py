@@ -51,13 +51,14 @@ class PatchScene:
     Args:
         ray_scene: the scene, with the propagation to follow.
         patches: the patches.
+        frequency: frequency of the waves, Hz. None: that of the scene.
     """
 
-    def __init__(self, ray_scene: RayScene, patches: Patches):
+    def __init__(self, ray_scene: RayScene, patches: Patches, frequency: float | None = None):
         scene = ray_scene.description
         self.patches = patches
-        self.wavelength = scene.wavelength
-        self._surfaces = Surfaces(ray_scene)
+        self._surfaces = Surfaces(ray_scene, frequency)
+        self.wavelength = self._surfaces.wavelength
         turned = np.array([scene.materials[item.material].xpd_coefficient for item in scene.objects])
         self._turn = np.arcsin(np.sqrt(turned[ray_scene.object_of_face[patches.faces]]))
 

@@ -2,16 +2,23 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
-from jaxtyping import Complex, Int
+from jaxtyping import Complex, Float, Int
+from scipy.interpolate import barycentric_interpolate
+from scipy.spatial.distance import cdist
 
+from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.rays.core.ray_scene import RayScene
 from simulate.rays.core.sionna_scene import Antennas
 from simulate.rays.core.terms import Interaction, Terms
 from simulate.rays.scattering.patch_fields import PatchFields, PatchScene
 from simulate.rays.scattering.patches import patches_of
+
+LEAST_FREQUENCIES = 10
+"""Number of frequencies beyond those that the delays need. They make the error of the interpolation negligible."""
 
 LANES = 400_000
 """Ways between a target and a patch that are followed at a time. This bounds the memory."""
@@ -29,7 +36,7 @@ class Scattering:
 
     def __init__(self, ray_scene: RayScene, seed: int):
         patches = patches_of(ray_scene, ray_scene.propagation.patches, seed)
-        self._scene = PatchScene(ray_scene, patches)
+        self._ray_scene, self._scene = ray_scene, PatchScene(ray_scene, patches)
         self._objects = ray_scene.object_of_face[patches.faces]
 
     def responses(self, sources: Antennas, targets: Antennas) -> Complex[np.ndarray, "targets sources"]:
@@ -39,11 +46,44 @@ class Scattering:
             sources: where the paths begin.
             targets: where they end.
         """
+        return self._responses(self._scene, sources, targets)
+
+    def band_responses(
+        self, sources: Antennas, targets: Antennas, frequencies: Float[np.ndarray, " subcarriers"]
+    ) -> Complex[np.ndarray, "targets sources subcarriers"]:
+        """The sum of all paths from each source to each target, at each subcarrier.
+
+        The sum is computed at as many frequencies as its delays need, and is interpolated between them.
+
+        Args:
+            sources: where the paths begin.
+            targets: where they end.
+            frequencies: frequencies of the subcarriers, rising, Hz.
+        """
+        points = self._scene.patches.points
+        longest = sum(cdist(each.positions, points).max(initial=0) for each in (sources, targets))
+        turns = (frequencies[-1] - frequencies[0]) * longest / SPEED_OF_LIGHT
+        count = math.ceil(np.pi * turns) + LEAST_FREQUENCIES
+        at = frequencies
+        if count < len(frequencies):  # Chebyshev's points
+            middle, half = (frequencies[0] + frequencies[-1]) / 2, (frequencies[-1] - frequencies[0]) / 2
+            at = middle - half * np.cos(np.pi * (np.arange(count) + 0.5) / count)
+        scenes = [PatchScene(self._ray_scene, self._scene.patches, frequency) for frequency in at]
+        # Half the longest delay is taken out, which halves how fast the sum turns over the band.
+        delay = np.exp(1j * np.pi * longest / SPEED_OF_LIGHT * at)
+        found = np.stack([self._responses(each, sources, targets) for each in scenes], axis=-1) * delay
+        if at is not frequencies:
+            found = barycentric_interpolate(at, found, frequencies, axis=-1)
+        return found * np.exp(-1j * np.pi * longest / SPEED_OF_LIGHT * frequencies)
+
+    def _responses(
+        self, scene: PatchScene, sources: Antennas, targets: Antennas
+    ) -> Complex[np.ndarray, "targets sources"]:
         result = np.zeros((len(targets), len(sources)), np.complex128)
-        for start, _, sent, taken in self._batches(sources, targets):
+        for start, _, sent, taken in self._batches(scene, sources, targets):
             for number, each in enumerate(taken, start):
                 result[number] += (sent * each).sum(axis=(1, 2))
-        return result * self._scene.wavelength / (4 * np.pi)
+        return result * scene.wavelength / (4 * np.pi)
 
     def terms(self, sources: Antennas, targets: Antennas) -> Iterator[Terms]:
         """The single paths whose sum ``responses`` returns, in batches.
@@ -52,7 +92,7 @@ class Scattering:
             sources: where the paths begin.
             targets: where they end.
         """
-        for start, patches, sent, taken in self._batches(sources, targets):
+        for start, patches, sent, taken in self._batches(self._scene, sources, targets):
             for number, each in enumerate(taken, start):
                 responses = (sent * each).sum(axis=2) * self._scene.wavelength / (4 * np.pi)
                 source, which = np.nonzero(responses)
@@ -67,17 +107,17 @@ class Scattering:
                 )
 
     def _batches(
-        self, sources: Antennas, targets: Antennas
+        self, scene: PatchScene, sources: Antennas, targets: Antennas
     ) -> Iterator[
         tuple[int, Int[np.ndarray, " k"], Complex[np.ndarray, "sources k 2"], Complex[np.ndarray, "batch k 2"]]
     ]:
         """The results of ``_pairs`` for batches of targets, each with the index of the first target."""
-        if not len(self._scene.patches):
+        if not len(scene.patches):
             return
-        scattered = self._scene.scattered(sources)
-        batch = max(1, LANES // len(self._scene.patches))
+        scattered = scene.scattered(sources)
+        batch = max(1, LANES // len(scene.patches))
         for start in range(0, len(targets), batch):
-            received = self._scene.received(targets.subset(np.arange(start, min(start + batch, len(targets)))))
+            received = scene.received(targets.subset(np.arange(start, min(start + batch, len(targets)))))
             for found in self._pairs(scattered, received):
                 yield start, *found
 

@@ -23,7 +23,7 @@ def test_reflections_lie_on_their_planes_at_equal_angles():
     images = Images(planes, chains, sources)
     paths = images.possible_paths(targets)
     assert paths.shape[1] > 20
-    ways = images.ways(paths, targets, scene.wavelength)
+    ways = images.ways(paths, targets)
     points = np.concatenate(
         [np.repeat(sources.T[None], paths.shape[1], axis=2), ways.vertices, targets[paths[0]].T[None]]
     )
@@ -64,7 +64,7 @@ def test_chain_without_reflections_is_always_possible(mirror):
     images = Images(mirror, np.zeros((1, 0), np.int64), sources)
     paths = images.possible_paths(targets)
     assert paths.shape == (3, 6)
-    np.testing.assert_allclose(np.abs(images.ways(paths, targets, 0.3).propagation), 0.3 / (4 * np.pi * np.sqrt(3)))
+    np.testing.assert_allclose(np.abs(images.ways(paths, targets).propagation(0.3)), 0.3 / (4 * np.pi * np.sqrt(3)))
 
 
 def test_most_of_what_is_tried_is_impossible():

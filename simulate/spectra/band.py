@@ -1,0 +1,80 @@
+"""A band of subcarriers around a carrier, as OFDM receivers measure it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Annotated
+
+import numpy as np
+from jaxtyping import Float
+from msgspec import Meta
+
+from scenes.files.errors import ParameterError, require_positive, require_whole
+from scenes.files.options import check_kinds
+
+MOST_SUBCARRIERS = 4096
+"""Largest number of subcarriers of a band, that of 5G."""
+
+WIDEST = 0.2
+"""Largest bandwidth, as a share of the carrier frequency. Paths are solved at the carrier, and a wider band would need
+other paths at its ends."""
+
+
+@dataclass(frozen=True)
+class Band:
+    """Evenly spaced subcarriers around a carrier.
+
+    Subcarrier n has the frequency ``f + (n − ⌊N/2⌋) B/N``, with the carrier frequency f, the bandwidth B, the number N
+    of subcarriers, and n = 0…N−1. So subcarrier ⌊N/2⌋ is the carrier, as in an FFT and in Sionna.
+
+    Attributes:
+        bandwidth: B, Hz.
+        subcarriers: N, 2 to 4096.
+
+    Raises:
+        ParameterError: the bandwidth is not positive, or the number is not from 2 to 4096.
+
+    Example:
+        >>> import bisplat
+        >>> band = bisplat.Band(bandwidth=20e6, subcarriers=64)
+        >>> band.spacing, band.frequencies(915e6)[[0, 32, 63]].tolist()
+        (312500.0, [905000000.0, 915000000.0, 924687500.0])
+    """
+
+    bandwidth: Annotated[float, Meta(gt=0)]
+    subcarriers: Annotated[int, Meta(ge=2, le=MOST_SUBCARRIERS)]
+
+    def __post_init__(self) -> None:
+        check_kinds(self)
+        require_positive(bandwidth=self.bandwidth)
+        require_whole(2, MOST_SUBCARRIERS, subcarriers=self.subcarriers)
+
+    @property
+    def spacing(self) -> float:
+        """Distance between neighbouring subcarriers, Hz."""
+        return self.bandwidth / self.subcarriers
+
+    @property
+    def carrier(self) -> int:
+        """Index of the subcarrier that is the carrier."""
+        return self.subcarriers // 2
+
+    def frequencies(self, carrier: float) -> Float[np.ndarray, " subcarriers"]:
+        """Frequencies of the subcarriers, Hz.
+
+        Args:
+            carrier: carrier frequency, Hz.
+
+        Returns:
+            Frequencies, Hz, rising, [subcarriers].
+
+        Raises:
+            ParameterError: the band is wider than a fifth of the carrier frequency.
+        """
+        if self.bandwidth > WIDEST * carrier:
+            raise ParameterError(
+                "bandwidth",
+                f"expected at most {WIDEST:.0%} of the carrier frequency, {WIDEST * carrier / 1e6:g} MHz, found "
+                f"{self.bandwidth / 1e6:g} MHz",
+            )
+        return carrier + (np.arange(self.subcarriers) - self.carrier) * self.spacing
