@@ -49,6 +49,29 @@ def read_frequency(value: float | str) -> float:
     raise ParameterError("frequency", f"{expected}, found {shown(value)}{'' if unit else _hint(number)}")
 
 
+def read_bandwidth(value: float | str) -> float:
+    """Read a bandwidth.
+
+    Args:
+        value: hertz, as a number or a text, or a text with a unit such as "20 MHz".
+
+    Returns:
+        The bandwidth, Hz.
+
+    Raises:
+        ParameterError: the value is not a bandwidth, or not from 1 Hz to 1 THz.
+
+    >>> read_bandwidth("20 MHz")
+    20000000.0
+    """
+    number, unit = _parts(value)
+    bandwidth = number * HERTZ[unit or "hz"]
+    if 1 <= bandwidth <= HIGHEST_FREQUENCY:
+        return bandwidth
+    expected = 'expected hertz, at least 1, or a number with its unit such as "20 MHz"'
+    raise ParameterError("bandwidth", f"{expected}, found {shown(value)}")
+
+
 def _parts(value: object) -> tuple[float, str]:
     """Return the number and the unit in lower case, or (0, "") for what is not a frequency."""
     if isinstance(value, Real) and not isinstance(value, bool):

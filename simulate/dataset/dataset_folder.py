@@ -20,12 +20,14 @@ from scenes.files.plain_text import say
 from simulate.dataset.dataset_frequency import Frequency, frequency_of
 from simulate.dataset.dataset_reader import read_gateway, read_metadata
 from simulate.dataset.index_files import read_split
+from simulate.dataset.metadata import band_of
 from simulate.dataset.oddities import oddities
 from simulate.dataset.picture_files import read_pictures
 from simulate.dataset.responses_file import check_responses, read_responses
 from simulate.positions.given_positions import read_points
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
+from simulate.spectra.band import Band
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.identification import Identification, identify, stated_array, stated_grid
 from simulate.spectra.spectrum import spectrum_of
@@ -53,6 +55,9 @@ class Dataset:
         retrieved: element responses that ``bisplat responses`` found from the pictures, [K, elements]; None if the
             folder has none. Each row is known up to a common phase and the flip ``y_m -> conj(y_{MN−1−m})``, so phases
             of two positions cannot be compared.
+        band: the subcarriers around the carrier; None if there are only responses at the carrier.
+        band_responses: recorded responses at all subcarriers, [K, elements, subcarriers]; None if there are none.
+            ``responses`` or ``retrieved`` are those of the carrier.
         metadata: content of metadata.json; empty if the folder has none.
         identification: the array and the grid of the spectra (``beamformer``), how they are known (``source`` and
             ``grid_source``: "metadata", "fitted" or "assumed"), and the error that they leave (``residual``, grey
@@ -82,6 +87,8 @@ class Dataset:
     test: Int[np.ndarray, " K_test"]
     responses: Complex[np.ndarray, "K elements"] | None = None
     retrieved: Complex[np.ndarray, "K elements"] | None = None
+    band: Band | None = None
+    band_responses: Complex[np.ndarray, "K elements subcarriers"] | None = None
     metadata: dict[str, Any] = field(default_factory=dict)
     identification: Identification = field(default_factory=Identification)
     frequency: Frequency = field(default_factory=Frequency)
@@ -93,8 +100,13 @@ class Dataset:
         array = self.array
         return (
             f"Dataset({str(self.folder)!r}: {len(self)} spectra, {array.rows} × {array.columns} elements, "
-            f"{self.frequency.hertz / 1e6:g} MHz)"
+            f"{self.frequency.hertz / 1e6:g} MHz{self._over()})"
         )
+
+    def _over(self) -> str:
+        if self.band is None:
+            return ""
+        return f", {self.band.subcarriers} subcarriers over {self.band.bandwidth / 1e6:g} MHz"
 
     @property
     def beamformer(self) -> Beamformer:
@@ -271,13 +283,18 @@ def inspect(folder: Path) -> Inspection:
     rows = numbers - 1
     frequency = frequency_of(folder, metadata, rows, problems) if len(rows) else Frequency()
     elements = (array or PlanarArray()).elements
-    responses, retrieved = read_responses(folder / "channels.npz", rows_known, elements, problems)
+    band = band_of(metadata)
+    found = read_responses(folder / "channels.npz", rows_known, elements, problems, band)
+    responses, retrieved = found.channels, found.retrieved
     if problems or positions is None:
         return Inspection(problems, warnings, None)
-    of_pictures = None
+    of_pictures = over_band = None
     if responses is not None:
         of_pictures = responses[rows]
         check_responses(folder / "channels.npz", of_pictures, retrieved, problems)
+        if found.over_band is not None and not problems:
+            over_band = found.over_band[rows].astype(np.complex64)
+            check_responses(folder / "channels.npz", over_band, retrieved, problems)
         if problems:
             return Inspection(problems, warnings, None)
         of_pictures = of_pictures.astype(np.complex64)
@@ -292,6 +309,8 @@ def inspect(folder: Path) -> Inspection:
         test=np.array(test, dtype=int),
         responses=None if retrieved else of_pictures,
         retrieved=of_pictures if retrieved else None,
+        band=None if over_band is None else band,
+        band_responses=over_band,
         metadata=metadata,
         identification=identify(pictures, array, grid),
         frequency=frequency,

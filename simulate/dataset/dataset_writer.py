@@ -16,6 +16,7 @@ from PIL import Image
 
 from scenes.files.atomic import write_atomically
 from scenes.files.npz_file import write_arrays
+from simulate.spectra.band import Band
 
 
 def encode_picture(picture: UInt8[np.ndarray, "90 360"]) -> bytes:
@@ -59,9 +60,20 @@ def write_gateway(path: Path, dataset_name: str, position: Sequence[float], orie
     write_atomically(path, text.encode())
 
 
-def write_responses(path: Path, responses: Complex[np.ndarray, "K elements"]) -> None:
-    """Write channels.npz: complex64 element responses, not normalised."""
-    write_arrays(path, {"channels": responses.astype(np.complex64)})
+def write_responses(
+    path: Path, responses: Complex[np.ndarray, "K elements *band"], band: Band | None = None, retrieved: bool = False
+) -> None:
+    """Write channels.npz: complex64 element responses, not normalised, at the carrier and over a band.
+
+    Args:
+        path: the file.
+        responses: [K, elements], or over a band [K, elements, subcarriers].
+        band: the subcarriers.
+        retrieved: whether each position has an unknown phase of its own.
+    """
+    responses = responses.astype(np.complex64)
+    arrays = {"channels": responses} if band is None else {"channels": responses[..., band.carrier], "band": responses}
+    write_arrays(path, {**arrays, **({"retrieved": np.array(True)} if retrieved else {})})
 
 
 def write_metadata(path: Path, metadata: dict[str, Any]) -> None:

@@ -22,6 +22,7 @@ from simulate.engines.engine_table import ENGINES
 from simulate.engines.rays_engine import Rays
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
+from simulate.spectra.band import Band
 from simulate.spectra.measurement import Measurement
 
 RECEIVER = recorded(Measurement, seed=(Count, MISSING))
@@ -38,6 +39,7 @@ class Metadata(Struct, kw_only=True):
     frequency_hz: float | str = 0.0
     array: PlanarArray = PlanarArray()
     grid: AngularGrid = AngularGrid()
+    band: Band | None = None
     spectra: Count = 0
     placement: str = ""
     positions_sha256: str = ""
@@ -90,6 +92,15 @@ def read_metadata_file(path: Path, expected: str, simulated: bool = False) -> di
     except InputError as error:
         raise InputError(f"{path}: scene_file: {error}") from None
     return content
+
+
+def band_of(metadata: dict[str, Any]) -> Band | None:
+    """The subcarriers of a dataset's responses; None if it has only those of the carrier.
+
+    Args:
+        metadata: content of its metadata.json, from ``read_metadata_file``.
+    """
+    return Band(**metadata["band"]) if metadata.get("band") else None
 
 
 @functools.cache

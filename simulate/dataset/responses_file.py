@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Complex
@@ -11,6 +12,7 @@ from jaxtyping import Complex
 from scenes.files.errors import InputError
 from scenes.files.input_file import MEGABYTE
 from scenes.files.npz_file import Expected, read_npz
+from simulate.spectra.band import Band
 
 LARGEST_NPZ = 2000 * MEGABYTE
 """Most bytes of channels.npz: 15 million positions of a 4 × 4 array."""
@@ -19,38 +21,56 @@ RESPONSE_MAGNITUDES = 1e-12, 1e12
 """Bounds of the largest magnitude of a dataset's responses. Models square it in single precision."""
 
 
+class Responses(NamedTuple):
+    """Content of channels.npz.
+
+    Attributes:
+        channels: responses at the carrier; None if there is no such file or it is faulty.
+        retrieved: whether they have unknown phases of their own, such as those found behind pictures.
+        over_band: responses at all subcarriers; None if there are none.
+    """
+
+    channels: Complex[np.ndarray, "K elements"] | None = None
+    retrieved: bool = False
+    over_band: Complex[np.ndarray, "K elements subcarriers"] | None = None
+
+
 def read_responses(
-    path: Path, rows: int | None, elements: int, problems: list[str]
-) -> tuple[Complex[np.ndarray, "K elements"] | None, bool]:
-    """Read the responses of channels.npz, and whether they were retrieved from the pictures instead of recorded.
+    path: Path, rows: int | None, elements: int, problems: list[str], band: Band | None = None
+) -> Responses:
+    """Read channels.npz.
 
     Args:
         path: the file.
         rows: number of positions; any number if None.
         elements: number of the array's elements.
         problems: a sentence on a fault is appended.
-
-    Returns:
-        The responses, or None if there is no such file or it is faulty; and whether they were retrieved.
+        band: the subcarriers that metadata.json states. None: it states none.
     """
     if not os.path.lexists(path):
-        return None, False
+        return Responses()
     positions = "the" if rows is None else rows
     expected = {
         "channels": Expected(f"responses of {positions} positions × {elements} elements", "c", (rows, elements)),
         "retrieved": Expected("whether the responses were retrieved", "b", optional=True),
     }
-    limit = LARGEST_NPZ if rows is None else 16 * rows * elements + MEGABYTE  # at most complex128
+    numbers = 1
+    if band is not None:
+        shape = (rows, elements, band.subcarriers)
+        what = f"responses of {positions} positions × {elements} elements × {band.subcarriers} subcarriers"
+        expected["band"] = Expected(what, "c", shape)
+        numbers += band.subcarriers
+    limit = LARGEST_NPZ if rows is None else 16 * rows * elements * numbers + MEGABYTE  # at most complex128
     try:
         found = read_npz(path, "an npz archive of responses", expected, min(limit, LARGEST_NPZ))
     except InputError as error:
         problems.append(str(error))
-        return None, False
-    return found["channels"], bool(found.get("retrieved", False))
+        return Responses()
+    return Responses(found["channels"], bool(found.get("retrieved", False)), found.get("band"))
 
 
 def check_responses(
-    path: Path, responses: Complex[np.ndarray, "K elements"], retrieved: bool, problems: list[str]
+    path: Path, responses: Complex[np.ndarray, "K elements *band"], retrieved: bool, problems: list[str]
 ) -> None:
     """Check that responses are finite, not all zero, and of a magnitude that models can square.
 
@@ -60,7 +80,7 @@ def check_responses(
         retrieved: whether they were retrieved. Then rows may be missing, that is, not a number.
         problems: a sentence on a fault is appended.
     """
-    finite = np.isfinite(responses).all(axis=1)
+    finite = np.isfinite(responses).reshape(len(responses), -1).all(axis=1)
     if not (retrieved or finite.all()):
         problems.append(
             f"{path}: expected finite responses, found others in {int((~finite).sum())} rows, first in that of "

@@ -26,6 +26,7 @@ if TYPE_CHECKING:  # their imports take long, and the help of the command line d
     from rich.progress import Progress
 
     from scenes.scene.description import Scene
+    from simulate.spectra.band import Band
 
 WORKERS_MOST = 1000
 """Largest number of Ray workers, or of solver runs at a time."""
@@ -36,6 +37,10 @@ class ResponseSource(Protocol):
 
     def responses(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements"]: ...
 
+    def band_responses(
+        self, positions: Float[np.ndarray, "K 3"], band: Band
+    ) -> Complex[np.ndarray, "K elements subcarriers"]: ...
+
 
 class Setting(NamedTuple):
     """The scene, region and seed for which an engine computes responses.
@@ -44,11 +49,13 @@ class Setting(NamedTuple):
         scene: the scene, with one gateway.
         region: lowest and highest corner of a box around all transmitters, metres, world frame, [2, 3].
         seed: seed of everything that the engine draws at random.
+        band: subcarriers at which responses are wanted. None: only at the carrier.
     """
 
     scene: Scene
     region: Float[np.ndarray, "2 3"]
     seed: int
+    band: Band | None = None
 
 
 @dataclass(frozen=True)

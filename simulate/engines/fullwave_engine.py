@@ -12,7 +12,7 @@ from msgspec import Meta, Struct
 from tyro.conf import Suppress
 
 from scenes.files.atomic import write_atomically
-from scenes.files.errors import InputError, require_path, require_within, shown
+from scenes.files.errors import InputError, ParameterError, require_path, require_within, shown
 from scenes.files.json_file import read_json
 from scenes.files.options import check_kinds
 from scenes.files.schema import Positive, conform
@@ -132,7 +132,7 @@ class FullWave(Solver, Engine):
         from simulate.fullwave.run_plan import plan
 
         assert self.cell is not None
-        planned = plan(setting.scene, setting.region, self.cell)
+        planned = plan(setting.scene, setting.region, self.cell, setting.band)
         window = planned.steps * planned.grid.time_step
         return {
             "engine": self.name,
@@ -155,13 +155,15 @@ class FullWave(Solver, Engine):
         from simulate.fullwave.memory import require_memory
         from simulate.fullwave.run_plan import plan
 
+        if setting.band is not None and self.solver != OURS:
+            raise ParameterError("bandwidth", f"expected none with {self.solver}; our own solver can (leave out gpu)")
         # Here workers are solver runs at a time, which need no Ray.
         super().require(setting, folder, replace(machines, workers=None))
         if self.field is not None:
             self.kept(setting, Path(self.field))
         elif self.solver == OURS and machines.ray is None and self._damage(setting, folder) is not None:
             assert self.cell is not None
-            planned = plan(setting.scene, setting.region, self.cell)
+            planned = plan(setting.scene, setting.region, self.cell, setting.band)
             require_memory(setting.scene, setting.region, planned, machines.workers)
 
     def source(self, setting: Setting, folder: Path, machines: Machines, progress: Progress) -> StoredField:
@@ -211,6 +213,8 @@ class FullWave(Solver, Engine):
 
     @classmethod
     def kept(cls, setting: Setting, folder: Path) -> StoredField:
+        import numpy as np
+
         from simulate.fullwave.stored_field import read_stored_field
 
         path, gateway = folder / FIELD, setting.scene.gateway
@@ -220,6 +224,14 @@ class FullWave(Solver, Engine):
                 f"{path}: expected the field of the array of {gateway.rows} × {gateway.columns} elements of "
                 f"{setting.scene.name}, found that of {len(field.values)} elements"
             )
+        if setting.band is not None:
+            wanted = setting.band.frequencies(setting.scene.frequency)
+            if field.band is None or not np.array_equal(field.band.frequencies, wanted):
+                found = "that of the carrier alone" if field.band is None else "one over another band"
+                raise InputError(
+                    f"{path}: expected a field over {setting.band.bandwidth / 1e6:g} MHz with "
+                    f"{setting.band.subcarriers} subcarriers, found {found}"
+                )
         low, high = field.region
         if (setting.region[0] < low).any() or (setting.region[1] > high).any():
             raise InputError(
@@ -243,7 +255,7 @@ class FullWave(Solver, Engine):
         from simulate.fullwave.solved_field import solve
 
         assert self.cell is not None
-        planned = plan(setting.scene, setting.region, self.cell)
+        planned = plan(setting.scene, setting.region, self.cell, setting.band)
         return solve(setting.scene, planned, folder, self.solver, machines.workers, machines.ray, self.gpu, progress)
 
 

@@ -21,7 +21,7 @@ from simulate.fullwave.cells import edge_materials
 from simulate.fullwave.cluster_runs import elements_of_cluster
 from simulate.fullwave.run_plan import Plan
 from simulate.fullwave.solver_runs import groups, run_of
-from simulate.fullwave.stored_field import StoredField, read_stored_field
+from simulate.fullwave.stored_field import StoredField, read_stored_field, together
 from simulate.spectra.array import PlanarArray
 
 WORKING = "running-"
@@ -64,7 +64,7 @@ def stored_field(
         shutil.rmtree(left)
     count = PlanarArray.of(scene.gateway).elements
     files = [folder / f"element-{number:03d}.npz" for number in range(count)]
-    missing = [number for number in range(count) if not _is_whole(files[number])]
+    missing = [number for number in range(count) if not _is_whole(files[number], planned)]
     if missing:
         if ray is not None:
             ended = elements_of_cluster(scene, planned, missing, solver, gpu, ray, report)
@@ -79,15 +79,18 @@ def stored_field(
         values=np.concatenate([part.values for part in parts]),
         unsettled=np.concatenate([part.unsettled for part in parts]),
         steps=max(part.steps for part in parts),
+        band=together([part.band for part in parts]),
     )
     # The error with every second point is an upper bound: it is much larger than with all points.
     return replace(field, interpolation_error_db=field.thinned(2).interpolation_error_db)
 
 
-def _is_whole(file: Path) -> bool:
+def _is_whole(file: Path, planned: Plan) -> bool:
     """Whether an element's run has ended and its file can be read. A damaged file is reported on stderr."""
     try:
-        read_stored_field(file)
+        found = read_stored_field(file)
+        if planned.band is not None and found.band is None:
+            raise InputError(f"{file}: expected the field over a band, found that of the carrier alone")
     except InputError as error:
         if file.exists():
             print(f"bisplat: {error}; it is made again", file=sys.stderr)

@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
 from scenes.checks.array_clearance import element_positions
-from scenes.scene.description import Scene
+from scenes.scene.description import SPEED_OF_LIGHT, Scene
 from scenes.scene.permittivity import VACUUM_PERMEABILITY
+from simulate.fullwave.band_solver import solve_band
 from simulate.fullwave.cells import EdgeMaterials
 from simulate.fullwave.dipole import GAIN, element_direction, transmitter_direction
 from simulate.fullwave.gprmax import run
-from simulate.fullwave.leapfrog import cells_at_rest
-from simulate.fullwave.run_plan import Plan
+from simulate.fullwave.leapfrog import Cells, cells_at_rest
+from simulate.fullwave.run_plan import BandPlan, Plan
 from simulate.fullwave.settling import looks, still_to_come
 from simulate.fullwave.solver import SourceField, solve
 from simulate.fullwave.source import Source
-from simulate.fullwave.stored_field import LOST, StoredField, undo_mean_of_edges
+from simulate.fullwave.stored_field import LOST, FieldBand, StoredField, undo_mean_of_edges
+from simulate.fullwave.yee_grid import numerical_frequency
 
 
 def element_fields(
@@ -46,8 +49,33 @@ def element_fields(
     """
     sources = [element_source(scene, planned, number) for number in numbers]
     cells = cells_at_rest(materials, planned.grid, len(sources))
+    if planned.band is not None:
+        return _over_band(scene, planned, planned.band, sources, cells, report)
     fields = solve(cells, planned.grid, sources, planned.box, planned.steps, planned.earliest, report)
     return [_in_region(scene, planned, field) for field in fields]
+
+
+def _over_band(
+    scene: Scene,
+    planned: Plan,
+    band: BandPlan,
+    sources: list[Source],
+    cells: Cells,
+    report: Callable[[int], None],
+) -> list[StoredField]:
+    """The responses of elements at the carrier and at the frequencies of a band."""
+    grid, wanted = planned.grid, (scene.frequency, *band.solved)
+    on_grid = np.array([numerical_frequency(SPEED_OF_LIGHT / each, grid.cell) for each in wanted])
+    axes = [axis for axis, share in enumerate(transmitter_direction(scene)) if share]
+    found = []
+    for field in solve_band(cells, grid, sources, on_grid, axes, planned.box, planned.steps, planned.earliest, report):
+        parts = [
+            _in_region(scene, planned, SourceField(phasor, field.unsettled, field.steps), frequency, driven)
+            for phasor, frequency, driven in zip(field.phasors, wanted, on_grid, strict=True)
+        ]
+        values = np.stack([part.values for part in parts[1:]])
+        found.append(replace(parts[0], band=FieldBand(*band, values)))
+    return found
 
 
 def element_field_by_gprmax(
@@ -91,11 +119,22 @@ def element_source(scene: Scene, planned: Plan, number: int) -> Source:
     return Source(position, element_direction(scene), planned.frequency)
 
 
-def _in_region(scene: Scene, planned: Plan, field: SourceField) -> StoredField:
-    """The response of one element, from the field at the middles of cells."""
+def _in_region(
+    scene: Scene, planned: Plan, field: SourceField, frequency: float | None = None, driven: float | None = None
+) -> StoredField:
+    """The response of one element, from the field at the middles of cells.
+
+    Args:
+        scene: the scene.
+        planned: the plan of the runs.
+        field: the field.
+        frequency: of the field, Hz. None: that of the scene.
+        driven: frequency of the same wave on the grid, Hz. None: that of the plan.
+    """
+    wavelength = SPEED_OF_LIGHT / (frequency or scene.frequency)
     direction = transmitter_direction(scene)
     along = sum(share * undo_mean_of_edges(field.phasor[axis], axis) for axis, share in enumerate(direction) if share)
-    factor = GAIN * scene.wavelength / (-2j * np.pi * planned.frequency * VACUUM_PERMEABILITY)
+    factor = GAIN * wavelength / (-2j * np.pi * (driven or planned.frequency) * VACUUM_PERMEABILITY)
     grid = planned.grid
     inner = slice(LOST, -LOST)
     return StoredField(

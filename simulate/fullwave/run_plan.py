@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 import trimesh
@@ -17,10 +18,12 @@ from scenes.scene.permittivity import refractive_index
 from scenes.scene.shapes import bounding_box
 from simulate.fullwave.absorber import ABSORBER
 from simulate.fullwave.lattice import SOURCE_REACH
+from simulate.fullwave.pulse import Pulse
 from simulate.fullwave.source import RISE
 from simulate.fullwave.stored_field import MARGIN
 from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency
 from simulate.rays.core.slabs import Slabs, conducting_triangles, dielectric_slabs
+from simulate.spectra.band import Band, chebyshev_points
 
 CELLS_PER_WAVELENGTH, CELLS_PER_WAVELENGTH_IN_AIR = 7, 16
 """Default number of cells for a wavelength in a material, and in air."""
@@ -38,14 +41,34 @@ CELLS_OF_AIR = 1
 THICKEST = 0.3
 """Metres. Thicker outer walls, and bodies behind them, extend into the absorbing boundary."""
 
+FREQUENCIES_MORE = 8
+"""Number of frequencies of a band beyond those that the duration needs. They make the interpolation's error small."""
+
 DECAY = math.log(1e6)
 """A run lasts until the energy in a room has fallen by 60 dB."""
 
 BYTES_PER_CELL, BYTES_PER_SOURCE, BYTES_KEPT = 60, 30, 200
 """Bytes for each cell, for each cell and source, and for each source and cell of the box that is kept."""
 
+BYTES_OF_BAND = 40
+"""Bytes for each frequency of a band, source and cell of the box that is kept."""
+
 CELLS_PER_SECOND = 120e6
 """Cells times sources that one core advances in a second, estimated with some reserve (benchmarks/solvers.py)."""
+
+
+class BandPlan(NamedTuple):
+    """The frequencies of a band.
+
+    Attributes:
+        solved: frequencies at which the field is solved, Hz.
+        frequencies: frequencies of the subcarriers, to which it is interpolated, Hz.
+        delay: a typical delay of the field, seconds, which is taken out before the interpolation.
+    """
+
+    solved: Float[np.ndarray, " F"]
+    frequencies: Float[np.ndarray, " subcarriers"]
+    delay: float
 
 
 @dataclass(frozen=True)
@@ -59,6 +82,7 @@ class Plan:
         box: first cell, and the cell after the last one, of the box around the region, whose field is kept.
         earliest: number of time steps before which no field can have settled: the rise of the source, plus twice the
             time in which a wave crosses the scene.
+        band: frequencies of a band at which the field is also wanted. None: only the carrier is.
     """
 
     grid: YeeGrid
@@ -66,11 +90,13 @@ class Plan:
     steps: int
     box: Int[np.ndarray, "2 3"]
     earliest: int = 0
+    band: BandPlan | None = None
 
     def memory(self, sources: int) -> int:
         """Bytes that a run with some sources takes."""
         kept = int(np.prod(self.box[1] - self.box[0]))
-        return (BYTES_PER_CELL + BYTES_PER_SOURCE * sources) * self.grid.cells + BYTES_KEPT * sources * kept
+        kept_bytes = BYTES_KEPT + (0 if self.band is None else BYTES_OF_BAND * len(self.band.solved))
+        return (BYTES_PER_CELL + BYTES_PER_SOURCE * sources) * self.grid.cells + kept_bytes * sources * kept
 
     @property
     def seconds(self) -> float:
@@ -103,13 +129,14 @@ def _wavelength_to_resolve(scene: Scene, objects: list[Slabs]) -> float:
     return scene.wavelength / max([*indices, CELLS_PER_WAVELENGTH_IN_AIR / CELLS_PER_WAVELENGTH])
 
 
-def plan(scene: Scene, region: Float[np.ndarray, "2 3"], cell: float) -> Plan:
+def plan(scene: Scene, region: Float[np.ndarray, "2 3"], cell: float, band: Band | None = None) -> Plan:
     """Choose the cells and the number of time steps for a scene.
 
     Args:
         scene: the scene.
         region: lowest and highest corner of the box in which responses are wanted, metres.
         cell: side of the cells, metres, for example ``default_cell``.
+        band: subcarriers at which responses are also wanted. None: only at the carrier.
 
     Raises:
         ParameterError: the cells are too large for the wavelengths in the scene's materials and in air, larger than
@@ -138,9 +165,23 @@ def plan(scene: Scene, region: Float[np.ndarray, "2 3"], cell: float) -> Plan:
     box = np.stack([np.floor((region[0] - origin) / cell) - MARGIN, np.ceil((region[1] - origin) / cell) + MARGIN])
     frequency = numerical_frequency(scene.wavelength, cell)
     crossing = 2 * float(np.linalg.norm(inner[1] - inner[0])) / SPEED_OF_LIGHT
-    earliest = RISE / frequency + crossing
+    rise = RISE / frequency if band is None else Pulse(frequency).duration
+    earliest = rise + crossing
     steps = math.ceil((earliest + _decay_time(scene, slabs, conductors)) / grid.time_step)
-    return Plan(grid, frequency, steps, box.astype(int), math.ceil(earliest / grid.time_step))
+    solved = None if band is None else _band_plan(band, scene.frequency, steps * grid.time_step)
+    return Plan(grid, frequency, steps, box.astype(int), math.ceil(earliest / grid.time_step), solved)
+
+
+def _band_plan(band: Band, carrier: float, duration: float) -> BandPlan:
+    """The frequencies to solve for a band: the subcarriers, or fewer if they tell as much of a field that ends.
+
+    A field that ends after the time T turns at most BT times over a band of the width B.
+    """
+    frequencies = band.frequencies(carrier)
+    count = math.ceil(np.pi / 2 * band.bandwidth * duration) + FREQUENCIES_MORE
+    few = count < len(frequencies)
+    solved = chebyshev_points(frequencies[0], frequencies[-1], count) if few else frequencies
+    return BandPlan(solved, frequencies, duration / 2)
 
 
 def _check_distance(

@@ -59,7 +59,7 @@ def solve(
     frequency, time_step = sources[0].frequency, grid.time_step
     current = sources[0].current(time_step * (np.arange(steps) + 0.5))
     driven = [
-        each for number, source in enumerate(sources) for each in _driven(cells, grid, source, number, len(sources))
+        each for number, source in enumerate(sources) for each in driven_by(cells, grid, source, number, len(sources))
     ]
     ends = [end for end in looks(steps) if end >= earliest or end in looks(steps)[-3:]]
     snapshots_of = {end: moments(end, frequency, time_step) for end in ends}
@@ -72,7 +72,7 @@ def solve(
         for component, where, amount in driven:
             cells.fields[component, where] -= amount * np.float32(current[step - 1])
         if any(step in group for group in snapshots_of.values()):
-            seen[step] = _in_box(cells.fields, grid, box, len(sources))
+            seen[step] = in_box(cells.fields, grid, box, len(sources))
         if step in snapshots_of:
             group = snapshots_of.pop(step)
             snapshots = np.stack([seen[each] for each in group])
@@ -93,7 +93,7 @@ def solve(
     return [found[number] for number in range(len(sources))]
 
 
-def _driven(
+def driven_by(
     cells: Cells, grid: YeeGrid, source: Source, number: int, sources: int
 ) -> list[tuple[int, Int[np.ndarray, " n"], Float32[np.ndarray, " n"]]]:
     """Components, places and amounts by which sources of one ampere-metre change the field in a time step.
@@ -110,15 +110,19 @@ def _driven(
     return driven
 
 
-def _in_box(
-    fields: Float32[np.ndarray, "6 points*sources"], grid: YeeGrid, box: Int[np.ndarray, "2 3"], sources: int
-) -> Float32[np.ndarray, "sources 3 nx ny nz"]:
-    """The electric field at the middles of cells, which is the mean over four edges of a cell."""
+def in_box(
+    fields: Float32[np.ndarray, "6 points*sources"],
+    grid: YeeGrid,
+    box: Int[np.ndarray, "2 3"],
+    sources: int,
+    axes: Sequence[int] = (0, 1, 2),
+) -> Float32[np.ndarray, "sources axes nx ny nz"]:
+    """The electric field along some axes at the middles of cells, which is the mean over four edges of a cell."""
     electric = fields[:3].reshape(3, *(size + 1 for size in grid.shape), sources)
     (x, y, z), (end_x, end_y, end_z) = box
     electric = np.moveaxis(electric[:, x : end_x + 1, y : end_y + 1, z : end_z + 1], -1, 0)
     middles = []
-    for axis in range(3):
+    for axis in axes:
         mean = electric[:, axis]
         for other in range(3):
             low, high = [slice(None)] * 4, [slice(None)] * 4

@@ -19,12 +19,12 @@ class Part:
     """Responses of consecutive positions, and the contents of their files.
 
     Attributes:
-        responses: complex element responses, with the receiver's errors.
+        responses: complex element responses, with the receiver's errors; over a band if the request has one.
         pictures: content of the PNG file of each position.
         power: content of the TIFF file of each position, in dB; empty if the request asks for none.
     """
 
-    responses: Complex[np.ndarray, "n elements"]
+    responses: Complex[np.ndarray, "n elements *band"]
     pictures: list[bytes]
     power: list[bytes]
 
@@ -43,8 +43,10 @@ def make_part(request: Request, source: ResponseSource, start: int, size: int) -
     """
     positions = request.positions[start : start + size]
     numbers = np.arange(start, start + len(positions))
-    responses = request.measurement.apply(source.responses(positions), numbers, request.measurement_seed)
+    ideal = source.responses(positions) if request.band is None else source.band_responses(positions, request.band)
+    measured = request.measurement.apply(ideal, numbers, request.measurement_seed)
+    responses = measured if request.band is None else measured[..., request.band.carrier]
     with ThreadPoolExecutor() as pool:
         pictures = list(pool.map(encode_picture, picture(request.beamformer.spectrum(responses))))
         power = list(pool.map(encode_power, request.beamformer.power_db(responses))) if request.power else []
-    return Part(responses, pictures, power)
+    return Part(measured, pictures, power)

@@ -102,7 +102,7 @@ def _generate(request: Request, folder: Path, machines: Machines) -> None:
         say(sentence)
     _make_parts(request, parts, kept, machines)
 
-    write_responses(folder / "channels.npz", np.concatenate([kept[start] for start in sorted(kept)]))
+    write_responses(folder / "channels.npz", np.concatenate([kept[start] for start in sorted(kept)]), request.band)
     scene, names = request.scene, parts.names
     write_positions(folder / "tx_pos.csv", request.positions)
     write_gateway(folder / "gateway_info.yml", scene.name, scene.gateway.position, scene.gateway.orientation)
@@ -152,7 +152,7 @@ def _begun(folder: Path, metadata: dict[str, Any]) -> bool:
 def _make_parts(
     request: Request,
     parts: WrittenParts,
-    kept: dict[int, Complex[np.ndarray, "n elements"]],
+    kept: dict[int, Complex[np.ndarray, "n elements *band"]],
     machines: Machines,
 ) -> None:
     """Make and write the missing parts, and add their responses to ``kept``.

@@ -17,13 +17,14 @@ from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_digest import scene_digest
 from scenes.storage.scene_yaml import read_scene
-from simulate.dataset.metadata import read_metadata_file
+from simulate.dataset.metadata import band_of, read_metadata_file
 from simulate.engines.engine import Engine, Setting
 from simulate.engines.engine_table import engine_of
 from simulate.engines.rays_engine import Rays, seed_of_rays
 from simulate.positions.given_positions import read_points
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
+from simulate.spectra.band import Band
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.identification import stated_grid
 from simulate.spectra.measurement import Measurement
@@ -46,6 +47,7 @@ class Request:
         measurement_seed: seed of these errors.
         power: also write the absolute power of the spectra.
         grid: directions of the spectra's rows and columns.
+        band: subcarriers whose responses are also written. None: only those of the carrier.
     """
 
     scene: Scene
@@ -57,6 +59,7 @@ class Request:
     measurement_seed: int = 0
     power: bool = False
     grid: AngularGrid = dataclasses.field(default_factory=AngularGrid)
+    band: Band | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "positions", self.positions.round(6))  # as tx_pos.csv has them
@@ -82,7 +85,7 @@ class Request:
     def setting(self) -> Setting:
         """Scene, region and seed for the engine. The region includes that of the scene and all positions."""
         region = bounding_box(np.vstack([self.scene.transmitter.region, self.positions]))
-        return Setting(self.scene, region, self.seed)
+        return Setting(self.scene, region, self.seed, self.band)
 
     def metadata(self) -> dict[str, Any]:
         """Content of metadata.json: everything that the content of the folder depends on."""
@@ -94,6 +97,7 @@ class Request:
             "frequency_hz": self.scene.frequency,
             "array": asdict(self.beamformer.array),
             "grid": asdict(self.grid),
+            **({} if self.band is None else {"band": asdict(self.band)}),
             "spectra": len(self.positions),
             "placement": self.placement,
             "positions_sha256": hashlib.sha256(self.positions.tobytes()).hexdigest(),
@@ -135,6 +139,7 @@ def read_request(folder: Path) -> Request:
         measurement_seed=measurement_seed,
         power=metadata["power"],
         grid=stated_grid(metadata) or AngularGrid(),
+        band=band_of(metadata),
     )
     found = seed_of_rays(metadata)
     if isinstance(request.engine, Rays) and found != request.seed:

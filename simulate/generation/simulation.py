@@ -159,6 +159,8 @@ def request_for(scene: Scene | str | Path, content: Simulation, engine: Engine, 
             f"{scene.name}: expected a scene of one gateway, found {len(scene.by_gateway())}; simulate each scene of "
             "scene.by_gateway() into a folder of its own"
         )
+    if content.band is not None:
+        content.band.frequencies(scene.frequency)  # refuses one that is too wide
     few = too_few_elements(PlanarArray.of(scene.gateway))
     if few is not None:
         say(f"warning: {scene.name}: {few}, so they are not scored; powers and responses tell more")
@@ -181,4 +183,5 @@ def request_for(scene: Scene | str | Path, content: Simulation, engine: Engine, 
         measurement=content.measurement,
         measurement_seed=measurement_seed,
         power=content.power_db,
+        band=content.band,
     )

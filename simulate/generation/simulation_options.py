@@ -13,6 +13,7 @@ from tyro.conf import arg
 from scenes.files.errors import require_seed, require_whole
 from scenes.files.options import check_kinds
 from simulate.positions.given_positions import MOST_POSITIONS
+from simulate.spectra.band import Band, stated_band
 from simulate.spectra.measurement import Measurement
 
 LEAST_SPECTRA = 2
@@ -30,10 +31,14 @@ class Simulation:
         seed: seed of the positions, the split, the rays and the receiver's errors.
         measurement: errors that the receiver adds.
         power_db: also write the absolute power of each spectrum in dB, to power_db/NNNNN.tif.
+        bandwidth: also write the responses at subcarriers over this bandwidth around the carrier: hertz, or a text with
+            a unit such as "20 MHz". The pictures are those of the carrier.
+        subcarriers: number of these subcarriers.
 
     Raises:
-        ParameterError: ``n`` is no whole number from ``LEAST_SPECTRA`` to ``MOST_POSITIONS``, the seed is not valid, or
-            ``placement`` is no placement.
+        ParameterError: ``n`` is no whole number from ``LEAST_SPECTRA`` to ``MOST_POSITIONS``, the seed is not valid,
+            ``placement`` is no placement, or one of ``bandwidth`` and ``subcarriers`` is out of its range or lacks the
+            other.
     """
 
     n: Annotated[int, arg(name="spectra", aliases=["-n"])] = 6000
@@ -42,8 +47,20 @@ class Simulation:
     seed: int = 0
     measurement: Measurement = Measurement()
     power_db: bool = False
+    bandwidth: float | str | None = None
+    subcarriers: int | None = None
 
     def __post_init__(self) -> None:
         check_kinds(self)
         require_whole(LEAST_SPECTRA, MOST_POSITIONS, n=self.n)
         require_seed(seed=self.seed)
+        _ = self.band
+
+    @property
+    def band(self) -> Band | None:
+        """The subcarriers; None if only the carrier is simulated.
+
+        Raises:
+            ParameterError: as the class.
+        """
+        return stated_band(self.bandwidth, self.subcarriers)

@@ -44,7 +44,8 @@ class WrittenParts:
         self.folder, self.names = folder, picture_names(len(request.positions))
         self.starts = range(0, len(self.names), size)
         self.damage: list[str] = []
-        self._size, self._power, self._elements = size, request.power, request.beamformer.array.elements
+        self._size, self._power = size, request.power
+        self._elements, self._band = request.beamformer.array.elements, request.band
 
     def write(self, start: int, part: Part) -> None:
         """Write the files of a part.
@@ -63,18 +64,21 @@ class WrittenParts:
         np.save(buffer, part.responses)
         write_atomically(self._marker(start), buffer.getvalue())
 
-    def whole(self) -> dict[int, Complex[np.ndarray, "n elements"]]:
+    def whole(self) -> dict[int, Complex[np.ndarray, "n elements *band"]]:
         """The responses of the finished parts without damaged files, by the index of their first position."""
         problems: list[str] = []
-        recorded, retrieved = read_responses(self.folder / "channels.npz", len(self.names), self._elements, problems)
+        path, count = self.folder / "channels.npz", len(self.names)
+        found_there = read_responses(path, count, self._elements, problems, self._band)
+        recorded = found_there.channels if self._band is None else found_there.over_band
         self.damage = [f"{problem}; it is made again" for problem in problems]
         with ThreadPoolExecutor() as pool:
-            found = {start: self._whole(start, None if retrieved else recorded, pool) for start in self.starts}
+            recorded = None if found_there.retrieved else recorded
+            found = {start: self._whole(start, recorded, pool) for start in self.starts}
         return {start: responses for start, responses in found.items() if responses is not None}
 
     def _whole(
-        self, start: int, recorded: Complex[np.ndarray, "K elements"] | None, pool: ThreadPoolExecutor
-    ) -> Complex[np.ndarray, "n elements"] | None:
+        self, start: int, recorded: Complex[np.ndarray, "K elements *band"] | None, pool: ThreadPoolExecutor
+    ) -> Complex[np.ndarray, "n elements *band"] | None:
         """The responses of a part; None if it is not finished, or if one of its files is damaged.
 
         A finished dataset has its responses in channels.npz. An unfinished one has a file for each part.
@@ -96,13 +100,14 @@ class WrittenParts:
             return None
         return responses
 
-    def _marked(self, start: int) -> Complex[np.ndarray, "n elements"]:
+    def _marked(self, start: int) -> Complex[np.ndarray, "n elements *band"]:
         path, count = self._marker(start), len(self._names(start))
         try:
             responses = np.load(path)
         except (OSError, ValueError, EOFError) as error:
             raise InputError(f"{path}: expected the responses of a part, found a damaged file ({error})") from error
-        if not (isinstance(responses, np.ndarray) and responses.shape == (count, self._elements)):
+        shape = (count, self._elements, *(() if self._band is None else (self._band.subcarriers,)))
+        if not (isinstance(responses, np.ndarray) and responses.shape == shape):
             raise InputError(
                 f"{path}: expected responses of {count} positions × {self._elements} elements, found others"
             )

@@ -102,7 +102,7 @@ def power_shares(tracer: Tracer, positions: Float[np.ndarray, "K 3"]) -> PowerSh
         The shares; NaN if no power arrives.
     """
     responses = tracer.middle_by_chain(positions)
-    reflected, diffracted = tracer.found
+    reflected, diffracted, _ = tracer.found
     assert reflected is not None
     at_sheets = np.zeros(0, np.bool_)
     if diffracted is not None and tracer.edges is not None:

@@ -16,6 +16,7 @@ from jaxtyping import Complex, Float, Int
 from scenes.files.array_argument import check_array
 from scenes.files.errors import ParameterError, require_instance, require_seed, shown
 from scenes.scene.description import Scene
+from scenes.scene.permittivity import conducting_objects
 from simulate.positions.given_positions import check_points
 from simulate.rays.core.band_sum import BandSum
 from simulate.rays.core.propagation import Propagation
@@ -58,12 +59,13 @@ class TracedPath(NamedTuple):
 
 
 class Found(NamedTuple):
-    """The chains that a tracer found, for another tracer of the same scene and propagation, also at another frequency.
+    """The chains that a tracer found, for another tracer of the same scene and propagation.
 
     Attributes:
         reflected: chains of reflections, which name the scene's planes; None if rays are shot for every batch instead.
         diffracted: chains with diffractions; None if diffraction is not followed.
-        edges: the edges that the chains with diffractions name.
+        edges: the edges that the chains with diffractions name, for a scene whose objects have not moved. None: they
+            are found again.
     """
 
     reflected: Chains | None
@@ -135,7 +137,8 @@ class Tracer:
         self._elements = gateway_antennas(self.ray_scene.description)
         self._seed = seed
         self.method = "shooting" if propagation.sionna else "chains"
-        region = (scene.transmitter.region if region is None else region) - self.ray_scene.origin
+        self._region = scene.transmitter.region if region is None else region
+        region = self._region - self.ray_scene.origin
         if self.method == "chains":
             self._surfaces = Surfaces(self.ray_scene)
             if found is not None and found.reflected is not None:
@@ -165,7 +168,31 @@ class Tracer:
         """The chains that were found, to be passed as ``found`` to another tracer of the same scene."""
         if self.method != "chains":
             return Found(None, None)
-        return Found(self._chains, self._diffracted, self.edges)
+        return Found(self._chains, self._diffracted)
+
+    def at_frequency(self, scene: Scene) -> Tracer:
+        """The tracer of the same scene at another frequency. It follows the same chains, so nothing is searched.
+
+        Args:
+            scene: the scene at that frequency. It may differ in its array, and in the properties of its materials, but
+                the same objects must be conductors.
+
+        Returns:
+            The other tracer.
+
+        Raises:
+            ParameterError: other objects are conductors.
+        """
+        require_instance(Scene, scene=scene)
+        own = self.ray_scene.description
+        if (conducting_objects(scene) != conducting_objects(own)).any():
+            raise ParameterError(
+                "frequencies",
+                f"expected frequencies at which the same objects are conductors, found that they differ between "
+                f"{own.frequency / 1e6:g} and {scene.frequency / 1e6:g} MHz; simulate them one by one",
+            )
+        found = self.found._replace(edges=self.edges)
+        return Tracer(scene, self.ray_scene.propagation, self._region, self._seed, found=found)
 
     @property
     def edges(self) -> Edges | None:

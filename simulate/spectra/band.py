@@ -6,11 +6,13 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Complex, Float
 from msgspec import Meta
+from scipy.interpolate import barycentric_interpolate
 
 from scenes.files.errors import ParameterError, require_positive, require_whole
 from scenes.files.options import check_kinds
+from scenes.scene.frequency import read_bandwidth
 
 MOST_SUBCARRIERS = 4096
 """Largest number of subcarriers of a band, that of 5G."""
@@ -78,3 +80,55 @@ class Band:
                 f"{self.bandwidth / 1e6:g} MHz",
             )
         return carrier + (np.arange(self.subcarriers) - self.carrier) * self.spacing
+
+
+def stated_band(bandwidth: float | str | None, subcarriers: int | None) -> Band | None:
+    """The band of two options, which need each other.
+
+    Args:
+        bandwidth: hertz, or a text with a unit. None: not given.
+        subcarriers: their number. None: not given.
+
+    Raises:
+        ParameterError: only one of them is given, or one is out of its range.
+
+    >>> stated_band("20 MHz", 64)
+    Band(bandwidth=20000000.0, subcarriers=64)
+    """
+    if bandwidth is None and subcarriers is None:
+        return None
+    if bandwidth is None:
+        raise ParameterError("subcarriers", f"expected a bandwidth beside it, found {subcarriers} subcarriers alone")
+    if subcarriers is None:
+        raise ParameterError("subcarriers", "expected their number beside the bandwidth, found none")
+    return Band(read_bandwidth(bandwidth), subcarriers)
+
+
+def chebyshev_points(first: float, last: float, count: int) -> Float[np.ndarray, " count"]:
+    """The points between two frequencies from which polynomials interpolate best, rising, Hz.
+
+    >>> chebyshev_points(-1.0, 1.0, 3).round(3).tolist()
+    [-0.866, -0.0, 0.866]
+    """
+    return (first + last) / 2 - (last - first) / 2 * np.cos(np.pi * (np.arange(count) + 0.5) / count)
+
+
+def interpolated(
+    at: Float[np.ndarray, " n"],
+    values: Complex[np.ndarray, "*batch n"],
+    frequencies: Float[np.ndarray, " subcarriers"],
+    delay: float,
+) -> Complex[np.ndarray, "*batch subcarriers"]:
+    """Responses at the frequencies of a band, from those at a few frequencies of it.
+
+    Args:
+        at: the few frequencies, Hz, such as ``chebyshev_points``.
+        values: responses there.
+        frequencies: Hz.
+        delay: a typical delay of the paths, seconds, which is taken out before the interpolation.
+    """
+    if np.array_equal(at, frequencies):
+        return values
+    turned = values * np.exp(2j * np.pi * delay * at)
+    weights = np.stack([barycentric_interpolate(at, each, frequencies) for each in np.eye(len(at))])
+    return turned @ weights * np.exp(-2j * np.pi * delay * frequencies)

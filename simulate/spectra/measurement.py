@@ -71,21 +71,22 @@ class Measurement:
         return self.snr_db is None and not (self.gain_error_db or self.phase_error_deg or self.phase_noise_deg)
 
     def apply(
-        self, responses: Complex[np.ndarray, "K elements"], numbers: Int[np.ndarray, " K"], seed: int
-    ) -> Complex[np.ndarray, "K elements"]:
+        self, responses: Complex[np.ndarray, "K elements *band"], numbers: Int[np.ndarray, " K"], seed: int
+    ) -> Complex[np.ndarray, "K elements *band"]:
         """The responses as the receiver measures them: y′_m = g_m e^{jψ_m} e^{jε_m} y_m + n_m.
 
         The noise n_m is circular complex Gaussian. Its power at each element is the mean of ``|y_m|²`` over the array,
-        divided by 10^(SNR/10). A spectrum whose ideal responses are all zero stays zero.
+        divided by 10^(SNR/10). A spectrum whose ideal responses are all zero stays zero. Over a band the mean is also
+        one over the subcarriers. The noise of each subcarrier is independent, and gains and phases are the same at all.
 
         Args:
-            responses: ideal element responses y of K spectra, [K, elements].
+            responses: ideal element responses y of K spectra, [K, elements], or over a band [K, elements, subcarriers].
             numbers: number of each spectrum in its dataset, from 0, [K]. The draws for a spectrum depend only on the
                 seed and this number, so a dataset may be made in parts and in any order.
             seed: seed of the draws, a whole number from 0. One seed stands for one receiver.
 
         Returns:
-            The measured responses, [K, elements], of the same data type; the given array itself if all errors are off.
+            The measured responses, of the same shape and data type; the given array itself if all errors are off.
 
         Raises:
             ParameterError: an array has another shape or is not finite, or the seed is not valid.
@@ -100,7 +101,8 @@ class Measurement:
             >>> np.array_equal(both[1:], second)
             True
         """
-        check_array("responses", responses, (None, None), "responses [K, elements]", "c")
+        over_band = (None,) * (np.ndim(responses) == 3)
+        check_array("responses", responses, (None, None, *over_band), "responses [K, elements]", "c")
         check_array("numbers", numbers, (len(responses),), "a number for each spectrum")
         require_seed(seed=seed)
         if self.off:
@@ -112,9 +114,10 @@ class Measurement:
         # One spectrum at a time, since a sum over a batch may be rounded differently from the sum of one spectrum.
         for y, number in zip(measured, numbers.tolist(), strict=True):
             power = np.mean(np.abs(y) ** 2)
-            y *= errors * _phasor(self.phase_noise_deg * _normal(seed, PHASE_NOISE, number, elements))
+            factors = errors * _phasor(self.phase_noise_deg * _normal(seed, PHASE_NOISE, number, elements))
+            y *= factors.reshape(elements, *[1] * (y.ndim - 1))
             if self.snr_db is not None:
-                real, imaginary = _normal(seed, THERMAL_NOISE, number, 2 * elements).reshape(2, elements)
+                real, imaginary = _normal(seed, THERMAL_NOISE, number, 2 * y.size).reshape(2, *y.shape)
                 y += np.sqrt(power / 10 ** (self.snr_db / 10) / 2) * (real + 1j * imaginary)
         return measured.astype(responses.dtype)
 

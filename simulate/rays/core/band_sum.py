@@ -15,6 +15,7 @@ from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.parallel import ONE_KERNEL
 from simulate.parallel.compiled import compiled
 from simulate.rays.core.solution import Solution
+from simulate.spectra.band import chebyshev_points
 
 SHARES = 0.03, 0.08
 """Bandwidths, as shares of the carrier, up to which amplitudes are interpolated between two and between three
@@ -28,9 +29,8 @@ def solved_frequencies(frequencies: Float[np.ndarray, " subcarriers"]) -> Float[
     [907900000.0, 922100000.0]
     """
     first, last = frequencies[0], frequencies[-1]
-    middle, half = (first + last) / 2, (last - first) / 2
-    count = (2, 3, 5)[int(np.searchsorted(SHARES, 2 * half / middle))]
-    return middle - half * np.cos(np.pi * (np.arange(count) + 0.5) / count)
+    share = (last - first) / ((first + last) / 2)
+    return chebyshev_points(first, last, (2, 3, 5)[int(np.searchsorted(SHARES, share))])
 
 
 class BandSum:

@@ -7,7 +7,6 @@ from collections.abc import Iterator
 
 import numpy as np
 from jaxtyping import Complex, Float, Int
-from scipy.interpolate import barycentric_interpolate
 from scipy.spatial.distance import cdist
 
 from scenes.scene.description import SPEED_OF_LIGHT
@@ -16,6 +15,7 @@ from simulate.rays.core.sionna_scene import Antennas
 from simulate.rays.core.terms import Interaction, Terms
 from simulate.rays.scattering.patch_fields import PatchFields, PatchScene
 from simulate.rays.scattering.patches import patches_of
+from simulate.spectra.band import chebyshev_points, interpolated
 
 LEAST_FREQUENCIES = 10
 """Number of frequencies beyond those that the delays need. They make the error of the interpolation negligible."""
@@ -63,18 +63,12 @@ class Scattering:
         points = self._scene.patches.points
         longest = sum(cdist(each.positions, points).max(initial=0) for each in (sources, targets))
         turns = (frequencies[-1] - frequencies[0]) * longest / SPEED_OF_LIGHT
-        count = math.ceil(np.pi * turns) + LEAST_FREQUENCIES
-        at = frequencies
-        if count < len(frequencies):  # Chebyshev's points
-            middle, half = (frequencies[0] + frequencies[-1]) / 2, (frequencies[-1] - frequencies[0]) / 2
-            at = middle - half * np.cos(np.pi * (np.arange(count) + 0.5) / count)
+        count = math.ceil(np.pi / 2 * turns) + LEAST_FREQUENCIES
+        few = count < len(frequencies)
+        at = chebyshev_points(frequencies[0], frequencies[-1], count) if few else frequencies
         scenes = [PatchScene(self._ray_scene, self._scene.patches, frequency) for frequency in at]
-        # Half the longest delay is taken out, which halves how fast the sum turns over the band.
-        delay = np.exp(1j * np.pi * longest / SPEED_OF_LIGHT * at)
-        found = np.stack([self._responses(each, sources, targets) for each in scenes], axis=-1) * delay
-        if at is not frequencies:
-            found = barycentric_interpolate(at, found, frequencies, axis=-1)
-        return found * np.exp(-1j * np.pi * longest / SPEED_OF_LIGHT * frequencies)
+        found = np.stack([self._responses(each, sources, targets) for each in scenes], axis=-1)
+        return interpolated(at, found, frequencies, delay=longest / SPEED_OF_LIGHT / 2)
 
     def _responses(
         self, scene: PatchScene, sources: Antennas, targets: Antennas

@@ -36,7 +36,7 @@ def test_reflections_lie_on_their_planes_at_equal_angles():
     before, behind = (units[:-1] * normals).sum(axis=1), (units[1:] * normals).sum(axis=1)
     np.testing.assert_allclose(before, -behind, atol=1e-4)
     np.testing.assert_allclose(
-        np.abs(ways.propagation), scene.wavelength / (4 * np.pi * lengths.sum(axis=0)), rtol=1e-5
+        np.abs(ways.propagation(scene.wavelength)), scene.wavelength / (4 * np.pi * lengths.sum(axis=0)), rtol=1e-5
     )
     assert (planes.of_face[ways.faces] == chain).all()
 
