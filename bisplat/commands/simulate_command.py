@@ -111,6 +111,7 @@ def simulate(
                 say(f"warning: {wanted.positions}: {warning}")
     for folder, request in requests.items():
         generate(request, folder, places)
-        print(printable(f"{len(request.positions)} spectra: {folder}"))
+        print(printable(f"{len(request)} spectra: {folder}"))
     first = next(iter(requests.values()))
-    say_expectation(first.positions[first.known], first.scene.wavelength, first.beamformer.array)
+    known = first.known[first.known < len(first.positions)]  # those of the first frequency
+    say_expectation(first.positions[known], first.scenes[0].wavelength, first.beamformer.array)

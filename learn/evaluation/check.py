@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Complex, Float
 
 from learn.data.split_distances import SplitDistances
 from learn.data.splits import GUARD_MOST, PARTS, SPLITS, Split, SplitKind
@@ -21,6 +21,8 @@ from scenes.scene.description import boresight_of
 from scenes.scene.shapes import bounding_box
 from simulate.dataset.bearings import bearing_of
 from simulate.dataset.dataset_folder import Dataset, inspect
+from simulate.dataset.dataset_frequency import named, several_frequencies
+from simulate.spectra.band import Band
 
 SOURCES = {
     "metadata": "metadata.json",
@@ -116,6 +118,7 @@ class Check:
             "order": "by number, taken for the order of measurement",
             "left unexplained": "not computed" if residual is None else f"{residual:.2f} grey levels of 255 (median)",
             "complex responses": responses,
+            **({} if dataset.band_responses is None else {"band": _band(dataset.band, dataset.band_responses)}),
             "split": self.split or "the folder's own",
             "known positions": expectation(spacing, array) if (spacing := self.spacing) else UNTOLD,
             "copying the nearest": self.leakage.similarity() if self.leakage is not None else "none",
@@ -197,7 +200,8 @@ def check(folder: Path | str, split: SplitKind | None = None, guard: float = 0.0
     for name, value in (("guard", guard), ("seed", seed)):
         if value and split is None:
             raise ParameterError(name, f"expected a split beside it, found {value:g}")
-    inspection = inspect(Path(folder))
+    several = several_frequencies(Path(folder))
+    inspection = inspect(Path(folder), several[0] if several else None)
     dataset = inspection.dataset
     parts = None if dataset is None or split is None else split_of(dataset, split, seed, guard=guard)
     found = Check(
@@ -208,6 +212,12 @@ def check(folder: Path | str, split: SplitKind | None = None, guard: float = 0.0
         split,
         parts,
     )
+    if several and dataset is not None:
+        found.warnings.append(
+            f"the pictures have several frequencies, {named(np.array(several))}; the description is of the first. To "
+            f'learn from one of them, make it a dataset: bisplat convert {folder} -o FOLDER --frequency "'
+            f'{dataset.frequency}"'
+        )
     if found.leakage is not None and found.leakage.leaks:
         found.warnings.append(found.leakage.warning())
     elif parts is not None and found.distances is not None and (near := found.distances.warning()):
@@ -215,6 +225,27 @@ def check(folder: Path | str, split: SplitKind | None = None, guard: float = 0.0
     if dataset is not None:
         found.warnings.extend([*picture_doubts(dataset), *dataset.assumptions()])
     return found
+
+
+def _band(band: Band | None, responses: Complex[np.ndarray, "K elements subcarriers"]) -> str:
+    """The subcarriers, and the delay spread of the responses.
+
+    The spread is that of the power over the delays, between the places of an inverse Fourier transform of the
+    subcarriers. It is no finer than 1 / bandwidth.
+    """
+    assert band is not None
+    power = np.square(np.abs(np.fft.ifft(responses, axis=-1))).sum(axis=1)
+    # Delays are counted from the strongest one, since they are only known up to a multiple of the whole period.
+    steps = (np.arange(band.subcarriers) + band.subcarriers // 2) % band.subcarriers - band.subcarriers // 2
+    spreads = []
+    for each in power:
+        around = np.roll(each, -int(each.argmax()))
+        mean = (around * steps).sum() / around.sum()
+        spreads.append(np.sqrt((around * (steps - mean) ** 2).sum() / around.sum()) / band.bandwidth)
+    return (
+        f"{band.subcarriers} subcarriers over {band.bandwidth / 1e6:g} MHz around the carrier; delay spread "
+        f"{1e9 * np.median(spreads):.0f} ns (median; delays are told apart from {1e9 / band.bandwidth:.0f} ns on)"
+    )
 
 
 def _angles(degrees: Float[np.ndarray, " n"], source: str) -> str:

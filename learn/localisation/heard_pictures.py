@@ -76,7 +76,8 @@ def _check_metadata(folder: Path, names: list[str], pictures: UInt8[np.ndarray, 
     problems: list[str] = []
     path, of_run = folder / "metadata.json", run.beamformer
     metadata = read_metadata(path, problems)
-    frequency = frequency_of(folder, metadata, np.array([int(name) for name in names]) - 1, problems)
+    rows = np.array([int(name) for name in names]) - 1
+    frequency = frequency_of(folder, metadata, rows, problems).frequency
     if problems:
         raise InputError(problems[0])
     array, grid = stated_array(metadata), stated_grid(metadata)

@@ -6,7 +6,7 @@ Rows of ``tx_pos.csv`` and pictures are numbered from 1. Everything in memory is
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -17,6 +17,7 @@ from jaxtyping import Complex, Float, Int, UInt8
 from scenes.files.errors import InputError, require_path
 from scenes.files.input_file import what_is_at
 from scenes.files.plain_text import say
+from scenes.scene.frequency import read_frequency
 from simulate.dataset.dataset_frequency import Frequency, frequency_of
 from simulate.dataset.dataset_reader import read_gateway, read_metadata
 from simulate.dataset.index_files import read_split
@@ -199,7 +200,7 @@ class Inspection:
     dataset: Dataset | None
 
 
-def read_dataset(folder: Path | str) -> Dataset:
+def read_dataset(folder: Path | str, frequency: float | str | None = None) -> Dataset:
     """Read and check a NeRF² dataset folder, simulated or measured.
 
     The folder needs the pictures ``spectrum/00001.png`` and on, ``tx_pos.csv`` and ``gateway_info.yml``. Element
@@ -209,11 +210,14 @@ def read_dataset(folder: Path | str) -> Dataset:
 
     Args:
         folder: the dataset folder.
+        frequency: of a folder with pictures of several frequencies, the one to read: hertz, or a text with a unit such
+            as "2.4 GHz". None: the folder has only one.
 
     Returns:
         The dataset.
 
     Raises:
+        ParameterError: the frequency is none.
         InputError: a file is missing, damaged or inconsistent with another one. The message states the first problem
             and the number of further ones.
 
@@ -227,7 +231,7 @@ def read_dataset(folder: Path | str) -> Dataset:
         scenes.files.errors.InputError: data/attic: expected a dataset folder, found nothing there
     """
     require_path(folder=folder)
-    inspection = inspect(Path(folder))
+    inspection = inspect(Path(folder), None if frequency is None else read_frequency(frequency))
     if inspection.dataset is None:
         more = f" ({len(inspection.problems) - 1} more problems)" if len(inspection.problems) > 1 else ""
         raise InputError(inspection.problems[0] + more)
@@ -242,11 +246,12 @@ def read_dataset(folder: Path | str) -> Dataset:
 _SAID: set[tuple[Path, str]] = set()
 
 
-def inspect(folder: Path) -> Inspection:
+def inspect(folder: Path, wanted: float | None = None) -> Inspection:
     """Read a folder and collect every problem, instead of stopping at the first.
 
     Args:
         folder: the dataset folder.
+        wanted: frequency, Hz, whose pictures are wanted. None: the folder should have only one.
 
     Returns:
         The problems, the warnings, and the dataset where there are no problems.
@@ -281,7 +286,16 @@ def inspect(folder: Path) -> Inspection:
             warnings.append(f"tx_pos.csv has {len(positions)} rows for {len(names)} pictures")
 
     rows = numbers - 1
-    frequency = frequency_of(folder, metadata, rows, problems) if len(rows) else Frequency()
+    frequency = Frequency()
+    if len(rows):
+        frequency, chosen = frequency_of(folder, metadata, rows, problems, wanted)
+        if len(chosen) < len(rows) and not problems:
+            place = {old: new for new, old in enumerate(chosen.tolist())}
+            train, test = ([place[each] for each in part if each in place] for part in (train, test))
+            rows, names, pictures = rows[chosen], [names[each] for each in chosen], pictures[chosen]
+        if array is not None and "frequencies_hz" in metadata:  # the array is that of metres
+            ratio = frequency.hertz / read_frequency(metadata["frequency_hz"])
+            array = replace(array, spacing=array.spacing * ratio)
     elements = (array or PlanarArray()).elements
     band = band_of(metadata)
     found = read_responses(folder / "channels.npz", rows_known, elements, problems, band)

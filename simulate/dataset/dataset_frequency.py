@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -14,6 +14,9 @@ from scenes.files.errors import InputError, ParameterError, shown
 from scenes.files.input_file import MEGABYTE, read_text
 from scenes.scene.description import SPEED_OF_LIGHT
 from scenes.scene.frequency import read_frequency
+
+FREQUENCIES = "freq.txt"
+"""File that lists the frequency of each picture, or one for all."""
 
 NERF2_FREQUENCY = 915e6
 """Hertz. NeRF²'s folders were measured in this RFID band, but do not state it."""
@@ -24,6 +27,9 @@ below a million, such as 915, and otherwise hertz."""
 
 SAME = 1e-4
 """Relative difference up to which two frequencies are the same."""
+
+LISTED = 10
+"""Most frequencies that a sentence lists."""
 
 LARGEST_LIST = 20 * MEGABYTE
 """Most bytes of freq.txt."""
@@ -57,24 +63,52 @@ class Frequency:
         return f"{self.hertz / (1e9 if giga else 1e6):.6g} {'GHz' if giga else 'MHz'}"
 
 
-def frequency_of(folder: Path, metadata: dict[str, Any], rows: Int[np.ndarray, " K"], problems: list[str]) -> Frequency:
-    """The frequency of a dataset folder.
+class Chosen(NamedTuple):
+    """The pictures of one frequency.
+
+    Attributes:
+        frequency: the frequency.
+        pictures: indices of its pictures.
+    """
+
+    frequency: Frequency
+    pictures: Int[np.ndarray, " n"]
+
+
+def frequency_of(
+    folder: Path,
+    metadata: dict[str, Any],
+    rows: Int[np.ndarray, " K"],
+    problems: list[str],
+    wanted: float | None = None,
+) -> Chosen:
+    """The frequency of a dataset folder, and its pictures.
 
     Args:
         folder: the folder.
         metadata: content of its metadata.json, from ``read_metadata_file``.
         rows: row of each picture in freq.txt, from 0.
-        problems: a sentence is appended if freq.txt is faulty, lists several frequencies, or contradicts metadata.json.
+        problems: a sentence is appended if freq.txt is faulty, lists several frequencies of which none is wanted, or
+            contradicts metadata.json; or if the folder has no pictures of the wanted frequency.
+        wanted: the frequency, Hz, whose pictures are wanted. None: the folder should have only one.
     """
     stated = Frequency(read_frequency(metadata["frequency_hz"]), "metadata") if "frequency_hz" in metadata else None
-    path = folder / "freq.txt"
+    path, every = folder / FREQUENCIES, np.arange(len(rows))
     if not os.path.lexists(path):
-        return stated or Frequency()
+        found = stated or Frequency()
+        if wanted is not None and abs(found.hertz / wanted - 1) > SAME:
+            problems.append(f"{folder}: expected pictures of {Frequency(wanted)}, found those of {found}")
+        return Chosen(found, every)
     try:
         listed = read_frequencies(path, rows)
     except InputError as error:
         problems.append(str(error))
-        return stated or Frequency()
+        return Chosen(stated or Frequency(), every)
+    if wanted is not None:
+        chosen = np.flatnonzero(np.abs(listed / wanted - 1) <= SAME)
+        if not len(chosen):
+            problems.append(f"{path}: expected pictures of {Frequency(wanted)}, found those of {named(listed)}")
+        return Chosen(Frequency(wanted, "freq.txt"), chosen)
     lowest, highest = Frequency(float(listed.min()), "freq.txt"), Frequency(float(listed.max()), "freq.txt")
     if highest.hertz > (1 + SAME) * lowest.hertz:
         problems.append(
@@ -83,7 +117,18 @@ def frequency_of(folder: Path, metadata: dict[str, Any], rows: Int[np.ndarray, "
         )
     elif stated is not None and abs(stated.hertz / lowest.hertz - 1) > SAME:
         problems.append(f"{path}: expected the {stated} of metadata.json, found {lowest}")
-    return stated or lowest
+    return Chosen(stated or lowest, every)
+
+
+def named(hertz: Float[np.ndarray, " K"]) -> str:
+    """The different frequencies, for a sentence.
+
+    >>> named(np.array([9.15e8, 2.4e9, 9.15e8]))
+    '915 MHz, 2.4 GHz'
+    """
+    different = np.unique(hertz)
+    more = ", …" if len(different) > LISTED else ""
+    return ", ".join(str(Frequency(float(each))) for each in different[:LISTED]) + more
 
 
 def read_frequencies(path: Path, rows: Int[np.ndarray, " K"]) -> Float[np.ndarray, " K"]:
@@ -99,17 +144,38 @@ def read_frequencies(path: Path, rows: Int[np.ndarray, " K"]) -> Float[np.ndarra
     Raises:
         InputError: the file cannot be read, lacks rows, or a row is not a frequency.
     """
-    lines = read_text(path, "one frequency per line, in GHz", LARGEST_LIST).rstrip().split("\n")
-    if len(lines) != 1 and len(lines) <= rows.max():
+    listed = _lines(path)
+    if len(listed) != 1 and len(listed) <= rows.max():
         raise InputError(
-            f"{path}: expected a row for each picture, or one for all, found {len(lines)} rows for {len(rows)} pictures"
+            f"{path}: expected a row for each picture, or one for all, found {len(listed)} rows for {len(rows)} "
+            "pictures"
         )
+    return np.repeat(listed, len(rows)) if len(listed) == 1 else listed[rows]
+
+
+def several_frequencies(folder: Path) -> list[float]:
+    """The frequencies of a folder with pictures of several ones, rising, Hz; empty if it has only one.
+
+    Args:
+        folder: the folder. Faults of its freq.txt are not reported here.
+    """
+    if not os.path.lexists(folder / FREQUENCIES):
+        return []
+    try:
+        listed = np.unique(_lines(folder / FREQUENCIES))
+    except InputError:
+        return []
+    return listed.tolist() if listed[-1] > (1 + SAME) * listed[0] else []
+
+
+def _lines(path: Path) -> Float[np.ndarray, " lines"]:
+    """The frequency in each line of freq.txt, Hz."""
+    lines = read_text(path, "one frequency per line, in GHz", LARGEST_LIST).rstrip().split("\n")
     known: dict[str, float] = {}  # most lines are alike
     for row, line in enumerate(lines, start=1):
         if line not in known:
             known[line] = _hertz(line.strip(), path, row)
-    listed = np.array([known[line] for line in lines])
-    return np.repeat(listed, len(rows)) if len(lines) == 1 else listed[rows]
+    return np.array([known[line] for line in lines])
 
 
 def _hertz(text: str, path: Path, row: int) -> float:

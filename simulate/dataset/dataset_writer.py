@@ -43,6 +43,11 @@ def write_positions(path: Path, positions: Float[np.ndarray, "K 3"]) -> None:
     write_atomically(path, text.getvalue().encode())
 
 
+def write_frequencies(path: Path, hertz: Float[np.ndarray, " K"]) -> None:
+    """Write freq.txt: the frequency of each picture in GHz, as XFreq-GS reads it."""
+    write_atomically(path, "".join(f"{each / 1e9:.9g}\n" for each in hertz.tolist()).encode())
+
+
 def write_index(path: Path, names: Sequence[str]) -> None:
     """Write train_index.txt or test_index.txt."""
     write_atomically(path, "".join(f"{name}\n" for name in names).encode())

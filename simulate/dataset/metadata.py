@@ -8,15 +8,15 @@ from __future__ import annotations
 import functools
 from dataclasses import MISSING
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from msgspec import UNSET, Struct, defstruct
+from msgspec import UNSET, Meta, Struct, defstruct
 
 from scenes.files.errors import InputError, ParameterError
 from scenes.files.input_file import beside
 from scenes.files.json_file import read_json
 from scenes.files.schema import Count, conform, recorded
-from scenes.scene.frequency import read_frequency
+from scenes.scene.frequency import HIGHEST_FREQUENCY, LOWEST_FREQUENCY, read_frequency
 from simulate.dataset.phases import Phases
 from simulate.engines.engine_table import ENGINES
 from simulate.engines.rays_engine import Rays
@@ -29,6 +29,9 @@ RECEIVER = recorded(Measurement, seed=(Count, MISSING))
 """The errors of the receiver, and their seed."""
 
 
+Frequency = Annotated[float, Meta(ge=LOWEST_FREQUENCY, le=HIGHEST_FREQUENCY)]
+
+
 class Metadata(Struct, kw_only=True):
     """metadata.json without the engine's part. Any key may be missing, and other programs may add keys."""
 
@@ -37,6 +40,7 @@ class Metadata(Struct, kw_only=True):
     scene_file: str = ""
     scene_sha256: str = ""
     frequency_hz: float | str = 0.0
+    frequencies_hz: list[Frequency] = []
     array: PlanarArray = PlanarArray()
     grid: AngularGrid = AngularGrid()
     band: Band | None = None

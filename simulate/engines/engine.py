@@ -41,6 +41,8 @@ class ResponseSource(Protocol):
         self, positions: Float[np.ndarray, "K 3"], band: Band
     ) -> Complex[np.ndarray, "K elements subcarriers"]: ...
 
+    def at_frequency(self, scene: Scene) -> ResponseSource: ...
+
 
 class Setting(NamedTuple):
     """The scene, region and seed for which an engine computes responses.

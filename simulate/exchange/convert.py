@@ -19,14 +19,17 @@ from scenes.files.errors import InputError
 from scenes.files.input_file import MEGABYTE, read_bytes
 from scenes.files.output_folder import new_folder
 from scenes.files.progress import progress_bar
+from scenes.scene.description import Gateway
 from simulate.dataset.bearings import bearing_of
-from simulate.dataset.dataset_folder import Dataset, inspect
+from simulate.dataset.dataset_folder import Dataset, inspect, read_dataset
+from simulate.dataset.dataset_frequency import named, several_frequencies
 from simulate.dataset.dataset_reader import read_gateway, read_metadata
 from simulate.dataset.dataset_writer import encode_picture, write_index, write_metadata, write_positions
 from simulate.dataset.picture_files import picture_files
 from simulate.exchange.conversion import Conversion, require_valid
 from simulate.exchange.foreign_indices import read_indices
 from simulate.exchange.foreign_pictures import Survey, grid_of, read_in_size, survey
+from simulate.exchange.given_responses import fill_dataset
 from simulate.exchange.kept_pictures import kept_pictures
 from simulate.exchange.reading import reading_of
 from simulate.generation.written_parts import picture_names
@@ -60,12 +63,38 @@ def convert(source: Path, output: Path, conversion: Conversion = Conversion()) -
         ParameterError: an option has an invalid value, or does not fit the folder's content.
     """
     require_valid(conversion)
+    if conversion.frequency is not None and len(several := several_frequencies(source)) and _is_simulated(source):
+        return _one_frequency(source, output, conversion.frequency, several)
     with new_folder(output) as unfinished:
         said = _convert(source, unfinished, conversion)
         inspection = inspect(unfinished)
         if inspection.dataset is None:  # for reasons that lie in the source
             raise InputError(inspection.problems[0].replace(str(unfinished), str(source)))
         return said + _of_result(inspection.dataset, conversion)
+
+
+def _is_simulated(folder: Path) -> bool:
+    return "scene_file" in read_metadata(folder / "metadata.json", [])
+
+
+def _one_frequency(source: Path, output: Path, frequency: float | str, several: Sequence[float]) -> list[str]:
+    """Write the spectra of one frequency of a simulated folder, with their responses."""
+    dataset = read_dataset(source, frequency)
+    assert dataset.responses is not None
+    gateway = Gateway(
+        dataset.gateway_position.tolist(),
+        dataset.gateway_orientation.tolist(),
+        dataset.array.rows,
+        dataset.array.columns,
+        dataset.array.spacing,
+    )
+    hertz = dataset.frequency.hertz
+    with new_folder(output) as unfinished:
+        fill_dataset(unfinished, output, dataset.positions, dataset.responses, gateway, hertz, dataset.grid, "common")
+        names = picture_names(len(dataset))
+        for label, part in (("train", dataset.train), ("test", dataset.test)):
+            write_index(unfinished / f"{label}_index.txt", [names[index] for index in part])
+    return [f"kept the spectra of {dataset.frequency}: {len(dataset)} (freq.txt lists {named(np.array(several))})"]
 
 
 def _convert(source: Path, output: Path, conversion: Conversion) -> list[str]:

@@ -12,11 +12,8 @@ from jaxtyping import Float, Int
 
 from scenes.files.errors import InputError, ParameterError, shown
 from scenes.scene.frequency import read_frequency
-from simulate.dataset.dataset_frequency import SAME, Frequency, read_frequencies
+from simulate.dataset.dataset_frequency import SAME, Frequency, named, read_frequencies
 from simulate.exchange.conversion import Conversion
-
-LISTED = 10
-"""Most frequencies that a sentence lists."""
 
 
 @dataclass(frozen=True)
@@ -62,7 +59,7 @@ def kept_pictures(
     hertz = read_frequencies(path, rows) if os.path.lexists(path) else None
     if hertz is not None and frequency is not None:
         kept = np.flatnonzero(np.abs(hertz / frequency.hertz - 1) <= SAME)
-        listed = _listed(hertz)
+        listed = named(hertz)
         if not len(kept) and conversion.frequency is None:
             raise InputError(f"{path}: expected the {frequency} of metadata.json, found {listed}")
         if not len(kept):
@@ -77,7 +74,7 @@ def kept_pictures(
         frequency = Frequency(float(hertz[kept[0]]), "freq.txt")
         if np.ptp(hertz[kept]) > SAME * frequency.hertz:
             raise InputError(
-                f"{path}: expected one frequency for all pictures, found {_listed(hertz[kept])}; one dataset has one: "
+                f"{path}: expected one frequency for all pictures, found {named(hertz[kept])}; one dataset has one: "
                 f'--frequency "{frequency}" keeps its pictures'
             )
         said.append(f"read the frequency from freq.txt: {frequency}")
@@ -92,9 +89,3 @@ def _one_of_each(positions: Float[np.ndarray, "K 3"], number: int) -> Int[np.nda
     if not 1 <= number <= fewest:
         raise ParameterError("one_per_position", f"expected a number from 1 to {fewest}, found {shown(number)}")
     return np.sort([group[number - 1] for group in groups])
-
-
-def _listed(hertz: Float[np.ndarray, " K"]) -> str:
-    different = np.unique(hertz)
-    more = ", …" if len(different) > LISTED else ""
-    return ", ".join(str(Frequency(float(each))) for each in different[:LISTED]) + more

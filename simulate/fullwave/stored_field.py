@@ -14,6 +14,7 @@ from scipy.interpolate import NdBSpline, make_interp_spline
 from scenes.files.errors import InputError
 from scenes.files.input_file import MEGABYTE
 from scenes.files.npz_file import Expected, read_npz, write_arrays
+from scenes.scene.description import Scene
 from simulate.spectra.band import Band, interpolated
 
 ORDER = 5
@@ -116,6 +117,10 @@ class StoredField:
         assert known is not None and len(known.frequencies) == band.subcarriers
         found = np.stack([splines(places) for splines in self._band_splines], axis=-1)
         return interpolated(known.solved, found, known.frequencies, known.delay).astype(np.complex64)
+
+    def at_frequency(self, scene: Scene) -> StoredField:
+        """Not possible: every frequency needs a run of its own."""
+        raise NotImplementedError
 
     def _places(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 3"]:
         """Positions in units of the spacing from the origin.

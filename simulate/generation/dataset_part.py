@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Complex
+from jaxtyping import Complex, Float, Int
 
 from simulate.dataset.dataset_writer import encode_picture, encode_power
 from simulate.engines.engine import ResponseSource
 from simulate.generation.request import Request
+from simulate.spectra.array import PlanarArray
+from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import picture
 
 
@@ -29,24 +32,44 @@ class Part:
     power: list[bytes]
 
 
-def make_part(request: Request, source: ResponseSource, start: int, size: int) -> Part:
-    """Compute the responses to consecutive positions of a request, and make their pictures.
+def make_part(request: Request, sources: Sequence[ResponseSource], start: int, size: int) -> Part:
+    """Compute the responses of consecutive spectra of a request, and make their pictures.
 
     Args:
         request: the dataset to make.
-        source: computes the responses in the request's scene.
-        start: index of the first position.
-        size: number of positions; the last part may have fewer.
+        sources: compute the responses at each of the request's frequencies.
+        start: index of the first spectrum.
+        size: number of spectra; the last part may have fewer.
 
     Returns:
         The part.
     """
-    positions = request.positions[start : start + size]
-    numbers = np.arange(start, start + len(positions))
+    numbers = np.arange(start, min(start + size, len(request)))
+    of_frequency, of_position = np.divmod(numbers, len(request.positions))
+    parts = [
+        _part_of_one_frequency(request, sources[which], which, numbers[chosen], request.positions[of_position[chosen]])
+        for which in np.unique(of_frequency).tolist()
+        for chosen in [of_frequency == which]
+    ]
+    return Part(
+        np.concatenate([part.responses for part in parts]),
+        [picture for part in parts for picture in part.pictures],
+        [power for part in parts for power in part.power],
+    )
+
+
+def _part_of_one_frequency(
+    request: Request,
+    source: ResponseSource,
+    which: int,
+    numbers: Int[np.ndarray, " n"],
+    positions: Float[np.ndarray, "n 3"],
+) -> Part:
     ideal = source.responses(positions) if request.band is None else source.band_responses(positions, request.band)
     measured = request.measurement.apply(ideal, numbers, request.measurement_seed)
     responses = measured if request.band is None else measured[..., request.band.carrier]
+    beamformer = Beamformer(PlanarArray.of(request.scenes[which].gateway), request.grid)
     with ThreadPoolExecutor() as pool:
-        pictures = list(pool.map(encode_picture, picture(request.beamformer.spectrum(responses))))
-        power = list(pool.map(encode_power, request.beamformer.power_db(responses))) if request.power else []
+        pictures = list(pool.map(encode_picture, picture(beamformer.spectrum(responses))))
+        power = list(pool.map(encode_power, beamformer.power_db(responses))) if request.power else []
     return Part(measured, pictures, power)

@@ -24,7 +24,9 @@ from scenes.files.plain_text import say
 from scenes.files.progress import progress_bar
 from scenes.files.temporary import remove_left, temporary_folder
 from scenes.storage.scene_yaml import write_scene
+from simulate.dataset.dataset_frequency import FREQUENCIES
 from simulate.dataset.dataset_writer import (
+    write_frequencies,
     write_gateway,
     write_index,
     write_metadata,
@@ -104,7 +106,9 @@ def _generate(request: Request, folder: Path, machines: Machines) -> None:
 
     write_responses(folder / "channels.npz", np.concatenate([kept[start] for start in sorted(kept)]), request.band)
     scene, names = request.scene, parts.names
-    write_positions(folder / "tx_pos.csv", request.positions)
+    write_positions(folder / "tx_pos.csv", np.tile(request.positions, (len(request.scenes), 1)))
+    if request.frequencies:
+        write_frequencies(folder / FREQUENCIES, np.repeat(request.frequencies, len(request.positions)))
     write_gateway(folder / "gateway_info.yml", scene.name, scene.gateway.position, scene.gateway.orientation)
     for name, part in (("train_index.txt", request.known), (LAST_FILE, request.held_out)):
         if not _has_content(folder / name):  # a finished dataset keeps its split when it is repaired
@@ -115,7 +119,8 @@ def _generate(request: Request, folder: Path, machines: Machines) -> None:
 
 def _is_finished(request: Request, folder: Path) -> bool:
     """Whether a folder with the request's metadata holds the whole dataset, with no damaged file."""
-    files = ("tx_pos.csv", "gateway_info.yml", "train_index.txt", LAST_FILE)
+    files = ["tx_pos.csv", "gateway_info.yml", "train_index.txt", LAST_FILE]
+    files += [FREQUENCIES] if request.frequencies else []
     if (folder / "parts").exists() or not all(_has_content(folder / name) for name in files):
         return False
     if not request.engine.is_whole(request.setting, folder):
@@ -169,7 +174,8 @@ def _make_parts(
         if engine.spreads_parts and machines != Machines():
             made = parts_of_workers(request, engine.sent(source), todo, PART, machines)
         else:
-            made = ((start, make_part(request, source, start, PART)) for start in todo)
+            sources = request.sources(source)
+            made = ((start, make_part(request, sources, start, PART)) for start in todo)
         for start, part in made:
             parts.write(start, part)
             kept[start] = part.responses

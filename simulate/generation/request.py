@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,7 @@ from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_digest import scene_digest
 from scenes.storage.scene_yaml import read_scene
 from simulate.dataset.metadata import band_of, read_metadata_file
-from simulate.engines.engine import Engine, Setting
+from simulate.engines.engine import Engine, ResponseSource, Setting
 from simulate.engines.engine_table import engine_of
 from simulate.engines.rays_engine import Rays, seed_of_rays
 from simulate.positions.given_positions import read_points
@@ -48,6 +49,7 @@ class Request:
         power: also write the absolute power of the spectra.
         grid: directions of the spectra's rows and columns.
         band: subcarriers whose responses are also written. None: only those of the carrier.
+        frequencies: frequencies at which each position is simulated, Hz, rising. Empty: that of the scene.
     """
 
     scene: Scene
@@ -60,32 +62,58 @@ class Request:
     power: bool = False
     grid: AngularGrid = dataclasses.field(default_factory=AngularGrid)
     band: Band | None = None
+    frequencies: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "positions", self.positions.round(6))  # as tx_pos.csv has them
 
     @property
     def beamformer(self) -> Beamformer:
-        """The gateway's array, and the grid."""
+        """The gateway's array at the scene's frequency, and the grid."""
         return Beamformer(PlanarArray.of(self.scene.gateway), self.grid)
+
+    def __len__(self) -> int:
+        """Number of spectra: all positions at the first frequency, then all at the next one, and so on."""
+        return len(self.positions) * max(1, len(self.frequencies))
+
+    @cached_property
+    def scenes(self) -> list[Scene]:
+        """The scene at each frequency, with an array of the same size in metres."""
+        if not self.frequencies:
+            return [self.scene]
+        scenes = [self.scene.at_frequency(frequency) for frequency in self.frequencies]
+        own = self.scene.gateway
+        spacings = [own.spacing * each.frequency / self.scene.frequency for each in scenes]
+        return [
+            dataclasses.replace(each, gateway=dataclasses.replace(own, spacing=spacing))
+            for each, spacing in zip(scenes, spacings, strict=True)
+        ]
+
+    def sources(self, first: ResponseSource) -> list[ResponseSource]:
+        """What computes the responses at each frequency.
+
+        Args:
+            first: what the engine's ``source`` returned, at the first frequency.
+        """
+        return [first, *(first.at_frequency(scene) for scene in self.scenes[1:])]
 
     @property
     def held_out(self) -> Int[np.ndarray, " t"]:
-        """Indices of the positions in test_index.txt, drawn with the seed, in rising order."""
+        """Indices of the spectra in test_index.txt, in rising order. Their positions are drawn with the seed."""
         count = len(self.positions)
         drawn = np.random.default_rng(self.seed).permutation(count)[: max(1, round(TEST_FRACTION * count))]
-        return np.sort(drawn)
+        return (np.sort(drawn) + count * np.arange(len(self.scenes))[:, None]).ravel()
 
     @property
     def known(self) -> Int[np.ndarray, " n"]:
-        """Indices of the positions in train_index.txt: all others, in rising order."""
-        return np.setdiff1d(np.arange(len(self.positions)), self.held_out)
+        """Indices of the spectra in train_index.txt: all others, in rising order."""
+        return np.setdiff1d(np.arange(len(self)), self.held_out)
 
     @property
     def setting(self) -> Setting:
         """Scene, region and seed for the engine. The region includes that of the scene and all positions."""
         region = bounding_box(np.vstack([self.scene.transmitter.region, self.positions]))
-        return Setting(self.scene, region, self.seed, self.band)
+        return Setting(self.scenes[0], region, self.seed, self.band)
 
     def metadata(self) -> dict[str, Any]:
         """Content of metadata.json: everything that the content of the folder depends on."""
@@ -95,10 +123,11 @@ class Request:
             "scene_file": "scene/scene.yaml",
             "scene_sha256": scene_digest(self.scene),
             "frequency_hz": self.scene.frequency,
+            **({"frequencies_hz": list(self.frequencies)} if self.frequencies else {}),
             "array": asdict(self.beamformer.array),
             "grid": asdict(self.grid),
             **({} if self.band is None else {"band": asdict(self.band)}),
-            "spectra": len(self.positions),
+            "spectra": len(self),
             "placement": self.placement,
             "positions_sha256": hashlib.sha256(self.positions.tobytes()).hexdigest(),
             **self.engine.metadata(self.setting),
@@ -129,9 +158,12 @@ def read_request(folder: Path) -> Request:
     metadata = read_metadata_file(path, "the metadata of a simulated dataset", simulated=True)
     errors = dict(metadata["measurement"])
     measurement_seed = errors.pop("seed")
+    frequencies, positions = tuple(metadata.get("frequencies_hz", ())), read_points(folder / "tx_pos.csv")
+    if frequencies:  # tx_pos.csv repeats the positions at each of them
+        positions = positions[: len(positions) // len(frequencies)]
     request = Request(
         scene=read_scene(folder / metadata["scene_file"]),
-        positions=read_points(folder / "tx_pos.csv"),
+        positions=positions,
         placement=metadata["placement"],
         engine=engine_of(metadata),
         seed=metadata["seed"],
@@ -140,6 +172,7 @@ def read_request(folder: Path) -> Request:
         power=metadata["power"],
         grid=stated_grid(metadata) or AngularGrid(),
         band=band_of(metadata),
+        frequencies=frequencies,
     )
     found = seed_of_rays(metadata)
     if isinstance(request.engine, Rays) and found != request.seed:

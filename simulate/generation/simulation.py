@@ -17,6 +17,7 @@ from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.engines.engine import Engine, Machines
 from simulate.engines.engine_table import ENGINES, engine_class
+from simulate.engines.fullwave_engine import FullWave
 from simulate.generation.generate import generate
 from simulate.generation.request import Request, read_request
 from simulate.generation.simulation_options import Simulation
@@ -159,6 +160,8 @@ def request_for(scene: Scene | str | Path, content: Simulation, engine: Engine, 
             f"{scene.name}: expected a scene of one gateway, found {len(scene.by_gateway())}; simulate each scene of "
             "scene.by_gateway() into a folder of its own"
         )
+    if content.hertz and isinstance(engine, FullWave):
+        raise ParameterError("frequencies", "expected none in full wave; simulate each frequency into its own folder")
     if content.band is not None:
         content.band.frequencies(scene.frequency)  # refuses one that is too wide
     few = too_few_elements(PlanarArray.of(scene.gateway))
@@ -184,4 +187,5 @@ def request_for(scene: Scene | str | Path, content: Simulation, engine: Engine, 
         measurement_seed=measurement_seed,
         power=content.power_db,
         band=content.band,
+        frequencies=content.hertz,
     )

@@ -10,8 +10,9 @@ import numpy as np
 from jaxtyping import Float
 from tyro.conf import arg
 
-from scenes.files.errors import require_seed, require_whole
+from scenes.files.errors import ParameterError, require_seed, require_whole, shown
 from scenes.files.options import check_kinds
+from scenes.scene.frequency import read_frequency
 from simulate.positions.given_positions import MOST_POSITIONS
 from simulate.spectra.band import Band, stated_band
 from simulate.spectra.measurement import Measurement
@@ -34,11 +35,13 @@ class Simulation:
         bandwidth: also write the responses at subcarriers over this bandwidth around the carrier: hertz, or a text with
             a unit such as "20 MHz". The pictures are those of the carrier.
         subcarriers: number of these subcarriers.
+        frequencies: simulate every position at each of these frequencies, one after the other; freq.txt lists them. The
+            array keeps its size in metres. Hertz, or texts with a unit. Empty: the frequency of the scene.
 
     Raises:
         ParameterError: ``n`` is no whole number from ``LEAST_SPECTRA`` to ``MOST_POSITIONS``, the seed is not valid,
-            ``placement`` is no placement, or one of ``bandwidth`` and ``subcarriers`` is out of its range or lacks the
-            other.
+            ``placement`` is no placement, one of ``bandwidth`` and ``subcarriers`` is out of its range or lacks the
+            other, or ``frequencies`` are not different frequencies.
     """
 
     n: Annotated[int, arg(name="spectra", aliases=["-n"])] = 6000
@@ -49,12 +52,30 @@ class Simulation:
     power_db: bool = False
     bandwidth: float | str | None = None
     subcarriers: int | None = None
+    frequencies: tuple[float | str, ...] = ()
 
     def __post_init__(self) -> None:
         check_kinds(self)
         require_whole(LEAST_SPECTRA, MOST_POSITIONS, n=self.n)
         require_seed(seed=self.seed)
-        _ = self.band
+        _ = self.band, self.hertz
+        if self.band is not None and self.frequencies:
+            raise ParameterError("bandwidth", "expected no band beside several frequencies, found one")
+
+    @property
+    def hertz(self) -> tuple[float, ...]:
+        """The frequencies, Hz, rising.
+
+        Raises:
+            ParameterError: as the class.
+        """
+        try:
+            found = tuple(sorted(read_frequency(each) for each in self.frequencies))
+        except ParameterError as error:
+            raise ParameterError("frequencies", error.message) from None
+        if len(set(found)) < len(found):
+            raise ParameterError("frequencies", f"expected different frequencies, found {shown(self.frequencies)}")
+        return found
 
     @property
     def band(self) -> Band | None:

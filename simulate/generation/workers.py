@@ -56,9 +56,9 @@ def _make_part(shared: tuple[Request, Any, str], threads: int, start: int, size:
     request, sent, name = shared
     if name not in _sources:
         _sources.clear()
-        _sources[name] = request.engine.received(request.setting, sent, threads)
+        _sources[name] = request.sources(request.engine.received(request.setting, sent, threads))
     return make_part(request, _sources[name], start, size)
 
 
-_sources: dict[str, ResponseSource] = {}
+_sources: dict[str, list[ResponseSource]] = {}
 """What this worker computes responses with, by the request's metadata."""

@@ -41,7 +41,7 @@ class WrittenParts:
     """
 
     def __init__(self, request: Request, folder: Path, size: int):
-        self.folder, self.names = folder, picture_names(len(request.positions))
+        self.folder, self.names = folder, picture_names(len(request))
         self.starts = range(0, len(self.names), size)
         self.damage: list[str] = []
         self._size, self._power = size, request.power
