@@ -98,7 +98,8 @@ class Bearing:
 def bearing_of(dataset: Dataset) -> Bearing:
     """Compare the maxima of a dataset's spectra with the directions of its transmitters."""
     to_gateway_frame = Rotation.from_quat(dataset.gateway_orientation).inv()
-    towards = to_gateway_frame.apply(dataset.positions - dataset.gateway_position)
+    away = dataset.positions - dataset.gateway_position
+    towards = to_gateway_frame.apply(away if dataset.moving == "transmitter" else -away)
     distance = np.linalg.norm(towards, axis=1)
     chosen = [
         index

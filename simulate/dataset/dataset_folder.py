@@ -22,6 +22,7 @@ from simulate.dataset.dataset_frequency import Frequency, frequency_of
 from simulate.dataset.dataset_reader import read_gateway, read_metadata
 from simulate.dataset.index_files import read_split
 from simulate.dataset.metadata import band_of
+from simulate.dataset.moving import Moving
 from simulate.dataset.oddities import oddities
 from simulate.dataset.picture_files import read_pictures
 from simulate.dataset.responses_file import check_responses, read_responses
@@ -139,6 +140,11 @@ class Dataset:
     def wavelength(self) -> float:
         """Wavelength in air, metres, at ``frequency``."""
         return self.frequency.wavelength
+
+    @property
+    def moving(self) -> Moving:
+        """What is at ``positions``: "transmitter" or "receiver". The other end is at the gateway's position."""
+        return self.metadata.get("moving", "transmitter")
 
     @cached_property
     def fingerprint(self) -> str:

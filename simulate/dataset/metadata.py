@@ -17,6 +17,7 @@ from scenes.files.input_file import beside
 from scenes.files.json_file import read_json
 from scenes.files.schema import Count, conform, recorded
 from scenes.scene.frequency import HIGHEST_FREQUENCY, LOWEST_FREQUENCY, read_frequency
+from simulate.dataset.moving import Moving
 from simulate.dataset.phases import Phases
 from simulate.engines.engine_table import ENGINES
 from simulate.engines.rays_engine import Rays
@@ -44,6 +45,7 @@ class Metadata(Struct, kw_only=True):
     array: PlanarArray = PlanarArray()
     grid: AngularGrid = AngularGrid()
     band: Band | None = None
+    moving: Moving = "transmitter"
     spectra: Count = 0
     placement: str = ""
     positions_sha256: str = ""

@@ -13,16 +13,20 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
+from scenes.checks.reciprocal import element_offsets, reciprocal
 from scenes.files.errors import InputError, shown
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_digest import scene_digest
 from scenes.storage.scene_yaml import read_scene
 from simulate.dataset.metadata import band_of, read_metadata_file
+from simulate.dataset.moving import Moving
 from simulate.engines.engine import Engine, ResponseSource, Setting
 from simulate.engines.engine_table import engine_of
 from simulate.engines.rays_engine import Rays, seed_of_rays
+from simulate.generation.moving_receiver import AtElements
 from simulate.positions.given_positions import read_points
+from simulate.positions.placement import AT_IT
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.band import Band
@@ -50,6 +54,7 @@ class Request:
         grid: directions of the spectra's rows and columns.
         band: subcarriers whose responses are also written. None: only those of the carrier.
         frequencies: frequencies at which each position is simulated, Hz, rising. Empty: that of the scene.
+        moving: whether the transmitter or the receiver is at these positions.
     """
 
     scene: Scene
@@ -63,6 +68,7 @@ class Request:
     grid: AngularGrid = dataclasses.field(default_factory=AngularGrid)
     band: Band | None = None
     frequencies: tuple[float, ...] = ()
+    moving: Moving = "transmitter"
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "positions", self.positions.round(6))  # as tx_pos.csv has them
@@ -95,7 +101,16 @@ class Request:
         Args:
             first: what the engine's ``source`` returned, at the first frequency.
         """
-        return [first, *(first.at_frequency(scene) for scene in self.scenes[1:])]
+        scenes = self.scenes[1:]
+        if self.moving == "transmitter":
+            return [first, *(first.at_frequency(scene) for scene in scenes)]
+        every = [first, *(first.at_frequency(reciprocal(scene)) for scene in scenes)]
+        return [AtElements(each, self.offsets) for each in every]
+
+    @property
+    def offsets(self) -> Float[np.ndarray, "antennas 3"]:
+        """Where the antennas that move are from a position, metres, world frame."""
+        return AT_IT if self.moving == "transmitter" else element_offsets(self.scene.gateway, self.scene.wavelength)
 
     @property
     def held_out(self) -> Int[np.ndarray, " t"]:
@@ -112,8 +127,10 @@ class Request:
     @property
     def setting(self) -> Setting:
         """Scene, region and seed for the engine. The region includes that of the scene and all positions."""
-        region = bounding_box(np.vstack([self.scene.transmitter.region, self.positions]))
-        return Setting(self.scenes[0], region, self.seed, self.band)
+        scene = self.scenes[0] if self.moving == "transmitter" else reciprocal(self.scenes[0])
+        antennas = (self.positions[:, None] + self.offsets).reshape(-1, 3)
+        region = bounding_box(np.vstack([scene.transmitter.region, antennas]))
+        return Setting(scene, region, self.seed, self.band)
 
     def metadata(self) -> dict[str, Any]:
         """Content of metadata.json: everything that the content of the folder depends on."""
@@ -124,6 +141,7 @@ class Request:
             "scene_sha256": scene_digest(self.scene),
             "frequency_hz": self.scene.frequency,
             **({"frequencies_hz": list(self.frequencies)} if self.frequencies else {}),
+            **({} if self.moving == "transmitter" else {"moving": self.moving}),
             "array": asdict(self.beamformer.array),
             "grid": asdict(self.grid),
             **({} if self.band is None else {"band": asdict(self.band)}),
@@ -173,6 +191,7 @@ def read_request(folder: Path) -> Request:
         grid=stated_grid(metadata) or AngularGrid(),
         band=band_of(metadata),
         frequencies=frequencies,
+        moving=metadata.get("moving", "transmitter"),
     )
     found = seed_of_rays(metadata)
     if isinstance(request.engine, Rays) and found != request.seed:

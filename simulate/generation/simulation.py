@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any, get_type_hints
 
 from scenes.checks.material_frequency import doubts
+from scenes.checks.reciprocal import element_offsets
 from scenes.checks.validation import validate
 from scenes.files.errors import InputError, ParameterError, require_instance, require_path, shown
 from scenes.files.options import default_of, differs, taken, takes
@@ -21,7 +22,7 @@ from simulate.engines.fullwave_engine import FullWave
 from simulate.generation.generate import generate
 from simulate.generation.request import Request, read_request
 from simulate.generation.simulation_options import Simulation
-from simulate.positions.placement import check_positions, place, read_positions
+from simulate.positions.placement import AT_IT, check_positions, place, read_positions
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.few_elements import too_few_elements
 
@@ -167,16 +168,16 @@ def request_for(scene: Scene | str | Path, content: Simulation, engine: Engine, 
     few = too_few_elements(PlanarArray.of(scene.gateway))
     if few is not None:
         say(f"warning: {scene.name}: {few}, so they are not scored; powers and responses tell more")
-    given = content.positions
+    given, offsets = content.positions, AT_IT
+    if content.moving == "receiver":
+        offsets = element_offsets(scene.gateway, scene.wavelength)
     if given is None:
-        points, how = (
-            place(scene, content.placement, content.n, content.seed),
-            f"{content.placement}, seed {content.seed}",
-        )
+        points = place(scene, content.placement, content.n, content.seed, offsets)
+        how = f"{content.placement}, seed {content.seed}"
     elif isinstance(given, str | Path):
-        points, how = read_positions(Path(given), scene), f"positions of {Path(given).name}"
+        points, how = read_positions(Path(given), scene, offsets), f"positions of {Path(given).name}"
     else:
-        points, how = check_positions(given, scene), "given positions"
+        points, how = check_positions(given, scene, offsets), "given positions"
     return Request(
         scene=scene,
         positions=points,
@@ -188,4 +189,5 @@ def request_for(scene: Scene | str | Path, content: Simulation, engine: Engine, 
         power=content.power_db,
         band=content.band,
         frequencies=content.hertz,
+        moving=content.moving,
     )

@@ -13,6 +13,7 @@ from tyro.conf import arg
 from scenes.files.errors import ParameterError, require_seed, require_whole, shown
 from scenes.files.options import check_kinds
 from scenes.scene.frequency import read_frequency
+from simulate.dataset.moving import Moving
 from simulate.positions.given_positions import MOST_POSITIONS
 from simulate.spectra.band import Band, stated_band
 from simulate.spectra.measurement import Measurement
@@ -37,6 +38,8 @@ class Simulation:
         subcarriers: number of these subcarriers.
         frequencies: simulate every position at each of these frequencies, one after the other; freq.txt lists them. The
             array keeps its size in metres. Hertz, or texts with a unit. Empty: the frequency of the scene.
+        moving: what moves. transmitter: the array stands at the gateway's position. receiver: the array moves in the
+            region, with the gateway's orientation, and the transmitter stands at the gateway's position.
 
     Raises:
         ParameterError: ``n`` is no whole number from ``LEAST_SPECTRA`` to ``MOST_POSITIONS``, the seed is not valid,
@@ -53,6 +56,7 @@ class Simulation:
     bandwidth: float | str | None = None
     subcarriers: int | None = None
     frequencies: tuple[float | str, ...] = ()
+    moving: Moving = "transmitter"
 
     def __post_init__(self) -> None:
         check_kinds(self)

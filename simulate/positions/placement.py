@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from scipy.interpolate import CubicSpline
 
 from scenes.checks.occupancy import blocking_object, inside_object
@@ -17,8 +17,14 @@ PATH_STEP = 0.008
 """Metres between consecutive positions of a path. It is the median step of the measured RFID data."""
 
 
-def place(scene: Scene, kind: str, count: int, seed: int) -> Float[np.ndarray, "count 3"]:
-    """Choose transmitter positions in the scene's region, none of them inside an object.
+AT_IT = np.zeros((1, 3))
+"""A single antenna, at the position itself."""
+
+
+def place(
+    scene: Scene, kind: str, count: int, seed: int, offsets: Float[np.ndarray, "antennas 3"] = AT_IT
+) -> Float[np.ndarray, "count 3"]:
+    """Choose positions in the scene's region such that no antenna is inside an object or outside the region.
 
     Args:
         scene: the scene that the positions are in.
@@ -26,36 +32,48 @@ def place(scene: Scene, kind: str, count: int, seed: int) -> Float[np.ndarray, "
             through the region, as in a measurement.
         count: number of positions. ``grid`` returns fewer if some of its positions are inside objects.
         seed: seed of the random choices.
+        offsets: where the antennas are from a position, metres, world frame: the elements of an array that moves.
 
     Returns:
         The positions, metres, world frame.
 
     Raises:
-        InputError: the region has no free place.
+        InputError: the region has no free place, or is smaller than the array.
     """
     generator = np.random.default_rng(seed)
-    region = scene.transmitter.region
+    region = scene.transmitter.region - np.stack([offsets.min(axis=0), offsets.max(axis=0)])
+    if (region[0] > region[1]).any():
+        size = np.ptp(offsets, axis=0).round(3).tolist()
+        raise InputError(
+            f"{scene.name}: expected a region with room for an array that extends over {size} m, found one of "
+            f"{np.ptp(scene.transmitter.region, axis=0).round(3).tolist()} m"
+        )
     if kind == "uniform":
-        return free_positions(scene, region, count, generator)
+        return free_positions(scene, region, count, generator, offsets)
     if kind == "grid":
         positions = _grid(region, count)
-        positions = positions[~inside_object(scene, positions)]
+        positions = positions[_free(scene, positions, offsets)]
         if not len(positions):
             raise _no_free_place(scene)
         return positions
-    return _smooth_path(scene, region, count, generator)
+    return _smooth_path(scene, region, count, generator, offsets)
 
 
 def free_positions(
-    scene: Scene, region: Float[np.ndarray, "2 3"], count: int, generator: np.random.Generator
+    scene: Scene,
+    region: Float[np.ndarray, "2 3"],
+    count: int,
+    generator: np.random.Generator,
+    offsets: Float[np.ndarray, "antennas 3"] = AT_IT,
 ) -> Float[np.ndarray, "count 3"]:
-    """Draw positions in a box uniformly, outside every object.
+    """Draw positions in a box uniformly, with all antennas outside every object.
 
     Args:
         scene: the scene that the positions are in.
         region: lowest and highest corner of the box, metres, world frame.
         count: number of positions.
         generator: draws the positions.
+        offsets: as for ``place``.
 
     Returns:
         The positions, metres, world frame.
@@ -67,10 +85,19 @@ def free_positions(
     free = np.zeros((0, 3))
     for _ in range(100):
         tries = low + (high - low) * generator.random((count, 3))
-        free = np.concatenate([free, tries[~inside_object(scene, tries)]])
+        free = np.concatenate([free, tries[_free(scene, tries, offsets)]])
         if len(free) >= count:
             return free[:count]
     raise _no_free_place(scene)
+
+
+def _free(
+    scene: Scene, positions: Float[np.ndarray, "n 3"], offsets: Float[np.ndarray, "antennas 3"]
+) -> Bool[np.ndarray, " n"]:
+    """Whether all antennas around each position are outside every object."""
+    antennas = (positions[:, None] + offsets).reshape(-1, 3)
+    inside = inside_object(scene, antennas).reshape(len(positions), -1)
+    return np.logical_not(inside.any(axis=1))
 
 
 def _no_free_place(scene: Scene) -> InputError:
@@ -92,7 +119,11 @@ def _grid(region: Float[np.ndarray, "2 3"], count: int) -> Float[np.ndarray, "n 
 
 
 def _smooth_path(
-    scene: Scene, region: Float[np.ndarray, "2 3"], count: int, generator: np.random.Generator
+    scene: Scene,
+    region: Float[np.ndarray, "2 3"],
+    count: int,
+    generator: np.random.Generator,
+    offsets: Float[np.ndarray, "antennas 3"],
 ) -> Float[np.ndarray, "count 3"]:
     """Points ``PATH_STEP`` apart on a cubic spline through random waypoints, without those inside objects."""
     low, high = region
@@ -107,7 +138,7 @@ def _smooth_path(
         arc_length = np.concatenate([[0], np.cumsum(np.linalg.norm(np.diff(fine, axis=0), axis=1))])
         stops = np.arange(0, arc_length[-1], PATH_STEP)
         path = np.stack([np.interp(stops, arc_length, fine[:, axis]) for axis in range(3)], axis=-1)
-        positions = np.concatenate([positions, path[~inside_object(scene, path)]])
+        positions = np.concatenate([positions, path[_free(scene, path, offsets)]])
         if len(positions) >= count:
             return positions[:count]
     raise _no_free_place(scene)
@@ -118,12 +149,15 @@ def _all_the_same(positions: Float[np.ndarray, "n 3"]) -> bool:
     return bool((positions.round(6) == positions[0].round(6)).all())
 
 
-def check_positions(positions: Float[np.ndarray, "n 3"], scene: Scene) -> Float[np.ndarray, "n 3"]:
+def check_positions(
+    positions: Float[np.ndarray, "n 3"], scene: Scene, offsets: Float[np.ndarray, "antennas 3"] = AT_IT
+) -> Float[np.ndarray, "n 3"]:
     """Check that positions from Python are finite, not too far away, and outside every object.
 
     Args:
         positions: metres, world frame.
         scene: the scene that they are in.
+        offsets: as for ``place``.
 
     Returns:
         The positions in double precision.
@@ -135,18 +169,30 @@ def check_positions(positions: Float[np.ndarray, "n 3"], scene: Scene) -> Float[
     positions = check_points(positions)
     if _all_the_same(positions):
         raise ParameterError("positions", f"expected at least two different positions, found {len(positions)} alike")
-    for row, blocker in enumerate(blocking_object(scene, positions)):
+    for row, blocker in enumerate(_blockers(scene, positions, offsets)):
         if blocker is not None:
             raise ParameterError("positions", f'expected a free place in row {row}, found one inside "{blocker}"')
     return positions
 
 
-def read_positions(path: Path, scene: Scene) -> Float[np.ndarray, "n 3"]:
+def _blockers(
+    scene: Scene, positions: Float[np.ndarray, "n 3"], offsets: Float[np.ndarray, "antennas 3"]
+) -> list[str | None]:
+    """For each position, an object that one of its antennas is in; None if all are free."""
+    found = blocking_object(scene, (positions[:, None] + offsets).reshape(-1, 3))
+    groups = (found[start : start + len(offsets)] for start in range(0, len(found), len(offsets)))
+    return [next((each for each in group if each is not None), None) for group in groups]
+
+
+def read_positions(
+    path: Path, scene: Scene, offsets: Float[np.ndarray, "antennas 3"] = AT_IT
+) -> Float[np.ndarray, "n 3"]:
     """Read positions from a CSV, and check that none is inside an object.
 
     Args:
         path: a CSV with the header x,y,z; metres, world frame.
         scene: the scene that the positions are in.
+        offsets: as for ``place``.
 
     Returns:
         The positions, metres, world frame.
@@ -157,7 +203,7 @@ def read_positions(path: Path, scene: Scene) -> Float[np.ndarray, "n 3"]:
     positions = read_points(path)
     if _all_the_same(positions):
         raise InputError(f"{path}: expected at least two different positions, found {len(positions)} alike")
-    for index, blocker in enumerate(blocking_object(scene, positions)):
+    for index, blocker in enumerate(_blockers(scene, positions, offsets)):
         if blocker is not None:
             raise InputError(f'{path}, line {index + 2}: expected a free place, found one inside "{blocker}"')
     return positions

@@ -1,0 +1,46 @@
+"""Responses of an array that moves, from the field of a fixed antenna at the places of its elements."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Complex, Float
+
+from scenes.checks.reciprocal import reciprocal
+from scenes.scene.description import Scene
+from simulate.engines.engine import ResponseSource
+from simulate.spectra.band import Band
+
+
+@dataclass(frozen=True)
+class AtElements:
+    """Computes the responses of all elements of an array whose middle is at some position.
+
+    By reciprocity, the response of an element to the fixed transmitter is that of the transmitter to the element.
+
+    Attributes:
+        source: computes the responses of one fixed antenna to antennas anywhere in the region.
+        offsets: where the elements are from the middle of the array, metres, axes of the world frame.
+    """
+
+    source: ResponseSource
+    offsets: Float[np.ndarray, "elements 3"]
+
+    def responses(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements"]:
+        """Element responses with the array at each position, metres, world frame."""
+        return self.source.responses(self._places(positions)).reshape(len(positions), -1)
+
+    def band_responses(
+        self, positions: Float[np.ndarray, "K 3"], band: Band
+    ) -> Complex[np.ndarray, "K elements subcarriers"]:
+        """Element responses at all subcarriers with the array at each position, metres, world frame."""
+        found = self.source.band_responses(self._places(positions), band)
+        return found.reshape(len(positions), len(self.offsets), -1)
+
+    def at_frequency(self, scene: Scene) -> AtElements:
+        """The same at another frequency, for the scene as it is described there."""
+        return AtElements(self.source.at_frequency(reciprocal(scene)), self.offsets)
+
+    def _places(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K*elements 3"]:
+        return (positions[:, None] + self.offsets).reshape(-1, 3)
