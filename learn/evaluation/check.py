@@ -98,7 +98,7 @@ class Check:
         # The pictures of an array show the azimuth of column 0 only up to turns by which the array looks the same.
         azimuths = "metadata" if known.grid_source == "metadata" else "assumed"
         corners = bounding_box(dataset.positions)
-        fixed = "gateway" if dataset.moving == "transmitter" else "transmitter"
+        fixed, turned = ("gateway", "gateway") if dataset.moving == "transmitter" else ("transmitter", "array")
         responses = "no" if dataset.responses is None else "yes"
         if dataset.retrieved is not None:
             recorded = dataset.metadata.get("phases") == "per-position"
@@ -109,7 +109,7 @@ class Check:
             **({} if dataset.moving == "transmitter" else {"moving": "the receiver, with its array"}),
             "positions (m)": " to ".join(str(corner.round(3).tolist()) for corner in corners),
             f"{fixed} at (m)": str(dataset.gateway_position.round(3).tolist()),
-            f"{'gateway' if dataset.moving == 'transmitter' else 'array'} looks along": str(boresight_of(dataset.gateway_orientation).round(3).tolist()),
+            f"{turned} looks along": str(boresight_of(dataset.gateway_orientation).round(3).tolist()),
             "frequency": f"{dataset.frequency} ({SOURCES[dataset.frequency.source]})",
             "array": f"{array.rows} × {array.columns}, {array.spacing:.3f} λ apart ({SOURCES[known.source]})",
             "rows (elevation)": _angles(grid.elevations_deg, SOURCES[known.grid_source]),

@@ -19,6 +19,7 @@ from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.engines.engine import Engine, Machines
 from simulate.engines.engine_table import ENGINES, engine_class
 from simulate.engines.fullwave_engine import FullWave
+from simulate.engines.rays_engine import Rays
 from simulate.generation.generate import generate
 from simulate.generation.request import Request, read_request
 from simulate.generation.simulation_options import Simulation
@@ -52,7 +53,8 @@ def simulate(
         **options: those of ``Simulation``, ``Machines`` and the engine.
 
     Returns:
-        The dataset, read from the folder.
+        The dataset, read from the folder; of several frequencies, the spectra of the lowest one (``read_dataset`` reads
+        the others).
 
     Raises:
         InputError: the scene is not valid or has several gateways, the folder holds something else, or the engine
@@ -94,7 +96,7 @@ def simulate(
         for sentence in doubts(scene):
             say(f"warning: {scene.name}: {sentence}")
     generate(request, Path(output), machines)
-    return read_dataset(output)
+    return read_dataset(output, request.frequencies[0] if request.frequencies else None)
 
 
 def name_of_engine(scene: Scene | str | Path, engine: str | Engine) -> str:
@@ -163,6 +165,8 @@ def request_for(scene: Scene | str | Path, content: Simulation, engine: Engine, 
         )
     if content.hertz and isinstance(engine, FullWave):
         raise ParameterError("frequencies", "expected none in full wave; simulate each frequency into its own folder")
+    if content.band is not None and isinstance(engine, Rays) and engine.propagation.sionna:
+        raise ParameterError("bandwidth", "expected none with Sionna's path solver (sionna), found one")
     if content.band is not None:
         content.band.frequencies(scene.frequency)  # refuses one that is too wide
     few = too_few_elements(PlanarArray.of(scene.gateway))

@@ -108,6 +108,9 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials(RAYS, ["--no-slab-phase", "--sionna", "--diffuse"]),
         *_trials(RAYS, [("-o out2", "-o out"), ("-n 4", "-n 3"), ("--positions places.csv", "-n 3")]),
         *_trials(IN_A_ROOM, [("--max-depth 2", "--max-depth 1"), ("--rays 1", "--rays 500")]),
+        *_trials(IN_A_ROOM, ["--frequencies 915MHz 2.4GHz", "--moving receiver"]),
+        Trial(f"{IN_A_ROOM} --bandwidth 10MHz --subcarriers 4", "--bandwidth 20MHz", "--bandwidth 10MHz"),
+        Trial(f"{IN_A_ROOM} --bandwidth 10MHz --subcarriers 4", "--subcarriers 5", "--subcarriers 4"),
         Trial(f"{RAYS} --diffuse --patches 20", "--patches 50", "--patches 20"),
         *_trials(
             "simulate rough/scene.yaml -o out", ["--no-diffraction", "--workers 2", "--ray localhost:6379"], REQUEST

@@ -2,7 +2,7 @@
 
 A path of length L contributes a(f) e^{−j2πfL/c}. The exponential turns many times over a band, whereas the amplitude a
 with its reflections and diffractions hardly changes. So each path is solved at a few frequencies f_n, and between them
-a is interpolated by polynomials (Lagrange), a(f) = Σ_n ℓ_n(f) a(f_n).
+f a is interpolated by polynomials (Lagrange), f a(f) = Σ_n ℓ_n(f) f_n a(f_n).
 """
 
 from __future__ import annotations
@@ -52,7 +52,10 @@ class BandSum:
         self.solved = solved_frequencies(frequencies)
         self.total = np.zeros((targets, sources, len(frequencies)), np.complex128)
         self._first, self._step = float(frequencies[0]), float(frequencies[1] - frequencies[0])
-        self._weights = np.stack([_lagrange(self.solved, n, frequencies) for n in range(len(self.solved))], axis=1)
+        # The factor λ/4π of the amplitudes needs no interpolation.
+        self._weights = np.stack(
+            [_lagrange(self.solved, n, frequencies) * each / frequencies for n, each in enumerate(self.solved)], axis=1
+        )
 
     def add(self, solution: Solution) -> None:
         """Add paths that have been solved at the frequencies ``solved``."""

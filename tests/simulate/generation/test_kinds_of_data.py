@@ -1,0 +1,185 @@
+"""Datasets over a band, of several frequencies, and of a receiver that moves: what is written, and read again."""
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from learn.evaluation.check import check
+from learn.evaluation.engines import compare_engines
+from scenes.checks.array_clearance import element_positions
+from scenes.checks.reciprocal import element_offsets, reciprocal
+from scenes.files.errors import InputError, ParameterError
+from scenes.scene.description import SPEED_OF_LIGHT
+from simulate.dataset.dataset_folder import read_dataset
+from simulate.exchange.conversion import Conversion
+from simulate.exchange.convert import convert
+from simulate.exchange.deepmimo.deepmimo_export import export_deepmimo
+from simulate.generation.simulation import simulate
+from simulate.rays.core.propagation import Propagation
+from simulate.rays.core.reflection_chains import reversed_chains
+from simulate.rays.tracer import Found, Tracer
+from simulate.spectra.band import Band
+from simulate.spectra.measurement import Measurement
+from tests.small_scene import small_scene
+
+SIGHT = Propagation(max_depth=0)
+
+
+@pytest.fixture(scope="module")
+def scene():
+    found = small_scene()
+    return replace(found, gateway=replace(found.gateway, rows=2, columns=3))
+
+
+@pytest.fixture(scope="module")
+def over_band(scene, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("band") / "data"
+    return simulate(scene, folder, 4, propagation=SIGHT, bandwidth="20 MHz", subcarriers=6)
+
+
+@pytest.fixture(scope="module")
+def of_three(scene, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("three") / "data"
+    simulate(scene, folder, 5, propagation=SIGHT, frequencies=("2.4 GHz", 915e6, 1e9))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def moving(scene, tmp_path_factory):
+    return simulate(scene, tmp_path_factory.mktemp("moving") / "data", 4, propagation=SIGHT, moving="receiver")
+
+
+def sight(distance, frequency):
+    wavelength = SPEED_OF_LIGHT / frequency
+    return wavelength / (4 * np.pi * distance) * np.exp(-2j * np.pi * distance / wavelength)
+
+
+def test_band_is_in_the_folder(over_band):
+    assert over_band.band == Band(20e6, 6) and over_band.band_responses.shape == (4, 6, 6)
+    np.testing.assert_array_equal(over_band.band_responses[..., 3], over_band.responses)
+    assert "6 subcarriers over 20 MHz" in repr(over_band)
+    assert "delay spread" in check(over_band.folder).description()["band"]
+
+
+def test_band_is_made_again_and_repaired(over_band, tmp_path):
+    again = simulate(over_band.folder, tmp_path / "again")
+    assert (tmp_path / "again/channels.npz").read_bytes() == (over_band.folder / "channels.npz").read_bytes()
+    np.testing.assert_array_equal(again.band_responses, over_band.band_responses)
+
+
+def test_noise_is_independent_at_each_subcarrier(scene, tmp_path):
+    noisy = simulate(
+        scene, tmp_path, 4, propagation=SIGHT, measurement=Measurement(snr_db=0), bandwidth=20e6, subcarriers=8
+    )
+    responses = noisy.band_responses
+    assert np.abs(np.diff(responses, axis=-1)).min() > 0
+    np.testing.assert_array_equal(responses[..., 4], noisy.responses)
+
+
+def test_band_whose_width_no_one_states_is_refused(over_band, tmp_path):
+    arrays = dict(np.load(over_band.folder / "channels.npz"))
+    other = simulate(over_band.folder, tmp_path / "data").folder
+    np.savez(other / "channels.npz", **{**arrays, "band": arrays["band"][..., :-1]})
+    with pytest.raises(InputError, match="expected responses of 4 positions × 6 elements × 6 subcarriers"):
+        read_dataset(other)
+
+
+def test_every_frequency_has_every_position(scene, of_three):
+    positions = read_dataset(of_three, 1e9).positions
+    for hertz in (915e6, 1e9, 2.4e9):
+        found = read_dataset(of_three, hertz)
+        np.testing.assert_array_equal(found.positions, positions)
+        distance = np.linalg.norm(
+            positions[:, None] - element_positions(scene.gateway, scene.wavelength), axis=-1
+        )  # the array keeps its size in metres
+        np.testing.assert_allclose(found.responses, sight(distance, hertz), rtol=2e-3)
+        assert found.array.spacing == pytest.approx(0.5 * hertz / 915e6)
+        assert sorted([*found.train, *found.test]) == list(range(5))
+        assert found.identification.residual is None or found.identification.residual < 0.6
+    assert (of_three / "freq.txt").read_text().split()[::5] == ["0.915", "1", "2.4"]
+    parts = [set(map(int, (of_three / f"{part}_index.txt").read_text().split())) for part in ("train", "test")]
+    assert {(number - 1) % 5 for number in parts[0]}.isdisjoint((number - 1) % 5 for number in parts[1])
+
+
+def test_frequency_that_a_folder_lacks_is_refused(of_three, over_band):
+    with pytest.raises(InputError, match=r"expected pictures of 5 GHz, found those of 915 MHz, 1 GHz, 2.4 GHz"):
+        read_dataset(of_three, "5 GHz")
+    with pytest.raises(InputError, match="expected pictures of 5 GHz, found those of 915 MHz"):
+        read_dataset(over_band.folder, "5 GHz")
+    with pytest.raises(InputError, match=r"expected one frequency for all pictures, found 915 MHz to 2.4 GHz; bisplat"):
+        read_dataset(of_three)
+    with pytest.raises(ParameterError, match="frequency: expected hertz"):
+        read_dataset(of_three, 2.4)
+
+
+def test_check_tells_of_several_frequencies(of_three):
+    found = check(of_three)
+    assert found.valid and any("915 MHz, 1 GHz, 2.4 GHz" in each for each in found.warnings)
+
+
+def test_one_frequency_becomes_a_dataset_of_its_own(of_three, tmp_path):
+    said = convert(of_three, tmp_path / "one", Conversion(frequency="2.4 GHz"))
+    one, of_folder = read_dataset(tmp_path / "one"), read_dataset(of_three, "2.4 GHz")
+    assert said == ["kept the spectra of 2.4 GHz: 5 (freq.txt lists 915 MHz, 1 GHz, 2.4 GHz)"]
+    for name in ("pictures", "responses", "positions", "train", "test"):
+        np.testing.assert_array_equal(getattr(one, name), getattr(of_folder, name))
+
+
+def test_interrupted_part_of_several_frequencies_is_finished(scene, of_three, tmp_path):
+    again = tmp_path / "again"
+    simulate(scene, again, 5, propagation=SIGHT, frequencies=("2.4 GHz", 915e6, 1e9))
+    (again / "spectrum/00012.png").unlink()
+    simulate(scene, again, 5, propagation=SIGHT, frequencies=("2.4 GHz", 915e6, 1e9))
+    assert (again / "spectrum/00012.png").read_bytes() == (of_three / "spectrum/00012.png").read_bytes()
+
+
+def test_array_that_moves_in_closed_form(scene, moving):
+    elements = moving.positions[:, None] + element_offsets(scene.gateway, scene.wavelength)
+    distance = np.linalg.norm(elements - scene.gateway.position, axis=-1)
+    np.testing.assert_allclose(moving.responses, sight(distance, 915e6), rtol=2e-3)
+    low, high = scene.transmitter.region
+    assert (elements.min((0, 1)) >= low - 1e-6).all() and (elements.max((0, 1)) <= high + 1e-6).all()
+    assert json.loads((moving.folder / "metadata.json").read_text())["moving"] == "receiver"
+
+
+def test_check_says_what_moves(moving):
+    found = check(moving.folder).description()
+    assert found["moving"] == "the receiver, with its array" and "transmitter at (m)" in found
+    assert simulate(moving.folder, moving.folder.parent / "again").moving == "receiver"
+
+
+@pytest.mark.parametrize("pattern", ["iso", "dipole"])
+def test_moving_array_receives_what_a_fixed_one_does(scene, pattern):
+    """Reciprocity, with reflections and patterns: the same pairs of places, the chains reversed."""
+    scene = replace(
+        scene,
+        gateway=replace(scene.gateway, pattern=pattern),
+        transmitter=replace(
+            scene.transmitter, pattern=pattern, orientation=tuple(Rotation.from_euler("x", 20, True).as_quat())
+        ),
+    )
+    propagation = Propagation(max_depth=2, diffraction=False, rays=20_000)
+    moves, offsets = Tracer(reciprocal(scene), propagation), element_offsets(scene.gateway, scene.wavelength)
+    found = Found(np.ascontiguousarray(reversed_chains(moves.found.reflected)), None)
+    place = np.array([[2.4, 0.1, 1.3]])
+    stands = Tracer(replace(scene, gateway=replace(scene.gateway, position=tuple(place[0]))), propagation, found=found)
+    expected = stands.responses(np.array([scene.gateway.position]))[0]
+    error = np.linalg.norm(moves.responses(place + offsets)[:, 0] - expected) / np.linalg.norm(expected)
+    assert len(stands.found.reflected) == 2 and error < 1e-5
+
+
+def test_region_smaller_than_the_array_is_refused(scene, tmp_path):
+    low = scene.transmitter.region_min
+    flat = replace(scene, transmitter=replace(scene.transmitter, region_max=(*low[:2], 2.0)))
+    with pytest.raises(InputError, match="expected a region with room for an array that extends over"):
+        simulate(flat, tmp_path / "data", 4, moving="receiver")
+
+
+def test_what_needs_a_fixed_array_refuses_one_that_moves(moving, tmp_path):
+    with pytest.raises(InputError, match="expected a dataset whose transmitter moves, for the comparison of engines"):
+        compare_engines(moving.folder, SIGHT, 2)
+    with pytest.raises(InputError, match="expected a dataset of a moving transmitter at one frequency, found one"):
+        export_deepmimo(moving.folder, tmp_path / "scenario")
