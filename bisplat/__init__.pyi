@@ -51,6 +51,7 @@ from simulate.rays.core.propagation import Propagation as Propagation
 from simulate.rays.tracer import Tracer as Tracer
 from simulate.spectra.angular_grid import AngularGrid as AngularGrid
 from simulate.spectra.array import PlanarArray as PlanarArray
+from simulate.spectra.band import Band as Band
 from simulate.spectra.beamformer import Beamformer as Beamformer
 from simulate.spectra.lags import fit_lags as fit_lags
 from simulate.spectra.measurement import Measurement as Measurement

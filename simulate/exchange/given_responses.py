@@ -16,16 +16,16 @@ from numpy.typing import ArrayLike
 from scenes.files.array_argument import check_array
 from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, ParameterError, require_instance, require_path, require_word
-from scenes.files.npz_file import write_arrays
 from scenes.files.output_folder import new_folder
 from scenes.scene.description import Gateway
-from scenes.scene.frequency import read_frequency
+from scenes.scene.frequency import read_bandwidth, read_frequency
 from simulate.dataset.dataset_folder import Dataset, inspect, read_dataset
 from simulate.dataset.dataset_writer import (
     encode_picture,
     write_gateway,
     write_metadata,
     write_positions,
+    write_responses,
 )
 from simulate.dataset.phases import Phases
 from simulate.dataset.responses_file import RESPONSE_MAGNITUDES
@@ -33,6 +33,7 @@ from simulate.generation.written_parts import picture_names
 from simulate.positions.given_positions import check_points
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
+from simulate.spectra.band import Band
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import picture
 
@@ -43,13 +44,14 @@ AT_ONCE = 100
 def write_dataset(
     folder: Path | str,
     positions: Float[ArrayLike, "K 3"],
-    responses: Complex[ArrayLike, "K elements"],
+    responses: Complex[ArrayLike, "K elements *band"],
     array: PlanarArray,
     frequency: float | str,
     gateway_position: Sequence[float] = (0.0, 0.0, 0.0),
     gateway_orientation: Sequence[float] = (0.0, 0.0, 0.0, 1.0),
     grid: AngularGrid = AngularGrid(),
     phases: Phases = "common",
+    bandwidth: float | str | None = None,
 ) -> Dataset:
     """Write a dataset folder from element responses of one's own, measured or computed.
 
@@ -59,8 +61,9 @@ def write_dataset(
     Args:
         folder: the new dataset folder.
         positions: transmitter positions, metres, world frame, [K, 3].
-        responses: complex element responses y, in any one unit, [K, elements]. Element m = row · columns + column, x
-            runs fastest. A path of delay τ has the phase e^{−j2πfτ}; if a receiver has e^{+j2πfτ}, give the conjugate.
+        responses: complex element responses y, in any one unit, [K, elements], or with a bandwidth those of all
+            subcarriers, [K, elements, subcarriers]. Element m = row · columns + column, x runs fastest. A path of delay
+            τ has the phase e^{−j2πfτ}; if a receiver has e^{+j2πfτ}, give the conjugate.
         array: the array of the gateway.
         frequency: hertz, or a text with a unit such as "915 MHz".
         gateway_position: metres, world frame, [3].
@@ -69,6 +72,8 @@ def write_dataset(
         grid: directions of the pictures' rows and columns.
         phases: "common" if the phases of different positions can be compared, as with a synchronised transmitter or a
             tag that answers the reader; "per-position" if each position has an unknown phase of its own.
+        bandwidth: hertz, or a text with a unit such as "20 MHz", if the responses are those of N subcarriers:
+            subcarrier n has the frequency f + (n − ⌊N/2⌋) B/N, as in ``Band``. None: only those of the carrier.
 
     Returns:
         The dataset.
@@ -95,11 +100,20 @@ def write_dataset(
     require_word(get_args(Phases), phases=phases)
     hertz = read_frequency(frequency)
     places = check_points(positions)
-    found = own_responses(responses, len(places), array.elements)
-    shape = array.rows, array.columns, array.spacing
-    gateway = Gateway(gateway_position, gateway_orientation, *shape)  # type: ignore[arg-type]  # which checks both
+    band = None
+    if bandwidth is not None:
+        shape = np.shape(responses)
+        if len(shape) != 3:
+            raise ParameterError(
+                "responses", f"expected [positions, elements, subcarriers] beside a bandwidth, found shape {shape}"
+            )
+        band = Band(read_bandwidth(bandwidth), shape[2])
+        band.frequencies(hertz)  # refuses one that is too wide
+    found = own_responses(responses, len(places), array.elements, band)
+    size = array.rows, array.columns, array.spacing
+    gateway = Gateway(gateway_position, gateway_orientation, *size)  # type: ignore[arg-type]  # which checks both
     with new_folder(Path(folder)) as unfinished:
-        fill_dataset(unfinished, Path(folder), places, found, gateway, hertz, grid, phases)
+        fill_dataset(unfinished, Path(folder), places, found, gateway, hertz, grid, phases, band)
     return read_dataset(folder)
 
 
@@ -107,11 +121,12 @@ def fill_dataset(
     folder: Path,
     called: Path,
     positions: Float[np.ndarray, "K 3"],
-    responses: Complex[np.ndarray, "K elements"],
+    responses: Complex[np.ndarray, "K elements *band"],
     gateway: Gateway,
     frequency: float,
     grid: AngularGrid,
     phases: Phases,
+    band: Band | None = None,
 ) -> None:
     """Write the files of a dataset into an empty folder.
 
@@ -124,24 +139,26 @@ def fill_dataset(
         frequency: hertz.
         grid: directions of the pictures' rows and columns.
         phases: of ``write_dataset``.
+        band: the subcarriers. None: the responses are those of the carrier.
 
     Raises:
         InputError: the files are no valid dataset.
     """
     array = PlanarArray.of(gateway)
     beamformer, names = Beamformer(array, grid), picture_names(len(positions))
+    of_carrier = responses if band is None else responses[..., band.carrier]
     (folder / "spectrum").mkdir()
     for start in range(0, len(names), AT_ONCE):
         some = names[start : start + AT_ONCE]
         with ThreadPoolExecutor() as pool:
-            files = pool.map(encode_picture, picture(beamformer.spectrum(responses[start : start + AT_ONCE])))
+            files = pool.map(encode_picture, picture(beamformer.spectrum(of_carrier[start : start + AT_ONCE])))
             for name, content in zip(some, files, strict=True):
                 write_atomically(folder / "spectrum" / f"{name}.png", content)
     write_positions(folder / "tx_pos.csv", positions)
     write_gateway(folder / "gateway_info.yml", called.name, gateway.position, gateway.orientation)
-    own_phases = {"retrieved": np.array(True)} if phases == "per-position" else {}
-    write_arrays(folder / "channels.npz", {"channels": responses.astype(np.complex64), **own_phases})
+    write_responses(folder / "channels.npz", responses, band, retrieved=phases == "per-position")
     stated = {"frequency_hz": frequency, "array": asdict(array), "grid": asdict(grid), "phases": phases}
+    stated |= {} if band is None else {"band": asdict(band)}
     write_metadata(folder / "metadata.json", {"made_by": f"bisplat-wrf {version('bisplat-wrf')}"} | stated)
     problems = inspect(folder).problems
     if problems:
@@ -149,30 +166,36 @@ def fill_dataset(
 
 
 def own_responses(
-    given: Complex[ArrayLike, "K elements"], count: int, elements: int
-) -> Complex[np.ndarray, "K elements"]:
+    given: Complex[ArrayLike, "K elements *band"], count: int, elements: int, band: Band | None = None
+) -> Complex[np.ndarray, "K elements *band"]:
     """Check responses from a user; the messages name what people most often mix up.
 
     Args:
         given: the responses.
         count: number of positions.
         elements: number of elements.
+        band: the subcarriers. None: the responses are those of the carrier.
 
     Raises:
         ParameterError: they have another shape, are real, not finite, too small or large, or zero at a position.
     """
     what = f"responses of {count} positions × {elements} elements"
+    wanted: tuple[int, ...] = (count, elements)
     shape = np.shape(given)
+    if band is not None:
+        wanted, what = (*wanted, band.subcarriers), f"{what} × {band.subcarriers} subcarriers"
+    elif len(shape) == 3 and shape[:2] == wanted:
+        raise ParameterError("bandwidth", f"expected one beside responses of {shape[2]} subcarriers, found none")
     if shape == (elements, count) and elements != count:
         raise ParameterError("responses", f"expected {what}, found {elements} × {count}: transpose them (.T)")
-    found = check_array("responses", given, (count, elements), what, "c")
+    found = check_array("responses", given, wanted, what, "c")
     if elements > 1 and not np.iscomplex(found).any():
         raise ParameterError("responses", f"expected {what} with phases, found real numbers only")
     low, high = RESPONSE_MAGNITUDES
     largest = float(np.abs(found).max())
     if not low <= largest <= high:
         raise ParameterError("responses", f"expected a largest magnitude from {low:g} to {high:g}, found {largest:.4g}")
-    silent = np.flatnonzero(~found.any(axis=1))
+    silent = np.flatnonzero(~found.reshape(count, -1).any(axis=1))
     if len(silent):
         more = f" and {len(silent) - 1} more" if len(silent) > 1 else ""
         raise ParameterError(

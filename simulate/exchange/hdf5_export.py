@@ -27,6 +27,7 @@ def export_hdf5(dataset: Dataset | Path | str, path: Path | str) -> None:
 
     - ``spectra``: grey levels, uint8, [K, 90, 360];
     - ``responses`` and ``retrieved_responses``: element responses, complex64, [K, elements];
+    - ``band_responses``: responses at all subcarriers, complex64, [K, elements, subcarriers];
     - ``positions_m``: transmitter positions, metres, world frame, [K, 3];
     - ``names``: names of the pictures, [K];
     - ``train_index`` and ``test_index``: indices of spectra, from 0;
@@ -109,6 +110,7 @@ def _write_attributes(file: h5py.File, dataset: Dataset) -> None:
             "gateway_orientation_xyzw": dataset.gateway_orientation,
             "frequency_hz": dataset.frequency.hertz,
             "frequency_source": dataset.frequency.source,
+            "moving": dataset.moving,
             "array_rows": array.rows,
             "array_columns": array.columns,
             "array_spacing_wavelengths": array.spacing,
@@ -126,7 +128,14 @@ def _write_tables(file: h5py.File, dataset: Dataset) -> None:
     file["names"] = np.array(dataset.names, dtype="S")
     file["train_index"], file["test_index"] = dataset.train, dataset.test
     file["metadata_json"] = json.dumps(dataset.metadata, ensure_ascii=False)
-    for name, responses in (("responses", dataset.responses), ("retrieved_responses", dataset.retrieved)):
+    if dataset.band is not None:
+        file.attrs["bandwidth_hz"] = dataset.band.bandwidth
+    kinds = {
+        "responses": dataset.responses,
+        "retrieved_responses": dataset.retrieved,
+        "band_responses": dataset.band_responses,
+    }
+    for name, responses in kinds.items():
         if responses is not None:
             file.create_dataset(name, data=responses, chunks=True, compression="gzip", shuffle=True)
 

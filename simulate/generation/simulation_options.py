@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
@@ -73,6 +74,8 @@ class Simulation:
         Raises:
             ParameterError: as the class.
         """
+        if not isinstance(self.frequencies, Sequence) or isinstance(self.frequencies, str):
+            raise ParameterError("frequencies", f"expected a list of frequencies, found {shown(self.frequencies)}")
         try:
             found = tuple(sorted(read_frequency(each) for each in self.frequencies))
         except ParameterError as error:

@@ -73,6 +73,7 @@ class Band:
         Raises:
             ParameterError: the band is wider than a fifth of the carrier frequency.
         """
+        require_positive(carrier=carrier)
         if self.bandwidth > WIDEST * carrier:
             raise ParameterError(
                 "bandwidth",

@@ -22,6 +22,7 @@ WHOLE = (1.5, "3", True, 0, -1, NAN, None, np.array([1, 2]))
 SEED = (1.5, "3", True, -1, 2**32, None, np.array([1, 2]))
 FLAG = ("no", 1, None, np.array([True]))
 NUMBER = ("3", NAN, INF, 1j, True, np.array([1.0, 2.0]))
+BANDWIDTH = (0, NAN, "x", 1j, True, np.array([1.0, 2.0]))
 WORD = ("x", 3, None, ["files"])
 OBJECT = ("x", 3, {}, np.zeros(3))
 PATH = (5, 1.5, ["a"], {}, "")
@@ -86,7 +87,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
                 "own_materials": ("x", 3, [], {"wood": 3}, {3: scene.materials["concrete"]}),
             },
         ),
-        "read_dataset": Call(bisplat.read_dataset, {}, {"folder": (*PATH, "nowhere")}),
+        "read_dataset": Call(bisplat.read_dataset, {"folder": data}, {"folder": (*PATH, "nowhere"), "frequency": BANDWIDTH}),
         "write_dataset": Call(
             bisplat.write_dataset,
             {
@@ -96,9 +97,13 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             {
                 "folder": PATH, "positions": POINTS, "responses": ("x", 3, None, np.ones((2, 16))), "array": OBJECT,
                 "frequency": (*NUMBER, 0, 2.4), "gateway_position": POINT, "gateway_orientation": POINT, "grid": OBJECT,
-                "phases": WORD,
+                "phases": WORD, "bandwidth": (*BANDWIDTH, 1e6),
             },
         ),
+        "Band": Call(
+            bisplat.Band, {"bandwidth": 20e6, "subcarriers": 64}, {"bandwidth": (*NUMBER, 0), "subcarriers": WHOLE}
+        ),
+        "Band.frequencies": Call(bisplat.Band(20e6, 64).frequencies, {"carrier": 915e6}, {"carrier": (*NUMBER, 0)}),
         "load_run": Call(bisplat.load_run, {}, {"folder": (*PATH, "nowhere")}),
         "check": Call(
             bisplat.check,
@@ -112,7 +117,8 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
                 "scene": ("x", *OBJECT[1:]), "output": PATH, "n": (*WHOLE, 1), "engine": WORD, "seed": SEED,
                 "placement": WORD, "positions": [*POINTS[2:], "nowhere.csv"], "power_db": FLAG,
                 "measurement": OBJECT, "propagation": OBJECT, "workers": WHOLE[:6], "cell": NUMBER[:4],
-                "field": PATH, "gpu": FLAG, "wrong": (1,),
+                "field": PATH, "gpu": FLAG, "wrong": (1,), "bandwidth": (*BANDWIDTH, 1e6), "subcarriers": (0, 2, "x"),
+                "frequencies": (3, (2.4,), ("x",), (1e9, 1e9)), "moving": WORD,
             },
             {"ray": "an address, which Ray must answer", "solver": "set by the engine"},
         ),
@@ -159,6 +165,12 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             {"others": [scene], "positions": [[0.9, 1.3, 1.1]]},
             {"positions": POINTS, "others": (*OBJECT, None, scene, [], ["closet"])},
         ),
+        "Tracer.band_responses": Call(
+            tracer.band_responses,
+            {"positions": [[0.9, 1.3, 1.1]], "band": bisplat.Band(20e6, 4)},
+            {"positions": POINTS, "band": (*OBJECT, bisplat.Band(500e6, 4))},
+        ),
+        "Tracer.at_frequency": Call(tracer.at_frequency, {}, {"scene": OBJECT}),
         "Tracer.middle_by_chain": Call(tracer.middle_by_chain, {}, {"positions": POINTS}),
         "Tracer.paths": Call(tracer.paths, {}, {"position": POINT}),
         "PlanarArray": Call(
@@ -414,7 +426,7 @@ def table(tiny, tmp_path_factory) -> dict[str, Call]:
 def test_every_public_callable_and_each_of_its_parameters_is_in_the_table(table):
     public = {name for name in bisplat.__all__ if name not in NOT_CALLED}
     public |= {f"shapes.{name}" for name in ("bounding_box", "box", "sheet", "union", "rotate")}
-    for name in ("AngularGrid", "Beamformer", "Measurement", "PlanarArray", "Run", "Tracer"):
+    for name in ("AngularGrid", "Band", "Beamformer", "Measurement", "PlanarArray", "Run", "Tracer"):
         methods = inspect.getmembers(getattr(bisplat, name), inspect.isfunction)
         public |= {f"{name}.{method}" for method, function in methods if method[0] != "_" and takes_arguments(function)}
     public -= {"Tracer.terms", "Tracer.middle_terms"}  # of the exports

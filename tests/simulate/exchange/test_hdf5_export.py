@@ -45,6 +45,7 @@ def test_every_array_and_number_of_a_simulated_dataset_is_there(dataset, tmp_pat
         "frequency_source": "metadata",
         "array_rows": 4,
         "array_columns": 4,
+        "moving": "transmitter",
         "array_spacing_wavelengths": 0.5,
         "array_source": "metadata",
         "elevation_first_deg": 0.0,
