@@ -87,7 +87,9 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
                 "own_materials": ("x", 3, [], {"wood": 3}, {3: scene.materials["concrete"]}),
             },
         ),
-        "read_dataset": Call(bisplat.read_dataset, {"folder": data}, {"folder": (*PATH, "nowhere"), "frequency": BANDWIDTH}),
+        "read_dataset": Call(
+            bisplat.read_dataset, {"folder": data}, {"folder": (*PATH, "nowhere"), "frequency": BANDWIDTH}
+        ),
         "write_dataset": Call(
             bisplat.write_dataset,
             {

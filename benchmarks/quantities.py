@@ -1,0 +1,230 @@
+"""What do bands, several frequencies and moving receivers cost, and how right are they?
+
+python benchmarks/quantities.py --json
+
+Times are ratios to one frequency in the same run. Errors are root mean square differences over positions and elements,
+relative to the truth, dB. A subcarrier's own simulation keeps the permittivity and the conductivity of the materials,
+as a band does, and the array's size in metres. It follows the chains that were found at the carrier, as the band does,
+or those of a search of its own. In full wave the band comes from one run, and a subcarrier's own simulation is a run at
+that frequency. Rays and full wave are compared by the correlation over the elements, at the median of 400 positions.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Annotated, Any
+
+import numpy as np
+import tyro
+from jaxtyping import Complex, Float
+from ledger.printing import print_figures
+from ledger.smallest_room import smallest_room
+
+from scenes.checks.reciprocal import element_offsets, reciprocal
+from scenes.scene.description import Scene
+from scenes.storage.scene_yaml import load_scene
+from simulate.spectra.band import Band
+
+BAND = Band(20e6, 64)
+TEN = tuple(float(each) for each in np.linspace(0.902e9, 0.928e9, 10))
+"""The American RFID band, at whose frequencies all materials of the table are known."""
+
+THREE = Band(60e6, 3)
+"""Frequencies at which rays and full wave are compared."""
+
+POSITIONS, PAIRS = 100, 30
+
+
+def off_db(found: np.ndarray, truth: np.ndarray) -> float:
+    """Root mean square difference relative to the truth, dB."""
+    return round(float(20 * np.log10(np.linalg.norm(found - truth) / np.linalg.norm(truth))), 1)
+
+
+def at(scene: Scene, frequency: float) -> Scene:
+    """The scene at another frequency, with the same values of its materials and the same array in metres."""
+    spacing = scene.gateway.spacing * frequency / scene.frequency
+    return replace(scene, frequency=float(frequency), gateway=replace(scene.gateway, spacing=spacing))
+
+
+def seconds(job: Callable[[], Any], repeats: int) -> float:
+    """Seconds of the fastest of some calls, after one that compiles."""
+    job()
+    best = np.inf
+    for _ in range(repeats):
+        began = time.perf_counter()
+        job()
+        best = min(best, time.perf_counter() - began)
+    return best
+
+
+def by_rays(scene: Scene, positions: Float[np.ndarray, "K 3"], repeats: int) -> dict[str, Any]:
+    """Times and errors of a band and of several frequencies."""
+    from simulate.rays.core.propagation import Propagation
+    from simulate.rays.tracer import Tracer
+
+    tracer = Tracer(scene, Propagation())
+    others = [tracer.at_frequency(at(scene, frequency)) for frequency in TEN]
+    one = seconds(lambda: tracer.responses(positions), repeats)
+    band = seconds(lambda: tracer.band_responses(positions, BAND), repeats)
+    ten = seconds(lambda: [each.responses(positions) for each in others], 1)
+    found = tracer.band_responses(positions, BAND)
+    figures: dict[str, Any] = {
+        "64 subcarriers over 20 MHz, time of one frequency": (band / one, "at most 1.5"),
+        "ten frequencies, time of one": (ten / one, "at most 10"),
+    }
+    for number in (0, BAND.subcarriers - 1):
+        own = at(scene, BAND.frequencies(scene.frequency)[number])
+        name = f"subcarrier {number} of the band, error"
+        same = off_db(found[..., number], tracer.at_frequency(own).responses(positions))
+        searched = off_db(found[..., number], Tracer(own, Propagation()).responses(positions))
+        figures[f"{name} (dB)"] = (same, "at most -40")
+        figures[f"{name} against a search of its own (dB)"] = (searched, "")
+    return figures
+
+
+def reciprocity(scene: Scene, positions: Float[np.ndarray, "K 3"]) -> dict[str, Any]:
+    """How far a moving array's responses are from those of a fixed one at the same pairs of places."""
+    from simulate.rays.core.propagation import Propagation
+    from simulate.rays.core.reflection_chains import reversed_chains
+    from simulate.rays.tracer import Found, Tracer
+
+    offsets = element_offsets(scene.gateway, scene.wavelength)
+    propagation = Propagation(diffraction=False)
+    moves = Tracer(reciprocal(scene), propagation)
+    chains = moves.found.reflected
+    assert chains is not None
+    found = Found(np.ascontiguousarray(reversed_chains(chains)), None)
+    errors = []
+    for place in positions:
+        stands = Tracer(replace(scene, gateway=replace(scene.gateway, position=tuple(place))), propagation, found=found)
+        expected = stands.responses(np.array([scene.gateway.position]))[0]
+        moved = moves.responses(place + offsets)[:, 0]
+        errors.append(float(np.linalg.norm(moved - expected) / np.linalg.norm(expected)))
+    return {
+        "moving array against a fixed one, error, median": (np.median(errors), "at most 1e-5"),
+        "moving array against a fixed one, error, largest": (np.max(errors), "at most 1e-5"),
+    }
+
+
+def in_full_wave(scene: Scene, positions: Float[np.ndarray, "K 3"], cell: float) -> dict[str, Any]:
+    """Time and error of a band from one run of one element."""
+    from simulate.fullwave.cells import edge_materials
+    from simulate.fullwave.element_fields import element_fields
+    from simulate.fullwave.run_plan import plan
+
+    def run(place: Scene, band: Band | None) -> tuple[Any, float]:
+        planned = plan(place, scene.transmitter.region, cell, band)
+        materials = edge_materials(place, planned.grid)
+        began = time.perf_counter()
+        field = element_fields(place, planned, [0], materials)[0]
+        return field, time.perf_counter() - began
+
+    run(scene, None)  # compiles
+    (alone, one), (field, whole) = run(scene, None), run(scene, BAND)
+    found = field.band_responses(positions, BAND)
+    figures: dict[str, Any] = {
+        "full wave of 64 subcarriers, time of one frequency": (whole / one, "at most 1.3"),
+        "full wave, carrier of the band, error (dB)": (
+            off_db(found[..., BAND.carrier], alone.responses(positions)),
+            "",
+        ),
+    }
+    for number in (0, BAND.subcarriers - 1):
+        own, _ = run(at(scene, BAND.frequencies(scene.frequency)[number]), None)
+        error = off_db(found[..., number], own.responses(positions))
+        figures[f"full wave, subcarrier {number} of the band, error (dB)"] = (error, "")
+    return figures
+
+
+def rays_and_full_wave(
+    scene: Scene, positions: Float[np.ndarray, "K 3"], cell: float | None, folder: Path
+) -> dict[str, Any]:
+    """The correlation of rays with full wave at three frequencies, of which full wave needs one run."""
+    from simulate.engines.fullwave_engine import FullWave
+    from simulate.generation.simulation import simulate
+    from simulate.rays.core.propagation import Propagation
+    from simulate.rays.tracer import Tracer
+
+    solved = simulate(
+        scene,
+        folder,
+        positions=positions,
+        engine=FullWave(cell=cell),
+        bandwidth=THREE.bandwidth,
+        subcarriers=THREE.subcarriers,
+    )
+    truth = solved.band_responses
+    assert truth is not None
+    # Rays between the antennas of full wave, which are short dipoles.
+    dipoles = replace(
+        scene,
+        gateway=replace(scene.gateway, pattern="dipole"),
+        transmitter=replace(scene.transmitter, pattern="dipole"),
+    )
+    traced = Tracer(dipoles, Propagation()).band_responses(solved.positions, THREE)
+    return {
+        f"rays and full wave at {frequency / 1e6:.0f} MHz, correlation": (
+            np.median(_correlation(traced[..., number], truth[..., number])),
+            "at least 0.984",
+        )
+        for number, frequency in enumerate(THREE.frequencies(scene.frequency))
+    }
+
+
+def _correlation(
+    found: Complex[np.ndarray, "K elements"], truth: Complex[np.ndarray, "K elements"]
+) -> Float[np.ndarray, " K"]:
+    norms = np.linalg.norm(found, axis=1) * np.linalg.norm(truth, axis=1)
+    return np.abs((found.conj() * truth).sum(axis=1)) / norms
+
+
+def main(
+    folder: Path = Path("runs/quantities"),
+    cell: float | None = None,
+    smallest: bool = False,
+    json_output: Annotated[bool, tyro.conf.arg(name="json")] = False,
+) -> None:
+    """Measure bands, several frequencies and moving receivers.
+
+    Args:
+        folder: keeps the full-wave field of the closet for the next call.
+        cell: side of the cells in full wave, metres. None: the default.
+        smallest: only test the benchmark, in seconds; its figures mean nothing.
+        json_output: print one JSON object.
+    """
+    from simulate.fullwave.run_plan import default_cell
+    from simulate.positions.placement import place
+
+    generator = np.random.default_rng(0)
+    if smallest:
+        room = smallest_room()
+        rooms, few = {"lab": room, "closet": room}, 3
+    else:
+        rooms, few = {name: load_scene(name) for name in ("lab", "closet")}, None
+    closet = rooms["closet"]
+    cell = 0.03 if smallest else cell
+    figures: dict[str, Any] = {}
+    for name, scene in rooms.items():
+        low, high = scene.transmitter.region
+        positions = generator.uniform(low, high, (few or POSITIONS, 3))
+        measured = by_rays(scene, positions, 1 if smallest else 5) | reciprocity(scene, positions[: few or PAIRS])
+        figures |= {f"{name}, {label}": each for label, each in measured.items()}
+    low, high = closet.transmitter.region
+    positions = generator.uniform(low, high, (few or POSITIONS, 3))
+    figures |= in_full_wave(closet, positions, cell or default_cell(closet))
+    with tempfile.TemporaryDirectory() as temporary:
+        kept = Path(temporary) / "closet" if smallest else folder
+        positions = place(closet, "uniform", few or 400, 1)
+        figures |= rays_and_full_wave(closet, positions, cell, kept)
+    table = {
+        name: {"measured": float(f"{float(value):.4g}"), "wanted": wanted} for name, (value, wanted) in figures.items()
+    }
+    print_figures(table, json_output, smallest)
+
+
+if __name__ == "__main__":
+    tyro.cli(main)
