@@ -93,8 +93,12 @@ def gateways_of(given: Path | str | Mapping[str, Gateway | Sequence[float]]) -> 
     if not isinstance(given, Mapping):
         found = f"found {shown(given)}"
         raise ParameterError("gateways", f"expected gateways or their positions by name, or a YAML file, {found}")
-    places = own_gateways({name: each.position if isinstance(each, Gateway) else each for name, each in given.items()})
-    return {
-        name: replace(each, rows=1, columns=1) if isinstance(each, Gateway) else Gateway(tuple(places[name]), UPRIGHT, 1, 1)
-        for name, each in given.items()
-    }
+    own_gateways({name: each.position if isinstance(each, Gateway) else each for name, each in given.items()})
+    return {name: _of_one_element(each) for name, each in given.items()}
+
+
+def _of_one_element(given: Gateway | Sequence[float]) -> Gateway:
+    if isinstance(given, Gateway):
+        return replace(given, rows=1, columns=1)
+    x, y, z = given
+    return Gateway((x, y, z), UPRIGHT, 1, 1)

@@ -156,15 +156,14 @@ def inspect_rssi(folder: Path) -> RssiInspection:
         The problems, the warnings, and the dataset where there are no problems.
     """
     if not folder.is_dir():
-        return RssiInspection(
-            [f"{folder}: expected a folder of received powers, found {what_is_at(folder)}"], [], None
-        )
+        return RssiInspection([f"{folder}: expected a folder of received powers, found {what_is_at(folder)}"], [], None)
     if not is_rssi(folder):
         found = "spectra" if (folder / "spectrum").exists() else "no such file"
         return RssiInspection([f"{folder}: expected received powers ({POWERS}), found {found}"], [], None)
     problems: list[str] = []
     positions, places = np.zeros((0, 3)), {}
-    names, powers = [], np.zeros((0, 0))
+    names: list[str] = []
+    powers = np.zeros((0, 0))
     try:
         positions = read_points(folder / "tx_pos.csv")
     except InputError as error:
@@ -239,13 +238,13 @@ def _split(
             parts[number] = read_numbers(path, count)
         except InputError as error:
             problems.append(str(error))
-    both = np.intersect1d(*parts)
+    both = np.intersect1d(parts[0], parts[1])
     if len(both):
         problems.append(
             f"{files[1]}: expected numbers that are not in train_index.txt, found {both[0]} in both "
             f"({len(both)} in all)"
         )
-    unused = count - len(np.union1d(*parts))
+    unused = count - len(np.union1d(parts[0], parts[1]))
     if unused and not problems:
         warnings.append(f"{unused} positions are in neither train_index.txt nor test_index.txt")
     return parts[0], parts[1]

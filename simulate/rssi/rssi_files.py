@@ -1,6 +1,6 @@
 """Read the files of a folder of received powers (RSSI), with one function for each.
 
-NeRF² and GSRF take the gateways in the order of ``gateway_position.yml`` and the powers in the order of the columns, and
+NeRF² and GSRF take the gateways in the order of ``gateway_position.yml``, and the powers in that of the columns. They
 number the positions from 0.
 """
 
@@ -70,7 +70,8 @@ def gateway_name(name: str, where: str) -> str:
     """
     if not (name and name == name.strip() and name.isprintable() and len(name) <= LONGEST_GATEWAY_NAME):
         raise InputError(
-            f"{where}: expected a gateway's name of 1 to {LONGEST_GATEWAY_NAME} printable characters, found {shown(name)}"
+            f"{where}: expected a gateway's name of 1 to {LONGEST_GATEWAY_NAME} printable characters, "
+            f"found {shown(name)}"
         )
     return name
 

@@ -28,7 +28,6 @@ from simulate.engines.engine import Machines, Setting
 from simulate.engines.rays_engine import Rays
 from simulate.generation.request import TEST_FRACTION
 from simulate.positions.placement import check_positions, place, read_positions
-from simulate.rays.core.propagation import Propagation
 from simulate.rssi.gateways_file import UPRIGHT, gateways_of
 from simulate.rssi.power_receiver import PowerReceiver
 from simulate.rssi.rssi_dataset import RssiDataset, read_rssi

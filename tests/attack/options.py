@@ -77,7 +77,8 @@ def _options(annotated: dict[str, Any]) -> dict[str, Any]:
             hints = get_type_hints(kind, include_extras=True)
             named |= _options({field.name: hints[field.name] for field in dataclasses.fields(kind)})
         else:
-            named[{"n": "spectra"}.get(name, name)] = annotation
+            called = [each.name for each in get_args(annotation)[1:] if getattr(each, "name", None)]
+            named[called[0] if called else name] = annotation
     return named
 
 
@@ -100,7 +101,7 @@ def command_lines(draw: Callable[[st.SearchStrategy], Any]) -> tuple[str, list[s
     for _ in range(draw(st.integers(1, 3))):
         name = draw(st.sampled_from(known))
         option, kind = f"--{name.replace('_', '-')}", str(options_of(command)[name])
-        arguments = _without(arguments, option, "-n" if name in ("spectra", "positions") else option)
+        arguments = _without(arguments, option, "-n" if name in ("spectra", "positions", "number") else option)
         if name == "output":
             output = draw(st.sampled_from(OUTPUTS))
         elif name in STARTS_PROCESSES:
