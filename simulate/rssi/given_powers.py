@@ -19,7 +19,7 @@ from simulate.positions.given_positions import check_points
 from simulate.rssi.power_range import NOT_RECEIVED, STRONGEST, fault_of_powers
 from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 from simulate.rssi.rssi_files import MOST_GATEWAYS, gateway_name
-from simulate.rssi.rssi_writer import write_rssi_files
+from simulate.rssi.rssi_writer import split_of, write_rssi_files
 
 
 def write_rssi(
@@ -32,7 +32,7 @@ def write_rssi(
 ) -> RssiDataset:
     """Write a folder of received powers (RSSI) from one's own measurements, in the format of NeRF²'s BLE data.
 
-    The folder has no index files. NeRF² draws a split when there are none.
+    The index files have a random 80/20 split of seed 0, since NeRF² and GSRF need one.
 
     Args:
         folder: the new folder.
@@ -72,7 +72,8 @@ def write_rssi(
     }
     weak = int((powers <= NOT_RECEIVED).sum())
     with new_folder(Path(folder)) as unfinished:
-        write_rssi_files(unfinished, places, at, powers, stated)
+        split = split_of(len(places), seed=0) if len(places) > 1 else None
+        write_rssi_files(unfinished, places, at, powers, stated, split)
     if weak:
         say(f"{folder}: {weak} powers of {NOT_RECEIVED:g} dBm or less count as not received")
     return read_rssi(folder)

@@ -1,7 +1,7 @@
 """Read the files of a folder of received powers (RSSI), with one function for each.
 
-NeRF² and GSRF take the gateways in the order of ``gateway_position.yml``, and the powers in that of the columns. They
-number the positions from 0.
+NeRF² takes the gateways in the order of ``gateway_position.yml``, and the powers in that of the columns; GSRF goes by
+their names. Both number the positions from 0.
 """
 
 from __future__ import annotations

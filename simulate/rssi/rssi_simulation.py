@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from scenes.checks.material_frequency import doubts
 from scenes.checks.validation import validate
@@ -26,13 +26,12 @@ from scenes.storage.scene_digest import scene_digest
 from scenes.storage.scene_yaml import load_scene, write_scene
 from simulate.engines.engine import Machines, Setting
 from simulate.engines.rays_engine import Rays
-from simulate.generation.request import TEST_FRACTION
 from simulate.positions.placement import check_positions, place, read_positions
 from simulate.rssi.gateways_file import UPRIGHT, gateways_of
 from simulate.rssi.power_receiver import PowerReceiver
 from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 from simulate.rssi.rssi_options import RssiSimulation
-from simulate.rssi.rssi_writer import write_rssi_files
+from simulate.rssi.rssi_writer import split_of, write_rssi_files
 
 AT_ONCE = 500
 """Positions traced at a time, so that the progress is seen."""
@@ -154,19 +153,6 @@ def path_gains(
                     gains[start : start + AT_ONCE, number] = 20 * np.log10(np.abs(tracer.responses(some)[:, 0]))
                 progress.advance(bar, len(some))
     return gains
-
-
-def split_of(count: int, seed: int) -> tuple[Int[np.ndarray, " n"], Int[np.ndarray, " t"]]:
-    """Draw an 80/20 split: indices of the training and of the test positions, in rising order.
-
-    Both parts of four positions or more have at least two, since NeRF² cannot read an index file of one line.
-
-    >>> [len(part) for part in split_of(5, seed=0)], [len(part) for part in split_of(100, seed=0)]
-    ([3, 2], [80, 20])
-    """
-    tested = max(1 if count < 4 else 2, round(TEST_FRACTION * count))
-    test = np.sort(np.random.default_rng(seed).permutation(count)[:tested])
-    return np.setdiff1d(np.arange(count), test), test
 
 
 def _alone(scene: Scene, gateway: Gateway) -> Scene:

@@ -17,6 +17,7 @@ from scenes.files.atomic import write_atomically
 from scenes.files.yaml_file import PlainDumper
 from simulate.dataset.dataset_writer import write_index, write_metadata, write_positions
 from simulate.dataset.rssi_folder import POWERS
+from simulate.generation.request import TEST_FRACTION
 from simulate.rssi.power_range import NOT_RECEIVED
 
 DECIMALS = 4
@@ -79,3 +80,16 @@ def powers_csv(names: Sequence[str], rssi_dbm: Float[np.ndarray, "K G"]) -> str:
     for row in stored:
         text.write(",".join(np.format_float_positional(power, trim="-") for power in row) + "\n")
     return text.getvalue()
+
+
+def split_of(count: int, seed: int) -> tuple[Int[np.ndarray, " n"], Int[np.ndarray, " t"]]:
+    """Draw an 80/20 split: indices of the training and of the test positions, in rising order.
+
+    Both parts of four positions or more have at least two, since NeRF² cannot read an index file of one line.
+
+    >>> [len(part) for part in split_of(5, seed=0)], [len(part) for part in split_of(100, seed=0)]
+    ([3, 2], [80, 20])
+    """
+    tested = max(1 if count < 4 else 2, round(TEST_FRACTION * count))
+    test = np.sort(np.random.default_rng(seed).permutation(count)[:tested])
+    return np.setdiff1d(np.arange(count), test), test
