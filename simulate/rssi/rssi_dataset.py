@@ -200,8 +200,8 @@ def inspect_rssi(folder: Path) -> RssiInspection:
         return RssiInspection(problems, warnings, None)
     if list(places) != names:
         warnings.append(
-            f"{GATEWAYS} has the gateways in another order than {POWERS}; bisplat and GSRF go by their names, but NeRF² "
-            "goes by the order and would confuse them"
+            f"{GATEWAYS} has the gateways in another order than {POWERS}; bisplat and GSRF go by their names, "
+            "but NeRF² goes by the order and would confuse them"
         )
     where = np.array([places[name] for name in names])
     return RssiInspection(
