@@ -108,7 +108,7 @@ def _too_strong(dataset: RssiDataset) -> list[str]:
     """Powers that are stronger than free space allows, as with positions in millimetres."""
     hertz = USUAL_FREQUENCY if dataset.frequency is None else dataset.frequency.hertz
     stated = dataset.metadata.get("receiver", {}).get("tx_power_dbm")
-    sent = float(stated) if isinstance(stated, int | float) else USUAL_POWER
+    sent = USUAL_POWER if stated is None else float(stated)
     distance = np.maximum(dataset.distances, SPEED_OF_LIGHT / hertz)
     excess = np.nanmedian(dataset.rssi_dbm - sent - 20 * np.log10(SPEED_OF_LIGHT / hertz / (4 * np.pi * distance)))
     if excess <= BELIEVED:

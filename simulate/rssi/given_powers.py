@@ -17,9 +17,9 @@ from scenes.files.plain_text import say
 from scenes.scene.frequency import read_frequency
 from simulate.positions.given_positions import check_points
 from simulate.rssi.power_range import NOT_RECEIVED, STRONGEST, fault_of_powers
-from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
+from simulate.rssi.rssi_dataset import RssiDataset, read_rssi, require_valid_powers
 from simulate.rssi.rssi_files import MOST_GATEWAYS, gateway_name
-from simulate.rssi.rssi_writer import split_of, write_rssi_files
+from simulate.rssi.rssi_writer import write_rssi_files
 
 
 def write_rssi(
@@ -72,8 +72,8 @@ def write_rssi(
     }
     weak = int((powers <= NOT_RECEIVED).sum())
     with new_folder(Path(folder)) as unfinished:
-        split = split_of(len(places), seed=0) if len(places) > 1 else None
-        write_rssi_files(unfinished, places, at, powers, stated, split)
+        write_rssi_files(unfinished, places, at, powers, stated)
+        require_valid_powers(unfinished, Path(folder))
     if weak:
         say(f"{folder}: {weak} powers of {NOT_RECEIVED:g} dBm or less count as not received")
     return read_rssi(folder)

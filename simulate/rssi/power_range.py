@@ -12,11 +12,12 @@ STRONGEST = 60.0
 """dBm; largest power that is believed: 1 kW at the receiver."""
 
 
-def fault_of_powers(powers: Float[np.ndarray, "K G"]) -> str | None:
+def fault_of_powers(powers: Float[np.ndarray, "K G"], stated: bool = False) -> str | None:
     """A sentence on powers that cannot be in dBm; None if they can.
 
     Args:
         powers: received powers, [K, G]; NaN where nothing was received.
+        stated: the transmit power is stated in dBm, so that all of them may be positive.
 
     Returns:
         "expected ..., found ...", without the place.
@@ -32,7 +33,7 @@ def fault_of_powers(powers: Float[np.ndarray, "K G"]) -> str | None:
     if not received.size:
         return None
     low, high = received.min(), received.max()
-    if low >= 0 and high > 0:
+    if low >= 0 and high > 0 and not stated:
         found = f"expected powers in dBm, found {low:.4g} to {high:.4g}"
         if high <= 1:
             return f"{found}, which look like linear powers: take 10 log10 of milliwatts"

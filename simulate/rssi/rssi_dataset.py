@@ -105,8 +105,9 @@ class RssiInspection:
 
 
 class StatedReceiver(Struct, frozen=True):
-    """The entry receiver of metadata.json. The other keys of ``PowerReceiver`` are not needed to read the powers."""
+    """The entry receiver of metadata.json, whose other keys are not needed to read the powers."""
 
+    tx_power_dbm: float | None = None
     floor_dbm: Annotated[float, Meta(ge=NOT_RECEIVED, le=STRONGEST)] = NOT_RECEIVED
 
 
@@ -177,9 +178,9 @@ def inspect_rssi(folder: Path) -> RssiInspection:
     except InputError as error:
         problems.append(str(error))
     metadata = read_metadata(folder / "metadata.json", problems)
-    floor = NOT_RECEIVED
+    receiver = StatedReceiver()
     try:
-        floor = conform(metadata, StatedPowers, str(folder / "metadata.json")).receiver.floor_dbm
+        receiver = conform(metadata, StatedPowers, str(folder / "metadata.json")).receiver
     except InputError as error:
         problems.append(str(error))
     if names and places:
@@ -191,7 +192,7 @@ def inspect_rssi(folder: Path) -> RssiInspection:
         )
     if names:
         powers[powers == NOT_RECEIVED] = np.nan
-        fault = fault_of_powers(powers)
+        fault = fault_of_powers(powers, stated=receiver.tx_power_dbm is not None)
         if fault is not None:
             problems.append(f"{folder / POWERS}: {fault}")
     warnings: list[str] = []
@@ -205,8 +206,25 @@ def inspect_rssi(folder: Path) -> RssiInspection:
         )
     where = np.array([places[name] for name in names])
     return RssiInspection(
-        problems, warnings, RssiDataset(folder, positions, names, where, powers, floor, train, test, metadata)
+        problems,
+        warnings,
+        RssiDataset(folder, positions, names, where, powers, receiver.floor_dbm, train, test, metadata),
     )
+
+
+def require_valid_powers(folder: Path, called: Path) -> None:
+    """Refuse a folder that has just been written and could not be read.
+
+    Args:
+        folder: the folder.
+        called: the folder that it becomes.
+
+    Raises:
+        InputError: there is a problem.
+    """
+    problems = inspect_rssi(folder).problems
+    if problems:
+        raise InputError(problems[0].replace(str(folder), str(called)))
 
 
 def _compare_names(folder: Path, columns: Sequence[str], placed: Sequence[str], problems: list[str]) -> None:

@@ -29,9 +29,9 @@ from simulate.engines.rays_engine import Rays
 from simulate.positions.placement import check_positions, place, read_positions
 from simulate.rssi.gateways_file import UPRIGHT, gateways_of
 from simulate.rssi.power_receiver import PowerReceiver
-from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
+from simulate.rssi.rssi_dataset import RssiDataset, read_rssi, require_valid_powers
 from simulate.rssi.rssi_options import RssiSimulation
-from simulate.rssi.rssi_writer import split_of, write_rssi_files
+from simulate.rssi.rssi_writer import write_rssi_files
 
 AT_ONCE = 500
 """Positions traced at a time, so that the progress is seen."""
@@ -125,7 +125,8 @@ def make_rssi(
         }
         write_scene(scene, unfinished / "scene")
         at = {name: gateway.position for name, gateway in heard.items()}
-        write_rssi_files(unfinished, points, at, reported, metadata, split_of(len(points), content.seed))
+        write_rssi_files(unfinished, points, at, reported, metadata, content.seed)
+        require_valid_powers(unfinished, folder)
     return read_rssi(folder)
 
 

@@ -30,7 +30,7 @@ def write_rssi_files(
     gateways: Mapping[str, Sequence[float]],
     rssi_dbm: Float[np.ndarray, "K G"],
     metadata: dict[str, Any],
-    split: tuple[Int[np.ndarray, " n"], Int[np.ndarray, " t"]] | None = None,
+    seed: int = 0,
 ) -> None:
     """Write the files into an empty folder.
 
@@ -41,14 +41,15 @@ def write_rssi_files(
         rssi_dbm: received powers, dBm; NaN where nothing was received. A power that rounds to −100 dBm or less counts
             as not received, since −100 is the mark of it.
         metadata: content of metadata.json.
-        split: indices of the training and of the test positions; None: no index files.
+        seed: seed of the split. A single position has none, and no index files.
     """
     write_positions(folder / "tx_pos.csv", positions)
     write_atomically(folder / "gateway_position.yml", positions_yaml(gateways).encode())
     write_atomically(folder / POWERS, powers_csv(list(gateways), rssi_dbm).encode())
     write_metadata(folder / "metadata.json", metadata)
-    for name, part in zip(("train_index.txt", "test_index.txt"), split or (), strict=False):
-        write_index(folder / name, [str(number) for number in part])
+    if len(positions) > 1:
+        for name, part in zip(("train_index.txt", "test_index.txt"), split_of(len(positions), seed), strict=True):
+            write_index(folder / name, [str(number) for number in part])
 
 
 def positions_yaml(gateways: Mapping[str, Sequence[float]]) -> str:

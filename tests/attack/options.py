@@ -17,6 +17,7 @@ COMMANDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "dataset": (f"recordings/log.npz {RECORDED}", ("recordings",)),
     "convert": ("measured", ("measured",)),
     "responses": ("measured", ("measured",)),
+    "rssi": ("room/scene.yaml --gateways gateways.yml -n 3 --max-depth 0", ("room", "gateways.yml")),
     "train": ("data --model mlp-responses --steps 2 --batch-size 2", ("data", "network")),
     "predict": ("network --positions places.csv", ("data", "network", "places.csv")),
     "compare": ("data --models nearest", ("data",)),

@@ -79,6 +79,18 @@ def test_the_folder_states_how_it_was_made_and_is_the_same_again(tmp_path, capsy
     assert first.floor_dbm == -60 and bisplat.check(tmp_path / "x").valid
 
 
+def test_a_strong_transmitter_may_be_positive_everywhere(tmp_path):
+    made = bisplat.simulate_rssi(
+        small_scene(), tmp_path / "x", GATEWAYS, positions=PLACES, propagation=SIGHT, tx_power_dbm=60
+    )
+    assert made.rssi_dbm.min() > 0
+
+
+def test_one_position_has_no_index_files(tmp_path):
+    made = bisplat.simulate_rssi(small_scene(), tmp_path / "x", GATEWAYS, n=2, placement="grid", propagation=SIGHT)
+    assert len(made) == 1 and not (tmp_path / "x" / "train_index.txt").exists()
+
+
 def test_an_interrupted_simulation_leaves_nothing(tmp_path, monkeypatch):
     def interrupted(*arguments):
         raise KeyboardInterrupt
