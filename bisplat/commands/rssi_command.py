@@ -27,9 +27,9 @@ def rssi(
     receiver: OmitArgPrefixes[unchecked(PowerReceiver)] = unchecked(PowerReceiver)(),  # type: ignore[valid-type]
     propagation: OmitArgPrefixes[unchecked(Propagation)] = unchecked(Propagation)(),  # type: ignore[valid-type]
 ) -> None:
-    """Simulate the powers that gateways of one element receive (RSSI).
+    """Simulate the powers that gateways receive (RSSI).
 
-    The folder has the format of NeRF²'s BLE data. If the command is interrupted, it leaves nothing behind.
+    Each gateway has one element. The folder has the format of NeRF²'s BLE data. If the command is interrupted, it leaves nothing behind.
 
     Args:
         scene: built-in name (such as lab) or scene YAML. Its own gateways are left out.

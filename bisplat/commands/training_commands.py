@@ -47,9 +47,10 @@ def demo(
 def check(
     dataset: Positional[Path], split: SplitKind | None = None, guard: float = 0.0, seed: int = 0, json: bool = False
 ) -> None:
-    """Check and describe a dataset folder, of spectra or of received powers (RSSI).
+    """Check and describe a dataset folder.
 
-    It also warns if test spectra lie too close to known spectra. The exit status is 1 if the folder is invalid.
+    The folder holds spectra, or received powers (RSSI). The command also warns if test spectra lie too close to known
+    spectra. The exit status is 1 if the folder is invalid.
 
     Args:
         dataset: the dataset folder.
