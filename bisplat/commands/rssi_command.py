@@ -29,7 +29,8 @@ def rssi(
 ) -> None:
     """Simulate the powers that gateways receive (RSSI).
 
-    Each gateway has one element. The folder has the format of NeRF²'s BLE data. If the command is interrupted, it leaves nothing behind.
+    Each gateway has one element. The folder has the format of NeRF²'s BLE data. If the command is interrupted, it
+    leaves nothing behind.
 
     Args:
         scene: built-in name (such as lab) or scene YAML. Its own gateways are left out.
