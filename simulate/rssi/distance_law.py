@@ -83,13 +83,16 @@ def oddities_of_powers(dataset: RssiDataset) -> list[str]:
         found.append(f"{lost} of {len(dataset)} positions were received by no gateway")
     weak = int((powers < NOT_RECEIVED).sum())
     if weak:
-        found.append(f"{weak} powers are below {NOT_RECEIVED:g} dBm, which NeRF² reads as negative amplitudes")
+        found.append(
+            f"{weak} of {heard.sum()} powers lie below {NOT_RECEIVED:g} dBm, which NeRF² reads as negative amplitudes and "
+            f"GSRF leaves out; put {NOT_RECEIVED:g} where nothing was received"
+        )
     below = int((powers < dataset.floor_dbm).sum()) - weak
     if below > 0:
-        found.append(f"{below} powers are below the stated floor of {dataset.floor_dbm:g} dBm")
+        found.append(f"{below} of {heard.sum()} powers lie below the stated floor of {dataset.floor_dbm:g} dBm")
     positive = int((powers > 0).sum())
     if positive:
-        found.append(f"{positive} powers are above 0 dBm, which NeRF² reads as amplitudes above 1")
+        found.append(f"{positive} of {heard.sum()} powers lie above 0 dBm, which NeRF² reads as amplitudes above 1")
     constant = [
         name
         for name, power, each in zip(names.tolist(), powers.T, heard.T, strict=True)

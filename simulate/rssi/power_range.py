@@ -40,5 +40,7 @@ def fault_of_powers(powers: Float[np.ndarray, "K G"], stated: bool = False) -> s
         return f"{found}, all positive: is the minus sign missing?"
     if high > STRONGEST:
         row, column = np.argwhere(powers == high)[0]
-        return f"expected powers of at most {STRONGEST:g} dBm, found {high:.4g} at position {row}, gateway {column}"
+        found = f"expected powers of at most {STRONGEST:g} dBm, found {high:.4g} at position {row}, gateway {column}"
+        # UJIIndoorLoc marks so that nothing was received.
+        return f"{found}; if it means that nothing was received, put {NOT_RECEIVED:g} there" if high == 100 else found
     return None

@@ -104,6 +104,11 @@ MISTAKES = {
         HEAD + ROWS.replace("-40", "75"),
         r"at most 60 dBm, found 75 at position 4, gat",
     ),
+    "100 where nothing was received": (
+        "gateway_rssi.csv",
+        HEAD + ROWS.replace("-40", "100"),
+        "found 100 at position 4, gateway 1; if it means that nothing was received, put -100 there",
+    ),
     "twice the same gateway": ("gateway_rssi.csv", "door,door\n" + ROWS, '"door" more than once'),
     "another gateway": (
         "gateway_rssi.csv",
@@ -229,7 +234,7 @@ def test_check_tells_the_exponent_of_the_distance(tmp_path):
         (lambda places, powers: (places, powers * [1, np.nan]), "gateway 7 received nothing"),
         (lambda places, powers: (places, powers * np.nan), "no gateway has received anything"),
         (lambda places, powers: (places, powers * 0 - 50), "gateways door, 7 received the same power from everywhere"),
-        (lambda places, powers: (places, powers + 40), "above 0 dBm, which NeRF² reads as amplitudes above 1"),
+        (lambda places, powers: (places, powers + 40), "lie above 0 dBm, which NeRF² reads as amplitudes above 1"),
         (lambda places, powers: (places, np.where(np.arange(60)[:, None] < 3, np.nan, powers)), "3 of 60 positions"),
     ],
 )
@@ -246,7 +251,7 @@ def test_check_warns_of_oddities(change, warning, tmp_path):
 def test_powers_weaker_than_the_mark_are_kept_and_named(folder):
     (folder / "gateway_rssi.csv").write_text(HEAD + ROWS.replace("-99", "-104"))
     assert np.nanmin(bisplat.read_rssi(folder).rssi_dbm) == -104
-    assert "1 powers are below -100 dBm" in bisplat.check(folder).warnings[0]
+    assert "1 of 7 powers lie below -100 dBm" in bisplat.check(folder).warnings[0]
 
 
 def test_hdf5_has_all(folder, tmp_path):
