@@ -84,8 +84,8 @@ def oddities_of_powers(dataset: RssiDataset) -> list[str]:
     weak = int((powers < NOT_RECEIVED).sum())
     if weak:
         found.append(
-            f"{weak} of {heard.sum()} powers lie below {NOT_RECEIVED:g} dBm, which NeRF² reads as negative amplitudes and "
-            f"GSRF leaves out; put {NOT_RECEIVED:g} where nothing was received"
+            f"{weak} of {heard.sum()} powers lie below {NOT_RECEIVED:g} dBm, which NeRF² reads as negative amplitudes "
+            f"and GSRF leaves out; put {NOT_RECEIVED:g} where nothing was received"
         )
     below = int((powers < dataset.floor_dbm).sum()) - weak
     if below > 0:
