@@ -12,7 +12,6 @@ from bisplat.commands.scene_changes import SceneChanges, changed_scene
 from bisplat.commands.simulate_command import Output
 from scenes.files.errors import printable
 from scenes.files.options import checked, unchecked
-from scenes.files.plain_text import say
 from simulate.rays.core.propagation import Propagation
 from simulate.rssi.power_receiver import PowerReceiver
 from simulate.rssi.rssi_options import RssiSimulation
@@ -43,12 +42,8 @@ def rssi(
         receiver: what a gateway reports.
         propagation: what the ray tracer follows.
     """
-    import numpy as np
-
-    from scenes.scene.shapes import bounding_box
     from scenes.storage.scene_yaml import load_scene
     from simulate.engines.rays_engine import Rays
-    from simulate.positions.given_positions import reach_warning
     from simulate.rssi.rssi_simulation import make_rssi
 
     wanted, heard = checked(RssiSimulation, content), checked(PowerReceiver, receiver)
@@ -58,9 +53,4 @@ def rssi(
     place = changed_scene(load_scene(scene), SceneChanges(frequency=frequency))
     refuse_idle_propagation(followed, [place])
     made = make_rssi(place, output, gateways, wanted, heard, Rays(followed))
-    if wanted.positions is not None:
-        box = bounding_box(np.vstack([place.bounds, place.transmitter.region]))
-        warning = reach_warning(made.positions, box, "the scene", "are they in metres, in the scene's frame?")
-        if warning is not None:
-            say(f"warning: {wanted.positions}: {warning}")
     print(printable(f"{len(made)} positions, {len(made.gateway_names)} gateways: {output}"))

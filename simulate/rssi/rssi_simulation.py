@@ -26,6 +26,7 @@ from scenes.storage.scene_digest import scene_digest
 from scenes.storage.scene_yaml import load_scene, write_scene
 from simulate.engines.engine import Machines, Setting
 from simulate.engines.rays_engine import Rays
+from simulate.positions.given_positions import reach_warning
 from simulate.positions.placement import check_positions, place, read_positions
 from simulate.rssi.gateways_file import UPRIGHT, gateways_of
 from simulate.rssi.power_receiver import PowerReceiver
@@ -104,6 +105,7 @@ def make_rssi(
     engine.require(settings[0], folder, Machines())
     require_writable(folder / "metadata.json")
     _say_assumptions(scene, heard, receiver)
+    _warn_of_far_places(scene, {name: gateway.position for name, gateway in heard.items()}, source, points, content)
     with new_folder(folder) as unfinished:
         reported = receiver.reported(path_gains(settings, engine, points), content.seed)
         metadata = {
@@ -179,6 +181,25 @@ def _positions(scene: Scene, content: RssiSimulation) -> tuple[Float[np.ndarray,
 
 def _stated(gateway: Gateway) -> dict[str, Any]:
     return {key: getattr(gateway, key) for key in ("position", "orientation", "pattern", "polarization")}
+
+
+def _warn_of_far_places(
+    scene: Scene,
+    gateways: Mapping[str, Sequence[float]],
+    source: str,
+    positions: Float[np.ndarray, "K 3"],
+    content: RssiSimulation,
+) -> None:
+    """Warn of places far outside the scene, as when they are in millimetres."""
+    box = bounding_box(np.vstack([scene.bounds, scene.transmitter.region]))
+    places = {source: np.array(list(gateways.values()))}
+    if content.positions is not None:
+        named_file = isinstance(content.positions, str | Path)
+        places[str(content.positions) if named_file else "positions"] = positions
+    for origin, points in places.items():
+        warning = reach_warning(points, box, "the scene", "are they in metres, in the scene's frame?")
+        if warning is not None:
+            say(f"warning: {origin}: {warning}")
 
 
 def _say_assumptions(scene: Scene, gateways: Mapping[str, Gateway], receiver: PowerReceiver) -> None:

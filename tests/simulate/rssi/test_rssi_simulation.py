@@ -91,6 +91,30 @@ def test_one_position_has_no_index_files(tmp_path):
     assert len(made) == 1 and not (tmp_path / "x" / "train_index.txt").exists()
 
 
+def test_places_far_outside_the_scene_are_warned_of(tmp_path, capsys):
+    far = {"near": (0.0, 2.0, 1.5), "in millimetres": (500.0, -2000.0, 2000.0)}
+    bisplat.simulate_rssi(small_scene(), tmp_path / "x", far, positions=PLACES, propagation=SIGHT)
+    said = capsys.readouterr().err
+    assert "warning: gateways: 1 of 2 positions is far outside the box around the scene" in said
+    assert "are they in metres" in said and "warning: positions" not in said
+
+
+def test_the_seed_is_that_of_the_shadowing(tmp_path):
+    one, two = (
+        bisplat.simulate_rssi(
+            small_scene(),
+            tmp_path / f"{seed}",
+            GATEWAYS,
+            positions=PLACES,
+            propagation=SIGHT,
+            shadowing_db=5,
+            seed=seed,
+        )
+        for seed in (0, 1)
+    )
+    assert (one.rssi_dbm != two.rssi_dbm).any()
+
+
 def test_an_interrupted_simulation_leaves_nothing(tmp_path, monkeypatch):
     def interrupted(*arguments):
         raise KeyboardInterrupt
