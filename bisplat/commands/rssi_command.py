@@ -10,6 +10,7 @@ from bisplat.commands.given_options import refuse_given
 from bisplat.commands.given_propagation import refuse_idle_propagation
 from bisplat.commands.scene_changes import SceneChanges, changed_scene
 from bisplat.commands.simulate_command import Output
+from scenes.files.atomic import require_writable
 from scenes.files.errors import printable
 from scenes.files.options import checked, unchecked
 from simulate.rays.core.propagation import Propagation
@@ -50,6 +51,7 @@ def rssi(
     followed = checked(Propagation, propagation)
     if wanted.positions is not None:
         refuse_given(["--placement"], f"none beside --positions, found the positions of {wanted.positions}")
+    require_writable(output / "metadata.json")
     place = changed_scene(load_scene(scene), SceneChanges(frequency=frequency))
     refuse_idle_propagation(followed, [place])
     made = make_rssi(place, output, gateways, wanted, heard, Rays(followed))

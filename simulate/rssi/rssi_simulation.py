@@ -78,6 +78,7 @@ def simulate_rssi(
     require_instance(Scene, str, Path, scene=scene)
     require_path(folder=folder)
     content, receiver, engine = taken({"n": n, **options}, RssiSimulation, PowerReceiver, Rays)
+    require_writable(Path(folder) / "metadata.json")
     if isinstance(scene, Scene):
         validate(scene, scene.name)
         for sentence in doubts(scene):
@@ -103,7 +104,6 @@ def make_rssi(
     points, how = _positions(scene, content)
     settings = [Setting(_alone(scene, gateway), _region(scene, points), content.seed) for gateway in heard.values()]
     engine.require(settings[0], folder, Machines())
-    require_writable(folder / "metadata.json")
     _say_assumptions(scene, heard, receiver)
     _warn_of_far_places(scene, {name: gateway.position for name, gateway in heard.items()}, source, points, content)
     with new_folder(folder) as unfinished:
