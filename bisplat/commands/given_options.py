@@ -19,11 +19,16 @@ SHORT = re.compile("-[a-z]")
 SAME = {
     "-o": "--output",
     "--spectra": "-n",
+    "--number": "-n",
     "--positions": "-n",  # the number of positions, or of the spectra at them; or a file with as many
     "--snr": "--snr-db",
     "--gain-error": "--gain-error-db",
     "--phase-error": "--phase-error-deg",
     "--phase-noise": "--phase-noise-deg",
+    "--tx-power": "--tx-power-dbm",
+    "--floor": "--floor-dbm",
+    "--shadowing": "--shadowing-db",
+    "--quantisation": "--quantisation-db",
 }
 """Options that say the same, or one of which would be ignored beside the other."""
 

@@ -49,7 +49,8 @@ def check(
 ) -> None:
     """Check and describe a dataset folder.
 
-    It also warns if test spectra lie too close to known spectra. The exit status is 1 if the folder is invalid.
+    The folder holds spectra, or received powers (RSSI). The command also warns if test spectra lie too close to known
+    spectra. The exit status is 1 if the folder is invalid.
 
     Args:
         dataset: the dataset folder.
@@ -59,19 +60,23 @@ def check(
         json: print the result as JSON.
     """
     from learn.evaluation.check import check as check_folder
+    from simulate.rssi.rssi_check import RssiCheck
 
     if split is None:
         refuse_given(["--guard", "--seed"], "--split beside it, found none")
     found = check_folder(dataset, split, guard, seed)
     if json:
-        result = {
-            "valid": found.valid,
-            "spectra": 0 if found.dataset is None else len(found.dataset.names),
-            "problems": found.problems,
-            "warnings": found.warnings,
-            "split": found.split_figures(),
-            **found.beamformer(),
-        }
+        common = {"problems": found.problems, "warnings": found.warnings}
+        if isinstance(found, RssiCheck):
+            result = {"valid": found.valid, **common, **found.figures()}
+        else:
+            result = {
+                "valid": found.valid,
+                "spectra": 0 if found.dataset is None else len(found.dataset.names),
+                **common,
+                "split": found.split_figures(),
+                **found.beamformer(),
+            }
         print(json_format.dumps(result, indent=2))
     else:
         if found.dataset is not None:

@@ -16,12 +16,14 @@ from learn.evaluation.leakage import Leakage, leakage
 from learn.evaluation.picture_doubts import picture_doubts
 from learn.expectation.expected_score import expectation, facts
 from learn.expectation.mean_spacing import Spacing
-from scenes.files.errors import ParameterError, require_path, require_seed, require_within, require_word
+from scenes.files.errors import InputError, ParameterError, require_path, require_seed, require_within, require_word
 from scenes.scene.description import boresight_of
 from scenes.scene.shapes import bounding_box
 from simulate.dataset.bearings import bearing_of
 from simulate.dataset.dataset_folder import Dataset, inspect
 from simulate.dataset.dataset_frequency import named, several_frequencies
+from simulate.dataset.rssi_folder import is_rssi, not_spectra
+from simulate.rssi.rssi_check import RssiCheck, check_rssi
 from simulate.spectra.band import Band
 
 SOURCES = {
@@ -166,10 +168,10 @@ class Check:
         }
 
 
-def check(folder: Path | str, split: SplitKind | None = None, guard: float = 0.0, seed: int = 0) -> Check:
+def check(folder: Path | str, split: SplitKind | None = None, guard: float = 0.0, seed: int = 0) -> Check | RssiCheck:
     """Check a NeRF² dataset folder, and whether its own split, or another one, leaks.
 
-    An invalid folder raises no error; the result lists its faults.
+    An invalid folder raises no error; the result lists its faults. A folder of received powers (RSSI) is checked, too.
 
     Args:
         folder: the dataset's folder.
@@ -178,10 +180,10 @@ def check(folder: Path | str, split: SplitKind | None = None, guard: float = 0.0
         seed: seed of ``split``.
 
     Returns:
-        All problems and warnings, and a description of the dataset.
+        All problems and warnings, and a description of the dataset; an ``RssiCheck`` of received powers.
 
     Raises:
-        InputError: the dataset has too few spectra for ``split`` and ``guard``.
+        InputError: the dataset has too few spectra for ``split`` and ``guard``, or has received powers instead.
         ParameterError: no split has this name; the guard or the seed is out of its range; or one is given without a
             split.
 
@@ -202,6 +204,10 @@ def check(folder: Path | str, split: SplitKind | None = None, guard: float = 0.0
     for name, value in (("guard", guard), ("seed", seed)):
         if value and split is None:
             raise ParameterError(name, f"expected a split beside it, found {value:g}")
+    if is_rssi(Path(folder)):
+        if split is not None:
+            raise InputError(not_spectra(Path(folder)))
+        return check_rssi(Path(folder))
     several = several_frequencies(Path(folder))
     inspection = inspect(Path(folder), several[0] if several else None)
     dataset = inspection.dataset

@@ -26,6 +26,7 @@ from simulate.dataset.moving import Moving
 from simulate.dataset.oddities import oddities
 from simulate.dataset.picture_files import read_pictures
 from simulate.dataset.responses_file import check_responses, read_responses
+from simulate.dataset.rssi_folder import is_rssi, not_spectra
 from simulate.positions.given_positions import read_points
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
@@ -266,6 +267,8 @@ def inspect(folder: Path, wanted: float | None = None) -> Inspection:
     warnings: list[str] = []
     if not folder.is_dir():
         return Inspection([f"{folder}: expected a dataset folder, found {what_is_at(folder)}"], [], None)
+    if is_rssi(folder):
+        return Inspection([not_spectra(folder)], [], None)
 
     positions = None
     try:

@@ -14,13 +14,15 @@ from scenes.files.atomic import written_atomically
 from scenes.files.errors import require_path
 from scenes.files.progress import progress_bar
 from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.rssi_folder import is_rssi
+from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 
 AT_ONCE = 100
 """Spectra written at a time. This bounds the memory."""
 
 
-def export_hdf5(dataset: Dataset | Path | str, path: Path | str) -> None:
+def export_hdf5(dataset: Dataset | RssiDataset | Path | str, path: Path | str) -> None:
     """Write a dataset, simulated or measured, as one HDF5 file, for example for MATLAB.
 
     The file has these arrays; those that the dataset lacks are missing or empty:
@@ -32,6 +34,9 @@ def export_hdf5(dataset: Dataset | Path | str, path: Path | str) -> None:
     - ``names``: names of the pictures, [K];
     - ``train_index`` and ``test_index``: indices of spectra, from 0;
     - ``metadata_json``: content of metadata.json, a text.
+
+    A dataset of received powers (RSSI) has ``rssi_dbm``, [K, G], NaN where nothing was received, and ``gateway_names``
+    and ``gateway_positions_m`` instead of spectra, responses and names, and the attribute ``floor_dbm``.
 
     Attributes of the file state the gateway's position and orientation, the frequency, the array and the grid. Their
     names end with the unit, such as ``frequency_hz``.
@@ -53,14 +58,18 @@ def export_hdf5(dataset: Dataset | Path | str, path: Path | str) -> None:
     """
     require_path(path=path)
     path = Path(path)
-    if not isinstance(dataset, Dataset):
-        dataset = read_dataset(dataset)
+    if not isinstance(dataset, Dataset | RssiDataset):
+        require_path(dataset=dataset)
+        dataset = read_rssi(dataset) if is_rssi(Path(dataset)) else read_dataset(dataset)
     with written_atomically(path) as unfinished, _Disk(unfinished, "w+") as disk:
         try:
             with h5py.File(disk, "w") as file:
-                _write_attributes(file, dataset)
-                _write_tables(file, dataset)
-                _write_spectra(file, dataset, disk)
+                if isinstance(dataset, RssiDataset):
+                    _write_powers(file, dataset)
+                else:
+                    _write_attributes(file, dataset)
+                    _write_tables(file, dataset)
+                    _write_spectra(file, dataset, disk)
         except (OSError, RuntimeError, ValueError, KeyError):  # from HDF5, when it reads what could not be written
             disk.check()
             raise
@@ -99,6 +108,18 @@ class _Disk(FileIO):
         """
         if self.failure is not None:
             raise self.failure
+
+
+def _write_powers(file: h5py.File, dataset: RssiDataset) -> None:
+    """Write received powers."""
+    file.attrs["floor_dbm"] = dataset.floor_dbm
+    if dataset.frequency is not None:
+        file.attrs["frequency_hz"] = dataset.frequency.hertz
+    file["rssi_dbm"], file["positions_m"] = dataset.rssi_dbm, dataset.positions
+    file["gateway_positions_m"] = dataset.gateway_positions
+    file["gateway_names"] = np.array([name.encode() for name in dataset.gateway_names], dtype="S")
+    file["train_index"], file["test_index"] = dataset.train, dataset.test
+    file["metadata_json"] = json.dumps(dataset.metadata, ensure_ascii=False)
 
 
 def _write_attributes(file: h5py.File, dataset: Dataset) -> None:

@@ -17,6 +17,7 @@ COMMANDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "dataset": (f"recordings/log.npz {RECORDED}", ("recordings",)),
     "convert": ("measured", ("measured",)),
     "responses": ("measured", ("measured",)),
+    "rssi": ("room/scene.yaml --gateways gateways.yml -n 3 --max-depth 0", ("room", "gateways.yml")),
     "train": ("data --model mlp-responses --steps 2 --batch-size 2", ("data", "network")),
     "predict": ("network --positions places.csv", ("data", "network", "places.csv")),
     "compare": ("data --models nearest", ("data",)),
@@ -77,7 +78,8 @@ def _options(annotated: dict[str, Any]) -> dict[str, Any]:
             hints = get_type_hints(kind, include_extras=True)
             named |= _options({field.name: hints[field.name] for field in dataclasses.fields(kind)})
         else:
-            named[{"n": "spectra"}.get(name, name)] = annotation
+            called = [each.name for each in get_args(annotation)[1:] if getattr(each, "name", None)]
+            named[called[0] if called else name] = annotation
     return named
 
 
@@ -100,7 +102,7 @@ def command_lines(draw: Callable[[st.SearchStrategy], Any]) -> tuple[str, list[s
     for _ in range(draw(st.integers(1, 3))):
         name = draw(st.sampled_from(known))
         option, kind = f"--{name.replace('_', '-')}", str(options_of(command)[name])
-        arguments = _without(arguments, option, "-n" if name in ("spectra", "positions") else option)
+        arguments = _without(arguments, option, "-n" if name in ("spectra", "positions", "number") else option)
         if name == "output":
             output = draw(st.sampled_from(OUTPUTS))
         elif name in STARTS_PROCESSES:

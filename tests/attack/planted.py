@@ -20,6 +20,7 @@ OUTPUTS: dict[str, str] = {
     "export network": "out.pt2",
     "convert measured": "out",
     "dataset recordings/log.npz --frequency 2.4GHz --array 2x2@0.5": "out",
+    "rssi room/scene.yaml --gateways gateways.yml -n 3 --max-depth 0": "out",
     "compare data --models nearest": "out",
     "scene room/scene.yaml": "out.png",
     "plan kriged -n 2": "out.csv",

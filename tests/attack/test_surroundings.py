@@ -23,7 +23,7 @@ PAIRS = (
 )
 """Commands that take several files; ``others`` is a dataset of another place."""
 
-NEEDS = ("data", "network", "kriged", "measured", "field", "room", "meshes", "recordings", "places.csv")
+NEEDS = ("data", "network", "kriged", "measured", "field", "room", "meshes", "recordings", "places.csv", "gateways.yml")
 
 
 @pytest.mark.parametrize("group", ["foreign pictures"])

@@ -17,6 +17,7 @@ from scenes.scene.materials import p2040_material
 from scenes.scene.shapes import sheet
 from scenes.storage.scene_yaml import write_scene
 from simulate.dataset.dataset_writer import write_positions
+from simulate.rssi.given_powers import write_rssi
 from tests import corpus
 from tests import hostile_files as hostile
 from tests.attack import changes
@@ -92,6 +93,29 @@ FOREIGN = _of(
     [("gateway_info.yml", YAML), ("tx_pos.csv", TEXT), ("test_index.txt", TEXT), ("spectrum/00002.png", BYTES)],
     "convert measured -o out",
     then="check out",
+)
+
+POWERS = (
+    *_of(
+        "powers",
+        [
+            ("gateway_rssi.csv", TEXT),
+            ("gateway_position.yml", YAML),
+            ("tx_pos.csv", TEXT),
+            ("train_index.txt", TEXT),
+            ("metadata.json", JSON),
+        ],
+        "check powers",
+        output=("out.h5",),
+        then="export powers --hdf5 out.h5",
+    ),
+    Victim(
+        "gateways.yml",
+        "rssi room/scene.yaml -o out --gateways gateways.yml -n 3 --max-depth 0",
+        YAML,
+        ("room", "gateways.yml"),
+        then="check out",
+    ),
 )
 
 RECORDED = "--frequency 2.4GHz --array 2x2@0.5 --gateway 0 0 1 --boresight 1 0 0"
@@ -181,6 +205,7 @@ GROUPS = {
     "datasets": DATASETS,
     "foreign folders": FOREIGN,
     "recordings": RECORDINGS,
+    "received powers": POWERS,
     "runs": RUNS,
     "runs and comparisons begun": RESUMED,
     "scenes": SCENES,
@@ -222,6 +247,18 @@ def write_recordings(folder: Path) -> None:
     np.savetxt(folder / "log.csv", columns, delimiter=",", header=names, comments="")
 
 
+def write_powers(folder: Path) -> None:
+    """A folder of received powers, and gateways to simulate some."""
+    generator = np.random.default_rng(0)
+    powers = generator.uniform(-90, -40, (12, 2))
+    powers[3, 1] = np.nan
+    gateways = {"door": (0.0, 0.0, 2.0), "7": (5.0, 0.0, 2.0)}
+    write_rssi(folder / "powers", generator.uniform((2, -1, 0), (4, 1, 2), (12, 3)), powers, gateways, 2.4e9)
+    (folder / "gateways.yml").write_text(
+        "door: [0.3, 0.5, 2.0]\nroof: {position: [1, 1, 2], boresight: [1, 0, 0], pattern: dipole}\n"
+    )
+
+
 def make_files(folder: Path, field: Path) -> None:
     """Write the valid files that need no command of ours.
 
@@ -232,6 +269,7 @@ def make_files(folder: Path, field: Path) -> None:
     corners = np.array(hostile.CORNERS)
     write_positions(folder / "places.csv", np.array([[1.5, 1.0, 1.2], [1.7, 1.1, 1.0]]))
     write_recordings(folder / "recordings")
+    write_powers(folder)
     write_scene(small_room(), folder / "room")
     (folder / "xml").mkdir()
     mesh = '<string name="filename" value="wall.obj"/><bsdf type="diffuse" id="mat-itu_wood"/>'

@@ -58,6 +58,9 @@ IMPORT = (
 )
 RAYS = "simulate rough/scene.yaml -n 3 -o out --max-depth 1 --no-diffraction --rays 500"
 IN_A_ROOM = "simulate closet -n 3 -o out --max-depth 1 --no-diffraction --rays 500"
+POWERS = "rssi rough/scene.yaml -n 3 -o out --gateways gateways.yml --max-depth 1 --no-diffraction --rays 500"
+MADE_POWERS = "simulate.rssi.rssi_simulation:make_rssi"
+TRACED = ("--no-refraction", "--no-diffraction", "--no-slab-phase", "--rays 50")
 REQUEST = "simulate.generation.generate:generate"
 MLP = "train data -o out --model mlp-responses --steps 2 --batch-size 2"
 TRAIN = "learn.training.train:train_run"
@@ -143,6 +146,7 @@ TRIALS: dict[str, list[Trial]] = {
     "demo": _trials("demo", ["-o out", "-n 20", "--steps 2"], "bisplat.commands.demo_run:demo"),
     "check": [
         *_trials("check data", ["--json", "--split random"]),
+        *_trials("check powers", ["--json"]),
         *_trials("check data --split random", ["--guard 1", "--seed 1"]),
     ],
     "dataset": [
@@ -171,6 +175,18 @@ TRIALS: dict[str, list[Trial]] = {
     "responses": [
         *_trials("responses measured", ["--json"]),
         *_trials("responses measured", ["--force"], "bisplat.commands.dataset_commands:require_new"),
+    ],
+    "rssi": [
+        *_trials(
+            POWERS, ["--frequency 2.4GHz", "--placement grid", "--seed 1", "--tx-power-dbm 10", "--floor-dbm -40"]
+        ),
+        *_trials(POWERS, ["--shadowing-db 3", "--quantisation-db 0", "--no-los", "--no-specular"]),
+        *_trials(POWERS, [("-o out2", "-o out"), ("-n 4", "-n 3"), ("--positions places.csv", "-n 3")]),
+        Trial(POWERS, "--gateways far.yml", "--gateways gateways.yml"),
+        *_trials(f"{POWERS} --quantisation-db 0", ["--diffuse", "--sionna"]),
+        Trial(f"{POWERS} --quantisation-db 0 --diffuse --patches 20", "--patches 50", "--patches 20"),
+        *_trials(POWERS, [("--max-depth 0", "--max-depth 1 --no-diffraction --rays 500")]),
+        *_trials("rssi rough/scene.yaml -o out --gateways gateways.yml", TRACED, MADE_POWERS),
     ],
     "predict": [
         *_trials(
@@ -201,6 +217,7 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials("export mlp", ["-o out.pt2"]),
         *_trials("export data", ["--hdf5 out.h5"]),
         *_trials("export data", ["--deepmimo out"], "simulate.exchange.deepmimo.deepmimo_export:export_deepmimo"),
+        *_trials("export powers", ["--hdf5 out.h5"]),
         *_trials("export data --hdf5 out.h5", ["--force"], there="out.h5"),
     ],
     "crossvalidate": [

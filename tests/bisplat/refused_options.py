@@ -6,6 +6,7 @@ AN_IMPORT = "expected a file to import, found the scene closet"
 AGAIN = "expected a scene, found the dataset data, which is made again with its own settings"
 SOLVED = f"simulate closet -o out --engine fullwave --field {FIELD}"
 NONE_SOLVED = f"expected none beside --field, found the solved field of {FIELD}"
+POWERS = "rssi closet -o out --gateways gateways.yml"
 OF_STEPS = "expected a model trained by steps, found"
 
 REFUSED: dict[str, str] = {
@@ -70,6 +71,14 @@ REFUSED: dict[str, str] = {
     "simulate closet -o out --sionna --diffuse --patches 9": "--patches: expected none with --sionna",
     "simulate closet -o out --sionna --slab-phase": "--slab-phase: expected none with --sionna",
     "simulate closet -o out --diffuse": "--diffuse: expected an object whose material has a scattering_coefficient",
+    f"{POWERS} --positions places.csv --placement grid": (
+        "--placement: expected none beside --positions, found the positions of places.csv"
+    ),
+    f"{POWERS} --positions places.csv -n 2": "--positions and -n: expected one of them, found both",
+    f"{POWERS} --floor -90 --floor-dbm -90": "--floor and --floor-dbm: expected one of them, found both",
+    f"{POWERS} --max-depth 0 --rays 9": "--rays: expected a --max-depth above 0",
+    f"{POWERS} --diffuse": "--diffuse: expected an object whose material has a scattering_coefficient",
+    f"{POWERS} --frequency 2.4": "--frequency: expected hertz",
     "train data -o out --preset paper --model mlp": "--model: expected none beside --preset, found paper, which is",
     "train data -o out --model mlp --budget 1 --steps 5": "--steps: expected none beside --budget, which is turned",
     "train data -o out --budget 1": f"--budget: {OF_STEPS} helmholtz",

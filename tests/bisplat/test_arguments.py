@@ -106,6 +106,36 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             bisplat.Band, {"bandwidth": 20e6, "subcarriers": 64}, {"bandwidth": (*NUMBER, 0), "subcarriers": WHOLE}
         ),
         "Band.frequencies": Call(bisplat.Band(20e6, 64).frequencies, {"carrier": 915e6}, {"carrier": (*NUMBER, 0)}),
+        "read_rssi": Call(bisplat.read_rssi, {}, {"folder": (*PATH, "nowhere", data)}),
+        "write_rssi": Call(
+            bisplat.write_rssi,
+            {
+                "folder": "out", "positions": [[1, 0, 1], [2, 0, 1]], "rssi_dbm": [[-50.0], [-60.0]],
+                "gateways": {"door": (0, 0, 1)}, "frequency": 2.4e9,
+            },
+            {
+                "folder": PATH, "positions": POINTS,
+                "rssi_dbm": ("x", None, 3, [[-50.0, -60.0]], [[1e-5], [1e-6]], [[50.0], [60.0]], [[INF], [-60.0]]),
+                "gateways": ("x", None, {}, [(0, 0, 1)], {3: (0, 0, 1)}, *({"door": each} for each in POINT)),
+                "frequency": (*NUMBER, 0, 2.4), "floor_dbm": (*NUMBER, -101, 61, None),
+            },
+        ),
+        "simulate_rssi": Call(
+            bisplat.simulate_rssi,
+            {"scene": scene, "folder": "out", "gateways": {"door": (2.0, 0.5, 1.8)}, "n": 2},
+            {
+                "scene": ("x", *OBJECT[1:]), "folder": PATH,
+                "gateways": (
+                    "nowhere.yml", None, 3, {}, [(0, 0, 1)], {3: (0, 0, 1)}, {"door": (0, 0, -9e9)},
+                    {"door": bisplat.Gateway((2.0, 0.5, 1.8), (0, 0, 0, 1), pattern="x")},
+                    *({"door": each} for each in POINT),
+                ),
+                "n": (*WHOLE, 1), "placement": WORD, "positions": [*POINTS[2:], "nowhere.csv"], "seed": SEED,
+                "tx_power_dbm": (*NUMBER, 61, None), "floor_dbm": (*NUMBER, -101, None),
+                "shadowing_db": (*NUMBER, -1, None), "quantisation_db": (*NUMBER, -1, None), "propagation": OBJECT,
+                "wrong": (1,),
+            },
+        ),
         "load_run": Call(bisplat.load_run, {}, {"folder": (*PATH, "nowhere")}),
         "check": Call(
             bisplat.check,
@@ -410,6 +440,7 @@ NOT_CALLED = {
     "PredictsResponses": "a protocol",
     "Run": "made by train and load_run",
     "Dataset": "made by simulate and read_dataset",
+    "RssiDataset": "made by simulate_rssi, write_rssi and read_rssi",
     "Scene": "checked where it is used",
     "SceneObject": "checked with the scene",
     "shapes": "a module, whose functions are in the table",

@@ -227,6 +227,7 @@ def test_file_that_is_there_is_refused_before_any_work(command, finished_run, tm
         ("plan", "nowhere", "-o", "file/out.csv"),
         ("calibrate", "nowhere", "nowhere", "-o", "file/out"),
         ("convert", "nowhere", "-o", "file/out"),
+        ("rssi", "nowhere", "--gateways", "nowhere.yml", "-o", "file/out"),
         ("dataset", "nowhere.npy", "--frequency", "1e9", "--array", "4x4@0.5", "-o", "file/out"),
         ("evaluate", "file"),
         ("crossvalidate", "file", "--scene", "nowhere"),

@@ -28,6 +28,7 @@ from scenes.scene.shapes import box, sheet
 from scenes.storage.scene_yaml import write_scene
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.dataset.dataset_writer import write_positions
+from simulate.rssi.given_powers import write_rssi
 from simulate.spectra.phase_retrieval import Retrieval
 from tests.bisplat.option_trials import FIELD, NEVER, TRIALS
 from tests.bisplat.refused_options import REFUSED
@@ -94,6 +95,9 @@ def place(tmp_path_factory) -> Path:
     (folder / "one.txt").write_text((folder / "data" / "test_index.txt").read_text().splitlines()[0] + "\n")
     write_positions(folder / "places.csv", np.array([[2.1, 0.1, 1.2], [2.5, -0.2, 1.5]]))
     write_positions(folder / "others.csv", np.array([[2.2, 0.3, 1.1]]))
+    (folder / "gateways.yml").write_text("door: [0.5, 0.3, 1.5]\nroof: {position: [1, 1, 2], pattern: dipole}\n")
+    (folder / "far.yml").write_text("door: [0.5, 0.9, 1.5]\nroof: {position: [1, 1, 2], pattern: dipole}\n")
+    write_rssi(folder / "powers", [[1, 0, 1], [2, 0, 1]], [[-50.0], [-60.0]], {"door": (0, 0, 1)}, 2.4e9)
     given = read_dataset(folder / "data")
     arrays = {
         "pos": given.positions,

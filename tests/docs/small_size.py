@@ -25,6 +25,7 @@ def smaller(arguments: list[str]) -> list[str]:
     command, rest = arguments[0], list(arguments[1:])
     limit_of = {
         "simulate": {"-n": SPECTRA, "--spectra": SPECTRA, "--patches": 50},
+        "rssi": {"-n": SPECTRA},
         "crossvalidate": {"-n": 6, "--positions": 6},
         "engines": {"-n": 6, "--positions": 6},
         "plan": {"-n": 3, "--positions": 3},
@@ -44,7 +45,9 @@ def smaller(arguments: list[str]) -> list[str]:
     if command == "simulate" and not folder and not {"-n", "--spectra", "--positions", "--help"} & set(rest):
         rest += ["-n", str(SPECTRA)]
     traces = (
-        command == "calibrate" or (command == "engines" and folder) or (command in {"simulate", "plan"} and not folder)
+        command in {"calibrate", "rssi"}
+        or (command == "engines" and folder)
+        or (command in {"simulate", "plan"} and not folder)
     )
     if traces and "--help" not in rest:
         rest = [each for each in rest if each != "--diffraction"]

@@ -1,0 +1,104 @@
+"""The gateways of a simulation of received powers: from a YAML file, or from Python."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from msgspec import UNSET, Struct, UnsetType
+
+from scenes.files.errors import InputError, ParameterError, named, shown
+from scenes.files.schema import conform
+from scenes.files.yaml_file import read_yaml
+from scenes.scene.description import Gateway, Quaternion, Vector3, facing
+from simulate.rssi.given_powers import own_gateways
+from simulate.rssi.rssi_files import MOST_GATEWAYS, gateway_name
+
+UPRIGHT = facing((1, 0, 0))
+"""Orientation of a gateway that states none: vertical polarisation is along world +z, and it looks along world +x."""
+
+CONTENT = "the gateways by name, each as a position [x, y, z] or with the keys position, boresight and pattern"
+
+
+class GatewayEntry(Struct, forbid_unknown_fields=True):
+    """A gateway of one element in a file."""
+
+    position: Vector3
+    orientation: Quaternion | UnsetType = UNSET
+    boresight: Vector3 | UnsetType = UNSET
+    pattern: str = Gateway.pattern
+    polarization: str = Gateway.polarization
+
+
+def read_gateways(path: Path) -> dict[str, Gateway]:
+    """Read the gateways from a YAML file. gateway_position.yml of a folder of received powers is one, too.
+
+    Args:
+        path: the file. Each entry is a position, or a mapping with ``position`` and, if wanted, ``orientation`` or
+            ``boresight``, ``pattern`` and ``polarization``.
+
+    Returns:
+        Gateways of one element, by name, in the order of the file. ``validate`` checks their values.
+
+    Raises:
+        InputError: the file cannot be read, names no gateway or more than ``MOST_GATEWAYS``, or an entry has an unknown
+            key or a value of the wrong type.
+    """
+    content = read_yaml(path, CONTENT)
+    if not isinstance(content, dict) or not content:
+        raise InputError(f"{path}: expected {CONTENT}, found {'nothing' if content is None else shown(content)}")
+    if len(content) > MOST_GATEWAYS:
+        raise InputError(f"{path}: expected at most {MOST_GATEWAYS} gateways, found {len(content)}")
+    gateways = {}
+    for key, value in content.items():
+        name = gateway_name(str(key), str(path))
+        gateways[name] = _gateway(value, f"{path}: {named(name)}")
+    return gateways
+
+
+def _gateway(value: Any, place: str) -> Gateway:
+    given = {"position": value} if isinstance(value, list) else value
+    entry = conform(given, GatewayEntry, place, numbers_as_text=True)
+    orientation = UPRIGHT
+    if entry.orientation is not UNSET and entry.boresight is not UNSET:
+        raise InputError(f"{place}: expected orientation or boresight, found both")
+    try:
+        if entry.orientation is not UNSET:
+            orientation = entry.orientation
+        elif entry.boresight is not UNSET:
+            orientation = facing(entry.boresight)
+        return Gateway(entry.position, orientation, 1, 1, pattern=entry.pattern, polarization=entry.polarization)
+    except InputError as error:
+        raise InputError(f"{place}: {error}") from None
+
+
+def gateways_of(given: Path | str | Mapping[str, Gateway | Sequence[float]]) -> dict[str, Gateway]:
+    """The gateways that a caller means, each with one element.
+
+    Args:
+        given: a YAML file; or by name a position [x, y, z] or a ``Gateway``, of whose array one element is left.
+
+    Raises:
+        InputError: ``read_gateways`` refuses the file.
+        ParameterError: there is no gateway, or a value is neither a position nor a gateway.
+
+    Example:
+        >>> gateways_of({"door": (0, 0, 2)})["door"].rows
+        1
+    """
+    if isinstance(given, str | Path):
+        return read_gateways(Path(given))
+    if not isinstance(given, Mapping):
+        found = f"found {shown(given)}"
+        raise ParameterError("gateways", f"expected gateways or their positions by name, or a YAML file, {found}")
+    own_gateways({name: each.position if isinstance(each, Gateway) else each for name, each in given.items()})
+    return {name: _of_one_element(each) for name, each in given.items()}
+
+
+def _of_one_element(given: Gateway | Sequence[float]) -> Gateway:
+    if isinstance(given, Gateway):
+        return replace(given, rows=1, columns=1)
+    x, y, z = given
+    return Gateway((x, y, z), UPRIGHT, 1, 1)

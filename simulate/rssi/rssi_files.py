@@ -1,0 +1,181 @@
+"""Read the files of a folder of received powers (RSSI), with one function for each.
+
+NeRF² takes the gateways in the order of ``gateway_position.yml``, and the powers in that of the columns; GSRF goes by
+their names. Both number the positions from 0.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator
+from io import StringIO
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from jaxtyping import Float, Int
+from msgspec import Meta
+
+from scenes.files.errors import InputError, named, reason, shown
+from scenes.files.input_file import MEGABYTE, read_text
+from scenes.files.number_text import parse_number, parse_whole
+from scenes.files.schema import conform
+from scenes.files.yaml_file import read_yaml
+from simulate.dataset.index_files import LARGEST_INDEX
+from simulate.positions.given_positions import FARTHEST, MOST_POSITIONS
+from simulate.rssi.power_range import NOT_RECEIVED
+
+MOST_GATEWAYS = 1000
+"""Most gateways of a dataset."""
+
+LONGEST_GATEWAY_NAME = 100
+"""Most characters in the name of a gateway."""
+
+LARGEST_POWERS = 400 * MEGABYTE
+"""Most bytes of gateway_rssi.csv. A million positions and 60 gateways take 300 MB."""
+
+Coordinate = Annotated[float, Meta(ge=-FARTHEST, le=FARTHEST)]
+
+
+def read_gateway_positions(path: Path) -> dict[str, Float[np.ndarray, " 3"]]:
+    """Read gateway_position.yml: the position of each gateway, metres, by its name, in the order of the file.
+
+    Raises:
+        InputError: the file cannot be read, names no gateway or more than ``MOST_GATEWAYS``, or a value is no position.
+    """
+    content = read_yaml(path, "the position [x, y, z] of each gateway by its name")
+    if not isinstance(content, dict) or not content:
+        found = "nothing" if content is None else shown(content)
+        raise InputError(f"{path}: expected the position [x, y, z] of each gateway by its name, found {found}")
+    if len(content) > MOST_GATEWAYS:
+        raise InputError(f"{path}: expected at most {MOST_GATEWAYS} gateways, found {len(content)}")
+    positions = {}
+    for key, value in content.items():
+        name = gateway_name(str(key), str(path))
+        place = f"{path}: {named(name)}"
+        point = conform(value, tuple[Coordinate, Coordinate, Coordinate], place, numbers_as_text=True)
+        positions[name] = np.array(point, dtype=float)
+    return positions
+
+
+def gateway_name(name: str, where: str) -> str:
+    """Check the name of a gateway.
+
+    Args:
+        name: the name.
+        where: the start of the message.
+
+    Raises:
+        InputError: the name is empty or too long, begins or ends with space, or has control characters.
+    """
+    if not (name and name == name.strip() and name.isprintable() and len(name) <= LONGEST_GATEWAY_NAME):
+        raise InputError(
+            f"{where}: expected a gateway's name of 1 to {LONGEST_GATEWAY_NAME} printable characters, "
+            f"found {shown(name)}"
+        )
+    return name
+
+
+def read_powers(path: Path) -> tuple[list[str], Float[np.ndarray, "K G"]]:
+    """Read gateway_rssi.csv: the names of the gateways, and a row of powers for each position.
+
+    Args:
+        path: the file.
+
+    Returns:
+        Names of the G gateways, and received powers, dBm, [K, G], as the file has them.
+
+    Raises:
+        InputError: the file cannot be read, has no header, or has a row that is not a finite number for each gateway.
+    """
+    text = read_text(path, "a CSV of received powers", LARGEST_POWERS)
+    try:
+        rows = csv.reader(StringIO(text, newline=""))
+        names = _names(path, next(rows, []))
+        powers = np.array(list(_rows(path, rows, names)), dtype=float)
+    except csv.Error as error:
+        found = f"found a file that is not a CSV ({reason(error)})"
+        raise InputError(f"{path}: expected a CSV of received powers, {found}") from error
+    if not len(powers):
+        raise InputError(f"{path}: expected at least one row of powers after the header, found none")
+    return names, powers
+
+
+def _names(path: Path, header: list[str]) -> list[str]:
+    names = [name.strip() for name in header]
+    found = shown(",".join(header)) if names else "an empty file or line"
+    if len(names) == 1:
+        for mark, called in ((";", "semicolons"), ("\t", "tabs")):
+            if mark in header[0]:
+                raise InputError(f"{path}, line 1: expected columns separated by commas, found {called} in {found}")
+    if not names or all(_is_number(name) for name in names):
+        raise InputError(f"{path}, line 1: expected a header with the name of each gateway, found {found}")
+    if len(names) > MOST_GATEWAYS:
+        raise InputError(f"{path}, line 1: expected at most {MOST_GATEWAYS} gateways, found {len(names)}")
+    for name in names:
+        gateway_name(name, f"{path}, line 1")
+        if names.count(name) > 1:
+            raise InputError(f"{path}, line 1: expected each gateway once, found {named(name)} more than once")
+    return names
+
+
+def _is_number(text: str) -> bool:
+    try:
+        parse_number(text)
+    except ValueError:
+        return False
+    return "." in text or text.startswith("-")  # gateways may be numbered
+
+
+def _rows(path: Path, rows: Iterator[list[str]], names: list[str]) -> Iterator[list[float]]:
+    for number, row in enumerate(rows, start=1):
+        if number > MOST_POSITIONS:
+            raise InputError(f"{path}: expected at most {MOST_POSITIONS} rows of powers, found more")
+        where = f"{path}, position {number} (line {number + 1})"
+        if len(row) != len(names):
+            found = f"{len(row)} numbers" if row else "an empty line"
+            hint = "; decimals need a point, not a comma" if len(row) == 2 * len(names) else ""
+            raise InputError(f"{where}: expected a power for each of the {len(names)} gateways, found {found}{hint}")
+        powers = []
+        for name, text in zip(names, row, strict=True):
+            try:
+                power = parse_number(text)
+            except ValueError:
+                power = np.nan
+            if not np.isfinite(power):
+                expected = f"a power in dBm, or {NOT_RECEIVED:g} where nothing was received"
+                raise InputError(f"{where}, {named(name)}: expected {expected}, found {shown(text)}")
+            powers.append(power)
+        yield powers
+
+
+def read_numbers(path: Path, count: int) -> Int[np.ndarray, " n"]:
+    """Read an index file: whole numbers from 0, one in each line.
+
+    Args:
+        path: train_index.txt or test_index.txt.
+        count: number of positions.
+
+    Returns:
+        Indices of positions, each once, in the order of the file.
+
+    Raises:
+        InputError: the file cannot be read, is empty, or a line is not the number of a position.
+    """
+    lines = read_text(path, "the number of a position in each line", LARGEST_INDEX).split("\n")
+    while lines and not lines[-1].strip():
+        lines.pop()
+    if not lines:
+        raise InputError(f"{path}: expected the number of a position in each line, found an empty file")
+    numbers = []
+    for row, line in enumerate(lines, start=1):
+        try:
+            numbers.append(parse_whole(line))
+        except ValueError:
+            numbers.append(-1)
+        if not 0 <= numbers[-1] < count:
+            raise InputError(
+                f"{path}, row {row}: expected a whole number from 0 to {count - 1}, found {shown(line.strip())}"
+                + ("; the first position has the number 0" if numbers[-1] == count else "")
+            )
+    return np.array(list(dict.fromkeys(numbers)), dtype=int)

@@ -1,0 +1,215 @@
+"""Simulate a dataset of received powers (RSSI) from Python: what ``bisplat rssi`` does, as a function."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from scenes.checks.material_frequency import doubts
+from scenes.checks.validation import validate
+from scenes.files.atomic import require_writable
+from scenes.files.errors import named, require_instance, require_path
+from scenes.files.options import taken, takes
+from scenes.files.output_folder import new_folder
+from scenes.files.plain_text import say
+from scenes.files.progress import progress_bar
+from scenes.scene.description import Gateway, Scene
+from scenes.scene.shapes import bounding_box
+from scenes.storage.scene_digest import scene_digest
+from scenes.storage.scene_yaml import load_scene, write_scene
+from simulate.engines.engine import Machines, Setting
+from simulate.engines.rays_engine import Rays
+from simulate.positions.given_positions import reach_warning
+from simulate.positions.placement import check_positions, place, read_positions
+from simulate.rssi.gateways_file import UPRIGHT, gateways_of
+from simulate.rssi.power_receiver import PowerReceiver
+from simulate.rssi.rssi_dataset import RssiDataset, read_rssi, require_valid_powers
+from simulate.rssi.rssi_options import RssiSimulation
+from simulate.rssi.rssi_writer import write_rssi_files
+
+AT_ONCE = 500
+"""Positions traced at a time, so that the progress is seen."""
+
+
+@takes(RssiSimulation, PowerReceiver, Rays)
+def simulate_rssi(
+    scene: Scene | str | Path,
+    folder: str | Path,
+    gateways: Mapping[str, Gateway | Sequence[float]] | str | Path,
+    n: int = RssiSimulation.n,
+    **options: Any,
+) -> RssiDataset:
+    """Simulate the powers that gateways of one element receive (RSSI), as a folder in the format of NeRF²'s BLE data.
+
+    Each gateway is traced as that of a scene is in ``simulate``. It reports P = P_t + 20 log10 ``|y|`` + X in dBm, with
+    the response y of its element, which includes the antenna patterns, and the shadowing X. The folder can be read by
+    the published loaders of NeRF² [zhao2023] and GSRF. The same arguments give the same dataset.
+
+    Args:
+        scene: a scene, the name of a built-in scene, or a scene YAML file. Its own gateways are left out.
+        folder: the new folder. If the simulation is interrupted, nothing is written.
+        gateways: position [x, y, z] of each gateway by its name, metres, world frame, or a ``Gateway``, of whose array
+            one element is left; or a YAML file of them. A gateway of which only the position is given has the pattern
+            "iso" and vertical polarisation.
+        **options: those of ``RssiSimulation``, ``PowerReceiver`` and ``Rays``.
+
+    Returns:
+        The dataset, read from the folder.
+
+    Raises:
+        InputError: the scene or a gateway is not valid, the folder is not new, or the ray tracer cannot run.
+        ParameterError: a parameter is outside its range, or a position is inside an object.
+
+    Example:
+        >>> import bisplat
+        >>> gateways = {"door": (2.0, 0.5, 1.8), "window": (2.5, 0.5, 1.8)}
+        >>> coarse = bisplat.Propagation(max_depth=1, diffraction=False, rays=20_000)
+        >>> powers = bisplat.simulate_rssi("closet", "powers", gateways, n=5, propagation=coarse)
+        >>> powers.rssi_dbm.shape, powers.gateway_names, len(powers.train)
+        ((5, 2), ['door', 'window'], 3)
+    """
+    require_instance(Scene, str, Path, scene=scene)
+    require_path(folder=folder)
+    content, receiver, engine = taken({"n": n, **options}, RssiSimulation, PowerReceiver, Rays)
+    require_writable(Path(folder) / "metadata.json")
+    if isinstance(scene, Scene):
+        validate(scene, scene.name)
+        for sentence in doubts(scene):
+            say(f"warning: {scene.name}: {sentence}")
+    else:
+        scene = load_scene(scene)
+    return make_rssi(scene, Path(folder), gateways, content, receiver, engine)
+
+
+def make_rssi(
+    scene: Scene,
+    folder: Path,
+    gateways: Mapping[str, Gateway | Sequence[float]] | str | Path,
+    content: RssiSimulation,
+    receiver: PowerReceiver,
+    engine: Rays,
+) -> RssiDataset:
+    """Simulate received powers in a scene that has been checked; ``simulate_rssi`` explains the arguments."""
+    heard = gateways_of(gateways)
+    source = str(gateways) if isinstance(gateways, str | Path) else "gateways"
+    for name, gateway in heard.items():
+        validate(_alone(scene, gateway), f"{source}: {named(name)}")
+    points, how = _positions(scene, content)
+    settings = [Setting(_alone(scene, gateway), _region(scene, points), content.seed) for gateway in heard.values()]
+    engine.require(settings[0], folder, Machines())
+    _say_assumptions(scene, heard, receiver)
+    _warn_of_far_places(scene, {name: gateway.position for name, gateway in heard.items()}, source, points, content)
+    with new_folder(folder) as unfinished:
+        reported = receiver.reported(path_gains(settings, engine, points), content.seed)
+        metadata = {
+            "made_by": f"bisplat-wrf {version('bisplat-wrf')}",
+            "kind": "rssi",
+            "scene": scene.name,
+            "scene_file": "scene/scene.yaml",
+            "scene_sha256": scene_digest(scene),
+            "frequency_hz": scene.frequency,
+            "gateways": {name: _stated(gateway) for name, gateway in heard.items()},
+            "transmitter": {key: getattr(scene.transmitter, key) for key in ("pattern", "polarization", "orientation")},
+            "receiver": asdict(receiver) | {"seed": content.seed},
+            "positions": len(points),
+            "placement": how,
+            "positions_sha256": hashlib.sha256(points.tobytes()).hexdigest(),
+            **engine.metadata(settings[0]),
+            "seed": content.seed,
+            "versions": engine.versions(),
+        }
+        write_scene(scene, unfinished / "scene")
+        at = {name: gateway.position for name, gateway in heard.items()}
+        write_rssi_files(unfinished, points, at, reported, metadata, content.seed)
+        require_valid_powers(unfinished, folder)
+    return read_rssi(folder)
+
+
+def path_gains(
+    settings: Sequence[Setting], engine: Rays, positions: Float[np.ndarray, "K 3"]
+) -> Float[np.ndarray, "K G"]:
+    """The path gain 20 log10 ``|y|`` from each position to each gateway.
+
+    Args:
+        settings: scene, region and seed for each gateway, whose array has one element.
+        engine: traces the rays.
+        positions: transmitter positions, metres, world frame.
+
+    Returns:
+        Gains, dB; −∞ where there is no path.
+    """
+    gains = np.zeros((len(positions), len(settings)))
+    with progress_bar() as progress:
+        bar = progress.add_task("received powers", total=gains.size)
+        for number, setting in enumerate(settings):
+            tracer = engine.tracer(setting, progress)
+            for start in range(0, len(positions), AT_ONCE):
+                some = positions[start : start + AT_ONCE]
+                with np.errstate(divide="ignore"):
+                    gains[start : start + AT_ONCE, number] = 20 * np.log10(np.abs(tracer.responses(some)[:, 0]))
+                progress.advance(bar, len(some))
+    return gains
+
+
+def _alone(scene: Scene, gateway: Gateway) -> Scene:
+    """The scene with this gateway only."""
+    return replace(scene, gateway=gateway, further_gateways={})
+
+
+def _region(scene: Scene, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "2 3"]:
+    """A box around the scene's region and all positions, as for spectra."""
+    return bounding_box(np.vstack([scene.transmitter.region, positions]))
+
+
+def _positions(scene: Scene, content: RssiSimulation) -> tuple[Float[np.ndarray, "K 3"], str]:
+    """Transmitter positions, rounded as tx_pos.csv has them, and how they were chosen."""
+    given = content.positions
+    if given is None:
+        points = place(scene, content.placement, content.n, content.seed)
+        return points.round(6), f"{content.placement}, seed {content.seed}"
+    if isinstance(given, str | Path):
+        return read_positions(Path(given), scene).round(6), f"positions of {Path(given).name}"
+    return check_positions(given, scene).round(6), "given positions"
+
+
+def _stated(gateway: Gateway) -> dict[str, Any]:
+    return {key: getattr(gateway, key) for key in ("position", "orientation", "pattern", "polarization")}
+
+
+def _warn_of_far_places(
+    scene: Scene,
+    gateways: Mapping[str, Sequence[float]],
+    source: str,
+    positions: Float[np.ndarray, "K 3"],
+    content: RssiSimulation,
+) -> None:
+    """Warn of places far outside the scene, as when they are in millimetres."""
+    box = bounding_box(np.vstack([scene.bounds, scene.transmitter.region]))
+    places = {source: np.array(list(gateways.values()))}
+    if content.positions is not None:
+        named_file = isinstance(content.positions, str | Path)
+        places[str(content.positions) if named_file else "positions"] = positions
+    for origin, points in places.items():
+        warning = reach_warning(points, box, "the scene", "are they in metres, in the scene's frame?")
+        if warning is not None:
+            say(f"warning: {origin}: {warning}")
+
+
+def _say_assumptions(scene: Scene, gateways: Mapping[str, Gateway], receiver: PowerReceiver) -> None:
+    count = f"{len(gateways)} gateway{'s' if len(gateways) > 1 else ''} of one element"
+    steps = f"steps of {receiver.quantisation_db:g} dB" if receiver.quantisation_db else "no quantisation"
+    say(
+        f"{scene.name}: {count}, {scene.frequency / 1e6:g} MHz; transmitter of {receiver.tx_power_dbm:g} dBm, floor "
+        f"{receiver.floor_dbm:g} dBm, shadowing {receiver.shadowing_db:g} dB, {steps}"
+    )
+    upright = [name for name, gateway in gateways.items() if gateway.orientation == UPRIGHT]
+    if upright:
+        who = "all of them" if len(upright) == len(gateways) else ", ".join(upright[:5]) + ", …" * (len(upright) > 5)
+        say(f"gateways that look along world +x with +z up, which is the default: {who}")

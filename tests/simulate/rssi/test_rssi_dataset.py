@@ -1,0 +1,290 @@
+"""Folders of received powers: every byte of the format, and a sentence for each mistake."""
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import bisplat
+from scenes.files.errors import InputError
+from simulate.rssi.rssi_dataset import inspect_rssi
+from tests.corpus import ANY_FILE
+
+PLACES = np.array([[1.0, 2.0, 1.0], [4.0, 2.0, 1.0], [2.5, 0.25, 1.125], [3.0, 3.0, 1.0], [0.5, 1.5, 1.0]])
+POWERS = np.array([[-48.0, -61.25], [-60.0, np.nan], [-52.0, -100.0], [-70.0, -99.0], [np.nan, -0.00001]])
+GATEWAYS = {"door": (0.0, 0.0, 2.5), "7": (5.0, 0.0, 2.5)}
+
+
+@pytest.fixture
+def folder(tmp_path) -> Path:
+    """A valid folder."""
+    bisplat.write_rssi(tmp_path / "hall", PLACES, POWERS, GATEWAYS, "2.4 GHz", floor_dbm=-99)
+    return tmp_path / "hall"
+
+
+def test_files_are_those_of_nerf2_byte_by_byte(folder):
+    assert (folder / "tx_pos.csv").read_text() == (
+        "x,y,z\n1.000000,2.000000,1.000000\n4.000000,2.000000,1.000000\n2.500000,0.250000,1.125000\n"
+        "3.000000,3.000000,1.000000\n0.500000,1.500000,1.000000\n"
+    )
+    assert (folder / "gateway_rssi.csv").read_text() == "door,7\n-48,-61.25\n-60,-100\n-52,-100\n-70,-99\n-100,0\n"
+    assert (folder / "gateway_position.yml").read_text() == (
+        "door: [0.000000, 0.000000, 2.500000]\n'7': [5.000000, 0.000000, 2.500000]\n"
+    )
+    assert (folder / "train_index.txt").read_text() == "0\n1\n3\n"
+    assert (folder / "test_index.txt").read_text() == "2\n4\n"
+    assert {path.name for path in folder.iterdir()} == {
+        *("tx_pos.csv", "gateway_rssi.csv", "gateway_position.yml", "train_index.txt", "test_index.txt"),
+        "metadata.json",
+    }
+
+
+def test_what_is_written_is_what_is_read(folder):
+    read = bisplat.read_rssi(folder)
+    np.testing.assert_array_equal(read.positions, PLACES)
+    np.testing.assert_array_equal(read.rssi_dbm, [[-48, -61.25], [-60, np.nan], [-52, np.nan], [-70, -99], [np.nan, 0]])
+    assert read.gateway_names == list(GATEWAYS)
+    np.testing.assert_array_equal(read.gateway_positions, list(GATEWAYS.values()))
+    assert (read.floor_dbm, read.frequency.hertz, len(read)) == (-99, 2.4e9, 5)
+    assert repr(read) == f"RssiDataset({str(folder)!r}: 5 positions, 2 gateways, 2400 MHz)"
+    assert sorted([*read.train, *read.test]) == [0, 1, 2, 3, 4]
+
+
+def test_a_foreign_folder_needs_neither_metadata_nor_index_files(folder):
+    for name in ("metadata.json", "train_index.txt", "test_index.txt"):
+        (folder / name).unlink()
+    read = bisplat.read_rssi(folder)
+    assert read.frequency is None and read.floor_dbm == -100 and len(read.train) == len(read.test) == 0
+    assert "frequency not stated" in repr(read)
+
+
+def test_gateways_go_by_their_names(folder):
+    lines = (folder / "gateway_position.yml").read_text().splitlines()
+    (folder / "gateway_position.yml").write_text("\n".join(lines[::-1]) + "\n")
+    found = inspect_rssi(folder)
+    np.testing.assert_array_equal(found.dataset.gateway_positions, list(GATEWAYS.values()))
+    assert "another order" in found.warnings[0] and "NeRF²" in found.warnings[0]
+
+
+HEAD = "door,7\n"
+ROWS = "-48,-61\n-60,-100\n-52,-100\n-70,-99\n-100,-40\n"
+
+MISTAKES = {
+    "semicolons": ("gateway_rssi.csv", (HEAD + ROWS).replace(",", ";"), "separated by commas, found semicolons"),
+    "tabs": ("gateway_rssi.csv", (HEAD + ROWS).replace(",", "\t"), "separated by commas, found tabs"),
+    "decimal commas": (
+        "gateway_rssi.csv",
+        HEAD + "-48,5,-61,5\n",
+        r"position 1 \(line 2\): expected a power for each of the 2 gateways, found 4 numbers; decimals need a point",
+    ),
+    "a column too few": ("gateway_rssi.csv", HEAD + ROWS + "-3\n", r"position 6 \(line 7\): .* found 1 numbers"),
+    "a row too many": (
+        "gateway_rssi.csv",
+        HEAD + ROWS + "-3,-4\n",
+        "a row for each of the 5 positions .* found 6 rows",
+    ),
+    "an empty line": ("gateway_rssi.csv", HEAD + "\n" + ROWS, "found an empty line"),
+    "no rows": ("gateway_rssi.csv", HEAD, "expected at least one row of powers after the header"),
+    "no header": ("gateway_rssi.csv", ROWS, "line 1: expected a header with the name of each gateway, found '-48,-61'"),
+    "an empty cell": ("gateway_rssi.csv", HEAD + "-48,\n" + ROWS[8:], 'position 1 .*, "7": .* -100 where nothing was'),
+    "nan": ("gateway_rssi.csv", HEAD + "nan,-1\n" + ROWS[8:], "expected a power in dBm, .* found 'nan'"),
+    "a word": ("gateway_rssi.csv", HEAD + "-48 dBm,-1\n" + ROWS[8:], "found '-48 dBm'"),
+    "milliwatts": (
+        "gateway_rssi.csv",
+        HEAD + "1e-5,2e-6\n" * 5,
+        "found 2e-06 to 1e-05, which look like linear powers: take 10 log10 of milliwatts",
+    ),
+    "no minus sign": ("gateway_rssi.csv", HEAD + "48,61\n" * 5, "found 48 to 61, all positive: is the minus sign"),
+    "too strong": (
+        "gateway_rssi.csv",
+        HEAD + ROWS.replace("-40", "75"),
+        r"at most 60 dBm, found 75 at position 4, gat",
+    ),
+    "100 where nothing was received": (
+        "gateway_rssi.csv",
+        HEAD + ROWS.replace("-40", "100"),
+        "found 100 at position 4, gateway 1; if it means that nothing was received, put -100 there",
+    ),
+    "twice the same gateway": ("gateway_rssi.csv", "door,door\n" + ROWS, '"door" more than once'),
+    "another gateway": (
+        "gateway_rssi.csv",
+        "door,window\n" + ROWS,
+        r"gateway_position.yml: .* found none of \"window\"",
+    ),
+    "a gateway too many": ("gateway_rssi.csv", "door\n" + "-48\n" * 5, r"gateway_rssi.csv: .* found none of \"7\""),
+    "a list of gateways": (
+        "gateway_position.yml",
+        "- [0, 0, 1]\n",
+        "the position .* of each gateway by its name, found",
+    ),
+    "two coordinates": ("gateway_position.yml", "door: [0, 0]\n'7': [1, 1, 1]\n", 'door": expected a list of 3'),
+    "far away": ("gateway_position.yml", "door: [0, 0, 1e9]\n'7': [1, 1, 1]\n", 'door"'),
+    "positions in another order": ("tx_pos.csv", "y,x,z\n1,2,3\n", "expected the header x,y,z"),
+    "a position too few": ("tx_pos.csv", "x,y,z\n1,2,3\n", "a row for each of the 1 positions of tx_pos.csv, found 5"),
+    "numbered from 1": ("test_index.txt", "3\n5\n", r"row 2: .* from 0 to 4, found '5'; the first position has the nu"),
+    "names of pictures": ("test_index.txt", "00002.png\n", "row 1: expected a whole number from 0 to 4"),
+    "pairs": ("test_index.txt", "2 0\n3 1\n", "row 1: expected a whole number from 0 to 4, found '2 0'"),
+    "no test": ("test_index.txt", "", "found an empty file"),
+    "in both": ("test_index.txt", "0\n2\n", "not in train_index.txt, found 0 in both"),
+    "a floor in watts": ("metadata.json", '{"receiver": {"floor_dbm": "low"}}', "floor_dbm: expected a number"),
+    "a floor below the mark": ("metadata.json", '{"receiver": {"floor_dbm": -120}}', "floor_dbm: .* at least -100"),
+    "no frequency": ("metadata.json", '{"frequency_hz": 2.4}', "frequency_hz: expected hertz"),
+}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_mistake_is_refused_in_one_sentence(mistake, folder):
+    name, content, sentence = MISTAKES[mistake]
+    (folder / name).write_text(content)
+    with pytest.raises(InputError, match=sentence) as refused:
+        bisplat.read_rssi(folder)
+    assert "\n" not in str(refused.value) and str(refused.value).startswith(str(folder))
+
+
+@pytest.mark.parametrize("name", ["tx_pos.csv", "gateway_position.yml", "gateway_rssi.csv", "train_index.txt"])
+@pytest.mark.parametrize("kind", ANY_FILE)
+def test_what_is_no_file_is_refused(name, kind, folder):
+    make, _ = ANY_FILE[kind]
+    (folder / name).unlink()
+    make(folder / name)
+    with pytest.raises(InputError, match="expected"):
+        bisplat.read_rssi(folder)
+
+
+def test_other_folders_are_refused(tmp_path, folder):
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputError, match=r"expected received powers \(gateway_rssi.csv\), found no such file"):
+        bisplat.read_rssi(tmp_path / "empty")
+    with pytest.raises(InputError, match="found nothing there"):
+        bisplat.read_rssi(tmp_path / "nowhere")
+    with pytest.raises(InputError, match=r"expected a dataset of spectra, found received powers \(RSSI\)"):
+        bisplat.read_dataset(folder)
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"rssi_dbm": POWERS.T}, "rssi_dbm: expected powers of 5 positions × 2 gateways, found 2 × 5: transpose"),
+        ({"rssi_dbm": 10 ** (POWERS / 10)}, "rssi_dbm: .* which look like linear powers|rssi_dbm: expected"),
+        ({"rssi_dbm": -POWERS}, "rssi_dbm: .* all positive: is the minus sign missing"),
+        ({"rssi_dbm": POWERS + 120}, "rssi_dbm: expected powers of at most 60 dBm|all positive"),
+        ({"rssi_dbm": np.where(np.isnan(POWERS), np.inf, POWERS)}, "rssi_dbm: expected finite powers, or NaN"),
+        ({"rssi_dbm": POWERS * 1j}, "rssi_dbm: .* found complex128 numbers"),
+        ({"positions": PLACES[:4]}, r"rssi_dbm: expected powers of 4 positions × 2 gateways, found shape \(5, 2\)"),
+        ({"gateways": {"door": (0, 0, 2)}}, r"rssi_dbm: expected powers of 5 positions × 1 gateways"),
+        ({"gateways": {"door": (0, 0), "7": (1, 1, 1)}}, 'gateways: expected a position x, y, z of "door"'),
+        ({"gateways": {" ": (0, 0, 1), "7": (1, 1, 1)}}, "gateways: expected a gateway's name"),
+        ({"gateways": [(0, 0, 2), (1, 1, 1)]}, "gateways: expected the position of each gateway by its name"),
+        ({"frequency": 2.4}, "frequency: expected hertz"),
+        ({"floor_dbm": -120}, "floor_dbm: expected a power in dBm from -100 to 60, found -120"),
+    ],
+)
+def test_wrong_arguments_write_nothing(changed, message, tmp_path):
+    given = {"positions": PLACES, "rssi_dbm": POWERS, "gateways": GATEWAYS, "frequency": 2.4e9} | changed
+    with pytest.raises(InputError, match=message):
+        bisplat.write_rssi(tmp_path / "hall", **given)
+    assert not (tmp_path / "hall").exists()
+
+
+def test_powers_at_the_mark_count_as_not_received(tmp_path, capsys):
+    made = bisplat.write_rssi(tmp_path / "x", PLACES[:2], [[-100.0, -50], [-103, -60]], GATEWAYS, 2.4e9)
+    assert np.isnan(made.rssi_dbm[:, 0]).all()
+    assert "2 powers of -100 dBm or less count as not received" in capsys.readouterr().err
+
+
+def test_check_describes_the_folder(folder, capsys):
+    done = subprocess.run([sys.executable, "-m", "bisplat", "check", folder], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    for words in (
+        "received powers (RSSI): 5 positions × 2 gateways",
+        "door [0.0, 0.0, 2.5], 7 [5.0, 0.0, 2.5]",
+        "2.4 GHz (metadata.json)",
+        "-99 dBm (metadata.json)",
+        "30.0% of the powers",
+        "-99 to 0, median -60",
+    ):
+        assert words in done.stdout
+    found = json.loads(
+        subprocess.run(
+            [sys.executable, "-m", "bisplat", "check", folder, "--json"], capture_output=True, text=True
+        ).stdout
+    )
+    assert (found["kind"], found["positions"], found["gateways"]) == ("rssi", 5, ["door", "7"])
+    assert (found["weakest_dbm"], found["strongest_dbm"], found["not_received"]) == (-99, 0, 0.3)
+
+
+def test_check_tells_the_exponent_of_the_distance(tmp_path):
+    places = np.random.default_rng(0).uniform((1, 1, 0), (9, 9, 2), (60, 3))
+    distance = np.linalg.norm(places[:, None] - np.array(list(GATEWAYS.values())), axis=-1)
+    bisplat.write_rssi(tmp_path / "x", places, -30 - 25 * np.log10(distance), GATEWAYS, 2.4e9)
+    found = bisplat.check(tmp_path / "x")
+    assert found.warnings == [] and found.figures()["distance_exponent"] == pytest.approx(2.5, abs=1e-3)
+    assert "exponent 2.5 (median of 2 gateways; free space has 2), 0.0 dB" in found.description()["distance law"]
+
+
+@pytest.mark.parametrize(
+    ("change", "warning"),
+    [
+        (lambda places, powers: (1000 * places, powers), "above those of free space at 2400 MHz .* in metres"),
+        (lambda places, powers: (places, -130 - powers), "rise with the distance"),
+        (lambda places, powers: (places, powers * [1, np.nan]), "gateway 7 received nothing"),
+        (lambda places, powers: (places, powers * np.nan), "no gateway has received anything"),
+        (lambda places, powers: (places, powers * 0 - 50), "gateways door, 7 received the same power from everywhere"),
+        (lambda places, powers: (places, powers + 40), "lie above 0 dBm, which NeRF² reads as amplitudes above 1"),
+        (lambda places, powers: (places, np.where(np.arange(60)[:, None] < 3, np.nan, powers)), "3 of 60 positions"),
+    ],
+)
+def test_check_warns_of_oddities(change, warning, tmp_path):
+    generator = np.random.default_rng(0)
+    places = generator.uniform((1, 1, 0), (9, 9, 2), (60, 3))
+    distance = np.linalg.norm(places[:, None] - np.array(list(GATEWAYS.values())), axis=-1)
+    powers = -20 - 30 * np.log10(distance)
+    places, powers = change(places, powers)
+    bisplat.write_rssi(tmp_path / "x", places, powers, GATEWAYS, 2.4e9)
+    assert re.search(warning, "\n".join(bisplat.check(tmp_path / "x").warnings))
+
+
+def test_powers_weaker_than_the_mark_are_kept_and_named(folder):
+    (folder / "gateway_rssi.csv").write_text(HEAD + ROWS.replace("-99", "-104"))
+    assert np.nanmin(bisplat.read_rssi(folder).rssi_dbm) == -104
+    assert "1 of 7 powers lie below -100 dBm" in bisplat.check(folder).warnings[0]
+
+
+def test_hdf5_has_all(folder, tmp_path):
+    import h5py
+
+    bisplat.export_hdf5(folder, tmp_path / "hall.h5")
+    read = bisplat.read_rssi(folder)
+    with h5py.File(tmp_path / "hall.h5") as file:
+        np.testing.assert_array_equal(file["rssi_dbm"], read.rssi_dbm)
+        np.testing.assert_array_equal(file["gateway_positions_m"], read.gateway_positions)
+        assert [name.decode() for name in file["gateway_names"]] == read.gateway_names
+        assert (file.attrs["floor_dbm"], file.attrs["frequency_hz"]) == (-99, 2.4e9)
+        assert list(file["test_index"]) == list(read.test)
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        *("train hall -o out", "compare hall -o out --models nearest", "convert hall -o out", "responses hall"),
+        *("simulate hall -o out", "export hall --deepmimo out", "view hall", "engines hall -o out"),
+        *("calibrate closet hall -o out", "check hall --split random"),
+    ],
+)
+def test_other_commands_say_what_the_folder_is(command, folder, monkeypatch, capsys):
+    from bisplat.__main__ import main
+
+    monkeypatch.chdir(folder.parent)
+    monkeypatch.setattr(sys, "argv", ["bisplat", *command.split()])
+    with pytest.raises(SystemExit):
+        main()
+    printed = capsys.readouterr()
+    assert re.fullmatch(  # train makes the path absolute
+        r"bisplat: \S*hall: expected a dataset of spectra, found received powers \(RSSI\); bisplat check .* them\n",
+        printed.err,
+    )
+    assert not Path("out").exists()

@@ -1,0 +1,188 @@
+"""Simulated received powers against closed forms and against the responses of spectra."""
+
+import dataclasses
+import json
+import sys
+
+import numpy as np
+import pytest
+
+import bisplat
+from bisplat.__main__ import main
+from scenes.files.errors import InputError
+from scenes.scene.description import SPEED_OF_LIGHT
+from simulate.rssi.gateways_file import read_gateways
+from tests.small_scene import small_scene
+
+SIGHT = bisplat.Propagation(max_depth=0)
+ROOM = bisplat.Propagation(max_depth=1, diffraction=False, rays=5_000)
+GATEWAYS = {"north": (0.0, 2.0, 1.5), "south": (0.5, -2.0, 2.0)}
+PLACES = np.array([[2.0, 0.0, 1.2], [2.5, 0.3, 1.4], [2.9, -0.4, 1.1], [2.2, 0.5, 1.5]])
+
+
+def test_free_space_is_that_of_friis(tmp_path):
+    scene = small_scene()
+    made = bisplat.simulate_rssi(
+        scene, tmp_path / "x", GATEWAYS, positions=PLACES, propagation=SIGHT, tx_power_dbm=17, quantisation_db=0
+    )
+    friis = 17 + 20 * np.log10(scene.wavelength / (4 * np.pi * made.distances))
+    np.testing.assert_allclose(made.rssi_dbm, friis, atol=2e-4)
+    assert made.frequency.wavelength == pytest.approx(SPEED_OF_LIGHT / 915e6)
+
+
+def test_a_gateway_receives_what_one_element_of_simulate_does(tmp_path):
+    turned = bisplat.Gateway((0, 2, 1.5), bisplat.facing((1, -1, 0.2)), pattern="tr38901")
+    made = bisplat.simulate_rssi(
+        small_scene(), tmp_path / "x", {"a": turned}, positions=PLACES, propagation=ROOM, quantisation_db=0, seed=3
+    )
+    alone = dataclasses.replace(small_scene(), gateway=dataclasses.replace(turned, rows=1, columns=1))
+    spectra = bisplat.simulate(alone, tmp_path / "y", positions=PLACES, propagation=ROOM, seed=3)
+    np.testing.assert_allclose(made.rssi_dbm, 20 * np.log10(np.abs(spectra.responses)), atol=1e-3)
+    np.testing.assert_array_equal(made.positions, spectra.positions)
+
+
+def test_a_dipole_hears_nothing_along_its_axis(tmp_path):
+    """The second is turned by −90° about z, so that its y axis, the dipole's, is along the line to the transmitter."""
+    along = bisplat.Gateway((0, 0, 1.5), (0.5, 0.5, 0.5, 0.5), pattern="dipole")
+    axis = np.array([[3.0, 0.0, 1.5], [2.0, 0.0, 1.5]])
+    lying = dataclasses.replace(along, orientation=(0, 0, -(0.5**0.5), 0.5**0.5))
+    made = bisplat.simulate_rssi(
+        small_scene(),
+        tmp_path / "x",
+        {"up": along, "lying": lying},
+        positions=axis,
+        propagation=SIGHT,
+        quantisation_db=0,
+    )
+    upright = 20 * np.log10(small_scene().wavelength / (4 * np.pi * made.distances[:, 0])) + 10 * np.log10(1.5)
+    np.testing.assert_allclose(made.rssi_dbm[:, 0], upright, atol=1e-3)
+    assert np.isnan(made.rssi_dbm[:, 1]).all()
+
+
+def test_the_folder_states_how_it_was_made_and_is_the_same_again(tmp_path, capsys):
+    options = {"n": 10, "propagation": ROOM, "shadowing_db": 3, "floor_dbm": -60, "placement": "grid"}
+    first = bisplat.simulate_rssi(small_scene(), tmp_path / "x", GATEWAYS, **options)
+    said = capsys.readouterr().err
+    assert "2 gateways of one element, 915 MHz; transmitter of 0 dBm, floor -60 dBm, shadowing 3 dB, steps of 1" in said
+    assert "look along world +x with +z up, which is the default: all of them" in said
+    bisplat.simulate_rssi(small_scene(), tmp_path / "y", GATEWAYS, **options)
+    for path in sorted((tmp_path / "x").rglob("*")):
+        if path.is_file():
+            assert path.read_bytes() == (tmp_path / "y" / path.relative_to(tmp_path / "x")).read_bytes()
+    stated = first.metadata
+    assert stated["receiver"] == {
+        "tx_power_dbm": 0.0, "floor_dbm": -60, "shadowing_db": 3, "quantisation_db": 1.0, "seed": 0,
+    }  # fmt: skip
+    assert stated["gateways"]["south"]["position"] == [0.5, -2.0, 2.0]
+    assert stated["placement"] == "grid, seed 0" and stated["propagation"]["max_depth"] == 1
+    assert bisplat.load_scene(tmp_path / "x" / "scene" / "scene.yaml").objects == small_scene().objects
+    assert first.floor_dbm == -60 and bisplat.check(tmp_path / "x").valid
+
+
+def test_a_strong_transmitter_may_be_positive_everywhere(tmp_path):
+    made = bisplat.simulate_rssi(
+        small_scene(), tmp_path / "x", GATEWAYS, positions=PLACES, propagation=SIGHT, tx_power_dbm=60
+    )
+    assert made.rssi_dbm.min() > 0
+
+
+def test_one_position_has_no_index_files(tmp_path):
+    made = bisplat.simulate_rssi(small_scene(), tmp_path / "x", GATEWAYS, n=2, placement="grid", propagation=SIGHT)
+    assert len(made) == 1 and not (tmp_path / "x" / "train_index.txt").exists()
+
+
+def test_places_far_outside_the_scene_are_warned_of(tmp_path, capsys):
+    far = {"near": (0.0, 2.0, 1.5), "in millimetres": (500.0, -2000.0, 2000.0)}
+    bisplat.simulate_rssi(small_scene(), tmp_path / "x", far, positions=PLACES, propagation=SIGHT)
+    said = capsys.readouterr().err
+    assert "warning: gateways: 1 of 2 positions is far outside the box around the scene" in said
+    assert "are they in metres" in said and "warning: positions" not in said
+
+
+def test_the_seed_is_that_of_the_shadowing(tmp_path):
+    one, two = (
+        bisplat.simulate_rssi(
+            small_scene(),
+            tmp_path / f"{seed}",
+            GATEWAYS,
+            positions=PLACES,
+            propagation=SIGHT,
+            shadowing_db=5,
+            seed=seed,
+        )
+        for seed in (0, 1)
+    )
+    assert (one.rssi_dbm != two.rssi_dbm).any()
+
+
+def test_an_interrupted_simulation_leaves_nothing(tmp_path, monkeypatch):
+    def interrupted(*arguments):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("simulate.rssi.rssi_simulation.write_rssi_files", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        bisplat.simulate_rssi(small_scene(), tmp_path / "x", GATEWAYS, positions=PLACES, propagation=SIGHT)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_nothing_is_overwritten(tmp_path):
+    (tmp_path / "x").mkdir()
+    (tmp_path / "x" / "notes.txt").write_text("mine")
+    with pytest.raises(InputError, match="expected a new folder, found other files"):
+        bisplat.simulate_rssi(small_scene(), tmp_path / "x", GATEWAYS, positions=PLACES, propagation=SIGHT)
+    assert [path.name for path in (tmp_path / "x").iterdir()] == ["notes.txt"]
+
+
+FILES = {
+    "positions alone": ("door: [0, 0, 2]\n", None),
+    "all keys": ("door: {position: [0, 0, 2], boresight: [0, 1, 0], pattern: dipole, polarization: H}\n", None),
+    "a list": ("- [0, 0, 2]\n", "expected the gateways by name"),
+    "empty": ("", "expected the gateways by name, .*, found nothing"),
+    "two directions": (
+        "door: {position: [0, 0, 2], boresight: [0, 1, 0], orientation: [0, 0, 0, 1]}",
+        'file.yml: "door": expected orientation or boresight, found both',
+    ),
+    "unknown key": ("door: {position: [0, 0, 2], height: 2}", '"door": expected a known key, found .height'),
+    "no position": ("door: {pattern: iso}", '"door": expected the key position, found none'),
+    "no direction": ("door: {position: [0, 0, 2], boresight: [0, 0, 0]}", '"door": boresight: expected a direction'),
+    "two coordinates": ("door: [0, 2]\n", '"door": position: expected a list of 3'),
+    "unknown pattern": ("door: {position: [0, 0, 2], pattern: dipol}", '"door": unknown gateway.pattern .*"dipole"'),
+    "inside an object": ("door: [0, 0, 0]\n", '"door": '),
+    "a long name": (f"{'x' * 101}: [0, 0, 2]\n", "expected a gateway's name of 1 to 100 printable characters"),
+}
+
+
+@pytest.mark.parametrize("case", FILES)
+def test_gateways_from_a_file(case, tmp_path):
+    content, sentence = FILES[case]
+    (tmp_path / "file.yml").write_text(content)
+    call = (small_scene(), tmp_path / "x", tmp_path / "file.yml")
+    if sentence is None:
+        read = read_gateways(tmp_path / "file.yml")["door"]
+        assert (read.rows, read.columns, read.position) == (1, 1, (0, 0, 2))
+        np.testing.assert_allclose(read.boresight, [1, 0, 0] if case == "positions alone" else [0, 1, 0], atol=1e-9)
+        bisplat.simulate_rssi(*call, positions=PLACES, propagation=SIGHT)
+        return
+    with pytest.raises(InputError, match=sentence):
+        bisplat.simulate_rssi(*call, positions=PLACES, propagation=SIGHT)
+    assert not (tmp_path / "x").exists()
+
+
+def test_the_command_makes_what_the_function_does(tmp_path, monkeypatch, capsys):
+    bisplat.write_scene(small_scene(), tmp_path / "room")
+    (tmp_path / "gateways.yml").write_text("north: [0, 2, 1.5]\nsouth: [0.5, -2, 2.0]\n")
+    (tmp_path / "places.csv").write_text("x,y,z\n" + "".join(f"{x},{y},{z}\n" for x, y, z in PLACES))
+    monkeypatch.chdir(tmp_path)
+    call = "rssi room/scene.yaml -o hall --gateways gateways.yml --positions places.csv --max-depth 0 --tx-power -3"
+    monkeypatch.setattr(
+        sys, "argv", ["bisplat", *call.split(), "--floor", "-90", "--quantisation", "0.5", "--seed", "2"]
+    )
+    main()
+    assert capsys.readouterr().out == "4 positions, 2 gateways: hall\n"
+    expected = bisplat.simulate_rssi(
+        small_scene(), "there", GATEWAYS, positions=PLACES, propagation=SIGHT, tx_power_dbm=-3.0, floor_dbm=-90.0,
+        quantisation_db=0.5, seed=2,
+    )  # fmt: skip
+    np.testing.assert_array_equal(bisplat.read_rssi("hall").rssi_dbm, expected.rssi_dbm)
+    named = json.loads((tmp_path / "hall" / "metadata.json").read_text())
+    assert named["placement"] == "positions of places.csv"
