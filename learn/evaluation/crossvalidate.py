@@ -29,7 +29,7 @@ from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import Dataset
-from simulate.dataset.moving import require_moving_transmitter
+from simulate.dataset.fixed_array import require_fixed_array
 from simulate.engines.engine import Engine, Machines, ResponseSource, Setting
 from simulate.engines.engine_table import engine_class, engine_of
 from simulate.engines.fullwave_engine import FullWave
@@ -240,7 +240,7 @@ def seen_by(dataset: Dataset, scene: Scene) -> Scene:
     Raises:
         InputError: no gateway of the scene has the position and the orientation of the dataset's gateway.
     """
-    require_moving_transmitter(dataset, "fresh simulation in its scene")
+    require_fixed_array(dataset, "fresh simulation in its scene")
     for scene_of_gateway in scene.by_gateway().values():
         gateway = scene_of_gateway.gateway
         distance = np.linalg.norm(np.subtract(gateway.position, dataset.gateway_position))

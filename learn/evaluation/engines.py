@@ -15,7 +15,7 @@ from scenes.files.errors import InputError, require_whole
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import read_scene
 from simulate.dataset.dataset_folder import Dataset, read_dataset
-from simulate.dataset.moving import require_moving_transmitter
+from simulate.dataset.fixed_array import require_fixed_array
 from simulate.positions.given_positions import MOST_POSITIONS
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.expected_correlation import (
@@ -87,7 +87,7 @@ def compare_engines(folder: Path | str, propagation: Propagation, positions: int
     """
     require_whole(1, MOST_POSITIONS, positions=positions)
     dataset = read_dataset(folder)
-    require_moving_transmitter(dataset, "the comparison of engines")
+    require_fixed_array(dataset, "the comparison of engines")
     scene = scene_for_rays(dataset)
     from simulate.rays.tracer import Tracer
 

@@ -32,7 +32,7 @@ from scenes.scene.tolerances import Tolerances
 from scenes.scene.unknowns import OF_MATERIALS, Unknown, unknowns
 from scenes.storage.scene_yaml import load_scene, write_scene
 from simulate.dataset.dataset_folder import Dataset, read_dataset
-from simulate.dataset.moving import require_moving_transmitter
+from simulate.dataset.fixed_array import require_fixed_array
 from simulate.positions.given_positions import MOST_POSITIONS, reach_warning
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.array import PlanarArray
@@ -140,7 +140,7 @@ def calibrate_by(
             tolerances are 0; all spectra have one grey level; or no path reaches any of their positions.
         ParameterError: diffuse reflection is to be followed.
     """
-    require_moving_transmitter(dataset, "the correction of a scene")
+    require_fixed_array(dataset, "the correction of a scene")
     if propagation.diffuse:
         raise ParameterError("diffuse", "expected no diffuse reflection (its phases are random), found some")
     if scene.further_gateways:
