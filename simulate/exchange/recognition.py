@@ -16,6 +16,7 @@ from jaxtyping import Complex, Float
 from scenes.files.errors import InputError, shown
 from scenes.importing.lengths import METRES
 from simulate.exchange.array_files import Arrays
+from simulate.exchange.recorded_rows import complete_rows, one_way, rows_of_frequency
 from simulate.exchange.recording import Recording
 
 POSITIONS = (
@@ -60,13 +61,14 @@ class Found:
     said: list[str] = field(default_factory=list)
 
 
-def recognise(arrays: Arrays, recording: Recording, elements: int) -> Found:
+def recognise(arrays: Arrays, recording: Recording, elements: int, hertz: float) -> Found:
     """Find the positions and the responses.
 
     Args:
         arrays: all arrays of the recording's files.
         recording: how to read them.
         elements: number of elements of the receiving array.
+        hertz: the frequency. Rows of others are left out, and so are rows that lack a response at some element.
 
     Raises:
         InputError: they are not there, cannot be told, or do not fit each other.
@@ -74,7 +76,12 @@ def recognise(arrays: Arrays, recording: Recording, elements: int) -> Found:
     said: list[str] = []
     arrays = {name: np.squeeze(each) if each.ndim > 2 else each for name, each in arrays.items()}
     places = _positions(arrays, recording, said)
-    return Found(places, _responses(arrays, recording, len(places), elements, said), said)
+    responses = _responses(arrays, recording, len(places), elements, said)
+    kept = rows_of_frequency(arrays, len(places), hertz, said)
+    places, responses = places[kept], responses[kept]
+    complete = complete_rows(responses, said)
+    places, responses = places[complete], responses[complete]
+    return Found(places, one_way(responses, said) if recording.round_trip else responses, said)
 
 
 def _positions(arrays: Arrays, recording: Recording, said: list[str]) -> Float[np.ndarray, "K 3"]:
@@ -94,11 +101,16 @@ def _positions(arrays: Arrays, recording: Recording, said: list[str]) -> Float[n
             name, found = ", ".join(names), np.stack([arrays[each] for each in names], axis=1)
             stated = units.pop() if len(units) == 1 else None
         else:
-            name = _one_of(arrays, POSITIONS, _could_be_positions, "positions", "of K × 3 real numbers")
+            flat = [each for each in arrays if _is_named(each, POSITIONS) and _is_flat(arrays[each])]
+            name = flat[0] if len(flat) == 1 else ""
+            name = name or _one_of(arrays, POSITIONS, _could_be_positions, "positions", "of K × 3 real numbers")
             found = arrays[name]
     if found.ndim == 2 and found.shape[0] == 3 and found.shape[1] != 3:
         said.append(f"transposed {name}, which has 3 rows")
         found = found.T
+    if _is_flat(found):
+        said.append(f"took the height 0 for all positions, since {name} has x and y alone")
+        found = np.column_stack([found, np.zeros(len(found))])
     if found.ndim != 2 or found.shape[1] != 3 or np.iscomplexobj(found):
         raise InputError(f"{name}: expected positions, K × 3 real numbers, found shape {found.shape}")
     if stated and unit and stated != unit:
@@ -168,6 +180,15 @@ def _could_be_positions(each: np.ndarray) -> bool:
     return not np.iscomplexobj(each) and each.ndim == 2 and 3 in each.shape
 
 
+def _is_flat(each: np.ndarray) -> bool:
+    """Whether these are positions in a plane, x and y."""
+    return not np.iscomplexobj(each) and each.ndim == 2 and each.shape[1] == 2 and len(each) > 3
+
+
+def _is_named(name: str, usual: tuple[str, ...]) -> bool:
+    return name.lower().rpartition("/")[2] in usual
+
+
 def _named(arrays: Arrays, name: str) -> np.ndarray:
     if name not in arrays:
         raise InputError(f"expected an array {shown(name)}, found {_listed(arrays)}")
@@ -177,7 +198,7 @@ def _named(arrays: Arrays, name: str) -> np.ndarray:
 def _one_of(arrays: Arrays, usual: tuple[str, ...], fits: Callable[[np.ndarray], bool], what: str, shape: str) -> str:
     """The name of the array that has a usual name, or is the only one of its kind."""
     candidates = [name for name, each in arrays.items() if fits(each)]
-    named = [name for name in candidates if name.lower().rpartition("/")[2] in usual]
+    named = [name for name in candidates if _is_named(name, usual)]
     chosen = named if len(named) == 1 else candidates
     if len(chosen) == 1:
         return chosen[0]

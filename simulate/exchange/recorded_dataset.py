@@ -9,6 +9,7 @@ from scenes.files.errors import InputError
 from scenes.files.output_folder import new_folder
 from scenes.scene.description import Gateway
 from scenes.scene.frequency import read_frequency
+from simulate.dataset.phases import Phases
 from simulate.exchange.array_files import Arrays, read_arrays
 from simulate.exchange.element_order import Told, told_by_sight
 from simulate.exchange.given_responses import fill_dataset, own_responses
@@ -43,8 +44,10 @@ def record(
         ParameterError: an option has an invalid value.
     """
     array, hertz = PlanarArray.of(gateway), read_frequency(frequency)
+    # The root of a response is known up to its sign.
+    phases: Phases = "per-position" if recording.round_trip else recording.phases
     with new_folder(output) as unfinished:
-        found = recognise(_together(files), recording, array.elements)
+        found = recognise(_together(files), recording, array.elements, hertz)
         stated = recording.columns_first, recording.conjugate
         positions, values = (
             check_points(found.positions),
@@ -52,7 +55,7 @@ def record(
         )
         told = told_by_sight(values, positions, gateway, array, *stated)
         values = told.order.read(values, array)
-        fill_dataset(unfinished, output, positions, values, gateway, hertz, AngularGrid(), recording.phases)
+        fill_dataset(unfinished, output, positions, values, gateway, hertz, AngularGrid(), phases)
     return [*found.said, _of_order(told, None in stated)]
 
 

@@ -22,6 +22,8 @@ class Recording:
         conjugate: the phase rises with the distance (default: as transmitters in sight tell).
         phases: common: phases of different positions can be compared. per-position: each position has an unknown phase
             of its own.
+        round_trip: the responses are those of a tag that the same antenna reads, so they are squares of the one-way
+            field. Their roots are taken.
     """
 
     positions: str | None = None
@@ -30,3 +32,4 @@ class Recording:
     columns_first: bool | None = None
     conjugate: bool | None = None
     phases: Phases = "common"
+    round_trip: bool = False

@@ -158,6 +158,7 @@ TRIALS: dict[str, list[Trial]] = {
                 ("-o out2", "-o out"),
                 *("--gateway 1 0 1", "--boresight 0 1 0", "--positions elsewhere", "--responses other", "--unit ft"),
                 *("--columns-first True", "--conjugate True", "--phases per-position"),
+                "--round-trip",
             ],
         ),
     ],

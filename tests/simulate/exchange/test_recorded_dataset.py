@@ -18,9 +18,9 @@ WAVELENGTH = SPEED_OF_LIGHT / 2.4e9
 PLACES = np.random.default_rng(0).uniform([1.5, -4, -1], [4, 4, 4], (40, 3)).round(3)
 
 
-def in_free_space() -> np.ndarray:
+def in_free_space(gateway: Gateway = GATEWAY) -> np.ndarray:
     """Responses to transmitters in sight of the array."""
-    distance = np.linalg.norm(PLACES[:, None] - element_positions(GATEWAY, WAVELENGTH), axis=-1)
+    distance = np.linalg.norm(PLACES[:, None] - element_positions(gateway, WAVELENGTH), axis=-1)
     return np.exp(-2j * np.pi * distance / WAVELENGTH) / distance
 
 
@@ -28,10 +28,17 @@ RIGHT = in_free_space()
 COLUMNS_FIRST = RIGHT.reshape(-1, 3, 5).swapaxes(1, 2).reshape(-1, 15)
 
 
-def recorded(folder: Path, recording: Recording = Recording(), **arrays: np.ndarray) -> tuple[bisplat.Dataset, str]:
+TRACK = Gateway((0.5, 0.0, 1.5), facing((1, 0, 0)), rows=1, columns=15, spacing=0.1)
+"""An antenna that moves along a track in small steps."""
+
+
+def recorded(
+    folder: Path, recording: Recording = Recording(), gateway: Gateway = GATEWAY, **arrays: np.ndarray
+) -> tuple[bisplat.Dataset, str]:
+    out = folder / f"out{len(list(folder.iterdir()))}"
     np.savez(folder / "log.npz", **arrays)
-    said = record([folder / "log.npz"], folder / "out", GATEWAY, "2.4 GHz", recording)
-    return bisplat.read_dataset(folder / "out"), "\n".join(said)
+    said = record([folder / "log.npz"], out, gateway, "2.4 GHz", recording)
+    return bisplat.read_dataset(out), "\n".join(said)
 
 
 def same(made: bisplat.Dataset) -> bool:
@@ -119,3 +126,43 @@ def test_what_is_not_told_is_a_sentence(tmp_path, recording, arrays, message):
     with pytest.raises(InputError, match=message):
         recorded(tmp_path, recording, **arrays)
     assert not (tmp_path / "out").exists()
+
+
+def test_tag_that_the_same_antenna_reads(tmp_path):
+    """The root is known up to a sign at each position."""
+    field = in_free_space(TRACK)
+    made, said = recorded(tmp_path, Recording(round_trip=True), TRACK, pos=PLACES, H=field**2)
+    signs = np.sign((made.retrieved / field).real)
+    assert "took the roots of the responses" in said and "the sign of the root may be wrong" not in said
+    assert made.responses is None and made.metadata["phases"] == "per-position"
+    assert (signs == signs[:, :1]).all()
+    np.testing.assert_allclose(made.retrieved, signs * field, rtol=1e-4)
+
+
+def test_phase_that_jumps_is_warned_of(tmp_path):
+    _, said = recorded(tmp_path, Recording(round_trip=True), pos=PLACES, H=RIGHT**2)
+    assert "between two elements, so that the sign of the root may be wrong there" in said
+
+
+def test_rows_of_the_frequency_are_kept(tmp_path):
+    hertz = np.where(np.arange(40) % 2, 2.4e9, 2.45e9)
+    made, said = recorded(tmp_path, pos=PLACES, H=RIGHT, frequency=hertz)
+    assert "kept the rows of 2.4 GHz: 20 of 40 (frequency has 2.4 GHz, 2.45 GHz)" in said
+    np.testing.assert_allclose(made.responses, RIGHT[1::2], rtol=1e-5)
+    with pytest.raises(InputError, match=r"frequency: expected rows of 2\.4 GHz, found those of 2\.45 GHz"):
+        recorded(tmp_path, pos=PLACES, H=RIGHT, frequency=np.full(40, 2.45e9))
+
+
+def test_rows_that_lack_a_response_are_left_out(tmp_path):
+    broken = RIGHT.copy()
+    broken[[3, 7], 2] = np.nan
+    made, said = recorded(tmp_path, pos=PLACES, H=broken)
+    assert "left out 2 of 40 rows, which lack a finite response at some element" in said and len(made) == 38
+    with pytest.raises(InputError, match="expected rows with a finite response at every element, found none among 40"):
+        recorded(tmp_path, pos=PLACES, H=np.full((40, 15), np.nan + 0j))
+
+
+def test_positions_in_a_plane(tmp_path):
+    made, said = recorded(tmp_path, position=PLACES[:, :2], H=RIGHT)
+    assert "took the height 0 for all positions, since position has x and y alone" in said
+    np.testing.assert_allclose(made.positions, np.column_stack([PLACES[:, :2], np.zeros(40)]))
