@@ -243,20 +243,22 @@ def export(
     output: Annotated[Path | None, arg(aliases=["-o"])] = None,
     hdf5: Path | None = None,
     deepmimo: Path | None = None,
+    csi: Path | None = None,
     force: Force = False,
 ) -> None:
     """Write a trained model or a dataset for other programs.
 
-    Give one of --output, --hdf5 and --deepmimo. An exported model maps positions [batch, 3] to spectra
+    Give one of --output, --hdf5, --deepmimo and --csi. An exported model maps positions [batch, 3] to spectra
     [batch, 90, 360].
 
     Args:
-        what: a run folder (for --output) or a dataset folder (for --hdf5 and --deepmimo).
+        what: a run folder (for --output) or a dataset folder (for the others).
         output: the model as NAME.onnx (needs bisplat-wrf[onnx]) or as NAME.pt2 (torch.export).
         hdf5: the dataset as one HDF5 file, for MATLAB and others.
         deepmimo: the paths of a ray-traced dataset as a scenario folder of DeepMIMO 4.
+        csi: the responses over a band as the CSI folder of NeRF² and GSRF.
     """
-    outputs = {"--output": output, "--hdf5": hdf5, "--deepmimo": deepmimo}
+    outputs = {"--output": output, "--hdf5": hdf5, "--deepmimo": deepmimo, "--csi": csi}
     given = [name for name, path in outputs.items() if path is not None]
     if len(given) != 1:
         raise InputError(f"expected one of {', '.join(outputs)}, found {' and '.join(given) or 'none'}")
@@ -265,6 +267,11 @@ def export(
 
         export_deepmimo(what, deepmimo, force)
         print(printable(f"scenario: {deepmimo}"))
+    elif csi is not None:
+        from simulate.exchange.csi_export import export_csi
+
+        export_csi(what, csi, force)
+        print(printable(f"channels: {csi}"))
     elif hdf5 is not None:
         from simulate.exchange.hdf5_export import export_hdf5
 

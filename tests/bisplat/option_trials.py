@@ -219,6 +219,7 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials("export data", ["--hdf5 out.h5"]),
         *_trials("export data", ["--deepmimo out"], "simulate.exchange.deepmimo.deepmimo_export:export_deepmimo"),
         *_trials("export powers", ["--hdf5 out.h5"]),
+        *_trials("export data", ["--csi out"], "simulate.exchange.csi_export:export_csi"),
         *_trials("export data --hdf5 out.h5", ["--force"], there="out.h5"),
     ],
     "crossvalidate": [

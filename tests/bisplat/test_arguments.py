@@ -361,6 +361,11 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
         "export_hdf5": Call(
             bisplat.export_hdf5, {"dataset": data, "path": "a.h5"}, {"dataset": (*PATH, "nowhere"), "path": PATH}
         ),
+        "export_csi": Call(
+            bisplat.export_csi,
+            {"dataset": data, "folder": "csi"},
+            {"dataset": (*OBJECT[1:], "nowhere"), "folder": PATH, "force": FLAG},
+        ),
         "export_deepmimo": Call(
             bisplat.export_deepmimo,
             {"dataset": data, "folder": "paths"},

@@ -275,7 +275,7 @@ def test_export_writes_one_kind_of_file(command, finished_run, tmp_path, monkeyp
     monkeypatch.chdir(tmp_path)
     status, out, err = command("export", finished_run, *outputs)
     assert status == 1 and out == "" and not list(tmp_path.iterdir())
-    assert_one_sentence(err, "expected one of --output, --hdf5, --deepmimo, found", found)
+    assert_one_sentence(err, "expected one of --output, --hdf5, --deepmimo, --csi, found", found)
 
 
 def test_export_of_a_dataset(command, tiny, tmp_path):

@@ -1,0 +1,84 @@
+"""Export of responses over a band as the CSI folder of NeRF² and GSRF, whose task is the downlink from the uplink."""
+
+from __future__ import annotations
+
+from io import BytesIO
+from os import PathLike
+from pathlib import Path
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from scenes.files.atomic import write_atomically
+from scenes.files.errors import InputError, require_flag, require_instance, require_path
+from scenes.files.output_folder import new_folder
+from scenes.files.plain_text import say
+from simulate.dataset.dataset_folder import Dataset, read_dataset
+from simulate.dataset.dataset_writer import write_index, write_positions
+
+OF_EACH = 26
+"""Subcarriers that the published loaders take for the uplink. They take the others for the downlink."""
+
+
+def export_csi(dataset: Dataset | Path | str, folder: Path | str, force: bool = False) -> None:
+    """Write the responses of a dataset over a band as a CSI folder, which the loaders of NeRF² and GSRF read.
+
+    The lower half of the band stands for the uplink, the upper half for the downlink. The folder has
+
+    - ``csidata.npy``: complex64 [K, elements, subcarriers], in the order of the frequency;
+    - ``base-station.yml``: ``base_station``, the positions of the elements, metres, world frame;
+    - ``train_index.txt`` and ``test_index.txt``: rows, counted from 0, if the dataset has a split of its own;
+    - ``tx_pos.csv``: the transmitter positions, which those loaders do not read.
+
+    Args:
+        dataset: a dataset with responses over a band, or its folder.
+        folder: the folder to write, new or empty.
+        force: allow a folder that holds other files; files of the same names are replaced.
+
+    Raises:
+        InputError: the dataset has no responses over a band, an odd number of subcarriers, or a receiver that moves; or
+            the folder holds other files.
+
+    Example:
+        >>> import bisplat, numpy as np
+        >>> array = bisplat.PlanarArray(1, 8)
+        >>> y = array.manifold(np.zeros(3), np.radians([30.0, 40.0, 50.0]))[..., None] * np.ones(52)
+        >>> wide = bisplat.write_dataset("data/wide", np.eye(3), y, array, "2.4 GHz", bandwidth="20 MHz")
+        >>> bisplat.export_csi(wide, "csi")
+        >>> np.load("csi/csidata.npy").shape
+        (3, 8, 52)
+    """
+    require_instance(Dataset, str, PathLike, dataset=dataset)
+    require_path(folder=folder)
+    require_flag(force=force)
+    if not isinstance(dataset, Dataset):
+        dataset = read_dataset(dataset)
+    if dataset.band is None or dataset.band_responses is None:
+        raise InputError(
+            f"{dataset.folder}: expected responses over a band, found those of the carrier alone; simulate --bandwidth "
+            "and --subcarriers make them"
+        )
+    if dataset.moving == "receiver":
+        raise InputError(
+            f"{dataset.folder}: expected a base station that stands still, found a dataset whose receiver moves"
+        )
+    count = dataset.band.subcarriers
+    if count % 2:
+        raise InputError(f"{dataset.folder}: expected an even number of subcarriers, half of each link, found {count}")
+    if count != 2 * OF_EACH:
+        say(
+            f"warning: {dataset.folder}: the loaders of NeRF² and GSRF take {OF_EACH} subcarriers for the uplink and "
+            f"{OF_EACH} for the downlink, and the dataset has {count}; simulate --subcarriers {2 * OF_EACH}"
+        )
+    turned = Rotation.from_quat(dataset.gateway_orientation).apply(dataset.array.positions)
+    elements = dataset.gateway_position + turned * dataset.wavelength
+    with new_folder(Path(folder), force) as unfinished:
+        buffer = BytesIO()
+        np.save(buffer, dataset.band_responses)
+        write_atomically(unfinished / "csidata.npy", buffer.getvalue())
+        lines = "".join(f"  - [{', '.join(f'{value:.6f}' for value in place)}]\n" for place in elements)
+        write_atomically(unfinished / "base-station.yml", f"base_station:\n{lines}".encode())
+        write_positions(unfinished / "tx_pos.csv", dataset.positions)
+        for name, part in (("train", dataset.train), ("test", dataset.test)):
+            if len(part):
+                write_index(unfinished / f"{name}_index.txt", [str(index) for index in part])
