@@ -6,6 +6,7 @@ asked for.
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -57,7 +58,7 @@ class Found:
     """
 
     positions: Float[np.ndarray, "K 3"]
-    responses: Complex[np.ndarray, "K elements"]
+    responses: Complex[np.ndarray, "K elements *band"]
     said: list[str] = field(default_factory=list)
 
 
@@ -76,7 +77,10 @@ def recognise(arrays: Arrays, recording: Recording, elements: int, hertz: float)
     said: list[str] = []
     arrays = {name: np.squeeze(each) if each.ndim > 2 else each for name, each in arrays.items()}
     places = _positions(arrays, recording, said)
-    responses = _responses(arrays, recording, len(places), elements, said)
+    if recording.bandwidth is None:
+        responses = _responses(arrays, recording, len(places), elements, said)
+    else:
+        responses = _over_band(arrays, recording, len(places), elements, said)
     kept = rows_of_frequency(arrays, len(places), hertz, said)
     places, responses = places[kept], responses[kept]
     complete = complete_rows(responses, said)
@@ -156,6 +160,33 @@ def _responses(
     if found.shape != (count, elements):
         raise InputError(f"{name}: expected responses of {count} positions × {elements} elements, found shape {shape}")
     said.append(f"responses: {name}, {count} × {elements}")
+    return found
+
+
+def _over_band(
+    arrays: Arrays, recording: Recording, count: int, elements: int, said: list[str]
+) -> Complex[np.ndarray, "K elements subcarriers"]:
+    """Responses at subcarriers, whatever the order of the array's axes."""
+    what = f"of {count} positions × {elements} elements × subcarriers, complex"
+    name = recording.responses
+    if name is None:
+        name = _one_of(arrays, RESPONSES, lambda each: np.iscomplexobj(each) and each.ndim == 3, "responses", what)
+    found = _named(arrays, name)
+    if found.ndim != 3 or not np.iscomplexobj(found):
+        raise InputError(f"{name}: expected responses {what}, found shape {found.shape}")
+    orders = [
+        order
+        for order in itertools.permutations(range(3))
+        if (found.shape[order[0]], found.shape[order[1]]) == (count, elements)
+    ]
+    if not orders:
+        raise InputError(f"{name}: expected responses {what}, found shape {found.shape}")
+    if orders[0] != (0, 1, 2):
+        names = np.array(["positions", "elements", "subcarriers"])
+        order = ", ".join(names[np.argsort(orders[0])])
+        said.append(f"took the axes of {name} for {order}")
+    found = found.transpose(orders[0])
+    said.append(f"responses: {name}, {count} × {elements} × {found.shape[2]} subcarriers")
     return found
 
 

@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
+import numpy as np
+from jaxtyping import Complex
+
 from scenes.files.errors import InputError
 from scenes.files.output_folder import new_folder
 from scenes.scene.description import Gateway
-from scenes.scene.frequency import read_frequency
+from scenes.scene.frequency import read_bandwidth, read_frequency
 from simulate.dataset.phases import Phases
 from simulate.exchange.array_files import Arrays, read_arrays
 from simulate.exchange.element_order import Told, told_by_sight
@@ -18,6 +21,7 @@ from simulate.exchange.recording import Recording
 from simulate.positions.given_positions import check_points
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
+from simulate.spectra.band import Band
 
 
 def record(
@@ -49,14 +53,25 @@ def record(
     with new_folder(output) as unfinished:
         found = recognise(_together(files), recording, array.elements, hertz)
         stated = recording.columns_first, recording.conjugate
-        positions, values = (
-            check_points(found.positions),
-            own_responses(found.responses, len(found.positions), array.elements),
-        )
-        told = told_by_sight(values, positions, gateway, array, *stated)
-        values = told.order.read(values, array)
-        fill_dataset(unfinished, output, positions, values, gateway, hertz, AngularGrid(), phases)
+        band = None
+        if recording.bandwidth is not None:
+            band = Band(read_bandwidth(recording.bandwidth), found.responses.shape[2])
+            band.frequencies(hertz)  # refuses one that is too wide
+        positions = check_points(found.positions)
+        values = own_responses(found.responses, len(positions), array.elements, band)
+        of_carrier = values if band is None else values[..., band.carrier]
+        told = told_by_sight(of_carrier, positions, gateway, array, *stated)
+        values = _in_our_order(values, told, array)
+        fill_dataset(unfinished, output, positions, values, gateway, hertz, AngularGrid(), phases, band)
     return [*found.said, _of_order(told, None in stated)]
+
+
+def _in_our_order(
+    values: Complex[np.ndarray, "K elements *band"], told: Told, array: PlanarArray
+) -> Complex[np.ndarray, "K elements *band"]:
+    if values.ndim == 2:
+        return told.order.read(values, array)
+    return np.stack([told.order.read(each, array) for each in np.moveaxis(values, -1, 0)], axis=-1)
 
 
 def _together(files: Sequence[Path]) -> Arrays:

@@ -41,7 +41,7 @@ def rows_of_frequency(arrays: Arrays, count: int, hertz: float, said: list[str])
     return np.ones(count, bool)
 
 
-def complete_rows(responses: Complex[np.ndarray, "K elements"], said: list[str]) -> Bool[np.ndarray, " K"]:
+def complete_rows(responses: Complex[np.ndarray, "K elements *band"], said: list[str]) -> Bool[np.ndarray, " K"]:
     """Whether each row has a finite response at every element.
 
     Args:
@@ -51,7 +51,7 @@ def complete_rows(responses: Complex[np.ndarray, "K elements"], said: list[str])
     Raises:
         InputError: no row has.
     """
-    complete = np.isfinite(responses).all(axis=1)
+    complete = np.isfinite(responses).reshape(len(responses), -1).all(axis=1)
     if not complete.any():
         raise InputError(f"expected rows with a finite response at every element, found none among {len(responses)}")
     if not complete.all():

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from scenes.files.errors import ParameterError
 from simulate.dataset.phases import Phases
 
 Unit = Literal["m", "cm", "mm", "in", "ft"]
@@ -24,6 +25,8 @@ class Recording:
             of its own.
         round_trip: the responses are those of a tag that the same antenna reads, so they are squares of the one-way
             field. Their roots are taken.
+        bandwidth: the responses are those of subcarriers over this bandwidth, such as "20 MHz", in rising order of the
+            frequency (default: they are those of the carrier).
     """
 
     positions: str | None = None
@@ -33,3 +36,8 @@ class Recording:
     conjugate: bool | None = None
     phases: Phases = "common"
     round_trip: bool = False
+    bandwidth: str | None = None
+
+    def __post_init__(self) -> None:
+        if self.bandwidth is not None and self.round_trip:
+            raise ParameterError("round_trip", "expected no band beside it, found one")

@@ -161,6 +161,7 @@ TRIALS: dict[str, list[Trial]] = {
                 "--round-trip",
             ],
         ),
+        Trial(f"{RECORDED} --responses wide --bandwidth 10MHz", "--bandwidth 20MHz", "--bandwidth 10MHz"),
     ],
     "convert": [
         *_trials("convert measured -o out", [("-o out2", "-o out")]),

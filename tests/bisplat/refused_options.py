@@ -117,6 +117,9 @@ REFUSED: dict[str, str] = {
     "engines data -o out --diffuse": "--diffuse: expected an object whose material has a scattering_coefficient",
     "dataset --frequency 2.4GHz --array 4x4@0.5 -o out": "--files: expected at least one file, found none",
     "dataset recording.npz --frequency 2.4GHz --array 4x4 -o out": "--array: expected the spacing in wavelengths, too",
+    "dataset recording.npz --frequency 2.4GHz --array 4x4@0.5 -o out --bandwidth 1MHz --round-trip": (
+        "--round-trip: expected no band beside it, found one"
+    ),
     "dataset recording.npz --frequency 2.4 --array 4x4@0.5 -o out": "--frequency: expected hertz",
     "engines closet -n 9": "-n: expected a full-wave dataset and -o, found the scene closet alone",
     "engines closet --max-depth 2": "--max-depth: expected a full-wave dataset and -o, found the scene closet alone",

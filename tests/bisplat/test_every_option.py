@@ -104,6 +104,7 @@ def place(tmp_path_factory) -> Path:
         "elsewhere": given.positions + 1,
         "H": given.responses,
         "other": 2j * given.responses,
+        "wide": given.responses[..., None] * np.array([1, 1j, -1, -1j]),
     }
     np.savez(folder / "recording.npz", **arrays)
     box((-1, 2, 0), (4, 2.2, 2.4)).export(folder / "wall.obj")

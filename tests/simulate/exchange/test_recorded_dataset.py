@@ -166,3 +166,25 @@ def test_positions_in_a_plane(tmp_path):
     made, said = recorded(tmp_path, position=PLACES[:, :2], H=RIGHT)
     assert "took the height 0 for all positions, since position has x and y alone" in said
     np.testing.assert_allclose(made.positions, np.column_stack([PLACES[:, :2], np.zeros(40)]))
+
+
+BAND = RIGHT[..., None] * np.exp(-2j * np.pi * np.linspace(0, 0.4, 8))
+"""Responses at eight subcarriers; number 4 is the carrier."""
+
+
+@pytest.mark.parametrize(
+    ("axes", "sentence"),
+    [((0, 1, 2), "responses: H, 40 × 15 × 8 subcarriers"), ((2, 0, 1), "of H for subcarriers, positions, elements")],
+)
+def test_responses_over_a_band(tmp_path, axes, sentence):
+    made, said = recorded(tmp_path, Recording(bandwidth="20 MHz"), pos=PLACES, H=BAND.conj().transpose(axes))
+    assert sentence in said and "phases that rise" in said
+    np.testing.assert_allclose(made.band_responses, BAND, rtol=1e-5)
+    assert made.band == bisplat.Band(20e6, 8)
+
+
+def test_band_whose_width_is_not_stated_is_refused(tmp_path):
+    with pytest.raises(InputError, match="H: expected responses of 40 positions × 15 elements, found shape"):
+        recorded(tmp_path, pos=PLACES, H=BAND)
+    with pytest.raises(InputError, match="expected responses of 40 positions × 15 elements × subcarriers, complex"):
+        recorded(tmp_path, Recording(bandwidth="20 MHz", responses="H"), pos=PLACES, H=RIGHT)
