@@ -186,7 +186,7 @@ def _over_band(
         order = ", ".join(names[np.argsort(orders[0])])
         said.append(f"took the axes of {name} for {order}")
     found = found.transpose(orders[0])
-    said.append(f"responses: {name}, {count} × {elements} × {found.shape[2]} subcarriers")
+    said.append(f"responses: {name}, {count} × {elements} × {found.shape[2]} subcarriers over {recording.bandwidth}")
     return found
 
 

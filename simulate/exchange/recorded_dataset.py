@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Complex
 
-from scenes.files.errors import InputError
+from scenes.files.errors import InputError, ParameterError
 from scenes.files.output_folder import new_folder
 from scenes.scene.description import Gateway
 from scenes.scene.frequency import read_bandwidth, read_frequency
@@ -48,6 +48,8 @@ def record(
         ParameterError: an option has an invalid value.
     """
     array, hertz = PlanarArray.of(gateway), read_frequency(frequency)
+    if recording.bandwidth is not None and recording.round_trip:
+        raise ParameterError("round_trip", "expected no band beside it, found one")
     # The root of a response is known up to its sign.
     phases: Phases = "per-position" if recording.round_trip else recording.phases
     with new_folder(output) as unfinished:

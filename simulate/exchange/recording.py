@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from scenes.files.errors import ParameterError
 from simulate.dataset.phases import Phases
 
 Unit = Literal["m", "cm", "mm", "in", "ft"]
@@ -37,7 +36,3 @@ class Recording:
     phases: Phases = "common"
     round_trip: bool = False
     bandwidth: str | None = None
-
-    def __post_init__(self) -> None:
-        if self.bandwidth is not None and self.round_trip:
-            raise ParameterError("round_trip", "expected no band beside it, found one")
