@@ -21,6 +21,7 @@ from scenes.scene.description import boresight_of
 from scenes.scene.shapes import bounding_box
 from simulate.dataset.bearings import bearing_of
 from simulate.dataset.dataset_folder import Dataset, inspect
+from simulate.spectra.array import Array, PlanarArray
 
 SOURCES = {
     "metadata": "metadata.json",
@@ -107,7 +108,7 @@ class Check:
             "gateway at (m)": str(dataset.gateway_position.round(3).tolist()),
             "gateway looks along": str(boresight_of(dataset.gateway_orientation).round(3).tolist()),
             "frequency": f"{dataset.frequency} ({SOURCES[dataset.frequency.source]})",
-            "array": f"{array.rows} × {array.columns}, {array.spacing:.3f} λ apart ({SOURCES[known.source]})",
+            "array": _in_words(array, SOURCES[known.source]),
             "rows (elevation)": _angles(grid.elevations_deg, SOURCES[known.grid_source]),
             "columns (azimuth)": _angles(grid.azimuths_deg, SOURCES[azimuths]),
             "strongest directions": (
@@ -155,7 +156,7 @@ class Check:
         known = self.dataset.identification
         return {
             "frequency": asdict(self.dataset.frequency),
-            "array": {**asdict(known.beamformer.array), "source": known.source},
+            "array": {**known.beamformer.array.stated(), "source": known.source},
             "grid": {**asdict(known.beamformer.grid), "source": known.grid_source},
             "fit_residual_grey_levels": None if known.residual is None else round(known.residual, 3),
         }
@@ -215,6 +216,14 @@ def check(folder: Path | str, split: SplitKind | None = None, guard: float = 0.0
     if dataset is not None:
         found.warnings.extend([*picture_doubts(dataset), *dataset.assumptions()])
     return found
+
+
+def _in_words(array: Array, source: str) -> str:
+    text = array.in_words
+    if isinstance(array, PlanarArray):
+        text = f"{array.rows} × {array.columns}, {array.spacing:.3f} λ apart"
+    cannot = "" if array.cannot_tell is None else f"; {array.cannot_tell}"
+    return f"{text} ({source}){cannot}"
 
 
 def _angles(degrees: Float[np.ndarray, " n"], source: str) -> str:

@@ -25,7 +25,7 @@ from simulate.dataset.picture_files import read_pictures
 from simulate.dataset.responses_file import check_responses, read_responses
 from simulate.positions.given_positions import read_points
 from simulate.spectra.angular_grid import AngularGrid
-from simulate.spectra.array import PlanarArray
+from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.identification import Identification, identify, stated_array, stated_grid
 from simulate.spectra.spectrum import spectrum_of
@@ -91,10 +91,8 @@ class Dataset:
 
     def __repr__(self) -> str:
         array = self.array
-        return (
-            f"Dataset({str(self.folder)!r}: {len(self)} spectra, {array.rows} × {array.columns} elements, "
-            f"{self.frequency.hertz / 1e6:g} MHz)"
-        )
+        elements = f"{array.rows} × {array.columns} elements" if isinstance(array, PlanarArray) else array.in_words
+        return f"Dataset({str(self.folder)!r}: {len(self)} spectra, {elements}, {self.frequency.hertz / 1e6:g} MHz)"
 
     @property
     def beamformer(self) -> Beamformer:
@@ -113,7 +111,7 @@ class Dataset:
         return self.identification.beamformer
 
     @property
-    def array(self) -> PlanarArray:
+    def array(self) -> Array:
         """The gateway's array."""
         return self.beamformer.array
 
@@ -161,8 +159,8 @@ class Dataset:
         array, rows = self.array, self.grid.elevations_deg
         if self.identification.source == "assumed":
             found.append(
-                f"the array is assumed to have {array.rows} × {array.columns} elements {array.spacing:g} wavelengths "
-                "apart; state it as array in metadata.json (bisplat check says what the pictures show)"
+                f"the array is assumed to have {array.in_words.replace('λ', 'wavelengths')}; state it as array in "
+                "metadata.json (bisplat check says what the pictures show)"
             )
         if self.identification.grid_source == "assumed":
             found.append(
@@ -270,6 +268,7 @@ def inspect(folder: Path) -> Inspection:
 
     rows = numbers - 1
     frequency = frequency_of(folder, metadata, rows, problems) if len(rows) else Frequency()
+    array = None if array is None else array.at(frequency.hertz)
     elements = (array or PlanarArray()).elements
     responses, retrieved = read_responses(folder / "channels.npz", rows_known, elements, problems)
     if problems or positions is None:

@@ -32,8 +32,9 @@ from simulate.dataset.responses_file import RESPONSE_MAGNITUDES
 from simulate.generation.written_parts import picture_names
 from simulate.positions.given_positions import check_points
 from simulate.spectra.angular_grid import AngularGrid
-from simulate.spectra.array import PlanarArray
+from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.element_array import ElementArray, array_of
 from simulate.spectra.spectrum import picture
 
 AT_ONCE = 100
@@ -44,7 +45,7 @@ def write_dataset(
     folder: Path | str,
     positions: Float[ArrayLike, "K 3"],
     responses: Complex[ArrayLike, "K elements"],
-    array: PlanarArray,
+    array: Array,
     frequency: float | str,
     gateway_position: Sequence[float] = (0.0, 0.0, 0.0),
     gateway_orientation: Sequence[float] = (0.0, 0.0, 0.0, 1.0),
@@ -59,9 +60,11 @@ def write_dataset(
     Args:
         folder: the new dataset folder.
         positions: transmitter positions, metres, world frame, [K, 3].
-        responses: complex element responses y, in any one unit, [K, elements]. Element m = row · columns + column, x
-            runs fastest. A path of delay τ has the phase e^{−j2πfτ}; if a receiver has e^{+j2πfτ}, give the conjugate.
-        array: the array of the gateway.
+        responses: complex element responses y, in any one unit, [K, elements]. Element m = row · columns + column of a
+            ``PlanarArray``, x runs fastest; those of an ``ElementArray`` are in its own order. A path of delay τ has
+            the phase e^{−j2πfτ}; if a receiver has e^{+j2πfτ}, give the conjugate.
+        array: the array of the gateway: a ``PlanarArray``, or an ``ElementArray`` of positions in metres, which gets
+            ``frequency``.
         frequency: hertz, or a text with a unit such as "915 MHz".
         gateway_position: metres, world frame, [3].
         gateway_orientation: unit quaternion (x, y, z, w) that turns the gateway frame into the world frame, [4];
@@ -90,17 +93,23 @@ def write_dataset(
         ((2, 90, 360), (2, 16))
     """
     require_path(folder=folder)
-    require_instance(PlanarArray, array=array)
+    require_instance(PlanarArray, ElementArray, array=array)
     require_instance(AngularGrid, grid=grid)
     require_word(get_args(Phases), phases=phases)
     hertz = read_frequency(frequency)
     places = check_points(positions)
     found = own_responses(responses, len(places), array.elements)
-    shape = array.rows, array.columns, array.spacing
-    gateway = Gateway(gateway_position, gateway_orientation, *shape)  # type: ignore[arg-type]  # which checks both
+    _require_same_frequency(array, hertz)
+    gateway = Gateway(gateway_position, gateway_orientation, **array.of_gateway())  # type: ignore[arg-type]  # checks both
     with new_folder(Path(folder)) as unfinished:
         fill_dataset(unfinished, Path(folder), places, found, gateway, hertz, grid, phases)
     return read_dataset(folder)
+
+
+def _require_same_frequency(array: Array, frequency: float) -> None:
+    stated = array.frequency if isinstance(array, ElementArray) else None
+    if stated not in (None, frequency):
+        raise ParameterError("frequency", f"expected the frequency of the array, {stated:g} Hz, found {frequency:g} Hz")
 
 
 def fill_dataset(
@@ -128,7 +137,7 @@ def fill_dataset(
     Raises:
         InputError: the files are no valid dataset.
     """
-    array = PlanarArray.of(gateway)
+    array = array_of(gateway, frequency)
     beamformer, names = Beamformer(array, grid), picture_names(len(positions))
     (folder / "spectrum").mkdir()
     for start in range(0, len(names), AT_ONCE):
@@ -141,7 +150,7 @@ def fill_dataset(
     write_gateway(folder / "gateway_info.yml", called.name, gateway.position, gateway.orientation)
     own_phases = {"retrieved": np.array(True)} if phases == "per-position" else {}
     write_arrays(folder / "channels.npz", {"channels": responses.astype(np.complex64), **own_phases})
-    stated = {"frequency_hz": frequency, "array": asdict(array), "grid": asdict(grid), "phases": phases}
+    stated = {"frequency_hz": frequency, "array": array.stated(), "grid": asdict(grid), "phases": phases}
     write_metadata(folder / "metadata.json", {"made_by": f"bisplat-wrf {version('bisplat-wrf')}"} | stated)
     problems = inspect(folder).problems
     if problems:

@@ -16,7 +16,7 @@ from simulate.exchange.recognition import recognise
 from simulate.exchange.recording import Recording
 from simulate.positions.given_positions import check_points
 from simulate.spectra.angular_grid import AngularGrid
-from simulate.spectra.array import PlanarArray
+from simulate.spectra.element_array import array_of
 
 
 def record(
@@ -42,7 +42,8 @@ def record(
         InputError: a file cannot be read, or the arrays are not there or do not fit each other.
         ParameterError: an option has an invalid value.
     """
-    array, hertz = PlanarArray.of(gateway), read_frequency(frequency)
+    hertz = read_frequency(frequency)
+    array = array_of(gateway, hertz)
     with new_folder(output) as unfinished:
         found = recognise(_together(files), recording, array.elements)
         stated = recording.columns_first, recording.conjugate

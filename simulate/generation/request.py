@@ -23,8 +23,8 @@ from simulate.engines.engine_table import engine_of
 from simulate.engines.rays_engine import Rays, seed_of_rays
 from simulate.positions.given_positions import read_points
 from simulate.spectra.angular_grid import AngularGrid
-from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.element_array import array_of
 from simulate.spectra.identification import stated_grid
 from simulate.spectra.measurement import Measurement
 
@@ -64,7 +64,7 @@ class Request:
     @property
     def beamformer(self) -> Beamformer:
         """The gateway's array, and the grid."""
-        return Beamformer(PlanarArray.of(self.scene.gateway), self.grid)
+        return Beamformer(array_of(self.scene.gateway, self.scene.frequency), self.grid)
 
     @property
     def held_out(self) -> Int[np.ndarray, " t"]:
@@ -92,7 +92,7 @@ class Request:
             "scene_file": "scene/scene.yaml",
             "scene_sha256": scene_digest(self.scene),
             "frequency_hz": self.scene.frequency,
-            "array": asdict(self.beamformer.array),
+            "array": self.beamformer.array.stated(),
             "grid": asdict(self.grid),
             "spectra": len(self.positions),
             "placement": self.placement,

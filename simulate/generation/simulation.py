@@ -21,7 +21,7 @@ from simulate.generation.generate import generate
 from simulate.generation.request import Request, read_request
 from simulate.generation.simulation_options import Simulation
 from simulate.positions.placement import check_positions, place, read_positions
-from simulate.spectra.array import PlanarArray
+from simulate.spectra.element_array import array_of
 from simulate.spectra.few_elements import too_few_elements
 
 
@@ -159,7 +159,7 @@ def request_for(scene: Scene | str | Path, content: Simulation, engine: Engine, 
             f"{scene.name}: expected a scene of one gateway, found {len(scene.by_gateway())}; simulate each scene of "
             "scene.by_gateway() into a folder of its own"
         )
-    few = too_few_elements(PlanarArray.of(scene.gateway))
+    few = too_few_elements(array_of(scene.gateway, scene.frequency))
     if few is not None:
         say(f"warning: {scene.name}: {few}, so they are not scored; powers and responses tell more")
     given = content.positions
