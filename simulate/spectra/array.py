@@ -22,6 +22,7 @@ from scenes.files.errors import ParameterError, require_positive, require_whole,
 from scenes.files.options import check_kinds
 from scenes.scene.description import MOST_IN_A_ROW, WIDEST_SPACING, Gateway
 from scenes.scene.element_positions import MOST_ELEMENTS
+from scenes.scene.frequency import read_frequency
 from simulate.spectra.angular_grid import direction
 
 
@@ -75,7 +76,7 @@ class Array:
         return None
 
     @abstractmethod
-    def at(self, frequency: float) -> Array:
+    def at(self, frequency: float | str) -> Array:
         """The same array at a carrier frequency, Hz. Lengths in wavelengths stay as they are, and so do metres."""
 
     @abstractmethod
@@ -249,8 +250,21 @@ class PlanarArray(Array):
         """
         return f"{self.rows} × {self.columns} elements {self.spacing:g} λ apart"
 
-    def at(self, frequency: float) -> PlanarArray:
-        """The same array: its spacing is in wavelengths."""
+    def at(self, frequency: float | str) -> PlanarArray:
+        """The same array: its spacing is in wavelengths.
+
+        Args:
+            frequency: Hz, or a text with a unit such as "2.4 GHz".
+
+        Raises:
+            ParameterError: the frequency is not from 1 MHz to 1 THz.
+
+        Example:
+            >>> import bisplat
+            >>> bisplat.PlanarArray().at("2.4 GHz")
+            PlanarArray(rows=4, columns=4, spacing=0.5)
+        """
+        read_frequency(frequency)
         return self
 
     def stated(self) -> dict[str, Any]:
