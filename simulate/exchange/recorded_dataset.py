@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from scenes.files.errors import InputError
+from scenes.files.errors import InputError, ParameterError
 from scenes.files.output_folder import new_folder
 from scenes.scene.description import Gateway
 from scenes.scene.frequency import read_frequency
@@ -16,6 +16,7 @@ from simulate.exchange.recognition import recognise
 from simulate.exchange.recording import Recording
 from simulate.positions.given_positions import check_points
 from simulate.spectra.angular_grid import AngularGrid
+from simulate.spectra.array import PlanarArray
 from simulate.spectra.element_array import array_of
 
 
@@ -44,9 +45,13 @@ def record(
     """
     hertz = read_frequency(frequency)
     array = array_of(gateway, hertz)
+    if recording.columns_first is not None and not isinstance(array, PlanarArray):
+        found_order = f"found {recording.columns_first} for elements in the order of their positions"
+        raise ParameterError("columns_first", f"expected a planar array, {found_order}")
+    one_order = None if isinstance(array, PlanarArray) else False
     with new_folder(output) as unfinished:
         found = recognise(_together(files), recording, array.elements)
-        stated = recording.columns_first, recording.conjugate
+        stated = recording.columns_first if one_order is None else one_order, recording.conjugate
         positions, values = (
             check_points(found.positions),
             own_responses(found.responses, len(found.positions), array.elements),
@@ -54,7 +59,7 @@ def record(
         told = told_by_sight(values, positions, gateway, array, *stated)
         values = told.order.read(values, array)
         fill_dataset(unfinished, output, positions, values, gateway, hertz, AngularGrid(), recording.phases)
-    return [*found.said, _of_order(told, None in stated)]
+    return [*found.said, _of_order(told, None in stated, isinstance(array, PlanarArray))]
 
 
 def _together(files: Sequence[Path]) -> Arrays:
@@ -70,8 +75,8 @@ def _together(files: Sequence[Path]) -> Arrays:
     return together
 
 
-def _of_order(told: Told, asked: bool) -> str:
-    """A sentence on the order of the elements and the sign of the phases.
+def _of_order(told: Told, asked: bool, planar: bool = True) -> str:
+    """A sentence on the order of the elements of a planar array and the sign of the phases.
 
     >>> from simulate.exchange.element_order import Order
     >>> print(_of_order(Told(Order(conjugated=True), 4.2, 140.0, True), asked=True))
@@ -79,14 +84,16 @@ def _of_order(told: Told, asked: bool) -> str:
     4° from the transmitters (median), otherwise 140°
     """
     along, turning = "y" if told.order.columns_first else "x", "rise" if told.order.conjugated else "fall"
-    taken = f"took elements as numbered along {along} first, and phases that {turning} with the distance"
+    order = f"elements as numbered along {along} first" if planar else "elements in the order of their positions"
+    taken = f"took {order}, and phases that {turning} with the distance"
     error = f"{told.error:.0f}° from the transmitters (median)"
     if not asked:
         return f"{taken}, as stated: the strongest directions are {error}"
     if told.clear:
         return f"{taken}: the strongest directions are then {error}, otherwise {told.error_otherwise:.0f}°"
+    options = "--columns-first and --conjugate" if planar else "--conjugate"
     return (
         f"warning: {taken}. The strongest directions do not tell whether that is right: they are {error}, and "
-        f"{told.error_otherwise:.0f}° otherwise. State --columns-first and --conjugate, True or False, as your "
+        f"{told.error_otherwise:.0f}° otherwise. State {options}, True or False, as your "
         "receiver has them"
     )

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from scenes.files.errors import ParameterError, require_positive, require_whole
+from scenes.files.errors import InputError, ParameterError, require_positive, require_whole
 from scenes.scene.description import SPEED_OF_LIGHT, Gateway, Vector3
 from scenes.scene.element_positions import FARTHEST_ELEMENT, MOST_ELEMENTS, as_positions, fault_of
 from scenes.scene.frequency import read_frequency
@@ -233,9 +233,8 @@ def require_planar(array: Array, what: str) -> PlanarArray:
         what: what needs such an array, for the message.
 
     Raises:
-        ParameterError: the array is given by the positions of its elements.
+        InputError: the array is given by the positions of its elements.
     """
     if isinstance(array, PlanarArray):
         return array
-    expected = f"expected a uniform planar array, which {what} needs"
-    raise ParameterError("array", f"{expected}, found {array.in_words}")
+    raise InputError(f"{what}: expected a uniform planar array, found {array.in_words}")

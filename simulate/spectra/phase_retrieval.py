@@ -85,8 +85,8 @@ def retrieve_responses(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamf
         [K]. The rounding to 8 bits leaves about 0.3; above 0.5 the retrieval is doubtful.
 
     Raises:
-        ParameterError: the spectra are not a stack of finite numbers from 0 to 1, the array is an ``ElementArray``, or
-            the seed is not valid.
+        ParameterError: the spectra are not a stack of finite numbers from 0 to 1, or the seed is not valid.
+        InputError: the array is an ``ElementArray``; the search needs a uniform planar array.
 
     Example:
         >>> import bisplat
@@ -99,7 +99,7 @@ def retrieve_responses(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamf
     require_seed(seed=seed)
     spectra = check_stack("spectra", spectra)
     generator = np.random.default_rng(seed)
-    array = require_planar(beamformer.array, "the search for responses behind pictures (phase retrieval)")
+    array = require_planar(beamformer.array, "the search for responses behind pictures")
     steps = STEPS_PER_ELEMENT * max(array.rows, array.columns)
     visible = max(LEAST_VISIBLE, min(1, 2 * array.spacing))
     coarse = SpatialFrequencies.of(beamformer, OVERSAMPLING)

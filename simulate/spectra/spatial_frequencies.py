@@ -54,7 +54,7 @@ class SpatialFrequencies:
             least: least number of frequencies along either axis.
 
         Raises:
-            ParameterError: the array is not a uniform planar one.
+            InputError: the array is not a uniform planar one.
         """
         array, grid = require_planar(beamformer.array, "a grid of spatial frequencies"), beamformer.grid
         shape = (max(least, oversampling * array.rows), max(least, oversampling * array.columns))
