@@ -22,6 +22,8 @@ from scenes.scene.shapes import bounding_box
 from simulate.dataset.bearings import bearing_of
 from simulate.dataset.dataset_folder import Dataset, inspect
 from simulate.spectra.array import Array, PlanarArray
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.identification import tells_little
 
 SOURCES = {
     "metadata": "metadata.json",
@@ -115,7 +117,7 @@ class Check:
                 f"{bearing:.0f}° from those of the transmitters (median)" if np.isfinite(bearing) else "none"
             ),
             "order": "by number, taken for the order of measurement",
-            "left unexplained": "not computed" if residual is None else f"{residual:.2f} grey levels of 255 (median)",
+            "left unexplained": _left(known.beamformer, residual),
             "complex responses": responses,
             "split": self.split or "the folder's own",
             "known positions": expectation(spacing, array) if (spacing := self.spacing) else UNTOLD,
@@ -216,6 +218,14 @@ def check(folder: Path | str, split: SplitKind | None = None, guard: float = 0.0
     if dataset is not None:
         found.warnings.extend([*picture_doubts(dataset), *dataset.assumptions()])
     return found
+
+
+def _left(beamformer: Beamformer, residual: float | None) -> str:
+    if residual is None:
+        return "not computed"
+    other = tells_little(beamformer) if not isinstance(beamformer.array, PlanarArray) else False
+    little = "; other arrays of this size explain the pictures as well, since it has more lags than they have details"
+    return f"{residual:.2f} grey levels of 255 (median){little if other else ''}"
 
 
 def _in_words(array: Array, source: str) -> str:

@@ -13,7 +13,7 @@ from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
 from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.element_array import ElementArray, array_kind, require_planar
-from simulate.spectra.lags import EXAMINED, GRIDS, fit_grids, fit_lags, too_many_lags
+from simulate.spectra.lags import EXAMINED, GRIDS, LagSpace, fit_grids, fit_lags, too_many_lags
 from simulate.spectra.quantity import Quantity, median_residual
 from simulate.spectra.spectrum import LARGEST_GREY, evenly, spectrum_of
 
@@ -35,6 +35,9 @@ MOST_ELEMENTS = 144
 
 MOST_FUNCTIONS = 600
 """Most lag functions for which a fit is made, likewise. A planar array of ``MOST_ELEMENTS`` elements has 529."""
+
+VISIBLE = 1e-3
+"""Relative size below which a combination of lag functions is lost in the rounding of pictures to 8 bits."""
 
 Source = Literal["metadata", "fitted", "assumed"]
 
@@ -90,6 +93,22 @@ def stated_grid(metadata: dict[str, Any]) -> AngularGrid | None:
     if "grid" in metadata:
         return AngularGrid(**metadata["grid"])
     return METADATA_GRID if "array" in metadata and "scene_file" in metadata else None
+
+
+def tells_little(beamformer: Beamformer) -> bool:
+    """Whether other arrays of the same size explain the pictures of an array as well as this one.
+
+    So it is if the array has more lags than its pictures have details, as an irregular array within a wavelength: less
+    than half of the combinations of its lag functions are larger than the rounding.
+
+    Args:
+        beamformer: the array, with which pictures are fitted (``can_fit``), and the grid.
+
+    >>> tells_little(Beamformer())
+    False
+    """
+    sizes = np.linalg.svd(LagSpace.of(beamformer).triangular, compute_uv=False)
+    return bool((sizes > VISIBLE * sizes[0]).mean() < 0.5)
 
 
 def examined(pictures: UInt8[np.ndarray, "K 90 360"]) -> Float[np.ndarray, "n 90 360"]:
