@@ -11,8 +11,8 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from simulate.dataset.dataset_folder import Dataset
-from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.element_array import uniform
 from simulate.spectra.phase_retrieval import GOOD, retrieve_responses
 from simulate.spectra.spectrum import LARGEST_GREY, normalise
 
@@ -37,7 +37,7 @@ def shown_name(name: str) -> str:
 
 def has_ceiling(dataset: Dataset) -> bool:
     """Whether the ceiling of a dataset's array can be found: it has responses, or a uniform planar array."""
-    return dataset.responses is not None or isinstance(dataset.array, PlanarArray)
+    return dataset.responses is not None or uniform(dataset.array) is not None
 
 
 def array_ceiling(
@@ -60,6 +60,6 @@ def array_ceiling(
     best = normalise(beamformer.spectrum(recorded))
     error = LARGEST_GREY * np.sqrt(np.square(best - truth).mean(axis=(1, 2)))
     others = np.flatnonzero(error > GOOD)
-    if len(others) and isinstance(beamformer.array, PlanarArray):
+    if len(others) and uniform(beamformer.array) is not None:
         best[others] = array_ceiling(truth[others], beamformer)
     return best

@@ -23,6 +23,7 @@ from simulate.dataset.bearings import bearing_of
 from simulate.dataset.dataset_folder import Dataset, inspect
 from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.element_array import uniform
 from simulate.spectra.identification import tells_little
 
 SOURCES = {
@@ -223,7 +224,7 @@ def check(folder: Path | str, split: SplitKind | None = None, guard: float = 0.0
 def _left(beamformer: Beamformer, residual: float | None) -> str:
     if residual is None:
         return "not computed"
-    other = tells_little(beamformer) if not isinstance(beamformer.array, PlanarArray) else False
+    other = tells_little(beamformer) if uniform(beamformer.array) is None else False
     little = "; other arrays of this size explain the pictures as well, since it has more lags than they have details"
     return f"{residual:.2f} grey levels of 255 (median){little if other else ''}"
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from simulate.dataset.bearings import bearing_of
 from simulate.dataset.dataset_folder import Dataset
-from simulate.spectra.array import PlanarArray
+from simulate.spectra.element_array import uniform
 from simulate.spectra.explanation import Explanation, explain
 from simulate.spectra.few_elements import too_few_elements
 from simulate.spectra.identification import DOUBTFUL, EXPLAINED, LEAST_LEVELS, grey_levels
@@ -110,7 +110,7 @@ def _explained(found: Explanation) -> str:
 def _of_magnitudes(dataset: Dataset) -> list[str]:
     """A sentence if the responses behind the pictures have phases but no magnitudes."""
     array, residual = dataset.array, dataset.identification.residual
-    if residual is None or residual >= EXPLAINED or array.is_line or not isinstance(array, PlanarArray):
+    if residual is None or residual >= EXPLAINED or array.is_line or uniform(array) is None:
         return []
     if array.elements > MOST_RETRIEVED:
         return []

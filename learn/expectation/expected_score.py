@@ -17,7 +17,8 @@ from jaxtyping import Float
 
 from learn.expectation.mean_spacing import Shape, Spacing
 from scenes.files.plain_text import say
-from simulate.spectra.array import Array, PlanarArray
+from simulate.spectra.array import Array
+from simulate.spectra.element_array import uniform
 
 FILE = Path(__file__).with_suffix(".json")
 
@@ -117,7 +118,8 @@ def expected_score(density: float, flat: bool) -> Expected:
 
 def _is_measured(array: Array) -> bool:
     """Whether the curves were measured with arrays of this size."""
-    return isinstance(array, PlanarArray) and (array.rows, array.columns) == ELEMENTS
+    planar = uniform(array)
+    return planar is not None and (planar.rows, planar.columns) == ELEMENTS
 
 
 def expectation(spacing: Spacing, array: Array) -> str:

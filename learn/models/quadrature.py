@@ -26,6 +26,7 @@ from scipy.special import j0, jv
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.element_array import uniform
 from simulate.spectra.lags import lag_vectors
 
 WRONG_ALONG_AZIMUTH, WRONG_ALONG_ELEVATION = 1e-6, 1e-9
@@ -81,7 +82,7 @@ def quadrature(beamformer: Beamformer) -> Quadrature:
     if heights.any():  # lags with a part along the boresight
         phase = heights * np.sin(elevation)
         waves = np.concatenate([waves * np.cos(phase), waves * np.sin(phase)], axis=1)
-    least = 1 if isinstance(beamformer.array, PlanarArray) or len(bands) <= MOST_BANDS else ROWS
+    least = 1 if uniform(beamformer.array) is not None or len(bands) <= MOST_BANDS else ROWS
     for height in range(least, ROWS):
         chosen = np.round((np.arange(height) + 0.5) * ROWS / height - 0.5).astype(int)
         # The solution that is closest to equal weights.
@@ -97,9 +98,10 @@ def quadrature(beamformer: Beamformer) -> Quadrature:
 
 def _bands(array: Array) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
     """The different sums of two lags, times 2π: their length across the boresight and their part along it."""
-    if isinstance(array, PlanarArray):
-        rows, columns = np.meshgrid(np.arange(2 * array.rows - 1), np.arange(2 * array.columns - 1))
-        bands = 2 * np.pi * array.spacing * np.unique(np.hypot(rows, columns).round(9))
+    planar = uniform(array)
+    if planar is not None:
+        rows, columns = np.meshgrid(np.arange(2 * planar.rows - 1), np.arange(2 * planar.columns - 1))
+        bands = 2 * np.pi * planar.spacing * np.unique(np.hypot(rows, columns).round(9))
         return bands, np.zeros_like(bands)
     lags = lag_vectors(array)
     if len(lags) <= MOST_LAGS:

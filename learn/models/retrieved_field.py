@@ -10,7 +10,7 @@ from jaxtyping import Complex, Float, Int
 from learn.models.kriged_field import KrigedField
 from learn.models.phase_synchronisation import Covariance, synchronised
 from simulate.dataset.dataset_folder import Dataset
-from simulate.spectra.array import PlanarArray
+from simulate.spectra.element_array import uniform
 from simulate.spectra.phase_retrieval import retrieve_responses
 from simulate.spectra.spectrum import spectrum_of
 
@@ -54,7 +54,7 @@ def can_retrieve(dataset: Dataset, known: Int[np.ndarray, " n"]) -> bool:
 
 def not_retrieved(dataset: Dataset) -> str | None:
     """Why no responses are looked for behind the pictures of a dataset without any; None: they are, or it has some."""
-    if isinstance(dataset.array, PlanarArray) or dataset.responses is not None or dataset.retrieved is not None:
+    if uniform(dataset.array) is not None or dataset.responses is not None or dataset.retrieved is not None:
         return None
     return (
         f"{dataset.folder}: no responses are looked for behind its pictures, since this needs a uniform planar array; "
@@ -86,7 +86,7 @@ def fit_to_pictures(
     Returns:
         The responses of all K spectra of the dataset to which the field is fitted; those of the others are zero.
     """
-    law, flips = of_spectra, isinstance(dataset.array, PlanarArray)
+    law, flips = of_spectra, uniform(dataset.array) is not None
     all_responses = np.zeros((len(dataset.positions), responses.shape[1]), complex)
     for least in LEAST_NUGGETS:
         positions = dataset.positions[known]

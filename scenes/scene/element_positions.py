@@ -34,6 +34,8 @@ def as_positions(parameter: str, given: ArrayLike) -> Positions:
     >>> as_positions("elements", [[0, 0, 0], [0.1, 0, 0]])
     ((0.0, 0.0, 0.0), (0.1, 0.0, 0.0))
     """
+    if isinstance(given, list | tuple) and not given:
+        return ()  # which ``fault_of`` refuses
     rows = check_array(parameter, given, (None, 3), "rows of x, y, z of each element, metres", finite=False)
     return tuple((x, y, z) for x, y, z in (rows + 0.0).tolist())
 

@@ -82,6 +82,8 @@ def read_metadata_file(path: Path, expected: str, simulated: bool = False) -> di
     of_elements = array_kind(content.get("array") if isinstance(content, dict) else None) is ElementArray
     schema = _schema(engine if known else "", simulated, tuple(ENGINES), of_elements)
     checked: Any = conform(content, schema, str(path))
+    if of_elements and "frequency" in content["array"]:
+        raise InputError(f"{path}: array.frequency: expected none, since frequency_hz states it, found one")
     if "frequency_hz" in content:
         try:
             read_frequency(content["frequency_hz"])

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from scenes.files.errors import InputError, ParameterError, require_positive, require_whole
-from scenes.scene.description import SPEED_OF_LIGHT, Gateway, Vector3
+from scenes.scene.description import MOST_IN_A_ROW, SPEED_OF_LIGHT, WIDEST_SPACING, Gateway, Vector3
 from scenes.scene.element_positions import FARTHEST_ELEMENT, MOST_ELEMENTS, as_positions, fault_of
 from scenes.scene.frequency import read_frequency
 from simulate.spectra.array import Array, PlanarArray
 
 STRAIGHT = 1e-3
 """Elements lie on a line, or in a plane, if none is farther from it than this part of the array's size."""
+
+SPACING_DIGITS = 9
+"""Decimals of a spacing that is found from positions, wavelengths."""
 
 DIGITS = 12
 """Decimals of the positions of ``ElementArray.circle``, metres."""
@@ -225,16 +228,43 @@ def array_kind(stated: object) -> type[Array]:
     return ElementArray if isinstance(stated, dict) and "positions_m" in stated else PlanarArray
 
 
+@cache
+def uniform(array: Array) -> PlanarArray | None:
+    """The uniform planar array that an array is, whichever way it is given; None: it is none.
+
+    Given positions are those of a uniform planar array in the x–y plane if they have its order, to a thousandth of the
+    spacing. Where the gateway's position is does not matter, since spectra are magnitudes.
+
+    >>> planar = PlanarArray(2, 3, 0.4)
+    >>> uniform(ElementArray(0.1 * planar.positions, SPEED_OF_LIGHT / 0.1))
+    PlanarArray(rows=2, columns=3, spacing=0.4)
+    """
+    if isinstance(array, PlanarArray):
+        return array
+    places = array.positions - array.positions.mean(axis=0)
+    if len(places) == 1:
+        return PlanarArray(1, 1)
+    spacing = round(float(np.linalg.norm(places[1] - places[0])), SPACING_DIGITS)
+    for rows in range(1, min(len(places), MOST_IN_A_ROW) + 1):
+        columns = len(places) // rows
+        if rows * columns == len(places) and columns <= MOST_IN_A_ROW and 0 < spacing <= WIDEST_SPACING:
+            planar = PlanarArray(rows, columns, spacing)
+            if np.abs(planar.positions - places).max() <= STRAIGHT * spacing:
+                return planar
+    return None
+
+
 def require_planar(array: Array, what: str) -> PlanarArray:
-    """Return a uniform planar array as it is, and refuse others.
+    """Return the uniform planar array that an array is, and refuse others.
 
     Args:
         array: the array.
         what: what needs such an array, for the message.
 
     Raises:
-        InputError: the array is given by the positions of its elements.
+        InputError: the array is no uniform planar one, however it is given.
     """
-    if isinstance(array, PlanarArray):
-        return array
+    planar = uniform(array)
+    if planar is not None:
+        return planar
     raise InputError(f"{what}: expected a uniform planar array, found {array.in_words}")

@@ -94,6 +94,9 @@ def place(tmp_path_factory) -> Path:
     (folder / "one.txt").write_text((folder / "data" / "test_index.txt").read_text().splitlines()[0] + "\n")
     write_positions(folder / "places.csv", np.array([[2.1, 0.1, 1.2], [2.5, -0.2, 1.5]]))
     write_positions(folder / "others.csv", np.array([[2.2, 0.3, 1.1]]))
+    angles = 2 * np.pi * np.arange(16) / 16
+    write_positions(folder / "elements.csv", 0.1 * np.stack([np.cos(angles), np.sin(angles), 0.1 * angles], axis=1))
+    write_positions(folder / "same.csv", np.zeros((2, 3)))
     given = read_dataset(folder / "data")
     arrays = {
         "pos": given.positions,

@@ -9,7 +9,7 @@ from simulate.dataset.bearings import turns_of
 from simulate.spectra.angular_grid import AngularGrid, direction
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.element_array import ElementArray, array_of
+from simulate.spectra.element_array import ElementArray, array_of, uniform
 from simulate.spectra.explanation import explain
 from simulate.spectra.identification import identify, tells_little
 from simulate.spectra.lags import fit_lags, lag_functions, lag_vectors
@@ -155,6 +155,14 @@ def test_the_array_of_a_gateway():
         PlanarArray.of(gateway)
     with pytest.raises(ParameterError, match="found both"):
         Gateway((0, 0, 1), (0, 0, 0, 1), rows=3, elements=SAME.positions_m)
+
+
+def test_a_uniform_planar_array_is_recognised_however_it_is_given():
+    spectra = normalise(Beamformer(PLANAR).spectrum(responses_of(2, 12)))
+    assert uniform(SAME) == PLANAR and uniform(CLOUD) is None and uniform(LINE) is None
+    moved = ElementArray(np.add(SAME.positions_m, [0.3, 0, 0.1]), FREQUENCY)
+    assert uniform(moved) == PLANAR and uniform(ElementArray(SAME.positions_m[::-1], FREQUENCY)) is None
+    assert retrieve_responses(spectra, Beamformer(moved)).residual.max() < 0.5
 
 
 def test_what_needs_a_uniform_planar_array_says_so():
