@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -177,6 +177,15 @@ class Gateway:
             object.__setattr__(self, "elements", as_positions("elements", self.elements))
             if (self.rows, self.columns, self.spacing) != (Gateway.rows, Gateway.columns, Gateway.spacing):
                 raise ParameterError("elements", BOTH_ARRAYS)
+
+    def __repr__(self) -> str:
+        """The arguments that state it: either the positions of the elements or rows, columns and spacing.
+
+        The digest of a scene is made from it, so that of a planar array stays as it was before there were others.
+        """
+        left_out = ("elements",) if self.elements is None else ("rows", "columns", "spacing")
+        stated = (each.name for each in fields(self) if each.name not in left_out)
+        return f"Gateway({', '.join(f'{name}={getattr(self, name)!r}' for name in stated)})"
 
     @property
     def count(self) -> int:

@@ -93,7 +93,7 @@ def test_line_of_sight_appears_where_the_transmitter_is(number, make_scene, far_
 
 
 def test_elements_at_given_places_receive_friis_law_at_these_places(make_scene, far_sheet):
-    """A circle and a cloud of elements: the phase e^{-jkr} from each element's own place; polarisations may mismatch."""
+    """A circle and a cloud: the phase e^{-jkr} from each element's own place; with a real mismatch."""
     circle = ElementArray.circle(8, 0.2).positions_m
     cloud = np.random.default_rng(0).uniform(-0.4, 0.4, (12, 3))
     for number, places in enumerate((circle, cloud)):
@@ -104,7 +104,6 @@ def test_elements_at_given_places_receive_friis_law_at_these_places(make_scene, 
         distance = np.linalg.norm(sources[:, None] - (position + rotation.apply(places)), axis=-1)
         ratio = Tracer(scene, LOS_ONLY).responses(sources) / free_space(distance)
         assert np.abs(ratio.imag).max() < 2e-3 * np.abs(ratio).max() and np.abs(ratio).max() < 1.001
-        assert np.ptp(np.sign(ratio.real), axis=1).max() == 0
 
 
 def test_a_planar_array_given_in_metres_receives_the_same(make_scene, far_sheet):
