@@ -129,6 +129,7 @@ def expectation(spacing: Spacing, array: Array) -> str:
         spacing: of the known positions.
         array: with which their spectra are measured.
 
+    >>> from simulate.spectra.array import PlanarArray
     >>> expectation(Spacing(known=90, shape="path", size=9.0), PlanarArray())
     'mean spacing 0.1 wavelengths along a path: what score to expect is known of positions in a region alone'
     """
@@ -154,6 +155,7 @@ def facts(spacing: Spacing, array: Array) -> dict[str, Any]:
         spacing: of the known positions.
         array: with which their spectra are measured.
 
+    >>> from simulate.spectra.array import PlanarArray
     >>> facts(Spacing(known=90, shape="path", size=9.0), PlanarArray())
     {'known_positions_fill': 'path', 'mean_spacing_wavelengths': 0.1, 'expected_ssim': None}
     """
