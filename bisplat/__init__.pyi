@@ -58,6 +58,7 @@ from simulate.spectra.angular_grid import AngularGrid as AngularGrid
 from simulate.spectra.array import PlanarArray as PlanarArray
 from simulate.spectra.band import Band as Band
 from simulate.spectra.beamformer import Beamformer as Beamformer
+from simulate.spectra.element_array import ElementArray as ElementArray
 from simulate.spectra.lags import fit_lags as fit_lags
 from simulate.spectra.measurement import Measurement as Measurement
 from simulate.spectra.phase_retrieval import retrieve_responses as retrieve_responses

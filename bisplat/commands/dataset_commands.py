@@ -8,6 +8,7 @@ from typing import Annotated
 
 from tyro.conf import OmitArgPrefixes, Positional
 
+from bisplat.commands.array_option import array_option
 from bisplat.commands.output_file import Force, require_new
 from bisplat.commands.simulate_command import Output
 from scenes.files.errors import ParameterError, printable
@@ -33,20 +34,20 @@ def dataset(
         files: one file or several, which together hold positions and responses.
         output: the new dataset folder.
         frequency: carrier frequency: hertz, or such as "2.4 GHz".
-        array: array of the gateway: ROWSxCOLUMNS@SPACING, with the spacing in wavelengths.
+        array: array of the gateway: ROWSxCOLUMNS@SPACING, with the spacing in wavelengths, or a CSV file with columns
+            x,y,z of element positions, metres, gateway frame.
         gateway: position of the gateway, metres.
         boresight: direction that the gateway looks in. Its y axis points as far up as possible.
     """
-    from scenes.scene.array_size import read_array
     from scenes.scene.description import Gateway, facing
     from simulate.exchange.recorded_dataset import record
 
     if not files:
         raise ParameterError("files", "expected at least one file, found none")
-    rows, columns, spacing = read_array(array)
-    if spacing is None:
+    own_array = array_option(array)
+    if "rows" in own_array and "spacing" not in own_array:
         raise ParameterError("array", f"expected the spacing in wavelengths, too, such as {array}@0.5, found {array}")
-    receiver = Gateway(gateway, facing(boresight), rows, columns, spacing)
+    receiver = Gateway(gateway, facing(boresight), **own_array)
     for sentence in record(files, output, receiver, frequency, recording):
         print(printable(sentence))
     print(printable(f"dataset: {output}"))

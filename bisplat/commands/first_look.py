@@ -12,8 +12,8 @@ from scenes.scene.description import Scene
 from simulate.dataset.dataset_folder import Dataset
 from simulate.rays.core.propagation import Propagation
 from simulate.spectra.angular_grid import AngularGrid
-from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.element_array import array_of
 from simulate.spectra.spectrum import picture, spectrum_of
 
 SHOWN = 6
@@ -38,7 +38,7 @@ def draw_first_look(scene: Scene, positions: Float[np.ndarray, "K 3"], seed: int
     from simulate.rays.tracer import Tracer
 
     shown = positions[:SHOWN]
-    beamformer = Beamformer(PlanarArray.of(scene.gateway), AngularGrid())
+    beamformer = Beamformer(array_of(scene.gateway, scene.frequency), AngularGrid())
     responses = Tracer(scene, QUICK, seed=seed).responses(shown)
     spectra = spectrum_of(picture(beamformer.spectrum(responses)))
     draw_spectra(spectra, shown, beamformer.grid, folder / "first_look.png")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from bisplat.commands.array_option import array_option
 from scenes.files.plain_text import say
 
 if TYPE_CHECKING:  # its import takes long, and the help does not need it
@@ -18,7 +19,8 @@ class SceneChanges:
     Attributes:
         frequency: carrier frequency instead of the scene's: hertz, or such as "2.4 GHz". Materials of ITU-R P.2040
             follow.
-        array: array instead of that of every gateway: ROWSxCOLUMNS, or ROWSxCOLUMNS@SPACING in wavelengths.
+        array: array instead of that of every gateway: ROWSxCOLUMNS, or ROWSxCOLUMNS@SPACING in wavelengths, or a CSV
+            file with columns x,y,z of element positions, metres, gateway frame.
     """
 
     frequency: str | None = None
@@ -40,7 +42,6 @@ def changed_scene(place: Scene, changes: SceneChanges) -> Scene:
     """
     from scenes.checks.material_frequency import doubts
     from scenes.checks.validation import validate
-    from scenes.scene.array_size import read_array
 
     if changes == SceneChanges():
         return place
@@ -49,10 +50,11 @@ def changed_scene(place: Scene, changes: SceneChanges) -> Scene:
         before, place = place.frequency, place.at_frequency(changes.frequency)
         facts.append(f"{place.frequency / 1e6:g} MHz instead of {before / 1e6:g} MHz")
     if changes.array is not None:
-        rows, columns, spacing = read_array(changes.array)
-        place = place.with_array(rows, columns, spacing)
+        wanted = array_option(changes.array)
+        place = place.with_elements(**wanted) if "elements" in wanted else place.with_array(**wanted)
         found = place.gateway
-        facts.append(f"{found.rows} × {found.columns} elements at {found.spacing:g} wavelengths")
+        planar = f"{found.rows} × {found.columns} elements at {found.spacing:g} wavelengths"
+        facts.append(planar if found.elements is None else found.array_in_words)
     validate(place, place.name)
     say(f"{place.name}: {', '.join(facts)}")
     for sentence in doubts(place):

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from tyro.conf import Positional, arg
 
+from bisplat.commands.array_option import array_option
 from bisplat.commands.given_options import refuse_given
 from bisplat.commands.import_options import print_list, read_own_material, read_rule
 from bisplat.commands.output_file import Force, require_new
@@ -103,7 +104,6 @@ def scene(
     from scenes.importing.imported_file import is_importable
     from scenes.importing.mesh_import import DEFAULT_FREQUENCY, import_scene
     from scenes.importing.part_listing import parts_of
-    from scenes.scene.array_size import read_array
     from scenes.scene.description import Gateway, Transmitter, facing
     from scenes.scene.frequency import read_frequency
     from scenes.storage.scene_files import file_stem
@@ -134,14 +134,13 @@ def scene(
             raise InputError(
                 f"{scene}: an import also needs {', '.join(missing)}; --list alone shows what the file contains"
             )
-        rows, columns, spacing = read_array(array or "4x4")
-        shape = (rows, columns, Gateway.spacing if spacing is None else spacing)
+        own_array = array_option(array or "4x4")
         with new_folder(output, force) as unfinished:
             place, report = import_scene(
                 scene,
                 **options,
                 walls=walls,
-                gateway=Gateway(gateway, facing(boresight), *shape, pattern=pattern),
+                gateway=Gateway(gateway, facing(boresight), pattern=pattern, **own_array),
                 transmitter=Transmitter(region_min, region_max),
             )
             write_scene(place, unfinished)

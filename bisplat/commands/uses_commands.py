@@ -130,6 +130,10 @@ def locate(
         chosen = [number for number, part in enumerate(parts) if part == "test"]
         say(f"{pictures[0]}: located the {len(chosen)} pictures of the test part; {pictures[0]}/spectrum has all")
         names, parts = ([each[number] for number in chosen] for each in (names, parts))
+    for run in loaded:
+        unseen_side = run.beamformer.array.cannot_tell
+        if unseen_side is not None:
+            say(f"warning: {run.folder}: of the array, {unseen_side}; places on both sides may be given")
     warning = grid_warning(loaded)
     if warning is not None:
         say(f"warning: {warning}")

@@ -10,12 +10,17 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Complex, Float
 
+from simulate.dataset.dataset_folder import Dataset
 from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.element_array import uniform
 from simulate.spectra.phase_retrieval import GOOD, retrieve_responses
 from simulate.spectra.spectrum import LARGEST_GREY, normalise
 
 CEILING = "array's ceiling"
 """Name of the bound in results and in their files."""
+
+NO_CEILING = "without recorded responses, it can be found for uniform planar arrays alone"
+"""Why a dataset has no ceiling, for the user."""
 
 SAMPLES = 50
 """Largest number of test spectra to which the ceiling is fitted; a fit takes a fraction of a second."""
@@ -30,6 +35,11 @@ def shown_name(name: str) -> str:
     return f"{name} (bound)" if name == CEILING else name
 
 
+def has_ceiling(dataset: Dataset) -> bool:
+    """Whether the ceiling of a dataset's array can be found: it has responses, or a uniform planar array."""
+    return dataset.responses is not None or uniform(dataset.array) is not None
+
+
 def array_ceiling(
     truth: Float[np.ndarray, "K 90 360"],
     beamformer: Beamformer,
@@ -37,7 +47,8 @@ def array_ceiling(
 ) -> Float[np.ndarray, "K 90 360"]:
     """The spectra of the form normalise(|A y|) that fit the true spectra best.
 
-    Recorded responses that reproduce a spectrum are the best ones. All others are found behind the spectra.
+    Recorded responses that reproduce a spectrum are the best ones. All others are found behind the spectra, which needs
+    a uniform planar array; recorded ones of other arrays are taken as they are.
 
     Args:
         truth: true spectra, 0…1.
@@ -49,6 +60,6 @@ def array_ceiling(
     best = normalise(beamformer.spectrum(recorded))
     error = LARGEST_GREY * np.sqrt(np.square(best - truth).mean(axis=(1, 2)))
     others = np.flatnonzero(error > GOOD)
-    if len(others):
+    if len(others) and uniform(beamformer.array) is not None:
         best[others] = array_ceiling(truth[others], beamformer)
     return best

@@ -47,6 +47,10 @@ class Kriging(MeanPicture):
         self._predict = krige_spectra(task.positions, task.spectra, task.seed)
 
 
+NO_RESPONSES = "this method needs recorded responses, or a uniform planar array behind whose pictures they are found"
+"""Why ``KrigingResponses`` cannot be used on a dataset, for the user."""
+
+
 class KrigingResponses(MeanPicture):
     """Kriging of the element responses.
 

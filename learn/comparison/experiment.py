@@ -18,7 +18,8 @@ import numpy as np
 from jaxtyping import Float, Int
 from msgspec import Meta, Struct
 
-from learn.baselines.array_ceiling import CEILING, SAMPLES, array_ceiling
+from learn.baselines.array_ceiling import CEILING, NO_CEILING, SAMPLES, array_ceiling, has_ceiling
+from learn.comparison.baseline_methods import NO_RESPONSES, KrigingResponses
 from learn.comparison.doubts import MEAN_PICTURE
 from learn.comparison.own_method import built, checked_spectra, is_own, named, source_hash
 from learn.comparison.scores_file import write_scores
@@ -30,7 +31,7 @@ from learn.data.splits import GUARD_MOST, SPLITS, Split, SplitKind, split
 from learn.training.own_dataset import require_same_spectra
 from learn.training.training_file import device_name
 from scenes.files.atomic import require_writable, write_atomically
-from scenes.files.errors import require_path, require_whole, require_within, require_word
+from scenes.files.errors import InputError, require_path, require_whole, require_within, require_word
 from scenes.files.input_file import MEGABYTE, read_text
 from scenes.files.json_file import parse_json, read_json
 from scenes.files.output_folder import own_folder
@@ -163,8 +164,15 @@ class Experiment:
             sizes: numbers of training spectra. None: all of the training part.
 
         Raises:
-            InputError: a size is larger than the training part.
+            InputError: a size is larger than the training part, or none of the methods can be used on the dataset.
         """
+        possible = {label: make for label, make in methods.items() if make is not KrigingResponses or self._has_ceiling}
+        for label in methods.keys() - possible.keys():
+            why = f"{label}: {NO_RESPONSES}, which the dataset has not"
+            if not possible:
+                raise InputError(why)
+            say(f"left out {why}")
+        methods = possible
         for seed in range(seeds):
             for size in sizes:
                 for label, make in methods.items():
@@ -217,11 +225,18 @@ class Experiment:
         key = {"label": CEILING, "seed": 0, "train_size": None}
         if self._row(key) is not None:
             return
+        if not self._has_ceiling:
+            say(f"the array's ceiling is left out: {NO_CEILING}")
+            return
         test = evenly(self.test, SAMPLES)
         truth = self._spectra(test)
         recorded = None if self.dataset.responses is None else self.dataset.responses[test]
         bound = array_ceiling(truth, self.dataset.beamformer, recorded)
         self._keep(key, test, score(bound, truth, self.dataset.grid, self.dataset.array), {})
+
+    @property
+    def _has_ceiling(self) -> bool:
+        return has_ceiling(self.dataset)
 
     def _row(self, key: dict[str, Any]) -> dict[str, Any] | None:
         """The row with this label, seed and size. None: it has not been measured."""

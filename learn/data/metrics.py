@@ -12,7 +12,8 @@ from skimage.metrics import structural_similarity
 
 from scenes.files.errors import ParameterError, require_instance
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
-from simulate.spectra.array import PlanarArray
+from simulate.spectra.array import Array, PlanarArray
+from simulate.spectra.element_array import ElementArray
 from simulate.spectra.spectrum import check_spectra
 
 
@@ -59,7 +60,7 @@ def score(
     prediction: Float[np.ndarray, "*batch 90 360"],
     truth: Float[np.ndarray, "*batch 90 360"],
     grid: AngularGrid = AngularGrid(),
-    array: PlanarArray = PlanarArray(),
+    array: Array = PlanarArray(),
 ) -> Scores:
     """Score predicted spectra as all tables of this project do.
 
@@ -156,7 +157,7 @@ def aoa_error(
     prediction: Float[np.ndarray, "*batch 90 360"],
     truth: Float[np.ndarray, "*batch 90 360"],
     grid: AngularGrid = AngularGrid(),
-    array: PlanarArray = PlanarArray(),
+    array: Array = PlanarArray(),
 ) -> Float[np.ndarray, "*batch"]:
     """Error of the angle of arrival: the angle between the directions of the two maxima.
 
@@ -186,7 +187,7 @@ def aoa_error(
         2.0
     """
     require_instance(AngularGrid, grid=grid)
-    require_instance(PlanarArray, array=array)
+    require_instance(PlanarArray, ElementArray, array=array)
     prediction, truth = _pair(prediction, truth)
     return array.angle_between(grid.dominant_direction(prediction), grid.dominant_direction(truth))
 

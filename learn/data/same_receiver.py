@@ -9,7 +9,7 @@ from jaxtyping import Float
 from scipy.spatial.transform import Rotation
 
 from scenes.scene.description import SPEED_OF_LIGHT
-from simulate.spectra.array import PlanarArray
+from simulate.spectra.array import Array, PlanarArray
 
 SAME_FREQUENCY, SAME_SPACING = 0.05, 0.05
 """Largest relative difference of wavelengths, and largest difference of element spacings in wavelengths, of one
@@ -28,10 +28,22 @@ def other_frequency(wavelength: float, found: float) -> bool:
     return abs(found / wavelength - 1) > SAME_FREQUENCY
 
 
-def other_array(array: PlanarArray, found: PlanarArray) -> bool:
-    """Whether two arrays are of different receivers."""
+def other_array(array: Array, found: Array, tolerance: float = SAME_SPACING) -> bool:
+    """Whether two arrays are of different receivers.
+
+    Args:
+        array: one of them.
+        found: the other.
+        tolerance: largest difference of spacings or, of elements at given positions, of a position relative to the mean
+            of all; wavelengths.
+    """
+    if not (isinstance(array, PlanarArray) and isinstance(found, PlanarArray)):
+        if array.elements != found.elements:
+            return True
+        places, other = (each.positions - each.positions.mean(axis=0) for each in (array, found))
+        return bool(np.linalg.norm(places - other, axis=1).max() > tolerance)
     shapes = (array.rows, array.columns), (found.rows, found.columns)
-    return shapes[0] != shapes[1] or abs(array.spacing - found.spacing) > SAME_SPACING
+    return shapes[0] != shapes[1] or abs(array.spacing - found.spacing) > tolerance
 
 
 def pose_difference(pose: Pose, found: Pose) -> tuple[float, float]:
@@ -53,12 +65,3 @@ def in_megahertz(wavelength: float) -> str:
     '2398 MHz'
     """
     return f"{SPEED_OF_LIGHT / wavelength / 1e6:.4g} MHz"
-
-
-def in_words(array: PlanarArray) -> str:
-    """An array, for a sentence.
-
-    >>> in_words(PlanarArray(2, 8))
-    '2 × 8 elements 0.5 λ apart'
-    """
-    return f"{array.rows} × {array.columns} elements {array.spacing:g} λ apart"

@@ -8,11 +8,11 @@ from jaxtyping import Bool, Float, Int, UInt8
 from scenes.files.errors import InputError
 from scenes.files.plain_text import say
 from simulate.dataset.dataset_folder import Dataset
-from simulate.spectra.array import PlanarArray
+from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.few_elements import LEAST_ELEMENTS, too_few_elements
 
 
-def require_scorable(array: PlanarArray, place: str) -> None:
+def require_scorable(array: Array, place: str) -> None:
     """Refuse arrays of one or two elements, whose spectra every method predicts equally well.
 
     Args:
@@ -24,9 +24,10 @@ def require_scorable(array: PlanarArray, place: str) -> None:
     """
     why = too_few_elements(array)
     if why is not None:
+        found = f"{array.rows} × {array.columns}" if isinstance(array, PlanarArray) else array.in_words
         raise InputError(
-            f"{place}: expected an array of at least {LEAST_ELEMENTS} elements to score spectra, found {array.rows} × "
-            f"{array.columns}: {why}; train and predict work all the same"
+            f"{place}: expected an array of at least {LEAST_ELEMENTS} elements to score spectra, found {found}: {why}; "
+            "train and predict work all the same"
         )
 
 

@@ -24,7 +24,11 @@ from simulate.dataset.dataset_folder import Dataset, inspect
 from simulate.dataset.dataset_frequency import named, several_frequencies
 from simulate.dataset.rssi_folder import is_rssi, not_spectra
 from simulate.rssi.rssi_check import RssiCheck, check_rssi
+from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.band import Band
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.element_array import uniform
+from simulate.spectra.identification import tells_little
 
 SOURCES = {
     "metadata": "metadata.json",
@@ -113,14 +117,14 @@ class Check:
             f"{fixed} at (m)": str(dataset.gateway_position.round(3).tolist()),
             f"{turned} looks along": str(boresight_of(dataset.gateway_orientation).round(3).tolist()),
             "frequency": f"{dataset.frequency} ({SOURCES[dataset.frequency.source]})",
-            "array": f"{array.rows} × {array.columns}, {array.spacing:.3f} λ apart ({SOURCES[known.source]})",
+            "array": _in_words(array, SOURCES[known.source]),
             "rows (elevation)": _angles(grid.elevations_deg, SOURCES[known.grid_source]),
             "columns (azimuth)": _angles(grid.azimuths_deg, SOURCES[azimuths]),
             "strongest directions": (
                 f"{bearing:.0f}° from those of the transmitters (median)" if np.isfinite(bearing) else "none"
             ),
             "order": "by number, taken for the order of measurement",
-            "left unexplained": "not computed" if residual is None else f"{residual:.2f} grey levels of 255 (median)",
+            "left unexplained": _left(known.beamformer, residual),
             "complex responses": responses,
             **({} if dataset.band_responses is None else {"band": _band(dataset.band, dataset.band_responses)}),
             "split": self.split or "the folder's own",
@@ -162,7 +166,7 @@ class Check:
         known = self.dataset.identification
         return {
             "frequency": asdict(self.dataset.frequency),
-            "array": {**asdict(known.beamformer.array), "source": known.source},
+            "array": {**known.beamformer.array.stated(), "source": known.source},
             "grid": {**asdict(known.beamformer.grid), "source": known.grid_source},
             "fit_residual_grey_levels": None if known.residual is None else round(known.residual, 3),
         }
@@ -254,6 +258,22 @@ def _band(band: Band | None, responses: Complex[np.ndarray, "K elements subcarri
         f"{band.subcarriers} subcarriers over {band.bandwidth / 1e6:g} MHz around the carrier; delay spread "
         f"{1e9 * np.median(spreads):.0f} ns (median; delays are told apart from {1e9 / band.bandwidth:.0f} ns on)"
     )
+
+
+def _left(beamformer: Beamformer, residual: float | None) -> str:
+    if residual is None:
+        return "not computed"
+    other = tells_little(beamformer) if uniform(beamformer.array) is None else False
+    little = "; other arrays of this size explain the pictures as well, since it has more lags than they have details"
+    return f"{residual:.2f} grey levels of 255 (median){little if other else ''}"
+
+
+def _in_words(array: Array, source: str) -> str:
+    text = array.in_words
+    if isinstance(array, PlanarArray):
+        text = f"{array.rows} × {array.columns}, {array.spacing:.3f} λ apart"
+    cannot = "" if array.cannot_tell is None else f"; {array.cannot_tell}"
+    return f"{text} ({source}){cannot}"
 
 
 def _angles(degrees: Float[np.ndarray, " n"], source: str) -> str:

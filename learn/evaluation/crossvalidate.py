@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from learn.data.metrics import Scores, score
-from learn.data.same_receiver import in_megahertz, other_frequency
+from learn.data.same_receiver import in_megahertz, other_array, other_frequency
 from learn.data.scorable import require_scorable, require_some, varies
 from learn.data.split_distances import SplitDistances
 from learn.evaluation.origin import Origin
@@ -39,7 +39,7 @@ from simulate.generation.simulation_options import LEAST_SPECTRA
 from simulate.positions.given_positions import MOST_POSITIONS
 from simulate.positions.placement import free_positions
 from simulate.spectra.angular_grid import AngularGrid
-from simulate.spectra.array import PlanarArray
+from simulate.spectra.element_array import array_of
 from simulate.spectra.spectrum import picture, spectrum_of
 
 if TYPE_CHECKING:  # needs the ray tracer, which users of measured data need not install
@@ -167,14 +167,9 @@ def crossvalidate(
             f"found {in_megahertz(scene.wavelength)}"
         )
     require_scorable(run.beamformer.array, str(run.folder))
-    gateway = scene.gateway
-    array, expected = PlanarArray.of(gateway), run.beamformer.array
-    alike = (array.rows, array.columns) == (expected.rows, expected.columns)
-    if not alike or abs(array.spacing - expected.spacing) > SAME_SPACING:
-        raise InputError(
-            f"{scene.name}: expected the array of the run, {expected}, found {gateway.rows} × {gateway.columns} "
-            f"elements {gateway.spacing} wavelengths apart"
-        )
+    array, expected = array_of(scene.gateway, scene.frequency), run.beamformer.array
+    if other_array(expected, array, SAME_SPACING):
+        raise InputError(f"{scene.name}: expected the array of the run, {expected.in_words}, found {array.in_words}")
     parts = run.split(dataset)
     known = dataset.positions[parts.known]
     region = bounding_box(known)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from learn.baselines.array_ceiling import CEILING, SAMPLES, array_ceiling
+from learn.baselines.array_ceiling import CEILING, NO_CEILING, SAMPLES, array_ceiling, has_ceiling
 from learn.baselines.neighbours import inverse_distance, mean_picture, nearest
 from learn.data.metrics import Scores, score
 from learn.data.scorable import require_scorable, scorable
@@ -22,6 +22,7 @@ from learn.models.base import Report
 from learn.training.deviation import pixel_errors
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import InputError, require_flag, require_path
+from scenes.files.plain_text import say
 from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.dataset.index_files import read_index
 from simulate.spectra.spectrum import evenly, spectrum_of
@@ -227,6 +228,9 @@ def evaluate(
         "nearest": lambda: nearest(known_positions, known_spectra, positions),
         "inverse-distance": lambda: inverse_distance(known_positions, known_spectra, positions),
     }
+    if ceiling and not has_ceiling(tested_on):
+        say(f"{tested_on.folder}: the array's ceiling is left out: {NO_CEILING}")
+        ceiling = False
     total = len(methods) + 1 + ceiling
     report("model", 0, total)
     prediction = run.predict(positions).spectra

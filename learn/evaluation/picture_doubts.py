@@ -9,6 +9,7 @@ import numpy as np
 
 from simulate.dataset.bearings import bearing_of
 from simulate.dataset.dataset_folder import Dataset
+from simulate.spectra.element_array import uniform
 from simulate.spectra.explanation import Explanation, explain
 from simulate.spectra.few_elements import too_few_elements
 from simulate.spectra.identification import DOUBTFUL, EXPLAINED, LEAST_LEVELS, grey_levels
@@ -79,7 +80,7 @@ def _of_array(dataset: Dataset) -> list[str]:
     left = f"{residual:.1f} grey levels (rounding alone: 0.3)"
     if stated:
         sentence = (
-            f"metadata.json states {array.rows} × {array.columns} elements {array.spacing:g} wavelengths apart, rows "
+            f"metadata.json states {array.in_words.replace('λ', 'wavelengths')}, rows "
             f"from {dataset.grid.elevation_first_deg:g}°, but the pictures differ from what this array can measure by "
             f"{left}"
         )
@@ -97,19 +98,19 @@ def _explained(found: Explanation) -> str:
     array, grid = found.beamformer.array, found.beamformer.grid
     what = {"magnitude": "magnitudes", "power": "powers", "decibels": "powers in decibels"}[found.quantity]
     sentence = (
-        f"{what.capitalize()} of an array of {array.rows} × {array.columns} elements {array.spacing:g} wavelengths "
-        f"apart explain them to {found.residual:.2f}"
+        f"{what.capitalize()} of an array of {array.in_words.replace('λ', 'wavelengths')} "
+        f"explain them to {found.residual:.2f}"
     )
     if found.quantity != "magnitude" or grid.elevation_step_deg < 0:
         return f"{sentence}: bisplat convert turns them into pictures of this format"
-    content = json.dumps({"array": asdict(array), "grid": asdict(grid)})
+    content = json.dumps({"array": array.stated(), "grid": asdict(grid)})
     return f"{sentence}: bisplat convert states it in metadata.json, or write {content} there"
 
 
 def _of_magnitudes(dataset: Dataset) -> list[str]:
     """A sentence if the responses behind the pictures have phases but no magnitudes."""
     array, residual = dataset.array, dataset.identification.residual
-    if residual is None or residual >= EXPLAINED or min(array.rows, array.columns) < 2:
+    if residual is None or residual >= EXPLAINED or array.is_line or uniform(array) is None:
         return []
     if array.elements > MOST_RETRIEVED:
         return []

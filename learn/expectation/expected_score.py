@@ -17,7 +17,8 @@ from jaxtyping import Float
 
 from learn.expectation.mean_spacing import Shape, Spacing
 from scenes.files.plain_text import say
-from simulate.spectra.array import PlanarArray
+from simulate.spectra.array import Array
+from simulate.spectra.element_array import uniform
 
 FILE = Path(__file__).with_suffix(".json")
 
@@ -115,19 +116,26 @@ def expected_score(density: float, flat: bool) -> Expected:
     return score_curve("plane" if flat else "volume").at(density)
 
 
-def expectation(spacing: Spacing, array: PlanarArray) -> str:
+def _is_measured(array: Array) -> bool:
+    """Whether the curves were measured with arrays of this size."""
+    planar = uniform(array)
+    return planar is not None and (planar.rows, planar.columns) == ELEMENTS
+
+
+def expectation(spacing: Spacing, array: Array) -> str:
     """One sentence: the mean spacing of known positions, and the score to expect from it.
 
     Args:
         spacing: of the known positions.
         array: with which their spectra are measured.
 
+    >>> from simulate.spectra.array import PlanarArray
     >>> expectation(Spacing(known=90, shape="path", size=9.0), PlanarArray())
     'mean spacing 0.1 wavelengths along a path: what score to expect is known of positions in a region alone'
     """
     if spacing.shape == "path":
         return f"{spacing.sentence()}: what score to expect is known of positions in a region alone"
-    if (array.rows, array.columns) != ELEMENTS:
+    if not _is_measured(array):
         return f"{spacing.sentence()}: what score to expect is known of arrays of 4 × 4 elements alone"
     curve = score_curve(spacing.shape)
     low, middle, high = curve.at(spacing.density)
@@ -140,24 +148,25 @@ def expectation(spacing: Spacing, array: PlanarArray) -> str:
     )
 
 
-def facts(spacing: Spacing, array: PlanarArray) -> dict[str, Any]:
+def facts(spacing: Spacing, array: Array) -> dict[str, Any]:
     """The spacing and the score to expect as numbers, for JSON.
 
     Args:
         spacing: of the known positions.
         array: with which their spectra are measured.
 
+    >>> from simulate.spectra.array import PlanarArray
     >>> facts(Spacing(known=90, shape="path", size=9.0), PlanarArray())
     {'known_positions_fill': 'path', 'mean_spacing_wavelengths': 0.1, 'expected_ssim': None}
     """
     expected = None
-    if spacing.shape != "path" and (array.rows, array.columns) == ELEMENTS:
+    if spacing.shape != "path" and _is_measured(array):
         expected = [round(each, 3) for each in score_curve(spacing.shape).at(spacing.density)]
     spaced = round(spacing.wavelengths, 3)
     return {"known_positions_fill": spacing.shape, "mean_spacing_wavelengths": spaced, "expected_ssim": expected}
 
 
-def say_expectation(known: Float[np.ndarray, "n 3"], wavelength: float, array: PlanarArray) -> None:
+def say_expectation(known: Float[np.ndarray, "n 3"], wavelength: float, array: Array) -> None:
     """Say how densely known positions lie and what score to expect; nothing if their spacing cannot be told.
 
     Args:

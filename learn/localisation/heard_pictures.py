@@ -11,7 +11,6 @@ from learn.data.same_receiver import (
     SAME_DIRECTION,
     SAME_PLACE,
     in_megahertz,
-    in_words,
     other_array,
     other_frequency,
     pose_difference,
@@ -24,7 +23,7 @@ from simulate.dataset.dataset_frequency import frequency_of
 from simulate.dataset.dataset_reader import read_gateway, read_metadata
 from simulate.dataset.picture_files import read_all
 from simulate.dataset.rssi_folder import is_rssi, not_spectra
-from simulate.spectra.identification import EXPLAINED, MOST_ELEMENTS, examined, stated_array, stated_grid
+from simulate.spectra.identification import EXPLAINED, can_fit, examined, stated_array, stated_grid
 from simulate.spectra.lags import fit_lags
 
 
@@ -90,19 +89,20 @@ def _check_metadata(folder: Path, names: list[str], pictures: UInt8[np.ndarray, 
             f"{folder}: expected pictures at the frequency of {run.folder}, {in_megahertz(wavelength)}, found "
             f"{in_megahertz(frequency.wavelength)}"
         )
+    array = None if array is None else array.at(frequency.hertz)
     if array is not None and other_array(of_run.array, array):
         raise InputError(
-            f"{path}: expected pictures of the array of {run.folder}, {in_words(of_run.array)}, found those of "
-            f"{in_words(array)}"
+            f"{path}: expected pictures of the array of {run.folder}, {of_run.array.in_words}, found those of "
+            f"{array.in_words}"
         )
     if grid is not None and grid != of_run.grid:
         raise InputError(f"{path}: expected pictures on the grid of {run.folder}, {of_run.grid}, found {grid}")
     telling = examined(pictures)
-    if array is None and len(telling) and of_run.array.elements <= MOST_ELEMENTS:
+    if array is None and len(telling) and can_fit(of_run.array):
         left = fit_lags(telling, of_run).median_residual
         if left > EXPLAINED:
             say(
-                f"warning: {folder}: the array of {run.folder}, {in_words(of_run.array)}, leaves {left:.2g} grey "
+                f"warning: {folder}: the array of {run.folder}, {of_run.array.in_words}, leaves {left:.2g} grey "
                 "levels of these pictures unexplained, where rounding leaves 0.3; were they recorded by another array?"
             )
 

@@ -50,6 +50,7 @@ def synchronised(
     positions: Float[np.ndarray, "n 3"],
     covariance: Covariance,
     nugget: float,
+    flips: bool = True,
 ) -> Complex[np.ndarray, "n elements"]:
     """Responses with the factors and flips that most likely make them one field.
 
@@ -58,12 +59,13 @@ def synchronised(
         positions: transmitter positions, metres.
         covariance: covariance of the field, of variance 1.
         nugget: variance of the noise, relative to that of the field.
+        flips: whether responses may be flipped, as those behind pictures of a uniform planar array.
 
     Returns:
         Responses of a mean square magnitude of 1, up to a flip of all of them and a common factor.
     """
     norm = np.linalg.norm(responses, axis=1, keepdims=True) / np.sqrt(responses.shape[1])
-    either = np.stack([responses, flipped(responses)]) / np.where(norm > 0, norm, 1)
+    either = np.stack([responses, flipped(responses) if flips else responses]) / np.where(norm > 0, norm, 1)
     _, near = cKDTree(positions).query(positions, [*range(1, min(NEIGHBOURS + 1, len(positions)) + 1)])
     others = [row[row != member][:NEIGHBOURS] for member, row in enumerate(near)]
     weights = [_weights(np.array([member]), row, covariance, nugget) for member, row in enumerate(others)]

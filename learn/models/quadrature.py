@@ -15,6 +15,7 @@ but the pixels are denser than the array's resolution.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -23,14 +24,23 @@ from scipy.interpolate import CubicSpline
 from scipy.special import j0, jv
 
 from simulate.spectra.angular_grid import COLUMNS, ROWS
-from simulate.spectra.array import PlanarArray
+from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.element_array import uniform
+from simulate.spectra.lags import lag_vectors
 
 WRONG_ALONG_AZIMUTH, WRONG_ALONG_ELEVATION = 1e-6, 1e-9
 """Largest errors of the mean of one plane wave."""
 
 LEAST_WEIGHT = 0.9
 """Smallest weight of a row relative to equal weights; with less, errors in that row would hardly count."""
+
+
+MOST_LAGS, MOST_BANDS = 200, 500
+"""Lags of an array at given positions, and different sums of two of them, up to which all are listed."""
+
+PER_WAVELENGTH, SAME_BAND = 4, 1e-4
+"""Sums for each wavelength that stand for all others, and wavelengths up to which two of them are the same."""
 
 
 @dataclass(frozen=True)
@@ -62,15 +72,18 @@ def quadrature(beamformer: Beamformer) -> Quadrature:
     >>> len(chosen.rows), len(chosen.columns)
     (18, 45)
     """
-    array = beamformer.array
-    rows, columns = np.meshgrid(np.arange(2 * array.rows - 1), np.arange(2 * array.columns - 1))
-    bands = 2 * np.pi * array.spacing * np.unique(np.hypot(rows, columns).round(9))
+    bands, heights = _bands(beamformer.array)
     divisors = [width for width in range(1, COLUMNS + 1) if COLUMNS % width == 0 and width > bands.max()]
     width = next((each for each in divisors if 2 * abs(jv(each, bands.max())) < WRONG_ALONG_AZIMUTH), COLUMNS)
     if abs(beamformer.grid.azimuth_step_deg) * COLUMNS != 360:  # the columns do not make a full turn
         width = COLUMNS
-    waves = j0(bands * np.cos(np.radians(beamformer.grid.elevations_deg))[:, None])
-    for height in range(1, ROWS):
+    elevation = np.radians(beamformer.grid.elevations_deg)[:, None]
+    waves = j0(bands * np.cos(elevation))
+    if heights.any():  # lags with a part along the boresight
+        phase = heights * np.sin(elevation)
+        waves = np.concatenate([waves * np.cos(phase), waves * np.sin(phase)], axis=1)
+    least = 1 if uniform(beamformer.array) is not None or len(bands) <= MOST_BANDS else ROWS
+    for height in range(least, ROWS):
         chosen = np.round((np.arange(height) + 0.5) * ROWS / height - 0.5).astype(int)
         # The solution that is closest to equal weights.
         change, *_ = np.linalg.lstsq(waves[chosen].T, waves.mean(axis=0) - waves[chosen].mean(axis=0), rcond=1e-12)
@@ -81,6 +94,28 @@ def quadrature(beamformer: Beamformer) -> Quadrature:
     else:
         chosen, weights = np.arange(ROWS), np.full(ROWS, 1 / ROWS)
     return Quadrature(chosen, np.arange(0, COLUMNS, COLUMNS // width), weights)
+
+
+def _bands(array: Array) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+    """The different sums of two lags, times 2π: their length across the boresight and their part along it."""
+    planar = uniform(array)
+    if planar is not None:
+        rows, columns = np.meshgrid(np.arange(2 * planar.rows - 1), np.arange(2 * planar.columns - 1))
+        bands = 2 * np.pi * planar.spacing * np.unique(np.hypot(rows, columns).round(9))
+        return bands, np.zeros_like(bands)
+    lags = lag_vectors(array)
+    if len(lags) <= MOST_LAGS:
+        both = np.concatenate([lags, -lags[1:]])
+        sums = (both[:, None] + lags).reshape(-1, 3)  # the others are these with the other sign
+        pairs = np.stack([np.hypot(sums[:, 0], sums[:, 1]), np.abs(sums[:, 2])], axis=1)
+        pairs = pairs[np.unique((pairs / SAME_BAND).round(), axis=0, return_index=True)[1]]
+        if len(pairs) <= MOST_BANDS:
+            return tuple(2 * np.pi * pairs.T)
+    # Too many to list. Between them the means are smooth, so that a few for each wavelength stand for all.
+    across, along = 2 * np.hypot(lags[:, 0], lags[:, 1]).max(), 2 * np.abs(lags[:, 2]).max()
+    wide, high = (np.linspace(0, each, max(2, math.ceil(each * PER_WAVELENGTH))) for each in (across, along))
+    grid = np.meshgrid(wide, high if along else [0.0], indexing="ij")
+    return 2 * np.pi * grid[0].ravel(), 2 * np.pi * grid[1].ravel()
 
 
 def picture_pixels(beamformer: Beamformer) -> Quadrature:

@@ -10,6 +10,7 @@ from jaxtyping import Complex, Float, Int
 from learn.models.kriged_field import KrigedField
 from learn.models.phase_synchronisation import Covariance, synchronised
 from simulate.dataset.dataset_folder import Dataset
+from simulate.spectra.element_array import uniform
 from simulate.spectra.phase_retrieval import retrieve_responses
 from simulate.spectra.spectrum import spectrum_of
 
@@ -40,15 +41,25 @@ def with_contrast(dataset: Dataset, known: Int[np.ndarray, " n"]) -> Int[np.ndar
 
 
 def can_retrieve(dataset: Dataset, known: Int[np.ndarray, " n"]) -> bool:
-    """Whether the number of known pictures allows finding the responses behind them: neither too few nor too many.
+    """Whether responses can be found behind known pictures: neither too few nor too many, of a uniform planar array.
 
     Args:
         dataset: the dataset.
         known: indices of the pictures.
     """
-    if dataset.array.elements < 2 or len(known) > MOST_RETRIEVED:
+    if dataset.array.elements < 2 or len(known) > MOST_RETRIEVED or not_retrieved(dataset) is not None:
         return False
     return len(with_contrast(dataset, known)) >= LEAST_RETRIEVED
+
+
+def not_retrieved(dataset: Dataset) -> str | None:
+    """Why no responses are looked for behind the pictures of a dataset without any; None: they are, or it has some."""
+    if uniform(dataset.array) is not None or dataset.responses is not None or dataset.retrieved is not None:
+        return None
+    return (
+        f"{dataset.folder}: no responses are looked for behind its pictures, since this needs a uniform planar array; "
+        f"the dataset has {dataset.array.in_words}"
+    )
 
 
 def fit_to_pictures(
@@ -75,11 +86,11 @@ def fit_to_pictures(
     Returns:
         The responses of all K spectra of the dataset to which the field is fitted; those of the others are zero.
     """
-    law = of_spectra
+    law, flips = of_spectra, uniform(dataset.array) is not None
     all_responses = np.zeros((len(dataset.positions), responses.shape[1]), complex)
     for least in LEAST_NUGGETS:
         positions = dataset.positions[known]
-        responses = synchronised(responses, positions, _covariance(law), max(float(law.nugget), least))
+        responses = synchronised(responses, positions, _covariance(law), max(float(law.nugget), least), flips)
         all_responses[known] = responses
         field.fit(replace(dataset, responses=all_responses), known)
         law = field

@@ -13,7 +13,7 @@ from learn.expectation.expected_score import ELEMENTS, Expected, score_curve
 from learn.expectation.mean_spacing import Spacing
 from scenes.files.errors import ParameterError, require_within
 from scenes.scene.description import Gateway
-from simulate.spectra.array import PlanarArray
+from simulate.spectra.array import Array, PlanarArray
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ def spectra_needed(
     region: Float[np.ndarray, "N 3"],
     known: Float[np.ndarray, "n 3"],
     wavelength: float,
-    arrays: Iterable[Gateway | PlanarArray],
+    arrays: Iterable[Gateway | Array],
 ) -> Needed:
     """How many more spectra the median SSIM of ``helmholtz`` needs to reach a target.
 
@@ -66,8 +66,9 @@ def spectra_needed(
             have 4 × 4 elements; or the region is a line, smaller than half a wavelength, or known along a path alone.
     """
     for array in arrays:
-        if (array.rows, array.columns) != ELEMENTS:
-            found = f"{array.rows} × {array.columns}"
+        planar = isinstance(array, PlanarArray) or (isinstance(array, Gateway) and array.elements is None)
+        if not planar or (array.rows, array.columns) != ELEMENTS:  # type: ignore[union-attr]
+            found = f"{array.rows} × {array.columns}" if planar else "elements at given positions"  # type: ignore[union-attr]
             raise ParameterError("target", f"expected an array of 4 × 4 elements, as the curve has it, found {found}")
     whole, before = Spacing.between(region, wavelength), Spacing.between(known, wavelength)
     if whole is None:

@@ -57,6 +57,7 @@ class Provenance:
         command: the command, or "Python".
         date: day of the report, ISO 8601.
         version: version of bisplat-wrf.
+        array: what the array cannot tell, a clause; empty if it tells all directions of its grid apart.
 
     Example:
         >>> numbers = "18 training"
@@ -75,6 +76,7 @@ class Provenance:
     command: str = field(default_factory=lambda: command(sys.argv))
     date: str = field(default_factory=lambda: datetime.date.today().isoformat())
     version: str = field(default_factory=lambda: version(PACKAGE))
+    array: str = ""
 
     @classmethod
     def of_evaluation(cls, evaluation: Evaluation) -> Provenance:
@@ -87,6 +89,7 @@ class Provenance:
             split=origin.split if evaluation.tested_on is None else f"{origin.split}, tested on {evaluation.tested_on}",
             spectra=f"{origin.train} training, {origin.validation} validation, {tested}",
             distances=evaluation.distances.sentence(),
+            array=evaluation.dataset.array.cannot_tell or "",
             seed=str(origin.seed),
         )
 
@@ -132,11 +135,13 @@ class Provenance:
         data = f"Dataset {self.dataset}, split {self.split}: {self.spectra}"
         distances = f"{self.distances[:1].upper()}{self.distances[1:]}."
         models = f"Model {self.model}, seed {self.seed}." if "," not in self.model else f"Seed {self.seed}."
-        return " ".join([models, f"{data}.", *([distances] if self.distances else []), made])
+        array = f"Of the array: {self.array}."
+        further = [*([distances] if self.distances else []), *([array] if self.array else [])]
+        return " ".join([models, f"{data}.", *further, made])
 
     def facts(self) -> dict[str, str]:
         """All of it as texts, for JSON."""
-        return asdict(self)
+        return {key: value for key, value in asdict(self).items() if key != "array" or value}
 
     def pdf_metadata(self) -> dict[str, str]:
         """The document properties of a PDF."""

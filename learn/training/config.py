@@ -23,6 +23,7 @@ from scenes.files.schema import LATER, Count, conform
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.element_array import ElementArray, array_kind
 
 if TYPE_CHECKING:  # a slow import that the command line's help does not need
     from simulate.dataset.dataset_folder import Dataset
@@ -43,6 +44,12 @@ class Origin(Struct):
     grid: AngularGrid
     dataset_sha256: str | None = None
     versions: dict[str, str] = {}
+
+
+class OriginOfElements(Origin, kw_only=True):
+    """``Origin`` of a dataset whose array is given by the positions of its elements."""
+
+    array: ElementArray  # type: ignore[assignment]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -148,10 +155,14 @@ def read_config(folder: Path) -> RunRecord:
     settings = {key: content[key] for key in content if key in known} if isinstance(content, dict) else content
     try:
         config = conform(settings, Config, str(path), complete=True)
-        origin = conform(content, Origin, str(path))
+        planar = array_kind(content.get("array") if isinstance(content, dict) else None) is PlanarArray
+        origin = conform(content, Origin if planar else OriginOfElements, str(path))
     except InputError as error:
         raise InputError(f"{error}{of_another_version(_version(content))}") from None
-    beamformer = Beamformer(origin.array, origin.grid)
+    try:
+        beamformer = Beamformer(origin.array, origin.grid)
+    except ParameterError as error:  # positions in metres without their frequency
+        raise InputError(f"{path}: array.{error}") from None
     return RunRecord(config, beamformer, origin.dataset_sha256, _version(content))
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from learn.data.same_receiver import in_megahertz, in_words, other_array, other_frequency
+from learn.data.same_receiver import in_megahertz, other_array, other_frequency
 from scenes.files.errors import InputError
 from simulate.dataset.dataset_folder import Dataset
 from simulate.spectra.beamformer import Beamformer
@@ -45,6 +45,6 @@ def require_same_receiver(dataset: Dataset, folder: Path, beamformer: Beamformer
         raise InputError(f"{folder}: expected a run at {expected}, found one at {found}")
     if other_array(dataset.array, beamformer.array) or dataset.grid != beamformer.grid:
         raise InputError(
-            f"{folder}: expected a run of {in_words(dataset.array)} on {dataset.grid}, found one of "
-            f"{in_words(beamformer.array)} on {beamformer.grid}"
+            f"{folder}: expected a run of {dataset.array.in_words} on {dataset.grid}, found one of "
+            f"{beamformer.array.in_words} on {beamformer.grid}"
         )

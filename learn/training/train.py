@@ -24,6 +24,7 @@ from learn.expectation.expected_score import say_expectation
 from learn.models.base import SpectrumModel
 from learn.models.capabilities import FitsInClosedForm
 from learn.models.quadrature import quadrature
+from learn.models.retrieved_field import not_retrieved
 from learn.models.steps import Processes, Steps
 from learn.training.budget import MINUTES_MOST, Timed, timed
 from learn.training.by_steps import train_by_steps
@@ -240,6 +241,9 @@ def train_run(
                 distances = SplitDistances.between(known, tested, dataset.wavelength)
                 say_distances(distances, f"split {config.split}: {sizes}; ")
                 say_expectation(known, dataset.wavelength, dataset.array)
+            unfound = not_retrieved(dataset)
+            if unfound is not None:
+                say(unfound)
             _train(config, folder, processes, dataset, parts, learned)
 
 

@@ -14,7 +14,6 @@ from jaxtyping import Complex, Int
 from learn.data.same_receiver import (
     SAME_DIRECTION,
     SAME_PLACE,
-    in_words,
     other_array,
     other_frequency,
     pose_difference,
@@ -35,7 +34,7 @@ from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.dataset.fixed_array import require_fixed_array
 from simulate.positions.given_positions import MOST_POSITIONS, reach_warning
 from simulate.rays.core.propagation import Propagation
-from simulate.spectra.array import PlanarArray
+from simulate.spectra.element_array import array_of
 from simulate.spectra.spectrum import evenly
 
 RECORD = "calibration.json"
@@ -145,7 +144,7 @@ def calibrate_by(
         raise ParameterError("diffuse", "expected no diffuse reflection (its phases are random), found some")
     if scene.further_gateways:
         raise InputError(f"{scene.name}: expected a scene with one gateway, found {1 + len(scene.further_gateways)}")
-    array = PlanarArray.of(scene.gateway)
+    array = array_of(scene.gateway, scene.frequency)
     if other_frequency(dataset.wavelength, scene.wavelength):
         raise InputError(
             f"{scene.name}: expected a scene of the dataset's wavelength of {dataset.wavelength:.4g} m, "
@@ -153,8 +152,8 @@ def calibrate_by(
         )
     if other_array(array, dataset.array):
         raise InputError(
-            f"{dataset.folder}: expected spectra of the scene's array, {in_words(array)}, found those of "
-            f"{in_words(dataset.array)}"
+            f"{dataset.folder}: expected spectra of the scene's array, {array.in_words}, found those of "
+            f"{dataset.array.in_words}"
         )
     which = unknowns(scene, tolerances)
     if not which:

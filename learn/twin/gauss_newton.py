@@ -92,7 +92,8 @@ def most_likely(
     if not measured.any():
         raise InputError(f"{scene.name}: expected spectra of several grey levels, found none")
     # Only responses behind pictures may be flipped, even while others are compared in phases of their own.
-    search = _Search(scene, list(which), positions, measured, flips=not phases_known, report=report)
+    flips = not phases_known and scene.gateway.elements is None  # elements at given places have no such symmetry
+    search = _Search(scene, list(which), positions, measured, flips=flips, report=report)
     tracer = Tracer(scene, propagation, search.region, report=report)
     described = tracer.responses(positions).astype(complex)
     if not described.any():
@@ -106,7 +107,7 @@ def most_likely(
         nearby = moved(tracer, vary(scene, which, guess), search.region)
         other = search.from_start(nearby, guess, phases_known, counted)
         found = min(found, other, key=lambda end: end.unlikely)
-    aligned, _ = aligned_to(measured, described, phases_known)
+    aligned, _ = aligned_to(measured, described, phases_known, search.flips)
     before = unexplained(without_own_phase(aligned - described, described, phases_known), aligned)
     corrected = vary(scene, which, found.values)
     return Calibration(corrected, list(which), found.values, found.deviations, found.gain, (found.misfit, before))

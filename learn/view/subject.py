@@ -22,14 +22,14 @@ from learn.models.capabilities import HasPrimitives, PredictsResponses
 from learn.models.splat import Splats
 from learn.training.run_folder import Run, load_run
 from scenes.files.errors import InputError
-from scenes.scene.description import Gateway, Scene
+from scenes.scene.description import SPEED_OF_LIGHT, Gateway, Scene
 from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.engines.rays_engine import Rays, seed_of_rays
 from simulate.rays.core.propagation import Propagation
-from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.element_array import array_of
 from simulate.spectra.spectrum import evenly, picture, spectrum_of
 
 SCORED = 400
@@ -115,7 +115,9 @@ class Subject:
         """Array and grid: those of the run, or else of the dataset, or else the scene's array with the default grid."""
         if self.run is not None:
             return self.run.beamformer
-        return Beamformer(PlanarArray.of(self.gateway)) if self.dataset is None else self.dataset.beamformer
+        if self.dataset is not None:
+            return self.dataset.beamformer
+        return Beamformer(array_of(self.gateway, SPEED_OF_LIGHT / self.wavelength))
 
     @property
     def propagation(self) -> tuple[Propagation, int]:
@@ -241,7 +243,7 @@ def subject(what: str) -> Subject:
     except InputError as error:
         region = run.model.region.double().cpu().numpy()
         array = run.beamformer.array
-        gateway = Gateway((0, 0, 0), (0, 0, 0, 1), array.rows, array.columns, array.spacing)
+        gateway = Gateway((0, 0, 0), (0, 0, 0, 1), **array.of_gateway())
         missing = [
             f"The dataset of this run cannot be used ({error}), so there are no recorded spectra and no scene. The "
             "gateway is drawn at the origin with its boresight upwards."
@@ -253,7 +255,7 @@ def subject(what: str) -> Subject:
 def _with_scene(name: str, dataset: Dataset, parts: Split, run: Run | None) -> Subject:
     array = dataset.array
     position, orientation = tuple(dataset.gateway_position), tuple(dataset.gateway_orientation)
-    gateway = Gateway(position, orientation, array.rows, array.columns, array.spacing)  # type: ignore[arg-type]
+    gateway = Gateway(position, orientation, **array.of_gateway())  # type: ignore[arg-type]
     region = bounding_box(dataset.positions)
     scene = None
     if "scene_file" not in dataset.metadata:

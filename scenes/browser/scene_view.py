@@ -61,7 +61,8 @@ def add_objects(api: SceneApi, scene: Scene) -> dict[str, list[SceneNodeHandle]]
 
 
 def add_gateway(api: SceneApi, gateway: Gateway, wavelength: float, size: float, name: str = "/gateway") -> FrameHandle:
-    """Draw a gateway as a plate of the array's size, with an arrow along its boresight.
+    """Draw a gateway as a plate of the array's size, or its elements at given positions, with an arrow along its
+    boresight.
 
     Args:
         api: the tab's scene.
@@ -76,9 +77,13 @@ def add_gateway(api: SceneApi, gateway: Gateway, wavelength: float, size: float,
     frame = api.add_frame(
         name, wxyz=wxyz(gateway.orientation), position=gateway.position, axes_length=size / 3, axes_radius=size / 120
     )
-    pitch = gateway.spacing * wavelength
-    plate = (gateway.columns * pitch, gateway.rows * pitch, 0.01)
-    api.add_box(f"{name}/array", color=GATEWAY, dimensions=plate, opacity=0.5, cast_shadow=False)
+    if gateway.elements is None:
+        pitch = gateway.spacing * wavelength
+        plate = (gateway.columns * pitch, gateway.rows * pitch, 0.01)
+        api.add_box(f"{name}/array", color=GATEWAY, dimensions=plate, opacity=0.5, cast_shadow=False)
+    else:
+        places = np.array(gateway.elements, np.float32)
+        api.add_point_cloud(f"{name}/array", places, GATEWAY, point_size=size / 30, point_shape="circle")
     arrow = np.array([[[0, 0, 0], [0, 0, size]]], np.float32)
     api.add_arrows(f"{name}/boresight", arrow, GATEWAY, shaft_radius=size / 60, head_radius=size / 25)
     return frame

@@ -43,6 +43,9 @@ def element_positions(gateway: Gateway, wavelength: float) -> Float[np.ndarray, 
     >>> element_positions(Gateway((1, 0, 2), (0, 0, 0, 1), rows=1, columns=2), wavelength=0.2).tolist()
     [[0.95, 0.0, 2.0], [1.05, 0.0, 2.0]]
     """
+    if gateway.elements is not None:
+        turned = Rotation.from_quat(gateway.orientation).apply(np.array(gateway.elements))
+        return np.asarray(gateway.position) + turned
     row, column = np.divmod(np.arange(gateway.rows * gateway.columns), gateway.columns)
     local = np.stack([column - (gateway.columns - 1) / 2, row - (gateway.rows - 1) / 2, 0 * row], axis=1)
     turned = Rotation.from_quat(gateway.orientation).apply(local)

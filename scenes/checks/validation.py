@@ -17,7 +17,6 @@ from scenes.files.errors import InputError, ParameterError, did_you_mean, named,
 from scenes.scene.description import (
     FARTHEST,
     LONGEST_NAME,
-    MOST_ELEMENTS,
     MOST_IN_A_ROW,
     MOST_TRIANGLES,
     PATTERNS,
@@ -28,6 +27,7 @@ from scenes.scene.description import (
     Scene,
     Transmitter,
 )
+from scenes.scene.element_positions import MOST_ELEMENTS, fault_of
 from scenes.scene.frequency import read_frequency
 from scenes.scene.materials import THICKEST
 
@@ -88,6 +88,9 @@ def validate(scene: Scene, source: str) -> None:
         if antenna.polarization not in POLARIZATIONS:
             refuse(f'{end}.polarization must be "V" or "H", found {named(antenna.polarization)}')
     for label, gateway in gateways.items():
+        fault = None if gateway.elements is None else fault_of(gateway.elements)
+        if fault is not None:
+            refuse(f"{label}.elements: {fault}")
         if not (1 <= gateway.rows <= MOST_IN_A_ROW and 1 <= gateway.columns <= MOST_IN_A_ROW):
             refuse(
                 f"{label}.rows and columns must be at least 1 and at most {MOST_IN_A_ROW}, "

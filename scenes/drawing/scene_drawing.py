@@ -63,12 +63,16 @@ def _describe_gateway(gateway: Gateway) -> dict[str, Any]:
         "position": list(gateway.position),
         "orientation": list(gateway.orientation),
         "boresight": _round(gateway.boresight),
-        "rows": gateway.rows,
-        "columns": gateway.columns,
-        "spacing": gateway.spacing,
+        **_describe_array(gateway),
         "pattern": gateway.pattern,
         "polarization": gateway.polarization,
     }
+
+
+def _describe_array(gateway: Gateway) -> dict[str, Any]:
+    if gateway.elements is None:
+        return {"rows": gateway.rows, "columns": gateway.columns, "spacing": gateway.spacing}
+    return {"elements": [_round(np.array(place)) for place in gateway.elements]}
 
 
 def _round(vector: Float[np.ndarray, " 3"]) -> list[float]:
@@ -78,6 +82,12 @@ def _round(vector: Float[np.ndarray, " 3"]) -> list[float]:
 def _is_closed(item: SceneObject) -> bool:
     """Whether every triangle belongs to a closed part."""
     return sum(len(part.faces) for part in item.closed_parts) == len(item.mesh.faces)
+
+
+def _array_in_title(gateway: Gateway) -> str:
+    if gateway.elements is None:
+        return f"{gateway.rows} × {gateway.columns} array"
+    return f"array of {gateway.count} element{'s' * (gateway.count > 1)}"
 
 
 FORMATS = (".png", ".pdf", ".svg")
@@ -142,7 +152,7 @@ def _figure(scene: Scene) -> Figure:
     count = len(scene.objects)
     plan.set_title(
         f"{in_figure(scene.name)}: {scene.frequency / 1e6:g} MHz, λ = {scene.wavelength * 100:.1f} cm, "
-        f"{scene.gateway.rows} × {scene.gateway.columns} array, {count} {'object' if count == 1 else 'objects'}\n"
+        f"{_array_in_title(scene.gateway)}, {count} {'object' if count == 1 else 'objects'}\n"
         f"{plan_shows}",
         fontsize=11,
     )

@@ -132,12 +132,12 @@ def recorded(settings: type, **beside: tuple[Any, Any]) -> Any:
 def _inside(kind: inspect.Type, key: str | int) -> inspect.Type:
     """Return the type of a field or an item. msgspec's message says that the container is a struct or a list."""
     if isinstance(kind, inspect.UnionType):
-        kind = next(each for each in kind.types if isinstance(each, RECORDS | inspect.ListType))
+        kind = next(each for each in kind.types if isinstance(each, RECORDS | inspect.ListType | inspect.VarTupleType))
     if isinstance(kind, RECORDS):
         return next(field.type for field in kind.fields if field.encode_name == key)
     if isinstance(kind, inspect.TupleType):
         return kind.item_types[int(key)]
-    assert isinstance(kind, inspect.ListType)
+    assert isinstance(kind, inspect.ListType | inspect.VarTupleType)
     return kind.item_type
 
 

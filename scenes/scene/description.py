@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float
+from numpy.typing import ArrayLike
 from scipy.spatial.transform import Rotation
 
 from scenes.files.array_argument import check_array
-from scenes.files.errors import InputError, shown
+from scenes.files.errors import InputError, ParameterError, shown
 from scenes.files.options import check_kinds
 from scenes.scene.closed_parts import closed_parts
+from scenes.scene.element_positions import as_positions
 from scenes.scene.frequency import read_frequency
 from scenes.scene.materials import RadioMaterial, p2040_material, p2040_source
 
@@ -27,8 +29,8 @@ SPEED_OF_LIGHT = 299_792_458.0
 
 PATTERNS = ("iso", "dipole", "hw_dipole", "tr38901")
 POLARIZATIONS = ("V", "H")
-MOST_IN_A_ROW, MOST_ELEMENTS = 64, 1024
-"""Most rows or columns, and most elements, of an array. Memory grows with the elements, or with their square."""
+MOST_IN_A_ROW = 64
+"""Most rows or columns of an array; it has at most ``MOST_ELEMENTS`` elements."""
 WIDEST_SPACING = 100.0
 """Largest spacing of the elements of an array, wavelengths."""
 LONGEST_NAME = 200
@@ -39,6 +41,8 @@ FARTHEST = 1e5
 """Largest coordinate, metres. Models compute in single precision, which rounds 100 km to 8 mm."""
 UNIT_TOLERANCE = 1e-3
 """Largest deviation of a quaternion's length from 1. Published quaternions often have only a few digits."""
+
+BOTH_ARRAYS = "expected either the positions of the elements or rows, columns and spacing, found both"
 
 Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
@@ -117,7 +121,7 @@ def boresight_of(orientation: Sequence[float] | Float[np.ndarray, " 4"]) -> Floa
 
 @dataclass(frozen=True)
 class Gateway:
-    """The receiver: a uniform planar array at a fixed position.
+    """The receiver: a uniform planar array, or elements at given places, at a fixed position.
 
     In the gateway frame, the array lies in the x–y plane. It is centred on the origin, and its boresight is +z. Element
     m = row · columns + column, counted from 0, is at::
@@ -140,12 +144,20 @@ class Gateway:
         pattern: antenna pattern of each element: "iso", "dipole" (short dipole), "hw_dipole" (half-wave dipole) or
             "tr38901" (3GPP TR 38.901).
         polarization: "V" or "H".
+        elements: position x, y, z of each element, metres, gateway frame, instead of rows, columns and spacing. They
+            stay the same at another frequency. ``ElementArray`` states the limits. None: the array is planar.
+
+    Raises:
+        ParameterError: both ``elements`` and rows, columns or spacing are given, or an argument has another shape.
 
     Example:
         >>> import bisplat
         >>> gateway = bisplat.Gateway(position=(0, 0, 1.5), orientation=bisplat.facing((-1, 0, 0)), rows=2)
-        >>> gateway.rows * gateway.columns, gateway.boresight.round(6).tolist()
+        >>> gateway.count, gateway.boresight.round(6).tolist()
         (8, [-1.0, 0.0, 0.0])
+        >>> circle = bisplat.ElementArray.circle(8, radius_m=0.16)
+        >>> bisplat.Gateway((0, 0, 1.5), bisplat.facing((-1, 0, 0)), elements=circle.positions_m).count
+        8
     """
 
     position: Vector3
@@ -155,11 +167,41 @@ class Gateway:
     spacing: float = 0.5
     pattern: str = "iso"
     polarization: str = "V"
+    elements: tuple[Vector3, ...] | None = None
 
     def __post_init__(self) -> None:
         check_kinds(self)
         object.__setattr__(self, "position", _vector("position", self.position))
         object.__setattr__(self, "orientation", _unit(self.orientation))
+        if self.elements is not None:
+            object.__setattr__(self, "elements", as_positions("elements", self.elements))
+            if (self.rows, self.columns, self.spacing) != (Gateway.rows, Gateway.columns, Gateway.spacing):
+                raise ParameterError("elements", BOTH_ARRAYS)
+
+    def __repr__(self) -> str:
+        """The arguments that state it: either the positions of the elements or rows, columns and spacing.
+
+        The digest of a scene is made from it, so that of a planar array stays as it was before there were others.
+        """
+        left_out = ("elements",) if self.elements is None else ("rows", "columns", "spacing")
+        stated = (each.name for each in fields(self) if each.name not in left_out)
+        return f"Gateway({', '.join(f'{name}={getattr(self, name)!r}' for name in stated)})"
+
+    @property
+    def count(self) -> int:
+        """Number of elements."""
+        return self.rows * self.columns if self.elements is None else len(self.elements)
+
+    @property
+    def array_in_words(self) -> str:
+        """The array, for a sentence or a title.
+
+        >>> Gateway((0, 0, 1), (0, 0, 0, 1)).array_in_words
+        '4 × 4 elements 0.5 wavelengths apart'
+        """
+        if self.elements is None:
+            return f"{self.rows} × {self.columns} elements {self.spacing:g} wavelengths apart"
+        return f"{self.count} element{'s' * (self.count > 1)} at given positions"
 
     @property
     def boresight(self) -> Float[np.ndarray, " 3"]:
@@ -325,7 +367,7 @@ class Scene:
 
         Materials of ITU-R P.2040 get the values of that frequency. Those with values of their own keep them, and
         ``simulate`` warns of them. Positions and thicknesses stay as they are. The spacing of the elements stays the
-        same in wavelengths.
+        same in wavelengths, and given positions of elements stay the same in metres.
 
         Args:
             frequency: Hz, or a text with a unit such as "2.4 GHz".
@@ -377,10 +419,33 @@ class Scene:
 
         def changed(gateway: Gateway) -> Gateway:
             between = gateway.spacing if spacing is None else spacing
-            return replace(gateway, rows=rows, columns=columns, spacing=between)
+            return replace(gateway, rows=rows, columns=columns, spacing=between, elements=None)
 
         further = {name: changed(gateway) for name, gateway in self.further_gateways.items()}
         return replace(self, gateway=changed(self.gateway), further_gateways=further)
+
+    def with_elements(self, elements: ArrayLike) -> Scene:
+        """Return the same scene with an array of given element positions at every gateway.
+
+        Args:
+            elements: position x, y, z of each element, metres, gateway frame, [elements, 3].
+
+        Returns:
+            The changed copy. ``simulate`` checks the values, as those of every scene.
+
+        Raises:
+            ParameterError: the positions are not rows of three numbers.
+
+        Example:
+            >>> import bisplat
+            >>> circle = bisplat.ElementArray.circle(8, radius_m=0.16)
+            >>> bisplat.load_scene("lab").with_elements(circle.positions_m).gateway.count
+            8
+        """
+        places = as_positions("elements", elements)
+        scene = self.with_array(Gateway.rows, Gateway.columns, Gateway.spacing)  # as a gateway with elements has them
+        further = {name: replace(gateway, elements=places) for name, gateway in scene.further_gateways.items()}
+        return replace(scene, gateway=replace(scene.gateway, elements=places), further_gateways=further)
 
     @property
     def wavelength(self) -> float:

@@ -148,7 +148,8 @@ def vary(scene: Scene, which: Sequence[Unknown], values: Float[np.ndarray, " n"]
         gateway,
         position=tuple(np.asarray(gateway.position) + moved),
         orientation=tuple(orientation.as_quat()),
-        spacing=gateway.spacing * drift,  # keeps the array's size in metres
+        # Keeps the array's size in metres, in which given positions of elements are.
+        spacing=gateway.spacing * (drift if gateway.elements is None else 1.0),
     )
     frequency = scene.frequency * drift
     return replace(

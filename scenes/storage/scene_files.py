@@ -18,7 +18,7 @@ from trimesh import Trimesh
 from scenes.files.errors import InputError
 from scenes.files.input_file import require_regular
 from scenes.files.yaml_file import PlainDumper
-from scenes.scene.description import Scene
+from scenes.scene.description import Gateway, Scene
 from scenes.scene.materials import RadioMaterial, p2040_source
 
 LONGEST_STEM = 60
@@ -71,11 +71,11 @@ def mesh_names(scene: Scene) -> list[str]:
 
 def yaml_of(scene: Scene) -> bytes:
     """Return the content of scene.yaml."""
-    further = {name: asdict(gateway) for name, gateway in scene.further_gateways.items()}
+    further = {name: _gateway_entry(gateway) for name, gateway in scene.further_gateways.items()}
     values = {
         "name": scene.name,
         "frequency": scene.frequency,
-        "gateway": asdict(scene.gateway),
+        "gateway": _gateway_entry(scene.gateway),
         **({"further_gateways": further} if further else {}),
         "transmitter": {
             "region": {"min": scene.transmitter.region_min, "max": scene.transmitter.region_max},
@@ -90,6 +90,14 @@ def yaml_of(scene: Scene) -> bytes:
     }
     style: dict[str, Any] = {"sort_keys": False, "default_flow_style": None, "allow_unicode": True}
     return yaml.dump(_plain(values), Dumper=PlainDumper, width=110, **style).encode()
+
+
+def _gateway_entry(gateway: Gateway) -> dict[str, Any]:
+    """The keys of a gateway: those of a planar array, or the positions of the elements."""
+    keys = asdict(gateway)
+    for key in ("elements",) if gateway.elements is None else ("rows", "columns", "spacing"):
+        del keys[key]
+    return keys
 
 
 def _material_entry(material: RadioMaterial, frequency: float) -> dict[str, Any]:

@@ -37,7 +37,7 @@ from scenes.places.conference import conference
 from scenes.places.lab import lab
 from scenes.places.office import office
 from scenes.places.workshop import workshop
-from scenes.scene.description import Gateway, Quaternion, Scene, SceneObject, Transmitter, Vector3
+from scenes.scene.description import BOTH_ARRAYS, Gateway, Quaternion, Scene, SceneObject, Transmitter, Vector3
 from scenes.scene.frequency import read_frequency
 from scenes.scene.materials import P2040, RGB, OutsideP2040, RadioMaterial, material_names, p2040_material
 from scenes.scene.shapes import union
@@ -228,6 +228,13 @@ def _object(value: object, index: int, file: Path, source: str) -> SceneObject:
     return SceneObject(entry.name, mesh, entry.material, entry.thickness)
 
 
+def _refuse_two_arrays(gateway: Mapping[str, Any], place: str) -> None:
+    """Refuse a gateway in a file that has the positions of its elements and a key of a planar array, too."""
+    planar = [key for key in ("rows", "columns", "spacing") if key in gateway]
+    if gateway.get("elements") is not None and planar:
+        raise InputError(f"{place}.elements: {BOTH_ARRAYS[:-4]}elements and {planar[0]}")
+
+
 def read_scene(path: str | Path) -> Scene:
     """Read a scene YAML. The documentation, File formats, lists its keys.
 
@@ -247,7 +254,9 @@ def read_scene(path: str | Path) -> Scene:
     """
     path = Path(path)
     source = str(path)
-    file = _conform(read_yaml(path, "a scene"), SceneFile, source)
+    content = read_yaml(path, "a scene")
+    file = _conform(content, SceneFile, source)
+    _refuse_two_arrays(content["gateway"], f"{source}: gateway")
     frequency = _frequency(file.frequency, source)
     objects = tuple(_object(value, i, path, source) for i, value in enumerate(file.objects))
 
@@ -263,10 +272,11 @@ def read_scene(path: str | Path) -> Scene:
         except InputError as error:
             raise InputError(f"{source}: objects[{index}] ({named(item.name)}): {error}") from None
 
-    gateways = {
-        str(name): _conform(value, Gateway, f"{source}: further_gateways.{cut(str(name))}")
-        for name, value in (file.further_gateways or {}).items()
-    }
+    gateways = {}
+    for name, value in (file.further_gateways or {}).items():
+        place = f"{source}: further_gateways.{cut(str(name))}"
+        gateways[str(name)] = _conform(value, Gateway, place)
+        _refuse_two_arrays(value, place)
     moving = asdict(file.transmitter)
     region = moving.pop("region")
     transmitter = Transmitter(region.min, region.max, **moving)

@@ -1,9 +1,9 @@
 """Whether the maxima of the spectra point at the transmitters, and whether they would if the azimuths were others.
 
 An array looks the same after some turns and mirrorings: a square one after turns by 90° and mirrored at its axes and
-diagonals, a rectangular one after a turn by 180° and mirrored at its axes. Spectra that are turned or mirrored so are
-those of the same responses at exchanged elements. So pictures show the azimuth of their first column only up to these.
-In line of sight, the positions can show it.
+diagonals, a rectangular one after a turn by 180° and mirrored at its axes, a circle of n elements after n turns and
+mirrored at n axes. Spectra that are turned or mirrored so are those of the same responses at exchanged elements. So
+pictures show the azimuth of their first column only up to these. In line of sight, the positions can show it.
 """
 
 from __future__ import annotations
@@ -11,11 +11,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from jaxtyping import Float
+from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from simulate.dataset.dataset_folder import Dataset
 from simulate.spectra.angular_grid import AngularGrid, direction
-from simulate.spectra.array import PlanarArray
+from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.spectrum import evenly
 
 EXAMINED = 400
@@ -23,6 +25,9 @@ EXAMINED = 400
 
 POINTS = 15.0
 """Degrees. Median angle between maximum and transmitter up to which the maxima point at the transmitters."""
+
+ALIKE = 1e-3
+"""An array looks the same if each element is this near to the place of another, relative to the array's size."""
 
 FARTHER = 3.0
 """Other azimuths are believed if the angle as it is is this many times that angle, and above twice ``POINTS``."""
@@ -38,7 +43,7 @@ class Turn:
     """
 
     mirrored: bool = False
-    by: int = 0
+    by: float = 0
 
     def __str__(self) -> str:
         """The turn in words.
@@ -47,7 +52,7 @@ class Turn:
         ('turned by 180°', 'mirrored', 'mirrored and turned by 90°')
         """
         words = ["mirrored"] if self.mirrored else []
-        return " and ".join([*words, *([f"turned by {self.by}°"] if self.by else [])])
+        return " and ".join([*words, *([f"turned by {self.by:.6g}°"] if self.by else [])])
 
     def option(self, grid: AngularGrid) -> str:
         """The option of ``bisplat convert`` that states these azimuths of pictures on a grid.
@@ -57,17 +62,40 @@ class Turn:
         """
         span = grid.azimuths_deg[-1]
         first = self.by - 360 if self.by and not self.mirrored else self.by
-        return f"--azimuths {first:g} {first - span if self.mirrored else first + span:.6g}"
+        return f"--azimuths {first:.6g} {first - span if self.mirrored else first + span:.6g}"
 
 
-def turns_of(array: PlanarArray) -> list[Turn]:
+def turns_of(array: Array) -> list[Turn]:
     """The turns and mirrorings that leave an array the same; first the one that changes nothing.
 
     >>> [str(turn) for turn in turns_of(PlanarArray(2, 3))[1:]]
     ['turned by 180°', 'mirrored', 'mirrored and turned by 180°']
+    >>> from simulate.spectra.element_array import ElementArray
+    >>> len(turns_of(ElementArray.circle(8, 0.1).at("2.4 GHz")))
+    16
     """
+    if not isinstance(array, PlanarArray):
+        return _turns_of_places(array.positions - array.positions.mean(axis=0))
     turns = (0, 90, 180, 270) if array.rows == array.columns else (0, 180)
     return [Turn(mirrored, by) for mirrored in (False, True) for by in turns]
+
+
+def _turns_of_places(places: Float[np.ndarray, "elements 3"]) -> list[Turn]:
+    """The turns about z and mirrorings that map places (relative to their mean) onto themselves."""
+    radius, azimuth = np.hypot(places[:, 0], places[:, 1]), np.degrees(np.arctan2(places[:, 1], places[:, 0]))
+    size = max(float(np.linalg.norm(places, axis=1).max()), 1e-12)
+    first, tree = int(radius.argmax()), cKDTree(places)
+    if radius[first] < ALIKE * size:  # a line along the boresight looks the same after every turn
+        return [Turn(mirrored, by) for mirrored in (False, True) for by in (0, 180)]
+    alike = (np.abs(radius - radius[first]) < ALIKE * size) & (np.abs(places[:, 2] - places[first, 2]) < ALIKE * size)
+    found = []
+    for mirrored, sign in ((False, 1), (True, -1)):
+        angles = (azimuth[alike] - sign * azimuth[first]) % 360
+        for by in np.unique(np.round(angles, 6) % 360):
+            turned = Rotation.from_euler("z", by, degrees=True).apply(places * [1, sign, 1])
+            if tree.query(turned)[0].max() < ALIKE * size:
+                found.append(Turn(mirrored, int(by) if by == int(by) else float(by)))
+    return found
 
 
 @dataclass(frozen=True)
@@ -116,7 +144,9 @@ def bearing_of(dataset: Dataset) -> Bearing:
     for turn in turns:
         maxima = direction(np.radians(turn.by) + (-azimuth if turn.mirrored else azimuth), elevation)
         errors.append(np.median(dataset.array.angle_between(maxima, units)))
+    if len(turns) == 1:
+        return Bearing(float(errors[0]), None, float(errors[0]))
     best = 1 + int(np.argmin(errors[1:]))
     believed = errors[best] < POINTS and errors[0] > max(FARTHER * errors[best], 2 * POINTS)
-    line = 1 in (dataset.array.rows, dataset.array.columns)  # whose maxima are the same on both sides of it
+    line = dataset.array.is_line  # whose maxima are the same on both sides of it
     return Bearing(float(errors[0]), turns[best] if believed and not line else None, float(errors[best]))

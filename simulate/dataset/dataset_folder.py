@@ -29,7 +29,7 @@ from simulate.dataset.responses_file import check_responses, read_responses
 from simulate.dataset.rssi_folder import is_rssi, not_spectra
 from simulate.positions.given_positions import read_points
 from simulate.spectra.angular_grid import AngularGrid
-from simulate.spectra.array import PlanarArray
+from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.band import Band
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.identification import Identification, identify, stated_array, stated_grid
@@ -101,10 +101,9 @@ class Dataset:
 
     def __repr__(self) -> str:
         array = self.array
-        return (
-            f"Dataset({str(self.folder)!r}: {len(self)} spectra, {array.rows} × {array.columns} elements, "
-            f"{self.frequency.hertz / 1e6:g} MHz{self._over()})"
-        )
+        elements = f"{array.rows} × {array.columns} elements" if isinstance(array, PlanarArray) else array.in_words
+        frequency = f"{self.frequency.hertz / 1e6:g} MHz{self._over()}"
+        return f"Dataset({str(self.folder)!r}: {len(self)} spectra, {elements}, {frequency})"
 
     def _over(self) -> str:
         if self.band is None:
@@ -128,7 +127,7 @@ class Dataset:
         return self.identification.beamformer
 
     @property
-    def array(self) -> PlanarArray:
+    def array(self) -> Array:
         """The gateway's array."""
         return self.beamformer.array
 
@@ -181,8 +180,8 @@ class Dataset:
         array, rows = self.array, self.grid.elevations_deg
         if self.identification.source == "assumed":
             found.append(
-                f"the array is assumed to have {array.rows} × {array.columns} elements {array.spacing:g} wavelengths "
-                "apart; state it as array in metadata.json (bisplat check says what the pictures show)"
+                f"the array is assumed to have {array.in_words.replace('λ', 'wavelengths')}; state it as array in "
+                "metadata.json (bisplat check says what the pictures show)"
             )
         if self.identification.grid_source == "assumed":
             found.append(
@@ -302,9 +301,10 @@ def inspect(folder: Path, wanted: float | None = None) -> Inspection:
             place = {old: new for new, old in enumerate(chosen.tolist())}
             train, test = ([place[each] for each in part if each in place] for part in (train, test))
             rows, names, pictures = rows[chosen], [names[each] for each in chosen], pictures[chosen]
-        if array is not None and "frequencies_hz" in metadata:  # the array is that of metres
+        if isinstance(array, PlanarArray) and "frequencies_hz" in metadata:  # the array is that of metres
             ratio = frequency.hertz / read_frequency(metadata["frequency_hz"])
             array = replace(array, spacing=array.spacing * ratio)
+    array = None if array is None else array.at(frequency.hertz)
     elements = (array or PlanarArray()).elements
     band = band_of(metadata)
     found = read_responses(folder / "channels.npz", rows_known, elements, problems, band)

@@ -24,6 +24,7 @@ from simulate.engines.rays_engine import Rays
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import PlanarArray
 from simulate.spectra.band import Band
+from simulate.spectra.element_array import ElementArray, array_kind
 from simulate.spectra.measurement import Measurement
 
 RECEIVER = recorded(Measurement, seed=(Count, MISSING))
@@ -42,7 +43,7 @@ class Metadata(Struct, kw_only=True):
     scene_sha256: str = ""
     frequency_hz: float | str = 0.0
     frequencies_hz: list[Frequency] = []
-    array: PlanarArray = PlanarArray()
+    array: PlanarArray = PlanarArray()  # or an ElementArray: the schema of a folder has the kind that it states
     grid: AngularGrid = AngularGrid()
     band: Band | None = None
     moving: Moving = "transmitter"
@@ -86,8 +87,11 @@ def read_metadata_file(path: Path, expected: str, simulated: bool = False) -> di
     content = read_json(path, expected)
     engine = content.get("engine", "") if isinstance(content, dict) else ""
     known = isinstance(engine, str) and engine in ENGINES
-    schema = _schema(engine if known else "", simulated, tuple(ENGINES))
+    of_elements = array_kind(content.get("array") if isinstance(content, dict) else None) is ElementArray
+    schema = _schema(engine if known else "", simulated, tuple(ENGINES), of_elements)
     checked: Any = conform(content, schema, str(path))
+    if of_elements and "frequency" in content["array"]:
+        raise InputError(f"{path}: array.frequency: expected none, since frequency_hz states it, found one")
     if "frequency_hz" in content:
         try:
             read_frequency(content["frequency_hz"])
@@ -110,7 +114,7 @@ def band_of(metadata: dict[str, Any]) -> Band | None:
 
 
 @functools.cache
-def _schema(engine: str, simulated: bool, known: tuple[str, ...]) -> type[Struct]:
+def _schema(engine: str, simulated: bool, known: tuple[str, ...], of_elements: bool) -> type[Struct]:
     """The schema of metadata.json of a dataset made by an engine; ``known`` are the engines in the table."""
     parts: dict[str, tuple[Any, Any]] = {
         key: (kind, UNSET) for name in known for key, kind in ENGINES[name].schema().items()
@@ -120,5 +124,7 @@ def _schema(engine: str, simulated: bool, known: tuple[str, ...]) -> type[Struct
         parts |= {key: (kind, MISSING) for key, kind in ENGINES[engine].schema().items()}
     names: Any = Literal[known]  # type: ignore[valid-type]
     fields: list[Any] = [("engine", names, Rays.name)]  # version 0.1 had no other
+    if of_elements:
+        fields.append(("array", ElementArray, UNSET))
     fields += [(key, kind) if default is MISSING else (key, kind, default) for key, (kind, default) in parts.items()]
     return defstruct("Metadata", fields, bases=(Simulated if simulated or needed else Metadata,), kw_only=True)

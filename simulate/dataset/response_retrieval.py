@@ -13,6 +13,7 @@ from scenes.files.temporary import remove_left
 from simulate.dataset.dataset_folder import Dataset
 from simulate.dataset.responses_file import LARGEST_NPZ
 from simulate.positions.given_positions import read_points
+from simulate.spectra.element_array import require_planar
 from simulate.spectra.phase_retrieval import AT_ONCE, Retrieval, retrieve_responses
 from simulate.spectra.spectrum import spectrum_of
 
@@ -33,12 +34,13 @@ def retrieve(dataset: Dataset) -> Retrieval:
         The responses of the dataset's pictures.
 
     Raises:
-        InputError: the dataset has recorded responses, no array explains its pictures, or another process writes to its
-            folder.
+        InputError: the dataset has recorded responses or an array that is not uniform and planar, no array explains its
+            pictures, or another process writes to its folder.
     """
     folder, path = dataset.folder, dataset.folder / "channels.npz"
     if dataset.responses is not None:
         raise InputError(f"{path}: expected no responses, or retrieved ones, found recorded ones, which are better")
+    require_planar(dataset.array, str(folder))
     known = dataset.identification
     if known.source == "assumed":
         left = (

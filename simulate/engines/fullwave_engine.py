@@ -23,7 +23,7 @@ from simulate.fullwave import OURS
 if TYPE_CHECKING:  # their imports take long, and the help of the command line does not need them
     from rich.progress import Progress
 
-    from scenes.scene.description import Scene
+    from scenes.scene.description import Gateway, Scene
     from simulate.fullwave.stored_field import StoredField
 
 FIELD = "field.npz"
@@ -219,9 +219,9 @@ class FullWave(Solver, Engine):
 
         path, gateway = folder / FIELD, setting.scene.gateway
         field = read_stored_field(path)
-        if len(field.values) != gateway.rows * gateway.columns:
+        if len(field.values) != gateway.count:
             raise InputError(
-                f"{path}: expected the field of the array of {gateway.rows} × {gateway.columns} elements of "
+                f"{path}: expected the field of the array of {_elements_of(gateway)} of "
                 f"{setting.scene.name}, found that of {len(field.values)} elements"
             )
         if setting.band is not None:
@@ -278,13 +278,17 @@ def _solver_of_field(folder: Path, scene: Scene) -> Solver:
     return Solver(made.fullwave.cell, made.fullwave.solver)
 
 
+def _elements_of(gateway: Gateway) -> str:
+    return f"{gateway.rows} × {gateway.columns} elements" if gateway.elements is None else f"{gateway.count} elements"
+
+
 def _difference(made: Made, scene: Scene) -> str:
     """In what the scene of a field differs from another one."""
-    from simulate.spectra.array import PlanarArray
+    from simulate.spectra.element_array import array_of
 
-    array = PlanarArray.of(scene.gateway)
+    array = array_of(scene.gateway, scene.frequency).stated()
     if made.frequency_hz not in (None, scene.frequency):
         return f"whose frequency is {made.frequency_hz:g} Hz instead of {scene.frequency:g} Hz"
-    if made.array not in (None, asdict(array)):
-        return f"whose array is {made.array} instead of {asdict(array)}"
+    if made.array not in (None, array):
+        return f"whose array is {shown(made.array)} instead of {shown(array)}"
     return "which differs in objects, materials, antennas or region"

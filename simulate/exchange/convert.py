@@ -20,9 +20,9 @@ from scenes.files.input_file import MEGABYTE, read_bytes
 from scenes.files.output_folder import new_folder
 from scenes.files.progress import progress_bar
 from scenes.scene.description import Gateway
-from simulate.dataset.bearings import bearing_of
+from simulate.dataset.bearings import bearing_of, turns_of
 from simulate.dataset.dataset_folder import Dataset, inspect, read_dataset
-from simulate.dataset.dataset_frequency import named, several_frequencies
+from simulate.dataset.dataset_frequency import Frequency, named, several_frequencies
 from simulate.dataset.dataset_reader import read_gateway, read_metadata
 from simulate.dataset.dataset_writer import encode_picture, write_index, write_metadata, write_positions
 from simulate.dataset.picture_files import picture_files
@@ -36,6 +36,7 @@ from simulate.exchange.reading import reading_of
 from simulate.generation.written_parts import picture_names
 from simulate.positions.given_positions import read_points
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
+from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.identification import DOUBTFUL, stated_array, stated_grid
 from simulate.spectra.lags import EXAMINED
 from simulate.spectra.spectrum import evenly
@@ -82,13 +83,8 @@ def _one_frequency(source: Path, output: Path, frequency: float | str, several: 
     """Write the spectra of one frequency of a simulated folder, with their responses."""
     dataset = read_dataset(source, frequency)
     assert dataset.responses is not None
-    gateway = Gateway(
-        dataset.gateway_position.tolist(),
-        dataset.gateway_orientation.tolist(),
-        dataset.array.rows,
-        dataset.array.columns,
-        dataset.array.spacing,
-    )
+    position, orientation = dataset.gateway_position.tolist(), dataset.gateway_orientation.tolist()
+    gateway = Gateway(position, orientation, **dataset.array.of_gateway())  # type: ignore[arg-type]
     hertz = dataset.frequency.hertz
     with new_folder(output) as unfinished:
         fill_dataset(unfinished, output, dataset.positions, dataset.responses, gateway, hertz, dataset.grid, "common")
@@ -126,7 +122,7 @@ def _convert(source: Path, output: Path, conversion: Conversion) -> list[str]:
     grid = grid_of(found, conversion) or stated_grid(metadata)
     if grid is not None and conversion.azimuths is not None:
         grid = replace(grid, azimuth_step_deg=1.0)
-    reading = reading_of(_sample(chosen, found, conversion, grid), conversion, stated_array(metadata), grid)
+    reading = reading_of(_sample(chosen, found, conversion, grid), conversion, _array(metadata, kept.frequency), grid)
     said += kept.said + _of_pictures(found, conversion) + reading.said
     names = picture_names(len(chosen))
     with progress_bar() as progress:
@@ -194,22 +190,40 @@ def _of_pictures(found: Survey, conversion: Conversion) -> list[str]:
     return said
 
 
+def _array(metadata: dict[str, Any], frequency: Frequency | None) -> Array | None:
+    """The array that metadata.json states, at the frequency of the folder."""
+    array = stated_array(metadata)
+    return None if array is None else array.at((frequency or Frequency()).hertz)
+
+
+def _elements(array: Array) -> str:
+    return f"{array.rows} × {array.columns} elements" if isinstance(array, PlanarArray) else array.in_words
+
+
+def _likewise(array: Array) -> str:
+    """A sentence on the turns and mirrorings of the pictures that the array explains as well, and what to do."""
+    if isinstance(array, PlanarArray):
+        step = "any multiple of 90°" if array.rows == array.columns else "180°"
+        turns = f"turned by {step} or mirrored"
+    else:
+        turns = " or ".join(str(turn) for turn in turns_of(array)[1:])
+    if not turns:
+        return ""
+    return f". The array explains pictures that are {turns} as well; if yours are, state --azimuths"
+
+
 def _of_result(dataset: Dataset, conversion: Conversion) -> list[str]:
     """Sentences on what is known and what is assumed of the new dataset."""
     known, array = dataset.identification, dataset.array
     said = []
     if known.residual is not None and known.residual >= DOUBTFUL:
         said.append(
-            f"no array that was tried explains the pictures: {array.rows} × {array.columns} elements leave "
+            f"no array that was tried explains the pictures: {_elements(array)} leave "
             f"{known.residual:.1f} of 255 grey levels (rounding alone: 0.3)"
         )
     doubt = bearing_of(dataset).doubt(dataset.grid)
     if doubt is not None:
         said.append(f"warning: {doubt}")
     elif conversion.azimuths is None:
-        step = "any multiple of 90°" if array.rows == array.columns else "180°"
-        said.append(
-            f"took column 0 for azimuth 0° and azimuths for rising. The array explains pictures that are turned by "
-            f"{step} or mirrored as well; if yours are, state --azimuths"
-        )
+        said.append(f"took column 0 for azimuth 0° and azimuths for rising{_likewise(array)}")
     return said + dataset.assumptions()

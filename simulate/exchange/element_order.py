@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 from scenes.scene.description import Gateway
 from simulate.dataset.bearings import FARTHER, POINTS
 from simulate.spectra.angular_grid import AngularGrid
-from simulate.spectra.array import PlanarArray
+from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import evenly
 
@@ -37,11 +37,9 @@ class Order(NamedTuple):
     columns_first: bool = False
     conjugated: bool = False
 
-    def read(
-        self, responses: Complex[np.ndarray, "K elements"], array: PlanarArray
-    ) -> Complex[np.ndarray, "K elements"]:
+    def read(self, responses: Complex[np.ndarray, "K elements"], array: Array) -> Complex[np.ndarray, "K elements"]:
         """Responses in our order, x first, with phases that fall with the distance."""
-        if self.columns_first:
+        if self.columns_first and isinstance(array, PlanarArray):
             responses = responses.reshape(-1, array.columns, array.rows).swapaxes(1, 2).reshape(responses.shape)
         return responses.conj() if self.conjugated else responses
 
@@ -66,7 +64,7 @@ def told_by_sight(
     responses: Complex[np.ndarray, "K elements"],
     positions: Float[np.ndarray, "K 3"],
     gateway: Gateway,
-    array: PlanarArray,
+    array: Array,
     columns_first: bool | None = None,
     conjugated: bool | None = None,
 ) -> Told:
@@ -90,7 +88,7 @@ def told_by_sight(
         for first in ((False, True) if columns_first is None else (columns_first,))
         for sign in ((False, True) if conjugated is None else (conjugated,))
     ]
-    if 1 in (array.rows, array.columns):  # a line has one order
+    if array.is_line or not isinstance(array, PlanarArray):  # which have one order
         orders = [order for order in orders if not order.columns_first] or orders
     errors = []
     for order in orders:

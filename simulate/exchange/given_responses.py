@@ -32,9 +32,10 @@ from simulate.dataset.responses_file import RESPONSE_MAGNITUDES
 from simulate.generation.written_parts import picture_names
 from simulate.positions.given_positions import check_points
 from simulate.spectra.angular_grid import AngularGrid
-from simulate.spectra.array import PlanarArray
+from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.band import Band
 from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.element_array import ElementArray, array_of
 from simulate.spectra.spectrum import picture
 
 AT_ONCE = 100
@@ -45,7 +46,7 @@ def write_dataset(
     folder: Path | str,
     positions: Float[ArrayLike, "K 3"],
     responses: Complex[ArrayLike, "K elements *band"],
-    array: PlanarArray,
+    array: Array,
     frequency: float | str,
     gateway_position: Sequence[float] = (0.0, 0.0, 0.0),
     gateway_orientation: Sequence[float] = (0.0, 0.0, 0.0, 1.0),
@@ -62,9 +63,11 @@ def write_dataset(
         folder: the new dataset folder.
         positions: transmitter positions, metres, world frame, [K, 3].
         responses: complex element responses y, in any one unit, [K, elements], or with a bandwidth those of all
-            subcarriers, [K, elements, subcarriers]. Element m = row · columns + column, x runs fastest. A path of delay
-            τ has the phase e^{−j2πfτ}; if a receiver has e^{+j2πfτ}, give the conjugate.
-        array: the array of the gateway.
+            subcarriers, [K, elements, subcarriers]. Element m = row · columns + column of a ``PlanarArray``, x runs
+            fastest; those of an ``ElementArray`` are in its own order. A path of delay τ has the phase e^{−j2πfτ}; if a
+            receiver has e^{+j2πfτ}, give the conjugate.
+        array: the array of the gateway: a ``PlanarArray``, or an ``ElementArray`` of positions in metres, which gets
+            ``frequency``.
         frequency: hertz, or a text with a unit such as "915 MHz".
         gateway_position: metres, world frame, [3].
         gateway_orientation: unit quaternion (x, y, z, w) that turns the gateway frame into the world frame, [4];
@@ -95,7 +98,7 @@ def write_dataset(
         ((2, 90, 360), (2, 16))
     """
     require_path(folder=folder)
-    require_instance(PlanarArray, array=array)
+    require_instance(PlanarArray, ElementArray, array=array)
     require_instance(AngularGrid, grid=grid)
     require_word(get_args(Phases), phases=phases)
     hertz = read_frequency(frequency)
@@ -110,11 +113,17 @@ def write_dataset(
         band = Band(read_bandwidth(bandwidth), shape[2])
         band.frequencies(hertz)  # refuses one that is too wide
     found = own_responses(responses, len(places), array.elements, band)
-    size = array.rows, array.columns, array.spacing
-    gateway = Gateway(gateway_position, gateway_orientation, *size)  # type: ignore[arg-type]  # which checks both
+    _require_same_frequency(array, hertz)
+    gateway = Gateway(gateway_position, gateway_orientation, **array.of_gateway())  # type: ignore[arg-type]  # checks both
     with new_folder(Path(folder)) as unfinished:
         fill_dataset(unfinished, Path(folder), places, found, gateway, hertz, grid, phases, band)
     return read_dataset(folder)
+
+
+def _require_same_frequency(array: Array, frequency: float) -> None:
+    stated = array.frequency if isinstance(array, ElementArray) else None
+    if stated not in (None, frequency):
+        raise ParameterError("frequency", f"expected the frequency of the array, {stated:g} Hz, found {frequency:g} Hz")
 
 
 def fill_dataset(
@@ -144,7 +153,7 @@ def fill_dataset(
     Raises:
         InputError: the files are no valid dataset.
     """
-    array = PlanarArray.of(gateway)
+    array = array_of(gateway, frequency)
     beamformer, names = Beamformer(array, grid), picture_names(len(positions))
     of_carrier = responses if band is None else responses[..., band.carrier]
     (folder / "spectrum").mkdir()
@@ -157,7 +166,7 @@ def fill_dataset(
     write_positions(folder / "tx_pos.csv", positions)
     write_gateway(folder / "gateway_info.yml", called.name, gateway.position, gateway.orientation)
     write_responses(folder / "channels.npz", responses, band, retrieved=phases == "per-position")
-    stated = {"frequency_hz": frequency, "array": asdict(array), "grid": asdict(grid), "phases": phases}
+    stated = {"frequency_hz": frequency, "array": array.stated(), "grid": asdict(grid), "phases": phases}
     stated |= {} if band is None else {"band": asdict(band)}
     write_metadata(folder / "metadata.json", {"made_by": f"bisplat-wrf {version('bisplat-wrf')}"} | stated)
     problems = inspect(folder).problems

@@ -17,6 +17,7 @@ from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.dataset.rssi_folder import is_rssi
 from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 from simulate.spectra.angular_grid import COLUMNS, ROWS
+from simulate.spectra.array import Array, PlanarArray
 
 AT_ONCE = 100
 """Spectra written at a time. This bounds the memory."""
@@ -132,15 +133,23 @@ def _write_attributes(file: h5py.File, dataset: Dataset) -> None:
             "frequency_hz": dataset.frequency.hertz,
             "frequency_source": dataset.frequency.source,
             "moving": dataset.moving,
-            "array_rows": array.rows,
-            "array_columns": array.columns,
-            "array_spacing_wavelengths": array.spacing,
+            **_array_attributes(array),
             "array_source": dataset.identification.source,
             "elevation_first_deg": grid.elevation_first_deg,
             "elevation_step_deg": grid.elevation_step_deg,
             "azimuth_step_deg": grid.azimuth_step_deg,
         }
     )
+
+
+def _array_attributes(array: Array) -> dict[str, Any]:
+    if isinstance(array, PlanarArray):
+        return {
+            "array_rows": array.rows,
+            "array_columns": array.columns,
+            "array_spacing_wavelengths": array.spacing,
+        }
+    return {"element_positions_m": np.array(array.stated()["positions_m"])}
 
 
 def _write_tables(file: h5py.File, dataset: Dataset) -> None:

@@ -11,7 +11,7 @@ from jaxtyping import Float, UInt8
 from scenes.files.errors import ParameterError
 from simulate.exchange.conversion import Conversion
 from simulate.spectra.angular_grid import ROWS, AngularGrid
-from simulate.spectra.array import PlanarArray
+from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.explanation import Explanation, explain
 from simulate.spectra.identification import EXPLAINED, identify
@@ -50,7 +50,7 @@ class Reading:
 
 
 def reading_of(
-    sample: Float[np.ndarray, "n 90 360"], conversion: Conversion, array: PlanarArray | None, grid: AngularGrid | None
+    sample: Float[np.ndarray, "n 90 360"], conversion: Conversion, array: Array | None, grid: AngularGrid | None
 ) -> Reading:
     """How to read the pictures of a folder, by its options and by which array explains some of them.
 
@@ -94,7 +94,7 @@ def reading_of(
 
 
 def _explained(
-    pictures: UInt8[np.ndarray, "n 90 360"], array: PlanarArray | None, grid: AngularGrid | None
+    pictures: UInt8[np.ndarray, "n 90 360"], array: Array | None, grid: AngularGrid | None
 ) -> Explanation | None:
     """The array that explains pictures: what ``read_dataset`` would find, or else what a longer search finds."""
     known = identify(pictures, array, grid)
@@ -104,11 +104,17 @@ def _explained(
     return explain(pictures, array, grid)
 
 
+def _in_words(array: Array) -> str:
+    if isinstance(array, PlanarArray):
+        return f"{array.rows} × {array.columns} elements, {array.spacing} wavelengths apart"
+    return array.in_words
+
+
 def _with_array(
     reading: Reading,
     explained: Explanation,
     sample: Float[np.ndarray, "n 90 360"],
-    array: PlanarArray | None,
+    array: Array | None,
     grid: AngularGrid | None,
     azimuths: bool,
 ) -> Reading:
@@ -130,10 +136,9 @@ def _with_array(
     read_back = identify(np.stack([reading.picture(each) for each in sample]), array, grid)
     if read_back.beamformer == beamformer:
         return reading if grid is not None or not azimuths else replace(reading, stated={"grid": asdict(found)})
-    stated = {"array": asdict(beamformer.array), "grid": asdict(beamformer.grid)}
+    stated = {"array": beamformer.array.stated(), "grid": asdict(beamformer.grid)}
     reading.said.append(
-        f"stated an array of {beamformer.array.rows} × {beamformer.array.columns} elements, "
-        f"{beamformer.array.spacing} wavelengths apart, and its grid in metadata.json, since they explain the pictures "
-        f"(to {explained.residual:.2f} grey levels)"
+        f"stated an array of {_in_words(beamformer.array)}, and its grid in metadata.json, since they explain the "
+        f"pictures (to {explained.residual:.2f} grey levels)"
     )
     return replace(reading, stated=stated)

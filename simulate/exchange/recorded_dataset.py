@@ -20,8 +20,9 @@ from simulate.exchange.recognition import recognise
 from simulate.exchange.recording import Recording
 from simulate.positions.given_positions import check_points
 from simulate.spectra.angular_grid import AngularGrid
-from simulate.spectra.array import PlanarArray
+from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.band import Band
+from simulate.spectra.element_array import array_of
 
 
 def record(
@@ -47,14 +48,19 @@ def record(
         InputError: a file cannot be read, or the arrays are not there or do not fit each other.
         ParameterError: an option has an invalid value.
     """
-    array, hertz = PlanarArray.of(gateway), read_frequency(frequency)
+    hertz = read_frequency(frequency)
+    array = array_of(gateway, hertz)
+    planar = isinstance(array, PlanarArray)
+    if recording.columns_first is not None and not planar:
+        found_order = f"found {recording.columns_first} for elements in the order of their positions"
+        raise ParameterError("columns_first", f"expected a planar array, {found_order}")
     if recording.bandwidth is not None and recording.round_trip:
         raise ParameterError("round_trip", "expected no band beside it, found one")
     # The root of a response is known up to its sign.
     phases: Phases = "per-position" if recording.round_trip else recording.phases
     with new_folder(output) as unfinished:
         found = recognise(_together(files), recording, array.elements, hertz)
-        stated = recording.columns_first, recording.conjugate
+        stated = recording.columns_first if planar else False, recording.conjugate
         band = None
         if recording.bandwidth is not None:
             band = Band(read_bandwidth(recording.bandwidth), found.responses.shape[2])
@@ -65,11 +71,11 @@ def record(
         told = told_by_sight(of_carrier, positions, gateway, array, *stated)
         values = _in_our_order(values, told, array)
         fill_dataset(unfinished, output, positions, values, gateway, hertz, AngularGrid(), phases, band)
-    return [*found.said, _of_order(told, None in stated)]
+    return [*found.said, _of_order(told, None in stated, planar)]
 
 
 def _in_our_order(
-    values: Complex[np.ndarray, "K elements *band"], told: Told, array: PlanarArray
+    values: Complex[np.ndarray, "K elements *band"], told: Told, array: Array
 ) -> Complex[np.ndarray, "K elements *band"]:
     if values.ndim == 2:
         return told.order.read(values, array)
@@ -89,8 +95,8 @@ def _together(files: Sequence[Path]) -> Arrays:
     return together
 
 
-def _of_order(told: Told, asked: bool) -> str:
-    """A sentence on the order of the elements and the sign of the phases.
+def _of_order(told: Told, asked: bool, planar: bool = True) -> str:
+    """A sentence on the order of the elements of a planar array and the sign of the phases.
 
     >>> from simulate.exchange.element_order import Order
     >>> print(_of_order(Told(Order(conjugated=True), 4.2, 140.0, True), asked=True))
@@ -98,14 +104,16 @@ def _of_order(told: Told, asked: bool) -> str:
     4° from the transmitters (median), otherwise 140°
     """
     along, turning = "y" if told.order.columns_first else "x", "rise" if told.order.conjugated else "fall"
-    taken = f"took elements as numbered along {along} first, and phases that {turning} with the distance"
+    order = f"elements as numbered along {along} first" if planar else "elements in the order of their positions"
+    taken = f"took {order}, and phases that {turning} with the distance"
     error = f"{told.error:.0f}° from the transmitters (median)"
     if not asked:
         return f"{taken}, as stated: the strongest directions are {error}"
     if told.clear:
         return f"{taken}: the strongest directions are then {error}, otherwise {told.error_otherwise:.0f}°"
+    options = "--columns-first and --conjugate" if planar else "--conjugate"
     return (
         f"warning: {taken}. The strongest directions do not tell whether that is right: they are {error}, and "
-        f"{told.error_otherwise:.0f}° otherwise. State --columns-first and --conjugate, True or False, as your "
+        f"{told.error_otherwise:.0f}° otherwise. State {options}, True or False, as your "
         "receiver has them"
     )

@@ -22,7 +22,6 @@ from simulate.fullwave.cluster_runs import elements_of_cluster
 from simulate.fullwave.run_plan import Plan
 from simulate.fullwave.solver_runs import groups, run_of
 from simulate.fullwave.stored_field import StoredField, read_stored_field, together
-from simulate.spectra.array import PlanarArray
 
 WORKING = "running-"
 """Prefix of the names of the folders in which runs work."""
@@ -62,7 +61,7 @@ def stored_field(
     folder.mkdir(parents=True, exist_ok=True)
     for left in folder.glob(f"{WORKING}*"):  # left by a run that was killed
         shutil.rmtree(left)
-    count = PlanarArray.of(scene.gateway).elements
+    count = scene.gateway.count
     files = [folder / f"element-{number:03d}.npz" for number in range(count)]
     missing = [number for number in range(count) if not _is_whole(files[number], planned)]
     if missing:

@@ -13,7 +13,6 @@ from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import Scene
 from simulate.fullwave.run_plan import Plan, plan
 from simulate.fullwave.solver_runs import groups
-from simulate.spectra.array import PlanarArray
 
 LIMITS = ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes")
 """Files in which Linux states the limit of a container."""
@@ -70,7 +69,7 @@ def require_memory(scene: Scene, region: Float[np.ndarray, "2 3"], planned: Plan
         ParameterError: fewer runs at a time fit, or larger cells.
         InputError: no cells are large enough.
     """
-    elements, memory = PlanarArray.of(scene.gateway).elements, machine_memory()
+    elements, memory = scene.gateway.count, machine_memory()
     fitting = _fitting(planned, elements, workers or 1)
     if fitting >= min(workers or 1, elements):
         return
@@ -89,7 +88,7 @@ def require_memory(scene: Scene, region: Float[np.ndarray, "2 3"], planned: Plan
 
 def _cells_that_fit(scene: Scene, region: Float[np.ndarray, "2 3"], cell: float) -> float | None:
     """Side of larger cells for which the memory suffices, metres; None if the waves need smaller ones."""
-    elements = PlanarArray.of(scene.gateway).elements
+    elements = scene.gateway.count
     while True:
         cell = float(f"{LARGER * cell:.2g}")
         try:

@@ -14,7 +14,6 @@ from simulate.fullwave.memory import memory_of_runs, runs_at_once
 from simulate.fullwave.run_plan import Plan
 from simulate.fullwave.stored_field import StoredField
 from simulate.fullwave.yee_grid import dispersion_residual
-from simulate.spectra.array import PlanarArray
 
 
 def solve(
@@ -42,7 +41,7 @@ def solve(
     Raises:
         InputError: the solver failed.
     """
-    count = PlanarArray.of(scene.gateway).elements
+    count = scene.gateway.count
     at_once = workers or runs_at_once(planned, count)
     ours_here = solver == OURS and ray is None
     progress.console.print(description(scene, planned, min(at_once, count) if ours_here else None))
@@ -74,7 +73,7 @@ def description(scene: Scene, planned: Plan, at_once: int | None) -> str:
     cell, wavelength = planned.grid.cell, scene.wavelength
     coarser = 1.25 * cell
     diagonal = float(np.linalg.norm(np.diff(scene.extent, axis=0)))
-    count = PlanarArray.of(scene.gateway).elements
+    count = scene.gateway.count
 
     def errors(cell: float) -> str:
         residual = dispersion_residual(wavelength, cell)

@@ -12,8 +12,8 @@ from jaxtyping import Complex, Float, Int
 from simulate.dataset.dataset_writer import encode_picture, encode_power
 from simulate.engines.engine import ResponseSource
 from simulate.generation.request import Request
-from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.element_array import array_of
 from simulate.spectra.spectrum import picture
 
 
@@ -68,7 +68,7 @@ def _part_of_one_frequency(
     ideal = source.responses(positions) if request.band is None else source.band_responses(positions, request.band)
     measured = request.measurement.apply(ideal, numbers, request.measurement_seed)
     responses = measured if request.band is None else measured[..., request.band.carrier]
-    beamformer = Beamformer(PlanarArray.of(request.scenes[which].gateway), request.grid)
+    beamformer = Beamformer(array_of(request.scenes[which].gateway, request.scenes[which].frequency), request.grid)
     with ThreadPoolExecutor() as pool:
         pictures = list(pool.map(encode_picture, picture(beamformer.spectrum(responses))))
         power = list(pool.map(encode_power, beamformer.power_db(responses))) if request.power else []

@@ -29,9 +29,9 @@ from simulate.generation.moving_receiver import AtElements
 from simulate.positions.given_positions import read_points
 from simulate.positions.placement import AT_IT
 from simulate.spectra.angular_grid import AngularGrid
-from simulate.spectra.array import PlanarArray
 from simulate.spectra.band import Band
 from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.element_array import array_of
 from simulate.spectra.identification import stated_grid
 from simulate.spectra.measurement import Measurement
 
@@ -77,7 +77,7 @@ class Request:
     @property
     def beamformer(self) -> Beamformer:
         """The gateway's array at the scene's frequency, and the grid."""
-        return Beamformer(PlanarArray.of(self.scene.gateway), self.grid)
+        return Beamformer(array_of(self.scene.gateway, self.scene.frequency), self.grid)
 
     def __len__(self) -> int:
         """Number of spectra: all positions at the first frequency, then all at the next one, and so on."""
@@ -90,6 +90,8 @@ class Request:
             return [self.scene]
         scenes = [self.scene.at_frequency(frequency) for frequency in self.frequencies]
         own = self.scene.gateway
+        if own.elements is not None:  # their positions are in metres
+            return scenes
         spacings = [own.spacing * each.frequency / self.scene.frequency for each in scenes]
         return [
             dataclasses.replace(each, gateway=dataclasses.replace(own, spacing=spacing))
@@ -143,7 +145,7 @@ class Request:
             "frequency_hz": self.scene.frequency,
             **({"frequencies_hz": list(self.frequencies)} if self.frequencies else {}),
             **({} if self.moving == "transmitter" else {"moving": self.moving}),
-            "array": asdict(self.beamformer.array),
+            "array": self.beamformer.array.stated(),
             "grid": asdict(self.grid),
             **({} if self.band is None else {"band": asdict(self.band)}),
             "spectra": len(self),

@@ -24,7 +24,7 @@ from simulate.generation.generate import generate
 from simulate.generation.request import Request, read_request
 from simulate.generation.simulation_options import Simulation
 from simulate.positions.placement import AT_IT, check_positions, place, read_positions
-from simulate.spectra.array import PlanarArray
+from simulate.spectra.element_array import array_of
 from simulate.spectra.few_elements import too_few_elements
 
 
@@ -169,7 +169,7 @@ def request_for(scene: Scene | str | Path, content: Simulation, engine: Engine, 
         raise ParameterError("bandwidth", "expected none with Sionna's path solver (sionna), found one")
     if content.band is not None:
         content.band.frequencies(scene.frequency)  # refuses one that is too wide
-    few = too_few_elements(PlanarArray.of(scene.gateway))
+    few = too_few_elements(array_of(scene.gateway, scene.frequency))
     if few is not None:
         say(f"warning: {scene.name}: {few}, so they are not scored; powers and responses tell more")
     given, offsets = content.positions, AT_IT

@@ -14,7 +14,7 @@ from jaxtyping import Complex, Float
 from scenes.files.array_argument import check_array
 from scenes.files.options import check_kinds
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
-from simulate.spectra.array import PlanarArray
+from simulate.spectra.array import Array, PlanarArray
 
 LEAST_POWER_DB = -200.0
 """Lowest value of a power spectrum, used where the power is zero. It is far below any receiver's noise."""
@@ -27,8 +27,12 @@ class Beamformer:
     A spectrum is a magnitude. The element responses of several paths add up, but their spectra do not.
 
     Attributes:
-        array: the gateway's array; by default 4 × 4 elements half a wavelength apart.
+        array: the gateway's array, a ``PlanarArray`` or an ``ElementArray`` with its frequency; by default 4 × 4
+            elements half a wavelength apart.
         grid: the directions of the spectrum's pixels.
+
+    Raises:
+        ParameterError: the array or the grid is something else, or an ``ElementArray`` has no frequency.
 
     Example:
         The spectrum of a plane wave from azimuth 200° and elevation 40°:
@@ -40,11 +44,12 @@ class Beamformer:
         ((16,), (90, 360))
     """
 
-    array: PlanarArray = field(default_factory=PlanarArray)
+    array: Array = field(default_factory=PlanarArray)
     grid: AngularGrid = field(default_factory=AngularGrid)
 
     def __post_init__(self) -> None:
         check_kinds(self)
+        self.array.positions  # noqa: B018  an array without a frequency has none, and refuses here
 
     @cached_property
     def steering(self) -> Complex[np.ndarray, "90 360 elements"]:

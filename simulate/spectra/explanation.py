@@ -16,9 +16,10 @@ from scipy.optimize import minimize_scalar
 from threadpoolctl import threadpool_limits
 
 from simulate.spectra.angular_grid import AngularGrid
-from simulate.spectra.array import PlanarArray
+from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.identification import CLEARLY, EXPLAINED, MOST_ELEMENTS, examined, rounding, with_fewest_elements
+from simulate.spectra.element_array import require_planar
+from simulate.spectra.identification import CLEARLY, EXPLAINED, can_fit, examined, rounding, with_fewest_elements
 from simulate.spectra.lags import GRIDS, SPACING_DIGITS, SPACING_STEP, SPACINGS
 from simulate.spectra.quantity import Quantity, median_residual
 from simulate.spectra.spectrum import evenly
@@ -68,7 +69,7 @@ class Explanation:
 
 @threadpool_limits.wrap(1)  # several threads are much slower on such small matrices
 def explain(
-    pictures: UInt8[np.ndarray, "K 90 360"], array: PlanarArray | None = None, grid: AngularGrid | None = None
+    pictures: UInt8[np.ndarray, "K 90 360"], array: Array | None = None, grid: AngularGrid | None = None
 ) -> Explanation | None:
     """Find the smallest array that explains pictures, and what their grey levels stand for.
 
@@ -157,7 +158,7 @@ def _refined(
     for _, near in [fit for fit in coarse[:2] if fit[0] < COARSELY]:
         spacing = minimize_scalar(
             lambda spacing, near=near: median_residual(few, _spaced(near, spacing), quantity),
-            bounds=(near.array.spacing - SPACING_STEP, near.array.spacing + SPACING_STEP),
+            bounds=(_spacing(near) - SPACING_STEP, _spacing(near) + SPACING_STEP),
             method="bounded",
             options={"xatol": 1e-4},
         ).x
@@ -171,10 +172,10 @@ def _refined(
 
 
 def _of_known(
-    spectra: Float[np.ndarray, "K 90 360"], array: PlanarArray, grids: tuple[AngularGrid, ...]
+    spectra: Float[np.ndarray, "K 90 360"], array: Array, grids: tuple[AngularGrid, ...]
 ) -> Explanation | None:
     """The first quantity for which a known array explains the spectra on one of the grids."""
-    if array.elements > MOST_ELEMENTS:
+    if not can_fit(array):
         return None
     for quantity in QUANTITIES:
         fits = [(median_residual(spectra, Beamformer(array, grid), quantity), grid) for grid in grids]
@@ -185,4 +186,9 @@ def _of_known(
 
 
 def _spaced(beamformer: Beamformer, spacing: float) -> Beamformer:
-    return replace(beamformer, array=replace(beamformer.array, spacing=float(spacing)))
+    array = require_planar(beamformer.array, "a search for the spacing")
+    return replace(beamformer, array=replace(array, spacing=float(spacing)))
+
+
+def _spacing(beamformer: Beamformer) -> float:
+    return require_planar(beamformer.array, "a search for the spacing").spacing

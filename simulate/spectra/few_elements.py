@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-from simulate.spectra.array import PlanarArray
+from simulate.spectra.array import Array
 
 LEAST_ELEMENTS = 3
 """With fewer elements than this, scores of spectra mean nothing."""
 
 
-def too_few_elements(array: PlanarArray) -> str | None:
+def too_few_elements(array: Array) -> str | None:
     """What is wrong with the spectra of an array of one or two elements. None: the array has more.
 
     One element has the same magnitude in all directions, so that its normalised spectrum is zero everywhere. The
     spectrum of two elements is a single cosine, which nearly every prediction resembles.
 
+    >>> from simulate.spectra.array import PlanarArray
     >>> too_few_elements(PlanarArray(1, 1))
     'the spectrum of a single element is the same at every position and in every direction'
     >>> too_few_elements(PlanarArray()) is None

@@ -10,9 +10,10 @@ import numpy as np
 from jaxtyping import Float, UInt8
 
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
-from simulate.spectra.array import PlanarArray
+from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.beamformer import Beamformer
-from simulate.spectra.lags import EXAMINED, GRIDS, fit_grids, fit_lags
+from simulate.spectra.element_array import ElementArray, array_kind, require_planar
+from simulate.spectra.lags import EXAMINED, GRIDS, LagSpace, fit_grids, fit_lags, too_many_lags
 from simulate.spectra.quantity import Quantity, median_residual
 from simulate.spectra.spectrum import LARGEST_GREY, evenly, spectrum_of
 
@@ -31,6 +32,12 @@ LEAST_LEVELS = 32
 
 MOST_ELEMENTS = 144
 """Number of elements above which no fit is made, since it would take many seconds."""
+
+MOST_FUNCTIONS = 600
+"""Most lag functions for which a fit is made, likewise. A planar array of ``MOST_ELEMENTS`` elements has 529."""
+
+VISIBLE = 1e-3
+"""Relative size below which a combination of lag functions is lost in the rounding of pictures to 8 bits."""
 
 Source = Literal["metadata", "fitted", "assumed"]
 
@@ -57,13 +64,24 @@ class Identification:
     residual: float | None = None
 
 
-def stated_array(metadata: dict[str, Any]) -> PlanarArray | None:
+def stated_array(metadata: dict[str, Any], frequency: float | None = None) -> Array | None:
     """The array that metadata.json states; None if it states none.
 
     Args:
         metadata: content of metadata.json, from ``read_metadata_file``.
+        frequency: carrier frequency of the folder, Hz, for an array whose element positions are stated in metres.
+            None: such an array has no frequency yet.
     """
-    return PlanarArray(**metadata["array"]) if "array" in metadata else None
+    if "array" not in metadata:
+        return None
+    if array_kind(metadata["array"]) is ElementArray:
+        return ElementArray(metadata["array"]["positions_m"], frequency)
+    return PlanarArray(**metadata["array"])
+
+
+def can_fit(array: Array) -> bool:
+    """Whether pictures are fitted with an array; for one of many elements or lags it would take too long."""
+    return array.elements <= MOST_ELEMENTS and too_many_lags(array, MOST_FUNCTIONS) is None
 
 
 def stated_grid(metadata: dict[str, Any]) -> AngularGrid | None:
@@ -75,6 +93,22 @@ def stated_grid(metadata: dict[str, Any]) -> AngularGrid | None:
     if "grid" in metadata:
         return AngularGrid(**metadata["grid"])
     return METADATA_GRID if "array" in metadata and "scene_file" in metadata else None
+
+
+def tells_little(beamformer: Beamformer) -> bool:
+    """Whether other arrays of the same size explain the pictures of an array as well as this one.
+
+    So it is if the array has more lags than its pictures have details, as an irregular array within a wavelength: less
+    than half of the combinations of its lag functions are larger than the rounding.
+
+    Args:
+        beamformer: the array, with which pictures are fitted (``can_fit``), and the grid.
+
+    >>> tells_little(Beamformer())
+    False
+    """
+    sizes = np.linalg.svd(LagSpace.of(beamformer).triangular, compute_uv=False)
+    return bool((sizes > VISIBLE * sizes[0]).mean() < 0.5)
 
 
 def examined(pictures: UInt8[np.ndarray, "K 90 360"]) -> Float[np.ndarray, "n 90 360"]:
@@ -105,7 +139,7 @@ def rounding(spectra: Float[np.ndarray, "K 90 360"]) -> float:
 
 
 def identify(
-    pictures: UInt8[np.ndarray, "K 90 360"], array: PlanarArray | None = None, grid: AngularGrid | None = None
+    pictures: UInt8[np.ndarray, "K 90 360"], array: Array | None = None, grid: AngularGrid | None = None
 ) -> Identification:
     """Take the array and the grid that metadata.json states, and find what it does not state by a fit to the pictures.
 
@@ -120,7 +154,7 @@ def identify(
     stated = Beamformer(array or PlanarArray(), grid or AngularGrid())
     source: Source = "assumed" if array is None else "metadata"
     grid_source: Source = "assumed" if grid is None else "metadata"
-    if not len(spectra) or stated.array.elements > MOST_ELEMENTS:
+    if not len(spectra) or not can_fit(stated.array):
         return Identification(stated, source, grid_source)
     if array is None or grid is None:
         grids = GRIDS if grid is None else (grid,)
@@ -154,7 +188,7 @@ def with_fewest_elements(
         beamformer: an array that explains them, and the grid.
         quantity: what the pictures stand for.
     """
-    array = beamformer.array
+    array = require_planar(beamformer.array, "a search for smaller arrays")
     enough = min(rounding(spectra) * EXPLAINED, CLEARLY * median_residual(spectra, beamformer, quantity))
     shapes = [(rows, columns) for rows in range(1, array.rows + 1) for columns in range(1, array.columns + 1)]
     for rows, columns in sorted(shapes[1:-1], key=lambda shape: shape[0] * shape[1]):

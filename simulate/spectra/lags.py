@@ -23,9 +23,9 @@ from jaxtyping import Complex, Float, Int
 from scipy.optimize import minimize_scalar
 from threadpoolctl import threadpool_limits
 
-from scenes.files.errors import require_instance
+from scenes.files.errors import ParameterError, require_instance
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid, direction
-from simulate.spectra.array import PlanarArray
+from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.spectrum import LARGEST_GREY, check_stack
 
@@ -46,25 +46,75 @@ GRIDS = AngularGrid(0.0), AngularGrid(1.0), AngularGrid(89.0, -1.0), AngularGrid
 """Grids to try: rows from 0° up, as in NeRF²'s measured pictures; rows from 1° up, as NeRF²'s own generator writes
 them; and both upside down."""
 
+DEPENDENT = 1e-10
+"""Relative size below which a lag function depends on the others, as those of an array that is small for a wavelength.
+Then the smallest coefficients that fit are taken."""
+
 LEAST_AMPLITUDE = 0.02
 """Smallest p + b by which an error of p² is divided to turn it into an error of p."""
 
 
+MOST_FUNCTIONS = ROWS * COLUMNS // VALUES_PER_FUNCTION
+"""Most lag functions of an array that pictures can be fitted with. An array of n elements at places without any
+regularity has n (n − 1) + 1."""
+
+SAME_LAG = 1e-4
+"""Wavelengths. Differences of positions that agree to this step are one lag."""
+
+
 @cache
-def lag_vectors(array: PlanarArray) -> Int[np.ndarray, "L 2"]:
-    """The lags Δ of an array as (column, row), in units of its spacing; zero first, and only one of Δ and −Δ.
+def lag_vectors(array: Array) -> Float[np.ndarray, "L 3"]:
+    """The lags Δ of an array, wavelengths, gateway frame; zero first, and only one of Δ and −Δ.
+
+    They are the different differences of two element positions.
 
     Example:
         >>> lag_vectors(PlanarArray()).shape
-        (25, 2)
+        (25, 3)
+        >>> lag_vectors(PlanarArray(1, 3)).tolist()
+        [[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [1.0, 0.0, 0.0]]
     """
+    if isinstance(array, PlanarArray):
+        steps = _steps(array)
+        return array.spacing * np.concatenate([steps, np.zeros((len(steps), 1))], axis=1)
+    positions = array.positions
+    first, second = np.triu_indices(len(positions), 1)
+    lags = positions[first] - positions[second]
+    # Positions in round numbers of wavelengths lie between two steps of a grid; they do not if it is shifted.
+    shift = 0.1234
+    z, y, x = np.rint(lags / SAME_LAG).T[::-1]
+    lags = np.where(((z < 0) | ((z == 0) & ((y < 0) | ((y == 0) & (x < 0)))))[:, None], -lags, lags)
+    _, chosen = np.unique(np.floor(lags[:, ::-1] / SAME_LAG + shift + 0.5), axis=0, return_index=True)
+    return np.concatenate([np.zeros((1, 3)), lags[chosen]])
+
+
+def too_many_lags(array: Array, most: int = MOST_FUNCTIONS) -> str | None:
+    """Why pictures cannot be fitted with an array: it has too many lag functions. None: they can.
+
+    Args:
+        array: the array.
+        most: most lag functions.
+
+    >>> too_many_lags(PlanarArray(8, 8)) is None
+    True
+    """
+    functions = 2 * len(lag_vectors(array)) - 1
+    if functions <= most:
+        return None
+    sums = f"the squared spectra of {array.in_words} are sums of {functions} functions"
+    return f"{sums}, more than the {most} that can be fitted to pictures"
+
+
+@cache
+def _steps(array: PlanarArray) -> Int[np.ndarray, "L 2"]:
+    """The lags of a planar array as (column, row), in units of its spacing."""
     rows, columns = np.meshgrid(np.arange(array.rows), np.arange(1 - array.columns, array.columns), indexing="ij")
     lags = np.stack([columns.ravel(), rows.ravel()], axis=-1)
     return np.concatenate([[[0, 0]], lags[(lags[:, 1] > 0) | (lags[:, 0] > 0)]])
 
 
 def lag_functions(
-    array: PlanarArray, azimuth: Float[np.ndarray, " P"], elevation: Float[np.ndarray, " P"]
+    array: Array, azimuth: Float[np.ndarray, " P"], elevation: Float[np.ndarray, " P"]
 ) -> Float[np.ndarray, "P F"]:
     """The real functions that add up to a squared spectrum: 1, and cos(k u·Δ) and sin(k u·Δ) for each lag Δ.
 
@@ -73,7 +123,11 @@ def lag_functions(
         azimuth: φ, radians.
         elevation: θ, radians.
     """
-    phase = 2 * np.pi * array.spacing * direction(azimuth, elevation)[:, :2] @ lag_vectors(array)[1:].T
+    u = direction(azimuth, elevation)
+    if isinstance(array, PlanarArray):
+        phase = 2 * np.pi * array.spacing * u[:, :2] @ _steps(array)[1:].T
+    else:
+        phase = 2 * np.pi * u @ lag_vectors(array)[1:].T
     return np.concatenate([np.ones((len(phase), 1)), np.cos(phase), np.sin(phase)], axis=1)
 
 
@@ -122,7 +176,11 @@ class LagSpace:
 
     def coefficients(self, values: Float[np.ndarray, "K P"]) -> Float[np.ndarray, "K F"]:
         """The factors of the lag functions that fit values at the pixels best."""
-        return np.linalg.solve(self.triangular, self.orthonormal.T @ values.T).T
+        projected = self.orthonormal.T @ values.T
+        diagonal = np.abs(self.triangular.diagonal())
+        if diagonal.min() < DEPENDENT * diagonal.max():
+            return np.linalg.lstsq(self.triangular, projected, rcond=DEPENDENT)[0].T
+        return np.linalg.solve(self.triangular, projected).T
 
 
 @dataclass(frozen=True)
@@ -166,7 +224,7 @@ def fit_lags(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamformer) -> 
         error of each spectrum, grey levels of 255, [K]), and with ``median_residual``, the median of the last.
 
     Raises:
-        ParameterError: the spectra are not a stack of finite numbers from 0 to 1.
+        ParameterError: the spectra are not a stack of finite numbers from 0 to 1, or the array has too many lags.
 
     Example:
         Half a wavelength is the spacing of this dataset's array, 0.4 wavelengths is not:
@@ -181,6 +239,9 @@ def fit_lags(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamformer) -> 
     """
     require_instance(Beamformer, beamformer=beamformer)
     spectra = check_stack("spectra", spectra)
+    too_many = too_many_lags(beamformer.array)
+    if too_many is not None:
+        raise ParameterError("beamformer", f"expected an array of fewer lags: {too_many}")
     space = LagSpace.of(beamformer)
     values = space.sampled(spectra)
     # What remains after the least-squares fit of the lags. The only unknown left is b.
@@ -221,10 +282,13 @@ def fit_grids(
     def fitted(spacing: float, grid: AngularGrid) -> LagFit:
         return fit_lags(spectra, Beamformer(PlanarArray(rows, columns, float(spacing)), grid))
 
-    coarse = [min((fitted(spacing, grid) for spacing in SPACINGS), key=by_residual) for grid in grids]
+    coarse = [
+        min(((fitted(spacing, grid), spacing) for spacing in SPACINGS), key=lambda each: by_residual(each[0]))
+        for grid in grids
+    ]
     refined = []
-    for fit in sorted(coarse, key=by_residual)[:2]:
-        grid, near = fit.beamformer.grid, fit.beamformer.array.spacing
+    for fit, near in sorted(coarse, key=lambda each: by_residual(each[0]))[:2]:
+        grid = fit.beamformer.grid
         spacing = minimize_scalar(
             lambda spacing, grid=grid: fitted(spacing, grid).median_residual,
             bounds=(near - SPACING_STEP, near + SPACING_STEP),

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Complex, Float
 
+from simulate.spectra.element_array import require_planar
 from simulate.spectra.spatial_frequencies import SpatialFrequencies
 
 STEPS, INNER_STEPS = 20, 30
@@ -109,7 +110,7 @@ def refined(
 
 def _beams(unknowns: Float[np.ndarray, "K n"], frequencies: SpatialFrequencies) -> Complex[np.ndarray, "K P"]:
     """Beams of the responses among the unknowns at the visible frequencies."""
-    array = frequencies.beamformer.array
+    array = require_planar(frequencies.beamformer.array, "phase retrieval")
     responses = unknowns[:, : array.elements] + 1j * unknowns[:, array.elements : -1]
     return frequencies.beams(responses.reshape(-1, array.rows, array.columns))[:, frequencies.seen]
 

@@ -21,6 +21,7 @@ from jaxtyping import Complex, Float
 from scenes.files.errors import require_instance, require_seed
 from simulate.spectra.angular_grid import COLUMNS
 from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.element_array import require_planar
 from simulate.spectra.phase_refinement import refined
 from simulate.spectra.spatial_frequencies import SpatialFrequencies
 from simulate.spectra.spectrum import LARGEST_GREY, check_stack
@@ -85,6 +86,7 @@ def retrieve_responses(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamf
 
     Raises:
         ParameterError: the spectra are not a stack of finite numbers from 0 to 1, or the seed is not valid.
+        InputError: the array is an ``ElementArray``; the search needs a uniform planar array.
 
     Example:
         >>> import bisplat
@@ -97,7 +99,7 @@ def retrieve_responses(spectra: Float[np.ndarray, "K 90 360"], beamformer: Beamf
     require_seed(seed=seed)
     spectra = check_stack("spectra", spectra)
     generator = np.random.default_rng(seed)
-    array = beamformer.array
+    array = require_planar(beamformer.array, "the search for responses behind pictures")
     steps = STEPS_PER_ELEMENT * max(array.rows, array.columns)
     visible = max(LEAST_VISIBLE, min(1, 2 * array.spacing))
     coarse = SpatialFrequencies.of(beamformer, OVERSAMPLING)
@@ -156,7 +158,7 @@ def _searched(
 
     It rests where both projections agree. The offset of the magnitudes is left to the refinement.
     """
-    array = frequencies.beamformer.array
+    array = require_planar(frequencies.beamformer.array, "phase retrieval")
     seen = frequencies.seen
 
     def with_magnitude(beams: np.ndarray) -> np.ndarray:

@@ -20,6 +20,7 @@ from scipy.ndimage import map_coordinates
 
 from simulate.spectra.angular_grid import COLUMNS, ROWS, AngularGrid
 from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.element_array import require_planar
 
 WRAPPED = 8
 """Columns added on either side of a spectrum. A cubic spline forgets what is this far away."""
@@ -51,8 +52,11 @@ class SpatialFrequencies:
             beamformer: the array, and the angular grid of its spectra.
             oversampling: frequencies for each row and column of the array.
             least: least number of frequencies along either axis.
+
+        Raises:
+            InputError: the array is not a uniform planar one.
         """
-        array, grid = beamformer.array, beamformer.grid
+        array, grid = require_planar(beamformer.array, "a grid of spatial frequencies"), beamformer.grid
         shape = (max(least, oversampling * array.rows), max(least, oversampling * array.columns))
         y, x = (scipy.fft.fftfreq(count) / array.spacing for count in shape)
         u_x, u_y = np.meshgrid(x, y)
@@ -83,7 +87,7 @@ class SpatialFrequencies:
 
     def responses(self, beams: Complex[np.ndarray, "K y x"]) -> Complex[np.ndarray, "K rows columns"]:
         """The responses whose beams are nearest to some beams at all frequencies, seen or not (least squares)."""
-        array = self.beamformer.array
+        array = require_planar(self.beamformer.array, "a grid of spatial frequencies")
         whole = scipy.fft.ifft2(beams)[:, : array.rows, : array.columns]
         return whole * array.elements**0.5
 

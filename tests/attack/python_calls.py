@@ -45,6 +45,7 @@ PICTURES = np.zeros((2, 90, 360), np.uint8)
 
 CALLS: dict[str, Callable[[], dict[str, Any]]] = {
     "PlanarArray": lambda: {"rows": 4, "columns": 4, "spacing": 0.5},
+    "ElementArray": lambda: {"positions_m": [[0, 0, 0], [0.1, 0, 0]], "frequency": 915e6},
     "AngularGrid": lambda: {"elevation_first_deg": 0.0, "elevation_step_deg": 1.0, "azimuth_step_deg": 1.0},
     "Propagation": lambda: {"max_depth": 1, "los": True, "rays": 100, "diffraction": False},
     "Measurement": lambda: {"snr_db": 10.0, "gain_error_db": 1.0, "phase_error_deg": 1.0},

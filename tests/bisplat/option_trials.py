@@ -102,10 +102,10 @@ TRIALS: dict[str, list[Trial]] = {
         *_trials("scene wall.obj", ["--list"]),
         *_trials("scene closet --view", ["--port 8081"], SERVED),
         *_trials("scene closet", ["--view"], SERVED),
-        *_trials("scene closet --json", ["--frequency 2.4GHz", "--array 8x8"]),
+        *_trials("scene closet --json", ["--frequency 2.4GHz", "--array 8x8", "--array elements.csv"]),
     ],
     "simulate": [
-        *_trials(RAYS, ["--frequency 2.4GHz", "--array 2x3@0.4"]),
+        *_trials(RAYS, ["--frequency 2.4GHz", "--array 2x3@0.4", "--array elements.csv"]),
         *_trials(RAYS, ["--placement grid", "--seed 1", "--power-db", "--snr-db 10", "--gain-error-db 1"]),
         *_trials(RAYS, ["--phase-error-deg 5", "--phase-noise-deg 5", "--no-los", "--no-specular", "--no-refraction"]),
         *_trials(RAYS, ["--no-slab-phase", "--sionna", "--diffuse"]),
@@ -155,6 +155,7 @@ TRIALS: dict[str, list[Trial]] = {
             RECORDED,
             [
                 ("--array 4x4@0.4", "--array 4x4@0.5"),
+                ("--array elements.csv", "--array 4x4@0.5"),
                 ("-o out2", "-o out"),
                 *("--gateway 1 0 1", "--boresight 0 1 0", "--positions elsewhere", "--responses other", "--unit ft"),
                 *("--columns-first True", "--conjugate True", "--phases per-position"),

@@ -18,6 +18,11 @@ REFUSED: dict[str, str] = {
         "--frequency: expected hertz, from 1e6 to 1e12, or a number with its unit such as \"915 MHz\", found '2.4'"
     ),
     "scene closet --array 4by4": "--array: expected ROWSxCOLUMNS or ROWSxCOLUMNS@SPACING in wavelengths, such as 8x8",
+    "simulate closet -o out --array nowhere.csv": "nowhere.csv: expected a CSV of positions, found no such file",
+    "scene closet --array same.csv": "same.csv: expected each element at a place of its own, found elements 0 and 1",
+    "dataset recording.npz --frequency 2.4GHz --array elements.csv -o out --columns-first True": (
+        "--columns-first: expected a planar array, found True for elements in the order of their positions"
+    ),
     "simulate closet -o out --array 0x4": "closet: gateway.rows and columns must be at least 1",
     "scene wall.obj --list --array 4x4": "--array: expected none beside --list",
     "simulate data -o out --frequency 2.4GHz": f"--frequency: {AGAIN}",

@@ -69,6 +69,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
     """Every public callable, by its name in ``bisplat``; ``file`` is a mesh."""
     dataset, spectrum = bisplat.read_dataset(data), np.zeros((90, 360))
     tracer = bisplat.Tracer(scene, bisplat.Propagation(max_depth=0, diffraction=False, rays=100))
+    circle = bisplat.ElementArray.circle(8, 0.1).at(915e6)
     array, grid, beamformer = bisplat.PlanarArray(), bisplat.AngularGrid(), bisplat.Beamformer()
     of_gateway = {"position": (0, 0, 1), "orientation": (0, 0, 0, 1)}
     region = {"region_min": (0, 0, 0), "region_max": (1, 1, 1)}
@@ -209,6 +210,28 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             bisplat.PlanarArray,
             {},
             {"rows": (*WHOLE, 65), "columns": (*WHOLE, 65), "spacing": (*NUMBER, 0, -1, None)},
+        ),
+        "PlanarArray.at": Call(array.at, {}, {"frequency": (*NUMBER, 0, 2.4)}),
+        "ElementArray": Call(
+            bisplat.ElementArray,
+            {"positions_m": [[0, 0, 0], [0.1, 0, 0]]},
+            {"positions_m": [*POINTS[2:], [], [[0, 0, 0]] * 2, [[101, 0, 0]]], "frequency": (*NUMBER[:4], 0, 2.4)},
+        ),
+        "ElementArray.circle": Call(
+            bisplat.ElementArray.circle,
+            {"elements": 8, "radius_m": 0.1},
+            {"elements": (*WHOLE, 1025), "radius_m": (*NUMBER, 0, -1, 101)},
+        ),
+        "ElementArray.at": Call(circle.at, {}, {"frequency": (*NUMBER, 0, 2.4)}),
+        "ElementArray.manifold": Call(
+            circle.manifold,
+            {"azimuth": [0.0, 1.0], "elevation": 0.5},
+            {"azimuth": ANGLES, "elevation": [*ANGLES, [1.0] * 3]},
+        ),
+        "ElementArray.angle_between": Call(
+            circle.angle_between,
+            {"u": [0.0, 0.0, 1.0], "v": [0.0, 1.0, 0.0]},
+            {"u": (*ANGLES[:4], [1.0, 2.0]), "v": (*ANGLES[:4], [1.0, 2.0])},
         ),
         "PlanarArray.manifold": Call(
             array.manifold,
@@ -386,7 +409,10 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
         "Gateway": Call(
             bisplat.Gateway,
             of_gateway,
-            {"position": POINT[:4] + POINT[5:], "orientation": ("x", None, (0, 0, 1), (0, 0, 0, "1"))},
+            {
+                "position": POINT[:4] + POINT[5:], "orientation": ("x", None, (0, 0, 1), (0, 0, 0, "1")),
+                "elements": ("x", 3, [[0, 0]], [["0", "0", "0"]]),
+            },
             {name: "checked with the scene" for name in ("rows", "columns", "spacing", "pattern", "polarization")},
         ),
         "Transmitter": Call(
@@ -464,7 +490,8 @@ def table(tiny, tmp_path_factory) -> dict[str, Call]:
 def test_every_public_callable_and_each_of_its_parameters_is_in_the_table(table):
     public = {name for name in bisplat.__all__ if name not in NOT_CALLED}
     public |= {f"shapes.{name}" for name in ("bounding_box", "box", "sheet", "union", "rotate")}
-    for name in ("AngularGrid", "Band", "Beamformer", "Measurement", "PlanarArray", "Run", "Tracer"):
+    classes = ("AngularGrid", "Band", "Beamformer", "Measurement", "PlanarArray", "ElementArray", "Run", "Tracer")
+    for name in classes:
         methods = inspect.getmembers(getattr(bisplat, name), inspect.isfunction)
         public |= {f"{name}.{method}" for method, function in methods if method[0] != "_" and takes_arguments(function)}
     public -= {"Tracer.terms", "Tracer.middle_terms"}  # of the exports

@@ -98,6 +98,9 @@ def place(tmp_path_factory) -> Path:
     (folder / "gateways.yml").write_text("door: [0.5, 0.3, 1.5]\nroof: {position: [1, 1, 2], pattern: dipole}\n")
     (folder / "far.yml").write_text("door: [0.5, 0.9, 1.5]\nroof: {position: [1, 1, 2], pattern: dipole}\n")
     write_rssi(folder / "powers", [[1, 0, 1], [2, 0, 1]], [[-50.0], [-60.0]], {"door": (0, 0, 1)}, 2.4e9)
+    angles = 2 * np.pi * np.arange(16) / 16
+    write_positions(folder / "elements.csv", 0.1 * np.stack([np.cos(angles), np.sin(angles), 0.1 * angles], axis=1))
+    write_positions(folder / "same.csv", np.zeros((2, 3)))
     given = read_dataset(folder / "data")
     arrays = {
         "pos": given.positions,

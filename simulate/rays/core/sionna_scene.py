@@ -19,7 +19,7 @@ from scipy.spatial.transform import Rotation
 from scenes.scene.description import Scene
 from scenes.scene.materials import RadioMaterial
 from simulate.rays.core.ray_tracer import dr, mi, rt
-from simulate.spectra.array import PlanarArray
+from simulate.spectra.element_array import array_of
 
 GATEWAY_FROM_SIONNA = Rotation.from_matrix([[0, 1, 0], [0, 0, 1], [1, 0, 0]])
 """Rotation from the coordinates of a Sionna device to gateway coordinates."""
@@ -100,10 +100,10 @@ class Antennas:
 
 
 def gateway_antennas(scene: Scene) -> Antennas:
-    """The gateway's elements at their true positions, in the order of ``PlanarArray``."""
+    """The gateway's elements at their true positions, in the order of the array."""
     gateway = scene.gateway
     rotation = Rotation.from_quat(gateway.orientation)
-    offsets = rotation.apply(PlanarArray.of(gateway).positions) * scene.wavelength
+    offsets = rotation.apply(array_of(gateway, scene.frequency).positions) * scene.wavelength
     return Antennas(
         np.asarray(gateway.position) + offsets,
         sionna_angles(rotation * GATEWAY_FROM_SIONNA),

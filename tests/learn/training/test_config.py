@@ -30,6 +30,8 @@ BAD = [
     ({"by_steps": STEPS | {"steps": 0}}, "by_steps.steps: expected a whole number of at least 1, found 0"),
     ({"by_steps": STEPS | {"speed": 0}}, "by_steps: expected a known key, found 'speed'"),
     ({"array": {"rows": 64, "columns": 64}}, "array.rows: expected at most 1024 elements in all, found"),
+    ({"array": {"positions_m": [[0, 0, 0]]}}, "array.frequency: expected the frequency of the ElementArray"),
+    ({"array": {"positions_m": [[0, 0]]}}, r"array.positions_m\[0\]: expected a list of 3, found"),
     ({"grid": {"elevation_step_deg": -1}}, "grid.elevation_step_deg: expected a number above 0, found -1"),
 ]
 

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from scenes.checks.array_clearance import element_positions
 from scenes.checks.validation import validate
 from scenes.files.errors import InputError
 from scenes.files.folder_lock import locked
@@ -102,6 +103,19 @@ def test_round_trip_is_exact(scene, tmp_path):
     assert read_scene(path) == scene
     lab = load_scene("lab")
     assert read_scene(write_scene(lab, tmp_path / "lab")) == lab
+
+
+def test_given_elements_are_read_and_written_and_stay_in_metres(scene, tmp_path):
+    places = ((0.0, 0.0, 0.0), (0.1, 0.02, 0.0), (-0.1, 0.0, 0.03))
+    given = replace(scene, gateway=replace(scene.gateway, elements=places))
+    written = write_scene(given, tmp_path)
+    assert read_scene(written) == given and "rows" not in written.read_text()
+    other = given.at_frequency(2.4e9)
+    np.testing.assert_array_equal(
+        element_positions(other.gateway, other.wavelength), element_positions(given.gateway, given.wavelength)
+    )
+    assert given.with_array(2, 8).gateway.elements is None and given.with_array(2, 8).gateway.count == 16
+    assert scene.with_array(2, 8).with_elements(places).gateway == replace(scene.gateway, elements=places)
 
 
 def test_materials_of_p2040_follow_the_frequency(scene, tmp_path):
@@ -271,6 +285,12 @@ BAD = [
     ("[4, 0, 1]", "[4, 0, 1]\n  rows: 4.5", "outdoors.yaml: gateway.rows", "4.5"),
     ("[4, 0, 1]", "[4, 0, 1]\n  row: 4", "outdoors.yaml: gateway", "'row'", '"rows"'),
     ("[4, 0, 1]", "[4, 0, 1]\n  3: 4", "outdoors.yaml: gateway", "3: 4"),
+    ("[4, 0, 1]", "[4, 0, 1]\n  elements: []", "outdoors.yaml: gateway.elements", "found 0"),
+    ("[4, 0, 1]", "[4, 0, 1]\n  elements: [[0, 0]]", "outdoors.yaml: gateway.elements[0]", "[0, 0]"),
+    ("[4, 0, 1]", "[4, 0, 1]\n  elements: [[0, 0, 0], [0, 0, 0]]", "outdoors.yaml: gateway.elements", "0 and 1"),
+    ("[4, 0, 1]", "[4, 0, 1]\n  elements: [[0, 0, .inf]]", "outdoors.yaml: gateway.elements", "inf"),
+    ("[4, 0, 1]", "[4, 0, 1]\n  elements: [[0, 0, 160]]", "outdoors.yaml: gateway.elements", "160", "in metres"),
+    ("[4, 0, 1]", "[4, 0, 1]\n  elements: [[0, 0, 0]]\n  rows: 4", "outdoors.yaml: gateway.elements", "and rows"),
     ("max: [1, 1, 1.5]", "size: [1, 1, 1]", "outdoors.yaml: transmitter.region", "'size'", "max"),
     ("  region: {min: [-1, -1, 0.5], max: [1, 1, 1.5]}\n", "", "outdoors.yaml: transmitter", "nothing"),
     ("conductivity: 1e-3, ", "", "outdoors.yaml: materials.felt", "conductivity"),

@@ -1,5 +1,8 @@
 """Datasets from responses of one's own."""
 
+import json
+
+import h5py
 import numpy as np
 import pytest
 
@@ -7,6 +10,7 @@ import bisplat
 from scenes.files.errors import InputError, ParameterError
 from simulate.exchange.given_responses import write_dataset
 from simulate.spectra.array import PlanarArray
+from simulate.spectra.element_array import ElementArray
 from simulate.spectra.spectrum import picture
 
 ARRAY = PlanarArray(rows=2, columns=3, spacing=0.4)
@@ -32,6 +36,22 @@ def test_what_is_given_is_what_is_read(tmp_path):
     np.testing.assert_allclose(read.gateway_orientation, turn, atol=1e-9)
     assert (read.identification.source, read.frequency.source) == ("metadata", "metadata")
     assert read.assumptions() == [] and len(read.train) == 0
+
+
+def test_an_array_of_element_positions_gets_the_frequency_of_the_dataset(tmp_path):
+    circle = ElementArray.circle(6, 0.05)
+    made = write_dataset(tmp_path / "mine", PLACES, waves(circle.at(2.4e9)), circle, "2.4 GHz")
+    assert made.array == circle.at(2.4e9) == bisplat.read_dataset(tmp_path / "mine").array
+    stated = json.loads((tmp_path / "mine" / "metadata.json").read_text())["array"]
+    assert stated == {"positions_m": [list(each) for each in circle.positions_m]}
+    np.testing.assert_array_equal(made.pictures, picture(made.beamformer.spectrum(waves(circle.at(2.4e9)))))
+    assert made.identification.residual < 0.4
+    with pytest.raises(ParameterError, match="frequency: expected the frequency of the array, "):
+        write_dataset(tmp_path / "other", PLACES, waves(circle.at(2.4e9)), circle.at(915e6), "2.4 GHz")
+    bisplat.export_hdf5(tmp_path / "mine", tmp_path / "mine.h5")
+    with h5py.File(tmp_path / "mine.h5") as file:
+        np.testing.assert_array_equal(file.attrs["element_positions_m"], circle.positions_m)
+        assert "array_rows" not in file.attrs
 
 
 def test_responses_of_unknown_phase_are_not_compared_between_positions(tmp_path):

@@ -11,6 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from scenes.checks.array_clearance import element_positions
 from scenes.files import extras
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import SPEED_OF_LIGHT, Gateway, Scene, SceneObject, Transmitter, facing
@@ -91,6 +92,20 @@ def test_dataset_has_the_responses_of_the_field(scene, solver, tmp_path):
     metadata = json.loads((tmp_path / "small" / "metadata.json").read_text())
     assert metadata["engine"] == "fullwave" and metadata["fullwave"]["cell"] == 0.03
     assert metadata["fullwave"]["solver"] == "bisplat" and "propagation" not in metadata
+
+
+def test_elements_at_given_places_are_run_at_these_places(scene, solver, tmp_path):
+    places = ((0.0, 0.0, 0.0), (0.05, 0.02, 0.03), (-0.04, 0.06, -0.02))
+    given = replace(scene, gateway=replace(scene.gateway, rows=4, columns=4, elements=places))
+    made = simulate(given, tmp_path / "small", n=12, engine="fullwave", cell=0.03, workers=1)
+    expected = element_positions(given.gateway, given.wavelength)
+    np.testing.assert_allclose(np.stack(solver.sources), expected, atol=1e-9)
+    assert made.responses.shape == (12, 3) and made.array.positions_m == places and made.array.frequency == 915e6
+    again = simulate(given, tmp_path / "more", n=20, engine="fullwave", field=tmp_path / "small")
+    assert len(solver.sources) == 3 and again.array == made.array
+    other = replace(given, gateway=replace(given.gateway, elements=places[:2]))
+    with pytest.raises(InputError, match=r"whose array is \{'positions_m'.* instead of"):
+        simulate(other, tmp_path / "other", n=20, engine="fullwave", field=tmp_path / "small")
 
 
 def test_more_positions_come_from_the_stored_field(scene, solver, tmp_path):

@@ -12,7 +12,9 @@ from scenes.scene.shapes import sheet
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.tracer import Tracer
 from simulate.spectra.angular_grid import AngularGrid
+from simulate.spectra.array import PlanarArray
 from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.element_array import ElementArray
 
 FREQUENCY = 915e6
 LAMBDA = c / FREQUENCY
@@ -88,6 +90,29 @@ def test_line_of_sight_appears_where_the_transmitter_is(number, make_scene, far_
     seen = AngularGrid().dominant_direction(Beamformer().spectrum(responses))
     angle = np.degrees(np.arccos((seen * local).sum(axis=1).clip(-1, 1)))
     assert angle.max() < 1
+
+
+def test_elements_at_given_places_receive_friis_law_at_these_places(make_scene, far_sheet):
+    """A circle and a cloud: the phase e^{-jkr} from each element's own place; with a real mismatch."""
+    circle = ElementArray.circle(8, 0.2).positions_m
+    cloud = np.random.default_rng(0).uniform(-0.4, 0.4, (12, 3))
+    for number, places in enumerate((circle, cloud)):
+        rotation, position = ORIENTATIONS[number], np.array([1.0, -2.0, 0.5])
+        gateway = Gateway(tuple(position), tuple(rotation.as_quat()), elements=places)
+        scene = make_scene(far_sheet, gateway=gateway)
+        sources = position + np.random.default_rng(1).uniform(2, 4, (5, 3))
+        distance = np.linalg.norm(sources[:, None] - (position + rotation.apply(places)), axis=-1)
+        ratio = Tracer(scene, LOS_ONLY).responses(sources) / free_space(distance)
+        assert np.abs(ratio.imag).max() < 2e-3 * np.abs(ratio).max() and np.abs(ratio).max() < 1.001
+
+
+def test_a_planar_array_given_in_metres_receives_the_same(make_scene, far_sheet):
+    scene = make_scene(far_sheet)
+    places = PlanarArray.of(scene.gateway).positions * scene.wavelength
+    sources = np.random.default_rng(1).uniform((-4, -1, 1), (-2, 1, 2), (5, 3))
+    expected = Tracer(scene, LOS_ONLY).responses(sources)
+    found = Tracer(scene.with_elements(places), LOS_ONLY).responses(sources)
+    np.testing.assert_allclose(found, expected, rtol=1e-5)
 
 
 @pytest.mark.parametrize("rotation", [*ORIENTATIONS[:3], *STRAIGHT_UP_AND_DOWN])

@@ -1,0 +1,104 @@
+"""Models, losses and scores of arrays of given element positions."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import bisplat
+from learn.data.same_receiver import other_array
+from learn.evaluation.picture_doubts import picture_doubts
+from learn.models.quadrature import quadrature
+from scenes.scene.description import SPEED_OF_LIGHT
+from simulate.exchange.given_responses import write_dataset
+from simulate.spectra.array import PlanarArray
+from simulate.spectra.beamformer import Beamformer
+from simulate.spectra.element_array import ElementArray
+
+FREQUENCY = 2.4e9
+WAVELENGTH = SPEED_OF_LIGHT / FREQUENCY
+CLOUD = ElementArray(np.random.default_rng(3).uniform(-0.06, 0.06, (12, 3)), FREQUENCY)
+PLANAR = PlanarArray(3, 3)
+SAME = ElementArray(PLANAR.positions * WAVELENGTH)
+
+
+def of_a_source(folder, array, count=60, phases="common"):
+    """The field of a source in free space, behind which the array's pictures are."""
+    places = np.random.default_rng(1).uniform((1, -0.3, 1), (1.6, 0.3, 1.4), (count, 3))
+    elements = array.positions if isinstance(array, PlanarArray) else array.at(FREQUENCY).positions
+    distance = np.linalg.norm(places[:, None] / WAVELENGTH - elements, axis=-1)
+    own = np.exp(2j * np.pi * np.random.default_rng(2).uniform(size=(count, 1))) if phases != "common" else 1
+    return write_dataset(
+        folder, places, own * np.exp(-2j * np.pi * distance) / distance, array, FREQUENCY, phases=phases
+    )
+
+
+@pytest.mark.parametrize("array", [CLOUD, ElementArray.circle(8, 0.06).at(FREQUENCY)], ids=["cloud", "circle"])
+def test_few_pixels_stand_for_all(array):
+    generator, beamformer = np.random.default_rng(0), Beamformer(array)
+    responses = generator.standard_normal((2, 5, array.elements, 2)) @ [1, 1j]
+    difference = (beamformer.spectrum(responses[0]) ** 2 - beamformer.spectrum(responses[1]) ** 2) ** 2
+    few = quadrature(beamformer)
+    assert len(few) < 90 * 360 / 4
+    found = difference[:, few.rows][:, :, few.columns].mean(axis=2) @ few.weights
+    np.testing.assert_allclose(found, difference.mean(axis=(1, 2)), rtol=1e-6)
+
+
+def test_a_planar_array_in_metres_has_the_same_pixels_and_is_the_same_receiver():
+    found, expected = quadrature(Beamformer(SAME.at(FREQUENCY))), quadrature(Beamformer(PLANAR))
+    assert np.array_equal(found.rows, expected.rows) and np.array_equal(found.columns, expected.columns)
+    np.testing.assert_allclose(found.weights, expected.weights, atol=1e-6)
+    assert not other_array(PLANAR, SAME.at(FREQUENCY)) and not other_array(SAME.at(FREQUENCY), SAME.at(2.45e9))
+    assert other_array(PLANAR, CLOUD) and other_array(SAME.at(FREQUENCY), SAME.at(3.6e9))
+
+
+@pytest.mark.parametrize("model", ["helmholtz", "mlp-responses"])
+def test_models_of_a_planar_array_in_metres_are_those_of_the_planar_array(model, tmp_path):
+    options = {} if model == "helmholtz" else {"steps": 4}
+    predicted = []
+    for name, array in (("planar", PLANAR), ("metres", SAME)):
+        dataset = of_a_source(tmp_path / name, array)
+        run = bisplat.train(dataset, tmp_path / f"run-{name}", model=model, split="random", **options)
+        predicted.append(bisplat.load_run(tmp_path / f"run-{name}").predict(dataset.positions[:5]).spectra)
+        assert run.beamformer.array == dataset.array
+    np.testing.assert_allclose(predicted[1], predicted[0], atol=1e-4)
+
+
+def test_a_dataset_of_elements_is_trained_evaluated_and_checked(tmp_path):
+    dataset = of_a_source(tmp_path / "cloud", CLOUD)
+    assert repr(dataset).endswith("60 spectra, 12 elements at given positions, 0.97 λ across, 2400 MHz)")
+    run = bisplat.train(dataset, tmp_path / "run", model="helmholtz", split="random")
+    evaluation = bisplat.evaluate(run)
+    assert evaluation.metrics()["ssim_median"] > 0.9
+    described = bisplat.check(tmp_path / "cloud", "random").description()
+    assert described["array"] == "12 elements at given positions, 0.97 λ across (metadata.json)"
+    assert "other arrays of this size explain the pictures as well" in described["left unexplained"]
+    assert picture_doubts(dataset) == []
+
+
+def test_phases_are_not_looked_for_behind_pictures_of_elements(tmp_path, capsys):
+    pictures_alone = replace(of_a_source(tmp_path / "cloud", CLOUD), responses=None)
+    bisplat.train(pictures_alone, tmp_path / "run", model="helmholtz", split="random")
+    assert (
+        "no responses are looked for behind its pictures, since this needs a uniform planar" in capsys.readouterr().err
+    )
+    compared = bisplat.compare(pictures_alone, ["nearest", "kriging-responses"], split="random", test_spectra=2)
+    assert [row["label"] for row in compared] == ["nearest"]
+    assert "left out kriging-responses: this method needs recorded responses" in capsys.readouterr().err
+
+
+def test_responses_of_a_phase_each_are_synchronised_without_flips(tmp_path):
+    dataset = of_a_source(tmp_path / "cloud", CLOUD, phases="per-position")
+    run = bisplat.train(dataset, tmp_path / "run", model="helmholtz", split="random")
+    assert bisplat.evaluate(run, ceiling=False).metrics()["ssim_median"] > 0.9
+
+
+def test_a_line_says_what_it_does_not_tell(tmp_path):
+    line = ElementArray(np.linspace(-0.12, 0.12, 5)[:, None] * [0.8, 0.5, 0.3])
+    dataset = of_a_source(tmp_path / "line", line)
+    run = bisplat.train(dataset, tmp_path / "run", model="helmholtz", split="random")
+    assert "not on which side of it" in bisplat.check(tmp_path / "line", "random").description()["array"]
+    from learn.reports.provenance import Provenance
+
+    sentence = Provenance.of_evaluation(bisplat.evaluate(run)).sentence()
+    assert "Of the array: its elements lie on a line, so it tells only the angle to this line" in sentence
