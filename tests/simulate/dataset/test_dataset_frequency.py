@@ -48,11 +48,11 @@ def test_bad_rows_are_named(text, words, tmp_path):
 
 def test_metadata_and_freq_txt(tmp_path):
     problems: list[str] = []
-    assert frequency_of(tmp_path, {}, ROWS, problems) == Frequency(915e6, "assumed")
-    assert frequency_of(tmp_path, {"frequency_hz": "3.5 GHz"}, ROWS, problems) == Frequency(3.5e9, "metadata")
+    assert frequency_of(tmp_path, {}, ROWS, problems).frequency == Frequency(915e6, "assumed")
+    assert frequency_of(tmp_path, {"frequency_hz": "3.5 GHz"}, ROWS, problems).frequency == Frequency(3.5e9, "metadata")
     (tmp_path / "freq.txt").write_text("3.5\n")
-    assert frequency_of(tmp_path, {}, ROWS, problems) == Frequency(3.5e9, "freq.txt")
-    assert frequency_of(tmp_path, {"frequency_hz": 3.5e9}, ROWS, problems).source == "metadata"
+    assert frequency_of(tmp_path, {}, ROWS, problems).frequency == Frequency(3.5e9, "freq.txt")
+    assert frequency_of(tmp_path, {"frequency_hz": 3.5e9}, ROWS, problems).frequency.source == "metadata"
     assert not problems
     frequency_of(tmp_path, {"frequency_hz": 915e6}, ROWS, problems)
     assert "freq.txt: expected the 915 MHz of metadata.json, found 3.5 GHz" in problems.pop()
