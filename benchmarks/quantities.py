@@ -36,6 +36,9 @@ TEN = tuple(float(each) for each in np.linspace(0.902e9, 0.928e9, 10))
 THREE = Band(60e6, 3)
 """Frequencies at which rays and full wave are compared."""
 
+COARSE = 0.03
+"""Metres. Cells with which the times of full-wave runs are compared."""
+
 POSITIONS, PAIRS = 100, 30
 
 
@@ -192,11 +195,10 @@ def main(
 
     Args:
         folder: keeps the full-wave field of the closet for the next call.
-        cell: side of the cells in full wave, metres. None: the default.
+        cell: side of the cells in the full-wave run that rays are compared with, metres. None: the default.
         smallest: only test the benchmark, in seconds; its figures mean nothing.
         json_output: print one JSON object.
     """
-    from simulate.fullwave.run_plan import default_cell
     from simulate.positions.placement import place
 
     generator = np.random.default_rng(0)
@@ -206,7 +208,7 @@ def main(
     else:
         rooms, few = {name: load_scene(name) for name in ("lab", "closet")}, None
     closet = rooms["closet"]
-    cell = 0.03 if smallest else cell
+    cell = COARSE if smallest else cell
     figures: dict[str, Any] = {}
     for name, scene in rooms.items():
         low, high = scene.transmitter.region
@@ -215,7 +217,7 @@ def main(
         figures |= {f"{name}, {label}": each for label, each in measured.items()}
     low, high = closet.transmitter.region
     positions = generator.uniform(low, high, (few or POSITIONS, 3))
-    figures |= in_full_wave(closet, positions, cell or default_cell(closet))
+    figures |= in_full_wave(closet, positions, COARSE)
     with tempfile.TemporaryDirectory() as temporary:
         kept = Path(temporary) / "closet" if smallest else folder
         positions = place(closet, "uniform", few or 400, 1)
