@@ -23,7 +23,8 @@ from simulate.fullwave.source import RISE
 from simulate.fullwave.stored_field import MARGIN
 from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency
 from simulate.rays.core.slabs import Slabs, conducting_triangles, dielectric_slabs
-from simulate.spectra.band import Band, chebyshev_points
+from simulate.spectra.band import Band
+from simulate.spectra.band_interpolation import chebyshev_points
 
 CELLS_PER_WAVELENGTH, CELLS_PER_WAVELENGTH_IN_AIR = 7, 16
 """Default number of cells for a wavelength in a material, and in air."""

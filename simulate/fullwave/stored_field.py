@@ -15,7 +15,8 @@ from scenes.files.errors import InputError
 from scenes.files.input_file import MEGABYTE
 from scenes.files.npz_file import Expected, read_npz, write_arrays
 from scenes.scene.description import Scene
-from simulate.spectra.band import Band, interpolated
+from simulate.spectra.band import Band
+from simulate.spectra.band_interpolation import interpolated
 
 ORDER = 5
 """Degree of the splines between lattice points. It is lower if there are too few points."""

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from typing import Annotated
 
 import numpy as np
-from jaxtyping import Complex, Float
+from jaxtyping import Float
 from msgspec import Meta
-from scipy.interpolate import barycentric_interpolate
 
 from scenes.files.errors import ParameterError, require_positive, require_whole
 from scenes.files.options import check_kinds
@@ -103,33 +102,3 @@ def stated_band(bandwidth: float | str | None, subcarriers: int | None) -> Band 
     if subcarriers is None:
         raise ParameterError("subcarriers", "expected their number beside the bandwidth, found none")
     return Band(read_bandwidth(bandwidth), subcarriers)
-
-
-def chebyshev_points(first: float, last: float, count: int) -> Float[np.ndarray, " count"]:
-    """The points between two frequencies from which polynomials interpolate best, rising, Hz.
-
-    >>> chebyshev_points(-1.0, 1.0, 3).round(3).tolist()
-    [-0.866, -0.0, 0.866]
-    """
-    return (first + last) / 2 - (last - first) / 2 * np.cos(np.pi * (np.arange(count) + 0.5) / count)
-
-
-def interpolated(
-    at: Float[np.ndarray, " n"],
-    values: Complex[np.ndarray, "*batch n"],
-    frequencies: Float[np.ndarray, " subcarriers"],
-    delay: float,
-) -> Complex[np.ndarray, "*batch subcarriers"]:
-    """Responses at the frequencies of a band, from those at a few frequencies of it.
-
-    Args:
-        at: the few frequencies, Hz, such as ``chebyshev_points``.
-        values: responses there.
-        frequencies: Hz.
-        delay: a typical delay of the paths, seconds, which is taken out before the interpolation.
-    """
-    if np.array_equal(at, frequencies):
-        return values
-    turned = values * np.exp(2j * np.pi * delay * at)
-    weights = np.stack([barycentric_interpolate(at, each, frequencies) for each in np.eye(len(at))])
-    return turned @ weights * np.exp(-2j * np.pi * delay * frequencies)

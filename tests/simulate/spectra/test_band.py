@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from scenes.files.errors import ParameterError
-from simulate.spectra.band import Band, chebyshev_points, interpolated, stated_band
+from simulate.spectra.band import Band, stated_band
+from simulate.spectra.band_interpolation import chebyshev_points, interpolated
 
 
 @pytest.mark.parametrize("subcarriers", [5, 64])
