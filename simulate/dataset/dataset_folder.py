@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Complex, Float, Int, UInt8
 
-from scenes.files.errors import InputError, require_path
+from scenes.files.errors import InputError, ParameterError, require_path
 from scenes.files.input_file import what_is_at
 from scenes.files.plain_text import say
 from scenes.scene.frequency import read_frequency
@@ -307,6 +307,11 @@ def inspect(folder: Path, wanted: float | None = None) -> Inspection:
     array = None if array is None else array.at(frequency.hertz)
     elements = (array or PlanarArray()).elements
     band = band_of(metadata)
+    if band is not None:
+        try:
+            band.frequencies(frequency.hertz)
+        except ParameterError as error:
+            problems.append(f"{folder / 'metadata.json'}: band.{error}")
     found = read_responses(folder / "channels.npz", rows_known, elements, problems, band)
     responses, retrieved = found.channels, found.retrieved
     if problems or positions is None:

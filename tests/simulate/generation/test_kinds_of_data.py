@@ -87,6 +87,14 @@ def test_band_whose_width_no_one_states_is_refused(over_band, tmp_path):
         read_dataset(other)
 
 
+def test_band_that_is_too_wide_for_its_carrier_is_refused(over_band, tmp_path):
+    folder = simulate(over_band.folder, tmp_path / "data").folder
+    metadata = json.loads((folder / "metadata.json").read_text())
+    (folder / "metadata.json").write_text(json.dumps(metadata | {"band": {"bandwidth": 5e8, "subcarriers": 6}}))
+    with pytest.raises(InputError, match=r"metadata.json: band\.bandwidth: expected at most 20% of the carrier"):
+        read_dataset(folder)
+
+
 def test_every_frequency_has_every_position(scene, of_three):
     positions = read_dataset(of_three, 1e9).positions
     for hertz in (915e6, 1e9, 2.4e9):
