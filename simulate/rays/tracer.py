@@ -260,7 +260,11 @@ class Tracer:
             raise ParameterError("band", "expected no band where Sionna's path solver is used (sionna)")
         frequencies = band.frequencies(self.ray_scene.description.frequency)
         targets = self._targets(positions)
-        sum_over_paths = BandSum(frequencies, len(positions), len(self.elements))
+        # No leg of a path is longer than the scene, and a path has one leg more than interactions.
+        antennas = np.vstack([self._elements.positions, targets.positions, self.ray_scene.description.bounds])
+        diagonal = float(np.linalg.norm(np.ptp(antennas, axis=0)))
+        longest = diagonal * (self.ray_scene.propagation.max_depth + 1)
+        sum_over_paths = BandSum(frequencies, len(positions), len(self.elements), longest)
         surfaces = [Surfaces(self.ray_scene, frequency) for frequency in sum_over_paths.solved]
         for solution in self._solved(self._elements, targets, surfaces):
             sum_over_paths.add(solution)

@@ -7,6 +7,8 @@ f a is interpolated by polynomials (Lagrange), f a(f) = Σ_n ℓ_n(f) f_n a(f_n)
 
 from __future__ import annotations
 
+import math
+
 import numba
 import numpy as np
 from jaxtyping import Complex, Float
@@ -22,6 +24,11 @@ SHARES = 0.03, 0.08
 frequencies. In wider bands there are five."""
 
 
+MORE, BEYOND = 14, 0.15
+"""Number of frequencies of the sums beyond one for each turn of the longest path, and how far they lie beyond the band,
+as a share of it. Both make the error of the interpolation negligible."""
+
+
 def solved_frequencies(frequencies: Float[np.ndarray, " subcarriers"]) -> Float[np.ndarray, " n"]:
     """The frequencies at which paths are solved for a band: Chebyshev's points, Hz.
 
@@ -33,44 +40,71 @@ def solved_frequencies(frequencies: Float[np.ndarray, " subcarriers"]) -> Float[
     return chebyshev_points(first, last, (2, 3, 5)[int(np.searchsorted(SHARES, share))])
 
 
+def _between(
+    few: Float[np.ndarray, " m"], frequencies: Float[np.ndarray, " subcarriers"], longest: float
+) -> Complex[np.ndarray, "m subcarriers"]:
+    """The factors with which sums of paths at a few frequencies add up to those at the subcarriers.
+
+    They are those that fit all delays up to the longest one best.
+
+    Args:
+        few: frequencies of the sums, Hz.
+        frequencies: frequencies of the subcarriers, Hz.
+        longest: seconds.
+    """
+    delays = np.linspace(0, longest, 8 * len(few))[:, None]
+    known, wanted = (np.exp(-2j * np.pi * (each - few[0]) * delays) for each in (few, frequencies))
+    return np.linalg.lstsq(known, wanted, rcond=1e-10)[0]
+
+
 class BandSum:
     """Adds up paths to responses at all subcarriers.
+
+    The sums are made at fewer frequencies if these tell those of all subcarriers, which depends on the longest path.
 
     Args:
         frequencies: frequencies of the subcarriers, evenly spaced, Hz.
         targets: number of targets.
         sources: number of sources.
+        longest: length of the longest path that may come, metres.
 
     Attributes:
         solved: the frequencies at which paths must be solved, Hz.
-        total: the sum of the paths so far.
     """
 
-    total: Complex[np.ndarray, "targets sources subcarriers"]
-
-    def __init__(self, frequencies: Float[np.ndarray, " subcarriers"], targets: int, sources: int):
+    def __init__(self, frequencies: Float[np.ndarray, " subcarriers"], targets: int, sources: int, longest: float):
         self.solved = solved_frequencies(frequencies)
-        self.total = np.zeros((targets, sources, len(frequencies)), np.complex128)
+        delay, width = longest / SPEED_OF_LIGHT, float(frequencies[-1] - frequencies[0])
+        count = math.ceil(width * delay) + MORE
+        self._spread: Complex[np.ndarray, "m subcarriers"] | None = None
+        if count < len(frequencies):
+            few = np.linspace(frequencies[0] - BEYOND * width, frequencies[-1] + BEYOND * width, count)
+            self._spread, frequencies = _between(few, frequencies, delay), few
+        self._sums = np.zeros((targets, sources, len(frequencies)), np.complex128)
         self._first, self._step = float(frequencies[0]), float(frequencies[1] - frequencies[0])
         # The factor λ/4π of the amplitudes needs no interpolation.
         self._weights = np.stack(
             [_lagrange(self.solved, n, frequencies) * each / frequencies for n, each in enumerate(self.solved)], axis=1
         )
 
+    @property
+    def total(self) -> Complex[np.ndarray, "targets sources subcarriers"]:
+        """The sum of the paths so far."""
+        return self._sums if self._spread is None else self._sums @ self._spread
+
     def add(self, solution: Solution) -> None:
         """Add paths that have been solved at the frequencies ``solved``."""
-        delays = solution.travelled / SPEED_OF_LIGHT
-        responses = np.stack([paths.responses for paths in solution.paths])
-        # Whole turns are taken out, or the phase would lose digits.
-        amplitudes = responses * np.exp(2j * np.pi * (self.solved[:, None] * delays % 1))
         targets, sources = solution.paths[0].targets, solution.paths[0].sources
         if not len(targets):
             return
+        delays = solution.travelled / SPEED_OF_LIGHT
+        responses = [paths.responses for paths in solution.paths]
         begins = np.flatnonzero(np.diff(targets, prepend=-1))  # the paths are ordered by target
         bounds = np.append(begins, len(targets))
         with ONE_KERNEL:
             _add(  # type: ignore[call-arg]
-                bounds, targets, sources, delays, amplitudes, self._weights, self._first, self._step, self.total
+                *(bounds, targets, sources, delays, tuple(responses), self.solved, self._weights),
+                *(self._first, self._step, self._sums),
             )
 
 
@@ -80,17 +114,28 @@ def _lagrange(points: Float[np.ndarray, " n"], which: int, at: Float[np.ndarray,
     return np.prod((at[:, None] - others) / (points[which] - others), axis=1)
 
 
+@compiled(inline="always")
+def _phasor(turns):
+    """e^{−j2πt}; whole turns are taken out, or the phase would lose digits."""
+    angle = -2 * np.pi * (turns % 1)
+    return complex(np.cos(angle), np.sin(angle))
+
+
 @compiled(parallel=True)
-def _add(bounds, targets, sources, delays, amplitudes, weights, first, step, total):
+def _add(bounds, targets, sources, delays, responses, solved, weights, first, step, total):
     """Add paths to ``total`` [targets, sources, subcarriers]; ``bounds`` separate the paths of different targets."""
     for block in numba.prange(len(bounds) - 1):
+        amplitudes = np.empty(len(solved), np.complex128)
         for path in range(bounds[block], bounds[block + 1]):
+            if responses[0][path] == 0:  # something blocks it
+                continue
+            for n in range(len(solved)):
+                amplitudes[n] = responses[n][path] / _phasor(solved[n] * delays[path])
             row = total[targets[path], sources[path]]
-            begin, turn = -2 * np.pi * (first * delays[path] % 1), -2 * np.pi * step * delays[path]
-            phase, turned = complex(np.cos(begin), np.sin(begin)), complex(np.cos(turn), np.sin(turn))
+            phase, turned = _phasor(first * delays[path]), _phasor(step * delays[path])
             for subcarrier in range(len(row)):
                 amplitude = 0j
-                for n in range(len(amplitudes)):
-                    amplitude += weights[subcarrier, n] * amplitudes[n, path]
+                for n in range(len(solved)):
+                    amplitude += weights[subcarrier, n] * amplitudes[n]
                 row[subcarrier] += amplitude * phase
                 phase *= turned

@@ -87,3 +87,11 @@ def test_frequency_at_which_a_conductor_is_none_is_refused(scene):
     tracer = Tracer(scene, Propagation(max_depth=1, diffraction=False, rays=500))
     with pytest.raises(ParameterError, match="frequencies: expected frequencies at which the same objects are"):
         tracer.at_frequency(at(scene, 3e9))
+
+
+def test_sums_at_fewer_frequencies_tell_all_subcarriers(scene, positions):
+    """256 subcarriers are more than the sums are made at, 8 are fewer."""
+    tracer = Tracer(scene, Propagation(max_depth=2, rays=20_000))
+    many, few = Band(20e6, 256), Band(20e6, 8)
+    found, expected = tracer.band_responses(positions, many), tracer.band_responses(positions, few)
+    assert off_db(found[..., ::32], expected) < -80
