@@ -87,7 +87,10 @@ def _one_frequency(source: Path, output: Path, frequency: float | str, several: 
     gateway = Gateway(position, orientation, **dataset.array.of_gateway())  # type: ignore[arg-type]
     hertz = dataset.frequency.hertz
     with new_folder(output) as unfinished:
-        fill_dataset(unfinished, output, dataset.positions, dataset.responses, gateway, hertz, dataset.grid, "common")
+        fill_dataset(
+            *(unfinished, output, dataset.positions, dataset.responses, gateway, hertz, dataset.grid, "common"),
+            moving=dataset.moving,
+        )
         names = picture_names(len(dataset))
         for label, part in (("train", dataset.train), ("test", dataset.test)):
             write_index(unfinished / f"{label}_index.txt", [names[index] for index in part])

@@ -27,6 +27,7 @@ from simulate.dataset.dataset_writer import (
     write_positions,
     write_responses,
 )
+from simulate.dataset.moving import Moving
 from simulate.dataset.phases import Phases
 from simulate.dataset.responses_file import RESPONSE_MAGNITUDES
 from simulate.generation.written_parts import picture_names
@@ -53,6 +54,7 @@ def write_dataset(
     grid: AngularGrid = AngularGrid(),
     phases: Phases = "common",
     bandwidth: float | str | None = None,
+    moving: Moving = "transmitter",
 ) -> Dataset:
     """Write a dataset folder from element responses of one's own, measured or computed.
 
@@ -77,6 +79,8 @@ def write_dataset(
             tag that answers the reader; "per-position" if each position has an unknown phase of its own.
         bandwidth: hertz, or a text with a unit such as "20 MHz", if the responses are those of N subcarriers:
             subcarrier n has the frequency f + (n − ⌊N/2⌋) B/N, as in ``Band``. None: only those of the carrier.
+        moving: "receiver" if the middle of the array is at ``positions``, with its orientation, and the transmitter
+            stands at ``gateway_position``.
 
     Returns:
         The dataset.
@@ -101,6 +105,7 @@ def write_dataset(
     require_instance(PlanarArray, ElementArray, array=array)
     require_instance(AngularGrid, grid=grid)
     require_word(get_args(Phases), phases=phases)
+    require_word(get_args(Moving), moving=moving)
     hertz = read_frequency(frequency)
     places = check_points(positions)
     band = None
@@ -116,7 +121,7 @@ def write_dataset(
     _require_same_frequency(array, hertz)
     gateway = Gateway(gateway_position, gateway_orientation, **array.of_gateway())  # type: ignore[arg-type]  # checks both
     with new_folder(Path(folder)) as unfinished:
-        fill_dataset(unfinished, Path(folder), places, found, gateway, hertz, grid, phases, band)
+        fill_dataset(unfinished, Path(folder), places, found, gateway, hertz, grid, phases, band, moving)
     return read_dataset(folder)
 
 
@@ -136,6 +141,7 @@ def fill_dataset(
     grid: AngularGrid,
     phases: Phases,
     band: Band | None = None,
+    moving: Moving = "transmitter",
 ) -> None:
     """Write the files of a dataset into an empty folder.
 
@@ -149,6 +155,7 @@ def fill_dataset(
         grid: directions of the pictures' rows and columns.
         phases: of ``write_dataset``.
         band: the subcarriers. None: the responses are those of the carrier.
+        moving: of ``write_dataset``.
 
     Raises:
         InputError: the files are no valid dataset.
@@ -168,6 +175,7 @@ def fill_dataset(
     write_responses(folder / "channels.npz", responses, band, retrieved=phases == "per-position")
     stated = {"frequency_hz": frequency, "array": array.stated(), "grid": asdict(grid), "phases": phases}
     stated |= {} if band is None else {"band": asdict(band)}
+    stated |= {} if moving == "transmitter" else {"moving": moving}
     write_metadata(folder / "metadata.json", {"made_by": f"bisplat-wrf {version('bisplat-wrf')}"} | stated)
     problems = inspect(folder).problems
     if problems:

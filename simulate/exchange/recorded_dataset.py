@@ -68,9 +68,13 @@ def record(
         positions = check_points(found.positions)
         values = own_responses(found.responses, len(positions), array.elements, band)
         of_carrier = values if band is None else values[..., band.carrier]
-        told = told_by_sight(of_carrier, positions, gateway, array, *stated)
+        # Seen from an array that moves, the transmitter is in the opposite direction.
+        seen = positions if recording.moving == "transmitter" else 2 * np.array(gateway.position) - positions
+        told = told_by_sight(of_carrier, seen, gateway, array, *stated)
         values = _in_our_order(values, told, array)
-        fill_dataset(unfinished, output, positions, values, gateway, hertz, AngularGrid(), phases, band)
+        fill_dataset(
+            unfinished, output, positions, values, gateway, hertz, AngularGrid(), phases, band, recording.moving
+        )
     return [*found.said, _of_order(told, None in stated, planar)]
 
 

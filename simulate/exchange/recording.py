@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
+from simulate.dataset.moving import Moving
 from simulate.dataset.phases import Phases
 
 Unit = Literal["m", "cm", "mm", "in", "ft"]
@@ -26,6 +27,8 @@ class Recording:
             field. Their roots are taken.
         bandwidth: the responses are those of subcarriers over this bandwidth, such as "20 MHz", in rising order of the
             frequency (default: they are those of the carrier).
+        moving: what is at the positions. receiver: the middle of the array, while the transmitter stands at the
+            gateway's position.
     """
 
     positions: str | None = None
@@ -36,3 +39,4 @@ class Recording:
     phases: Phases = "common"
     round_trip: bool = False
     bandwidth: str | None = None
+    moving: Moving = "transmitter"

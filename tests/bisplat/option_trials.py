@@ -160,6 +160,7 @@ TRIALS: dict[str, list[Trial]] = {
                 *("--gateway 1 0 1", "--boresight 0 1 0", "--positions elsewhere", "--responses other", "--unit ft"),
                 *("--columns-first True", "--conjugate True", "--phases per-position"),
                 "--round-trip",
+                "--moving receiver",
             ],
         ),
         Trial(f"{RECORDED} --responses wide --bandwidth 10MHz", "--bandwidth 20MHz", "--bandwidth 10MHz"),

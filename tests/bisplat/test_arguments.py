@@ -100,7 +100,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
             {
                 "folder": PATH, "positions": POINTS, "responses": ("x", 3, None, np.ones((2, 16))), "array": OBJECT,
                 "frequency": (*NUMBER, 0, 2.4), "gateway_position": POINT, "gateway_orientation": POINT, "grid": OBJECT,
-                "phases": WORD, "bandwidth": (*BANDWIDTH, 1e6),
+                "phases": WORD, "bandwidth": (*BANDWIDTH, 1e6), "moving": WORD,
             },
         ),
         "Band": Call(

@@ -188,3 +188,11 @@ def test_band_whose_width_is_not_stated_is_refused(tmp_path):
         recorded(tmp_path, pos=PLACES, H=BAND)
     with pytest.raises(InputError, match="expected responses of 40 positions × 15 elements × subcarriers, complex"):
         recorded(tmp_path, Recording(bandwidth="20 MHz", responses="H"), pos=PLACES, H=RIGHT)
+
+
+def test_array_that_moves_past_a_transmitter(tmp_path):
+    """The same pairs of places as those of a transmitter that moves, seen from the other end."""
+    turned = 2 * np.array(GATEWAY.position) - PLACES
+    made, said = recorded(tmp_path, Recording(moving="receiver"), pos=turned, H=RIGHT.conj())
+    assert made.moving == "receiver" and "and phases that rise with the distance: the strongest directions are" in said
+    np.testing.assert_allclose(made.responses, RIGHT, rtol=1e-5)

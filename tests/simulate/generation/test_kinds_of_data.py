@@ -179,6 +179,12 @@ def test_moving_array_receives_what_a_fixed_one_does(scene, pattern):
     assert len(stands.found.reflected) == 2 and error < 1e-5
 
 
+def test_one_frequency_of_an_array_that_moves(scene, tmp_path):
+    simulate(scene, tmp_path / "two", 4, propagation=SIGHT, moving="receiver", frequencies=(1e9, 2e9))
+    convert(tmp_path / "two", tmp_path / "one", Conversion(frequency="2 GHz"))
+    assert read_dataset(tmp_path / "one").moving == "receiver"
+
+
 def test_region_smaller_than_the_array_is_refused(scene, tmp_path):
     low = scene.transmitter.region_min
     flat = replace(scene, transmitter=replace(scene.transmitter, region_max=(*low[:2], 2.0)))
