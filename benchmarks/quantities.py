@@ -24,9 +24,9 @@ from jaxtyping import Complex, Float
 from ledger.printing import print_figures
 from ledger.smallest_room import smallest_room
 
-from scenes.checks.reciprocal import element_offsets, reciprocal
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import load_scene
+from simulate.generation.reciprocal import element_offsets, reciprocal
 from simulate.spectra.band import Band
 
 BAND = Band(20e6, 64)

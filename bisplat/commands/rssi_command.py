@@ -13,9 +13,9 @@ from bisplat.commands.simulate_command import Output
 from scenes.files.atomic import require_writable
 from scenes.files.errors import printable
 from scenes.files.options import checked, unchecked
+from simulate.positions.places import Places
 from simulate.rays.core.propagation import Propagation
 from simulate.rssi.power_receiver import PowerReceiver
-from simulate.rssi.rssi_options import RssiSimulation
 
 
 def rssi(
@@ -23,7 +23,7 @@ def rssi(
     output: Output,
     gateways: Path,
     frequency: str | None = None,
-    content: OmitArgPrefixes[unchecked(RssiSimulation)] = unchecked(RssiSimulation)(),  # type: ignore[valid-type]
+    content: OmitArgPrefixes[unchecked(Places)] = unchecked(Places)(),  # type: ignore[valid-type]
     receiver: OmitArgPrefixes[unchecked(PowerReceiver)] = unchecked(PowerReceiver)(),  # type: ignore[valid-type]
     propagation: OmitArgPrefixes[unchecked(Propagation)] = unchecked(Propagation)(),  # type: ignore[valid-type]
 ) -> None:
@@ -47,7 +47,7 @@ def rssi(
     from simulate.engines.rays_engine import Rays
     from simulate.rssi.rssi_simulation import make_rssi
 
-    wanted, heard = checked(RssiSimulation, content), checked(PowerReceiver, receiver)
+    wanted, heard = checked(Places, content), checked(PowerReceiver, receiver)
     followed = checked(Propagation, propagation)
     if wanted.positions is not None:
         refuse_given(["--placement"], f"none beside --positions, found the positions of {wanted.positions}")

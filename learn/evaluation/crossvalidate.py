@@ -35,9 +35,9 @@ from simulate.engines.engine_table import engine_class, engine_of
 from simulate.engines.fullwave_engine import FullWave
 from simulate.engines.rays_engine import Rays, seed_of_rays
 from simulate.generation.simulation import simulate
-from simulate.generation.simulation_options import LEAST_SPECTRA
 from simulate.positions.given_positions import MOST_POSITIONS
 from simulate.positions.placement import free_positions
+from simulate.positions.places import LEAST_POSITIONS
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.element_array import array_of
 from simulate.spectra.spectrum import picture, spectrum_of
@@ -218,7 +218,7 @@ def _source(dataset: Dataset, setting: Setting, run: Run, engine: str | Engine |
         with progress_bar() as progress:
             return by.source(setting, folder, Machines(), progress), by.called
     if folder != dataset.folder:
-        folder = simulate(setting.scene, run.folder / by.name, LEAST_SPECTRA, engine=by).folder
+        folder = simulate(setting.scene, run.folder / by.name, LEAST_POSITIONS, engine=by).folder
     return by.kept(setting, folder), by.called
 
 

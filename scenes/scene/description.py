@@ -27,6 +27,10 @@ if TYPE_CHECKING:  # loads for half a second, and a dataset needs only its gatew
 SPEED_OF_LIGHT = 299_792_458.0
 """Metres per second."""
 
+GATEWAY_FROM_TRANSMITTER = Rotation.from_matrix([[0, 1, 0], [0, 0, 1], [1, 0, 0]])
+"""Rotation from the transmitter's frame, which is that of Sionna RT's devices, to the gateway's. The polarisation "V"
+is along z in the former and along y in the latter."""
+
 PATTERNS = ("iso", "dipole", "hw_dipole", "tr38901")
 POLARIZATIONS = ("V", "H")
 MOST_IN_A_ROW = 64

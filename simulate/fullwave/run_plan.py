@@ -24,7 +24,7 @@ from simulate.fullwave.stored_field import MARGIN
 from simulate.fullwave.yee_grid import YeeGrid, numerical_frequency
 from simulate.rays.core.slabs import Slabs, conducting_triangles, dielectric_slabs
 from simulate.spectra.band import Band
-from simulate.spectra.band_interpolation import chebyshev_points
+from simulate.spectra.band_interpolation import enough_frequencies
 
 CELLS_PER_WAVELENGTH, CELLS_PER_WAVELENGTH_IN_AIR = 7, 16
 """Default number of cells for a wavelength in a material, and in air."""
@@ -174,14 +174,9 @@ def plan(scene: Scene, region: Float[np.ndarray, "2 3"], cell: float, band: Band
 
 
 def _band_plan(band: Band, carrier: float, duration: float) -> BandPlan:
-    """The frequencies to solve for a band: the subcarriers, or fewer if they tell as much of a field that ends.
-
-    A field that ends after the time T turns at most BT times over a band of the width B.
-    """
+    """The frequencies to solve for a band: the subcarriers, or fewer if they tell as much of a field that ends."""
     frequencies = band.frequencies(carrier)
-    count = math.ceil(np.pi / 2 * band.bandwidth * duration) + FREQUENCIES_MORE
-    few = count < len(frequencies)
-    solved = chebyshev_points(frequencies[0], frequencies[-1], count) if few else frequencies
+    solved = enough_frequencies(frequencies, duration, FREQUENCIES_MORE)
     return BandPlan(solved, frequencies, duration / 2)
 
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Complex, Float
 
-from scenes.checks.reciprocal import reciprocal
 from scenes.scene.description import Scene
 from simulate.engines.engine import ResponseSource
+from simulate.generation.reciprocal import reciprocal
 from simulate.spectra.band import Band
 
 

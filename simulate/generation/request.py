@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from scenes.checks.reciprocal import element_offsets, reciprocal
 from scenes.files.errors import InputError, shown
 from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
@@ -26,6 +25,7 @@ from simulate.engines.engine import Engine, ResponseSource, Setting
 from simulate.engines.engine_table import engine_of
 from simulate.engines.rays_engine import Rays, seed_of_rays
 from simulate.generation.moving_receiver import AtElements
+from simulate.generation.reciprocal import element_offsets, reciprocal
 from simulate.positions.given_positions import read_points
 from simulate.positions.placement import AT_IT
 from simulate.spectra.angular_grid import AngularGrid

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, get_type_hints
 
 from scenes.checks.material_frequency import doubts
-from scenes.checks.reciprocal import element_offsets
 from scenes.checks.validation import validate
 from scenes.files.errors import InputError, ParameterError, require_instance, require_path, shown
 from scenes.files.options import default_of, differs, taken, takes
@@ -21,9 +20,10 @@ from simulate.engines.engine_table import ENGINES, engine_class
 from simulate.engines.fullwave_engine import FullWave
 from simulate.engines.rays_engine import Rays
 from simulate.generation.generate import generate
+from simulate.generation.reciprocal import element_offsets
 from simulate.generation.request import Request, read_request
 from simulate.generation.simulation_options import Simulation
-from simulate.positions.placement import AT_IT, check_positions, place, read_positions
+from simulate.positions.placement import AT_IT, chosen_positions
 from simulate.spectra.element_array import array_of
 from simulate.spectra.few_elements import too_few_elements
 
@@ -172,16 +172,9 @@ def request_for(scene: Scene | str | Path, content: Simulation, engine: Engine, 
     few = too_few_elements(array_of(scene.gateway, scene.frequency))
     if few is not None:
         say(f"warning: {scene.name}: {few}, so they are not scored; powers and responses tell more")
-    given, offsets = content.positions, AT_IT
-    if content.moving == "receiver":
-        offsets = element_offsets(scene.gateway, scene.wavelength)
-    if given is None:
-        points = place(scene, content.placement, content.n, content.seed, offsets)
-        how = f"{content.placement}, seed {content.seed}"
-    elif isinstance(given, str | Path):
-        points, how = read_positions(Path(given), scene, offsets), f"positions of {Path(given).name}"
-    else:
-        points, how = check_positions(given, scene, offsets), "given positions"
+    moves = content.moving == "receiver"
+    offsets = element_offsets(scene.gateway, scene.wavelength) if moves else AT_IT
+    points, how = chosen_positions(scene, content, offsets)
     return Request(
         scene=scene,
         positions=points,

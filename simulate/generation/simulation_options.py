@@ -4,34 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
-import numpy as np
-from jaxtyping import Float
 from tyro.conf import arg
 
-from scenes.files.errors import ParameterError, require_seed, require_whole, shown
-from scenes.files.options import check_kinds
+from scenes.files.errors import ParameterError, shown
 from scenes.scene.frequency import read_frequency
 from simulate.dataset.moving import Moving
-from simulate.positions.given_positions import MOST_POSITIONS
+from simulate.positions.places import Places
 from simulate.spectra.band import Band, stated_band
 from simulate.spectra.measurement import Measurement
 
-LEAST_SPECTRA = 2
-"""Fewest spectra of a dataset: one to train on and one to test on."""
-
 
 @dataclass(frozen=True)
-class Simulation:
-    """What a simulated dataset holds, whatever the engine.
+class Simulation(Places):
+    """What a simulated dataset of spectra holds, whatever the engine, with the options of ``Places``.
 
     Attributes:
         n: number of transmitter positions to draw.
-        placement: how positions are drawn. uniform: at random; grid: evenly; path: along a smooth curve.
-        positions: CSV file of positions to use instead (header x,y,z; metres, world frame). In Python also an array.
-        seed: seed of the positions, the split, the rays and the receiver's errors.
         measurement: errors that the receiver adds.
         power_db: also write the absolute power of each spectrum in dB, to power_db/NNNNN.tif.
         bandwidth: also write the responses at subcarriers over this bandwidth around the carrier: hertz, or a text with
@@ -43,15 +33,11 @@ class Simulation:
             region, with the gateway's orientation, and the transmitter stands at the gateway's position.
 
     Raises:
-        ParameterError: ``n`` is no whole number from ``LEAST_SPECTRA`` to ``MOST_POSITIONS``, the seed is not valid,
-            ``placement`` is no placement, one of ``bandwidth`` and ``subcarriers`` is out of its range or lacks the
+        ParameterError: as ``Places``; or one of ``bandwidth`` and ``subcarriers`` is out of its range or lacks the
             other, or ``frequencies`` are not different frequencies.
     """
 
     n: Annotated[int, arg(name="spectra", aliases=["-n"])] = 6000
-    placement: Literal["uniform", "grid", "path"] = "uniform"
-    positions: Annotated[Float[np.ndarray, "K 3"] | str | Path | None, arg(constructor=Path, metavar="PATH")] = None
-    seed: int = 0
     measurement: Measurement = Measurement()
     power_db: bool = False
     bandwidth: float | str | None = None
@@ -60,9 +46,7 @@ class Simulation:
     moving: Moving = "transmitter"
 
     def __post_init__(self) -> None:
-        check_kinds(self)
-        require_whole(LEAST_SPECTRA, MOST_POSITIONS, n=self.n)
-        require_seed(seed=self.seed)
+        super().__post_init__()
         _ = self.band, self.hertz
         if self.band is not None and self.frequencies:
             raise ParameterError("bandwidth", "expected no band beside several frequencies, found one")

@@ -12,6 +12,7 @@ from scenes.checks.occupancy import blocking_object, inside_object
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import Scene
 from simulate.positions.given_positions import check_points, read_points
+from simulate.positions.places import Places
 
 PATH_STEP = 0.008
 """Metres between consecutive positions of a path. It is the median step of the measured RFID data."""
@@ -57,6 +58,34 @@ def place(
             raise _no_free_place(scene)
         return positions
     return _smooth_path(scene, region, count, generator, offsets)
+
+
+def chosen_positions(
+    scene: Scene, places: Places, offsets: Float[np.ndarray, "antennas 3"] = AT_IT
+) -> tuple[Float[np.ndarray, "K 3"], str]:
+    """The positions that the options of a simulation ask for, and how they were chosen.
+
+    Args:
+        scene: the scene that the positions are in.
+        places: the options.
+        offsets: as for ``place``.
+
+    Returns:
+        The positions, metres, world frame, rounded as tx_pos.csv has them; and words for metadata.json.
+
+    Raises:
+        InputError: as ``place`` or ``read_positions``.
+        ParameterError: as ``check_positions``.
+    """
+    given = places.positions
+    if given is None:
+        points = place(scene, places.placement, places.n, places.seed, offsets)
+        how = f"{places.placement}, seed {places.seed}"
+    elif isinstance(given, str | Path):
+        points, how = read_positions(Path(given), scene, offsets), f"positions of {Path(given).name}"
+    else:
+        points, how = check_positions(given, scene, offsets), "given positions"
+    return points.round(6), how
 
 
 def free_positions(

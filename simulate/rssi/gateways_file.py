@@ -9,12 +9,11 @@ from typing import Any
 
 from msgspec import UNSET, Struct, UnsetType
 
-from scenes.files.errors import InputError, ParameterError, named, shown
+from scenes.files.errors import InputError, ParameterError, shown
 from scenes.files.schema import conform
-from scenes.files.yaml_file import read_yaml
 from scenes.scene.description import Gateway, Quaternion, Vector3, facing
 from simulate.rssi.given_powers import own_gateways
-from simulate.rssi.rssi_files import MOST_GATEWAYS, gateway_name
+from simulate.rssi.rssi_files import gateway_entries
 
 UPRIGHT = facing((1, 0, 0))
 """Orientation of a gateway that states none: vertical polarisation is along world +z, and it looks along world +x."""
@@ -46,16 +45,7 @@ def read_gateways(path: Path) -> dict[str, Gateway]:
         InputError: the file cannot be read, names no gateway or more than ``MOST_GATEWAYS``, or an entry has an unknown
             key or a value of the wrong type.
     """
-    content = read_yaml(path, CONTENT)
-    if not isinstance(content, dict) or not content:
-        raise InputError(f"{path}: expected {CONTENT}, found {'nothing' if content is None else shown(content)}")
-    if len(content) > MOST_GATEWAYS:
-        raise InputError(f"{path}: expected at most {MOST_GATEWAYS} gateways, found {len(content)}")
-    gateways = {}
-    for key, value in content.items():
-        name = gateway_name(str(key), str(path))
-        gateways[name] = _gateway(value, f"{path}: {named(name)}")
-    return gateways
+    return {name: _gateway(value, place) for name, value, place in gateway_entries(path, CONTENT)}
 
 
 def _gateway(value: Any, place: str) -> Gateway:
@@ -99,6 +89,6 @@ def gateways_of(given: Path | str | Mapping[str, Gateway | Sequence[float]]) -> 
 
 def _of_one_element(given: Gateway | Sequence[float]) -> Gateway:
     if isinstance(given, Gateway):
-        return replace(given, rows=1, columns=1)
+        return replace(given, rows=1, columns=1, elements=None)
     x, y, z = given
     return Gateway((x, y, z), UPRIGHT, 1, 1)

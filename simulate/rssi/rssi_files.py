@@ -10,7 +10,7 @@ import csv
 from collections.abc import Iterator
 from io import StringIO
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -43,19 +43,30 @@ def read_gateway_positions(path: Path) -> dict[str, Float[np.ndarray, " 3"]]:
     Raises:
         InputError: the file cannot be read, names no gateway or more than ``MOST_GATEWAYS``, or a value is no position.
     """
-    content = read_yaml(path, "the position [x, y, z] of each gateway by its name")
+    return {
+        name: np.array(conform(value, tuple[Coordinate, Coordinate, Coordinate], place, numbers_as_text=True), float)
+        for name, value, place in gateway_entries(path, "the position [x, y, z] of each gateway by its name")
+    }
+
+
+def gateway_entries(path: Path, expected: str) -> Iterator[tuple[str, Any, str]]:
+    """The gateways of a YAML file: name, value, and the beginning of a message on it, in the order of the file.
+
+    Args:
+        path: the file.
+        expected: what it should hold, for the message.
+
+    Raises:
+        InputError: the file cannot be read, names no gateway or more than ``MOST_GATEWAYS``, or a name is not valid.
+    """
+    content = read_yaml(path, expected)
     if not isinstance(content, dict) or not content:
-        found = "nothing" if content is None else shown(content)
-        raise InputError(f"{path}: expected the position [x, y, z] of each gateway by its name, found {found}")
+        raise InputError(f"{path}: expected {expected}, found {'nothing' if content is None else shown(content)}")
     if len(content) > MOST_GATEWAYS:
         raise InputError(f"{path}: expected at most {MOST_GATEWAYS} gateways, found {len(content)}")
-    positions = {}
     for key, value in content.items():
         name = gateway_name(str(key), str(path))
-        place = f"{path}: {named(name)}"
-        point = conform(value, tuple[Coordinate, Coordinate, Coordinate], place, numbers_as_text=True)
-        positions[name] = np.array(point, dtype=float)
-    return positions
+        yield name, value, f"{path}: {named(name)}"
 
 
 def gateway_name(name: str, where: str) -> str:

@@ -27,23 +27,23 @@ from scenes.storage.scene_yaml import load_scene, write_scene
 from simulate.engines.engine import Machines, Setting
 from simulate.engines.rays_engine import Rays
 from simulate.positions.given_positions import reach_warning
-from simulate.positions.placement import check_positions, place, read_positions
+from simulate.positions.placement import chosen_positions
+from simulate.positions.places import Places
 from simulate.rssi.gateways_file import UPRIGHT, gateways_of
 from simulate.rssi.power_receiver import PowerReceiver
 from simulate.rssi.rssi_dataset import RssiDataset, read_rssi, require_valid_powers
-from simulate.rssi.rssi_options import RssiSimulation
 from simulate.rssi.rssi_writer import write_rssi_files
 
 AT_ONCE = 500
 """Positions traced at a time, so that the progress is seen."""
 
 
-@takes(RssiSimulation, PowerReceiver, Rays)
+@takes(Places, PowerReceiver, Rays)
 def simulate_rssi(
     scene: Scene | str | Path,
     folder: str | Path,
     gateways: Mapping[str, Gateway | Sequence[float]] | str | Path,
-    n: int = RssiSimulation.n,
+    n: int = Places.n,
     **options: Any,
 ) -> RssiDataset:
     """Simulate the powers that gateways of one element receive (RSSI), as a folder in the format of NeRF²'s BLE data.
@@ -58,7 +58,7 @@ def simulate_rssi(
         gateways: position [x, y, z] of each gateway by its name, metres, world frame, or a ``Gateway``, of whose array
             one element is left; or a YAML file of them. A gateway of which only the position is given has the pattern
             "iso" and vertical polarisation.
-        **options: those of ``RssiSimulation``, ``PowerReceiver`` and ``Rays``.
+        **options: those of ``Places``, ``PowerReceiver`` and ``Rays``.
 
     Returns:
         The dataset, read from the folder.
@@ -77,7 +77,7 @@ def simulate_rssi(
     """
     require_instance(Scene, str, Path, scene=scene)
     require_path(folder=folder)
-    content, receiver, engine = taken({"n": n, **options}, RssiSimulation, PowerReceiver, Rays)
+    content, receiver, engine = taken({"n": n, **options}, Places, PowerReceiver, Rays)
     require_writable(Path(folder) / "metadata.json")
     if isinstance(scene, Scene):
         validate(scene, scene.name)
@@ -92,7 +92,7 @@ def make_rssi(
     scene: Scene,
     folder: Path,
     gateways: Mapping[str, Gateway | Sequence[float]] | str | Path,
-    content: RssiSimulation,
+    content: Places,
     receiver: PowerReceiver,
     engine: Rays,
 ) -> RssiDataset:
@@ -101,7 +101,7 @@ def make_rssi(
     source = str(gateways) if isinstance(gateways, str | Path) else "gateways"
     for name, gateway in heard.items():
         validate(_alone(scene, gateway), f"{source}: {named(name)}")
-    points, how = _positions(scene, content)
+    points, how = chosen_positions(scene, content)
     settings = [Setting(_alone(scene, gateway), _region(scene, points), content.seed) for gateway in heard.values()]
     engine.require(settings[0], folder, Machines())
     _say_assumptions(scene, heard, receiver)
@@ -168,17 +168,6 @@ def _region(scene: Scene, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarr
     return bounding_box(np.vstack([scene.transmitter.region, positions]))
 
 
-def _positions(scene: Scene, content: RssiSimulation) -> tuple[Float[np.ndarray, "K 3"], str]:
-    """Transmitter positions, rounded as tx_pos.csv has them, and how they were chosen."""
-    given = content.positions
-    if given is None:
-        points = place(scene, content.placement, content.n, content.seed)
-        return points.round(6), f"{content.placement}, seed {content.seed}"
-    if isinstance(given, str | Path):
-        return read_positions(Path(given), scene).round(6), f"positions of {Path(given).name}"
-    return check_positions(given, scene).round(6), "given positions"
-
-
 def _stated(gateway: Gateway) -> dict[str, Any]:
     return {key: getattr(gateway, key) for key in ("position", "orientation", "pattern", "polarization")}
 
@@ -188,7 +177,7 @@ def _warn_of_far_places(
     gateways: Mapping[str, Sequence[float]],
     source: str,
     positions: Float[np.ndarray, "K 3"],
-    content: RssiSimulation,
+    content: Places,
 ) -> None:
     """Warn of places far outside the scene, as when they are in millimetres."""
     box = bounding_box(np.vstack([scene.bounds, scene.transmitter.region]))

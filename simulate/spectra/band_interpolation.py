@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from jaxtyping import Complex, Float
 from scipy.interpolate import barycentric_interpolate
@@ -14,6 +16,25 @@ def chebyshev_points(first: float, last: float, count: int) -> Float[np.ndarray,
     [-0.866, -0.0, 0.866]
     """
     return (first + last) / 2 - (last - first) / 2 * np.cos(np.pi * (np.arange(count) + 0.5) / count)
+
+
+def enough_frequencies(
+    frequencies: Float[np.ndarray, " subcarriers"], delay: float, more: int
+) -> Float[np.ndarray, " n"]:
+    """The subcarriers, or fewer frequencies if these tell as much.
+
+    Responses whose delays span the time T turn at most BT times over a band of the width B.
+
+    Args:
+        frequencies: frequencies of the subcarriers, rising, Hz.
+        delay: T, seconds.
+        more: number of frequencies beyond those that the turns need; it makes the error of the interpolation small.
+
+    >>> len(enough_frequencies(np.linspace(0, 20e6, 64), 100e-9, 8)), len(enough_frequencies(np.ones(4), 1.0, 8))
+    (12, 4)
+    """
+    count = math.ceil(np.pi / 2 * np.ptp(frequencies) * delay) + more
+    return chebyshev_points(frequencies[0], frequencies[-1], count) if count < len(frequencies) else frequencies
 
 
 def interpolated(

@@ -16,13 +16,10 @@ import trimesh
 from jaxtyping import Float, Int
 from scipy.spatial.transform import Rotation
 
-from scenes.scene.description import Scene
+from scenes.scene.description import GATEWAY_FROM_TRANSMITTER, Scene
 from scenes.scene.materials import RadioMaterial
 from simulate.rays.core.ray_tracer import dr, mi, rt
 from simulate.spectra.element_array import array_of
-
-GATEWAY_FROM_SIONNA = Rotation.from_matrix([[0, 1, 0], [0, 0, 1], [1, 0, 0]])
-"""Rotation from the coordinates of a Sionna device to gateway coordinates."""
 
 
 def build_scene(scene: Scene) -> rt.Scene:
@@ -106,7 +103,7 @@ def gateway_antennas(scene: Scene) -> Antennas:
     offsets = rotation.apply(array_of(gateway, scene.frequency).positions) * scene.wavelength
     return Antennas(
         np.asarray(gateway.position) + offsets,
-        sionna_angles(rotation * GATEWAY_FROM_SIONNA),
+        sionna_angles(rotation * GATEWAY_FROM_TRANSMITTER),
         _pattern(gateway.pattern, gateway.polarization),
     )
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 
 import numpy as np
@@ -15,9 +14,9 @@ from simulate.rays.core.sionna_scene import Antennas
 from simulate.rays.core.terms import Interaction, Terms
 from simulate.rays.scattering.patch_fields import PatchFields, PatchScene
 from simulate.rays.scattering.patches import patches_of
-from simulate.spectra.band_interpolation import chebyshev_points, interpolated
+from simulate.spectra.band_interpolation import enough_frequencies, interpolated
 
-LEAST_FREQUENCIES = 10
+FREQUENCIES_MORE = 10
 """Number of frequencies beyond those that the delays need. They make the error of the interpolation negligible."""
 
 LANES = 400_000
@@ -62,10 +61,7 @@ class Scattering:
         """
         points = self._scene.patches.points
         longest = sum(cdist(each.positions, points).max(initial=0) for each in (sources, targets))
-        turns = (frequencies[-1] - frequencies[0]) * longest / SPEED_OF_LIGHT
-        count = math.ceil(np.pi / 2 * turns) + LEAST_FREQUENCIES
-        few = count < len(frequencies)
-        at = chebyshev_points(frequencies[0], frequencies[-1], count) if few else frequencies
+        at = enough_frequencies(frequencies, longest / SPEED_OF_LIGHT, FREQUENCIES_MORE)
         scenes = [PatchScene(self._ray_scene, self._scene.patches, frequency) for frequency in at]
         found = np.stack([self._responses(each, sources, targets) for each in scenes], axis=-1)
         return interpolated(at, found, frequencies, delay=longest / SPEED_OF_LIGHT / 2)

@@ -10,13 +10,13 @@ from scipy.spatial.transform import Rotation
 from learn.evaluation.check import check
 from learn.evaluation.engines import compare_engines
 from scenes.checks.array_clearance import element_positions
-from scenes.checks.reciprocal import element_offsets, reciprocal
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import SPEED_OF_LIGHT
 from simulate.dataset.dataset_folder import read_dataset
 from simulate.exchange.conversion import Conversion
 from simulate.exchange.convert import convert
 from simulate.exchange.deepmimo.deepmimo_export import export_deepmimo
+from simulate.generation.reciprocal import element_offsets, reciprocal
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.reflection_chains import reversed_chains

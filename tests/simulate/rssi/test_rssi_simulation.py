@@ -186,3 +186,15 @@ def test_the_command_makes_what_the_function_does(tmp_path, monkeypatch, capsys)
     np.testing.assert_array_equal(bisplat.read_rssi("hall").rssi_dbm, expected.rssi_dbm)
     named = json.loads((tmp_path / "hall" / "metadata.json").read_text())
     assert named["placement"] == "positions of places.csv"
+
+
+def test_gateway_of_given_elements_has_one_of_them(tmp_path):
+    """The element at the gateway's position, as of any other array."""
+    circle = bisplat.ElementArray.circle(4, radius_m=0.1)
+    of_four = bisplat.Gateway((0, 0, 1.5), bisplat.facing((1, 0, 0)), elements=circle.positions_m)
+    of_one = bisplat.Gateway((0, 0, 1.5), bisplat.facing((1, 0, 0)), rows=1, columns=1)
+    found = [
+        bisplat.simulate_rssi(small_scene(), tmp_path / name, {"door": gateway}, n=3, propagation=SIGHT).rssi_dbm
+        for name, gateway in (("four", of_four), ("one", of_one))
+    ]
+    assert (found[0] == found[1]).all()

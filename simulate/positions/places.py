@@ -1,4 +1,4 @@
-"""The options of a simulation of received powers. This module imports little, as ``simulation_options`` does."""
+"""Where the positions of a simulation come from: its options. This module imports little, as the help must."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from scenes.files.options import check_kinds
 from simulate.positions.given_positions import MOST_POSITIONS
 
 LEAST_POSITIONS = 2
-"""Fewest positions: one to train on and one to test on."""
+"""Fewest positions of a dataset: one to train on and one to test on."""
 
 
 @dataclass(frozen=True)
-class RssiSimulation:
-    """Where the transmitter of a simulated dataset of received powers is.
+class Places:
+    """The positions of a simulated dataset.
 
     Attributes:
         n: number of transmitter positions to draw.
         placement: how positions are drawn. uniform: at random; grid: evenly; path: along a smooth curve.
         positions: CSV file of positions to use instead (header x,y,z; metres, world frame). In Python also an array.
-        seed: seed of the positions, the split, the rays and the shadowing.
+        seed: seed of the positions, the split, the rays and the receiver's errors or the shadowing.
 
     Raises:
         ParameterError: ``n`` is no whole number from ``LEAST_POSITIONS`` to ``MOST_POSITIONS``, the seed is not valid,

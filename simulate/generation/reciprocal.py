@@ -12,10 +12,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from scenes.checks.array_clearance import element_positions
-from scenes.scene.description import Gateway, Scene, Transmitter
-
-GATEWAY_FROM_TRANSMITTER = Rotation.from_matrix([[0, 1, 0], [0, 0, 1], [1, 0, 0]])
-"""Rotation from the transmitter's frame, whose z is its polarisation "V", to the gateway's frame, whose y is."""
+from scenes.scene.description import GATEWAY_FROM_TRANSMITTER, Gateway, Scene, Transmitter
 
 
 def element_offsets(gateway: Gateway, wavelength: float) -> np.ndarray:
