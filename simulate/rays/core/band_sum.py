@@ -94,16 +94,15 @@ class BandSum:
 
     def add(self, solution: Solution) -> None:
         """Add paths that have been solved at the frequencies ``solved``."""
-        targets, sources = solution.paths[0].targets, solution.paths[0].sources
+        targets = solution.targets
         if not len(targets):
             return
         delays = solution.travelled / SPEED_OF_LIGHT
-        responses = [paths.responses for paths in solution.paths]
         begins = np.flatnonzero(np.diff(targets, prepend=-1))  # the paths are ordered by target
         bounds = np.append(begins, len(targets))
         with ONE_KERNEL:
             _add(  # type: ignore[call-arg]
-                *(bounds, targets, sources, delays, tuple(responses), self.solved, self._weights),
+                *(bounds, targets, solution.sources, delays, tuple(solution.amplitudes), self._weights),
                 *(self._first, self._step, self._sums),
             )
 
@@ -122,20 +121,20 @@ def _phasor(turns):
 
 
 @compiled(parallel=True)
-def _add(bounds, targets, sources, delays, responses, solved, weights, first, step, total):
-    """Add paths to ``total`` [targets, sources, subcarriers]; ``bounds`` separate the paths of different targets."""
+def _add(bounds, targets, sources, delays, solved, weights, first, step, total):
+    """Add paths of some solved amplitudes to ``total`` [targets, sources, subcarriers].
+
+    ``bounds`` separate the paths of different targets.
+    """
     for block in numba.prange(len(bounds) - 1):
-        amplitudes = np.empty(len(solved), np.complex128)
         for path in range(bounds[block], bounds[block + 1]):
-            if responses[0][path] == 0:  # something blocks it
+            if solved[0][path] == 0:  # something blocks it
                 continue
-            for n in range(len(solved)):
-                amplitudes[n] = responses[n][path] / _phasor(solved[n] * delays[path])
             row = total[targets[path], sources[path]]
             phase, turned = _phasor(first * delays[path]), _phasor(step * delays[path])
             for subcarrier in range(len(row)):
                 amplitude = 0j
                 for n in range(len(solved)):
-                    amplitude += weights[subcarrier, n] * amplitudes[n]
+                    amplitude += weights[subcarrier, n] * solved[n][path]
                 row[subcarrier] += amplitude * phase
                 phase *= turned

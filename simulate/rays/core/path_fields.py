@@ -1,4 +1,4 @@
-"""The response that a path contributes, from the electric field along the path.
+"""The amplitude that a path contributes to a response, from the electric field along the path.
 
 At every reflection, and where the path passes through an object, the field is multiplied by the coefficients of a slab
 [itu2023]. A path that a conductor blocks contributes nothing.
@@ -41,10 +41,6 @@ class Ways:
     travelled: Float[np.ndarray, " paths"]
     spreading: Float[np.ndarray, " paths"]
 
-    def propagation(self, wavelength: float) -> Complex[np.ndarray, " paths"]:
-        """λ/4π times the spreading times e^{−jk(length of the path)}."""
-        return wavelength / (4 * np.pi) * self.spreading * np.exp(-2j * np.pi * (self.travelled / wavelength % 1))
-
 
 ALIGNMENT = 64
 """Bytes. Dr.Jit uses NumPy's memory directly, and compiles a kernel again for arrays with another alignment."""
@@ -59,18 +55,23 @@ def aligned(kind: type, *shape: int) -> np.ndarray:
     return memory[start : start + size].view(kind).reshape(*shape[:-1], columns // 4)[..., : shape[-1]]
 
 
+SHORT = 0.05
+"""Metres. In single precision a vertex is rounded by up to 0.2 µm, which turns a short leg. In a corner, a leg between
+two reflections may be shorter than that. So the direction of a shorter leg behind a reflection is mirrored from the leg
+before."""
+
 AtEdge = Callable[[Field, mi.Vector3f, mi.Vector3f], Field]
 """The field behind an edge, from the field before it and the directions before and behind it."""
 
 
-def path_responses(
+def path_amplitudes(
     surfaces: Surfaces,
     sources: Antennas,
     targets: Antennas,
     ways: Ways,
     at_edges: Mapping[int, AtEdge] = {},
 ) -> Complex[np.ndarray, " paths"]:
-    """The contribution of each path to the response between its source and its target, 0 if it is blocked.
+    """The amplitude of each path between its source and its target, 0 if it is blocked.
 
     Args:
         surfaces: surfaces of the scene, at the frequency of the wave.
@@ -81,7 +82,7 @@ def path_responses(
             are reflections.
 
     Returns:
-        a e^{−j2πfτ}, complex128. The amplitude a contains the free-space factor λ/4π.
+        The amplitude a of the path's contribution a e^{−j2πfτ}, complex128. It contains the free-space factor λ/4π.
     """
     interactions = len(ways.vertices)
     passes = mi.UInt(MOST_PASSES if surfaces.refraction else 0)
@@ -91,6 +92,10 @@ def path_responses(
     steps = [mi.Vector3f(after - before) for before, after in pairwise(points)]
     lengths = [mi.Float(dr.norm(step)) for step in steps]
     directions = [mi.Vector3f(step / length) for step, length in zip(steps, lengths, strict=True)]
+    for number in range(interactions):
+        if number not in at_edges:
+            mirrored = _mirrored(directions[number], surfaces.normal(mi.UInt(ways.faces[number])))
+            directions[number + 1] = dr.select(lengths[number + 1] < SHORT, mirrored, directions[number + 1])
 
     field, blocked = pattern(sources, directions[0]), mi.Bool(False)
     for number, way in enumerate(directions):
@@ -107,4 +112,10 @@ def path_responses(
     imaginary = dr.dot(received[0], field[1]) - dr.dot(received[1], field[0])
     amplitude = dr.select(blocked, mi.Complex2f(0), mi.Complex2f(real, imaginary))
     dr.eval(amplitude)
-    return (amplitude.real.numpy() + 1j * amplitude.imag.numpy()) * ways.propagation(surfaces.wavelength)
+    spreading = surfaces.wavelength / (4 * np.pi) * ways.spreading
+    return (amplitude.real.numpy() + 1j * amplitude.imag.numpy()) * spreading
+
+
+def _mirrored(direction: mi.Vector3f, normal: mi.Vector3f) -> mi.Vector3f:
+    """The direction behind a reflection."""
+    return dr.normalize(direction - 2 * dr.dot(direction, normal) * normal)

@@ -18,7 +18,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from simulate.positions.placement import free_positions
-from simulate.rays.core.path_fields import Ways, path_responses
+from simulate.rays.core.path_fields import Ways, path_amplitudes
 from simulate.rays.core.plane_sequences import distinct, plane_sequences
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.core.ray_scene import RayScene
@@ -26,7 +26,7 @@ from simulate.rays.core.reflections import Images
 from simulate.rays.core.sionna_scene import Antennas, gateway_antennas, transmitter_antennas
 from simulate.rays.core.solution import Course, Solution, largest_shares
 from simulate.rays.core.surfaces import Surfaces
-from simulate.rays.core.terms import STRAIGHT, Interaction, Paths
+from simulate.rays.core.terms import STRAIGHT, Interaction
 
 Chains = Int[np.ndarray, "chains depth"]
 """Planes that reflect the wave, from source to target; −1 after the last one."""
@@ -112,11 +112,12 @@ def reflected(
             batch = possible[:, start : start + LANES]
             ways = images.ways(batch, targets.positions)
             target, chain, source = batch
-            found = [Paths(target, source, path_responses(each, sources, targets, ways)) for each in surfaces]
+            amplitudes = [path_amplitudes(each, sources, targets, ways) for each in surfaces]
             course = partial(
                 _course, ways, sources.positions[source], targets.positions[target], ray_scene, chains.shape[1]
             )
-            yield Solution(number[chain], found, course, ways.travelled)
+            wavelengths = [each.wavelength for each in surfaces]
+            yield Solution(number[chain], target, source, ways.travelled, amplitudes, wavelengths, course)
 
 
 def _course(

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
+import numba
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Complex, Float, Int
 
+from simulate.parallel import ONE_KERNEL
+from simulate.parallel.compiled import compiled
 from simulate.rays.core.terms import Paths, Terms
 
 
@@ -24,26 +27,52 @@ class Solution(NamedTuple):
 
     Attributes:
         chain: index of each path's chain.
-        paths: the same paths with each of several sets of materials, or at several frequencies. A blocked path has the
-            response 0.
-        course: computes where the paths run.
+        targets: index of each path's target.
+        sources: index of each path's source.
         travelled: length of each path, metres.
+        amplitudes: amplitude a of each path with each of several sets of materials, or at several frequencies, 0 if the
+            path is blocked. Its contribution to the response is a e^{−j2πfτ}.
+        wavelengths: that of each of these sets, metres.
+        course: computes where the paths run.
     """
 
     chain: Int[np.ndarray, " paths"]
-    paths: Sequence[Paths]
-    course: Callable[[], Course]
+    targets: Int[np.ndarray, " paths"]
+    sources: Int[np.ndarray, " paths"]
     travelled: Float[np.ndarray, " paths"]
+    amplitudes: Sequence[Complex[np.ndarray, " paths"]]
+    wavelengths: Sequence[float]
+    course: Callable[[], Course]
+
+    @property
+    def paths(self) -> list[Paths]:
+        """The contributions of the paths, with each set of materials."""
+        with ONE_KERNEL:
+            responses = [
+                _delayed(amplitudes, self.travelled, wavelength)  # type: ignore[call-arg]
+                for amplitudes, wavelength in zip(self.amplitudes, self.wavelengths, strict=True)
+            ]
+        return [Paths(self.targets, self.sources, each) for each in responses]
 
     def arriving(self) -> tuple[Int[np.ndarray, " arriving"], Paths]:
         """The chains and the paths, with the first set of materials, without blocked ones."""
-        kept = self.paths[0].responses != 0
+        kept = self.amplitudes[0] != 0
         return self.chain[kept], Paths(*(each[kept] for each in self.paths[0]))
 
     def terms(self) -> Terms:
         """The paths of ``arriving`` with their vertices."""
-        kept = self.paths[0].responses != 0
+        kept = self.amplitudes[0] != 0
         return Terms(*(each[kept] for each in (*self.paths[0], *self.course())))
+
+
+@compiled(parallel=True)
+def _delayed(amplitudes, travelled, wavelength):
+    """a e^{−j2πL/λ}; whole turns are taken out, or the phase would lose digits."""
+    responses = np.empty(len(amplitudes), np.complex128)
+    for path in numba.prange(len(amplitudes)):
+        angle = -2 * np.pi * (travelled[path] / wavelength % 1)
+        responses[path] = amplitudes[path] * complex(np.cos(angle), np.sin(angle))
+    return responses
 
 
 def largest_shares(

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Complex, Float
 
 from simulate.rays.core.electric_field import Field, component, composed, turned
-from simulate.rays.core.path_fields import path_responses
+from simulate.rays.core.path_fields import path_amplitudes
 from simulate.rays.core.ray_tracer import dr, mi
 from simulate.rays.core.sionna_scene import Antennas
 from simulate.rays.core.surfaces import Surfaces
@@ -78,7 +78,7 @@ def _vectors(values: Float[np.ndarray, "paths 3"]) -> mi.Vector3f:
     return mi.Vector3f(np.ascontiguousarray(values.T, dtype=np.float32))
 
 
-def diffracted_responses(
+def diffracted_amplitudes(
     surfaces: Surfaces,
     edges: Edges,
     sources: Antennas,
@@ -86,7 +86,7 @@ def diffracted_responses(
     geometry: PathGeometry,
     first_edge: int,
 ) -> Complex[np.ndarray, " paths"]:
-    """The contribution of each path to the response between its source and its target, 0 if it is blocked.
+    """The amplitude of each path between its source and its target, 0 if it is blocked.
 
     Args:
         surfaces: surfaces of the scene.
@@ -100,4 +100,4 @@ def diffracted_responses(
         first_edge + number: partial(behind_edge, surfaces, edges, geometry, number)
         for number in range(len(geometry.edges))
     }
-    return path_responses(surfaces, sources, targets, geometry, at_edges)
+    return path_amplitudes(surfaces, sources, targets, geometry, at_edges)

@@ -12,12 +12,12 @@ from simulate.rays.core.ray_scene import RayScene
 from simulate.rays.core.sionna_scene import Antennas
 from simulate.rays.core.solution import Course, Solution
 from simulate.rays.core.surfaces import Surfaces
-from simulate.rays.core.terms import Interaction, Paths
+from simulate.rays.core.terms import Interaction
 from simulate.rays.diffraction.chain_geometry import Combinations, PathGeometry
 from simulate.rays.diffraction.diffraction_chains import DiffractedChains
 from simulate.rays.diffraction.edges import Edges, diffracting_edges, foremost
 from simulate.rays.diffraction.ends import ends_of
-from simulate.rays.diffraction.fields import diffracted_responses
+from simulate.rays.diffraction.fields import diffracted_amplitudes
 
 LANES = 400_000
 """Paths solved at a time. This bounds the memory."""
@@ -83,13 +83,13 @@ def diffracted(
                 paths = possible[:, first : first + LANES]
                 geometry = combinations.geometry(paths, start)
                 target, chain, source = paths[0] + start, paths[1], paths[2]
-                found = [
-                    Paths(target, source, diffracted_responses(each, edges, sources, targets, geometry, int(shape[0])))
-                    for each in surfaces
+                amplitudes = [
+                    diffracted_amplitudes(each, edges, sources, targets, geometry, int(shape[0])) for each in surfaces
                 ]
                 starts, ends = sources.positions[source], targets.positions[target]
                 course = partial(_course, geometry, starts, ends, edge_scene, int(shape[0]), int(shape[1]))
-                yield Solution(number[chain], found, course, geometry.travelled)
+                wavelengths = [each.wavelength for each in surfaces]
+                yield Solution(number[chain], target, source, geometry.travelled, amplitudes, wavelengths, course)
 
 
 def _course(

@@ -282,6 +282,28 @@ def test_a_board_reflects_at_its_front_half_its_thickness_before_the_sheet(make_
     assert decibels(found, expected) < 0.01 and degrees(found, expected) < 0.1
 
 
+@pytest.mark.parametrize("beside", [3e-6, 1e-4, 1e-2])
+def test_a_corner_returns_a_wave_whose_reflections_are_micrometres_apart(beside, make_scene):
+    """Two walls give three images: y = g(r₀) + Γ₁ g(r₁) + Γ₂ g(r₂) + Γ₁′ Γ₂′ g(r₁₂), all TE."""
+    corner = np.array([3.7, 2.9, 0.0])  # at the origin, single precision resolves micrometres
+    walls = sheet(corner, (0, 4, 0), (0, 0, 3)), sheet(corner, (4, 0, 0), (0, 0, 3))
+    y_axis_up = tuple(Rotation.from_euler("x", 90, degrees=True).as_quat())
+    scene = make_scene(
+        *((f"wall {n}", wall, "concrete") for n, wall in enumerate(walls)),
+        gateway=Gateway(tuple(corner + [2, 1, 1.5]), y_axis_up, rows=1, columns=1),
+        transmitter=Transmitter(tuple(corner + [0.5, 0.3, 1.4]), tuple(corner + [1.5, 0.8, 1.6])),
+    )
+    position = np.array([1.0, 0.5 + beside, 1.5])
+    found = Tracer(scene, replace(ONE_BOUNCE, max_depth=2)).responses(corner + position[None])[0, 0]
+
+    ways = position[:2] * [[1, 1], [-1, 1], [1, -1], [-1, -1]] - [2, 1]
+    lengths = np.linalg.norm(ways, axis=1)
+    reflected = slab(np.abs(ways) / lengths[:, None], scene.materials["concrete"], "TE")[0]
+    factors = [1, reflected[1, 0], reflected[2, 1], reflected[3].prod()]
+    expected = (factors * free_space(lengths)).sum()
+    assert abs(found - expected) < 1e-4 * abs(expected)
+
+
 def test_a_wave_passes_through_any_number_of_boards_and_comes_back(make_scene):
     """Four boards, a wall behind them, depth 1: one reflection, and every board lowers its wave twice."""
     boards = [(f"board {n}", sheet((-1 - 0.2 * n, -20, -20), (0, 40, 0), (0, 0, 40)), "lossless") for n in range(4)]
