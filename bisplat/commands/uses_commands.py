@@ -143,7 +143,7 @@ def locate(
     several, empty = sum(len(each) > 1 for each in places), sum(not each for each in places)
     told = "with pictures that tell nothing, such as those of one grey level, which the file leaves out"
     unseen = f", and {empty} {told}" if empty else ""
-    print(printable(f"{len(names)} transmitters, {several} of them with several possible places{unseen}: {output}"))
+    print(printable(f"{len(names)} pictures, {several} of them with several possible places{unseen}: {output}"))
 
 
 def plan(

@@ -16,6 +16,7 @@ from learn.comparison.doubts import average_name, doubts_of, remark_on
 from learn.comparison.experiment import Experiment, Settings, row_name, summary
 from learn.comparison.scores_file import read_scores
 from learn.data.split_distances import SplitDistances
+from simulate.spectra.array import Array
 
 HEADINGS = {
     "ssim_median": "SSIM",
@@ -56,6 +57,7 @@ class Comparison:
         settings: what all rows have in common: dataset, split, training time and device.
         rows: a dictionary for each method, seed and size, in the order in which they were measured.
         distances: how far the test positions are from the known ones of the whole training and validation part.
+        array: the array of the dataset.
 
     Example:
         >>> import bisplat
@@ -72,11 +74,13 @@ class Comparison:
     settings: Settings
     rows: list[dict[str, Any]]
     distances: SplitDistances | None = None
+    array: Array | None = None
 
     @classmethod
     def of(cls, experiment: Experiment) -> Comparison:
         """All rows that were measured in an experiment's folder, by this call and earlier ones."""
-        return cls(experiment.folder, experiment.settings, experiment.rows, experiment.distances)
+        data = experiment.dataset
+        return cls(experiment.folder, experiment.settings, experiment.rows, experiment.distances, data.array)
 
     def __len__(self) -> int:
         return len(self.rows)

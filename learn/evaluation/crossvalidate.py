@@ -39,6 +39,7 @@ from simulate.positions.given_positions import MOST_POSITIONS
 from simulate.positions.placement import free_positions
 from simulate.positions.places import LEAST_POSITIONS
 from simulate.spectra.angular_grid import AngularGrid
+from simulate.spectra.array import Array
 from simulate.spectra.element_array import array_of
 from simulate.spectra.spectrum import picture, spectrum_of
 
@@ -63,6 +64,7 @@ class CrossValidation:
         prediction: [K, 90, 360] predicted spectra, 0…1, float32.
         truth: [K, 90, 360] spectra of the simulated responses, 0…1, float32, rounded to eight bits as in a dataset.
         grid: directions of the spectra's rows and columns.
+        array: the array that measures them.
         scores: scores of the prediction.
         correlation: [K] correlation ``|⟨ŷ, y⟩| / (‖ŷ‖ ‖y‖)`` of predicted responses ŷ and simulated responses y, 0…1.
             It does not depend on the common factor that a spectrum leaves open. None: the model predicts no responses.
@@ -78,6 +80,7 @@ class CrossValidation:
     prediction: Float[np.ndarray, "K 90 360"]
     truth: Float[np.ndarray, "K 90 360"]
     grid: AngularGrid
+    array: Array
     scores: Scores
     correlation: Float[np.ndarray, " K"] | None
     origin: Origin
@@ -198,6 +201,7 @@ def crossvalidate(
         prediction=prediction.spectra,
         truth=truth,
         grid=run.beamformer.grid,
+        array=run.beamformer.array,
         scores=score(prediction.spectra, truth, run.beamformer.grid, run.beamformer.array),
         correlation=None if prediction.responses is None else correlation(prediction.responses, responses),
         origin=Origin.of(run, parts),

@@ -104,6 +104,7 @@ class Provenance:
             split=origin.split,
             spectra=f"{origin.train} training, {origin.validation} validation, {tested}",
             distances=fresh.distances.sentence(),
+            array=fresh.array.cannot_tell or "",
             seed=str(origin.seed),
         )
 
@@ -124,6 +125,7 @@ class Provenance:
             split=split_words(settings.split, settings.guard, settings.split_seed),
             spectra=", ".join(["; ".join(numbers), tested] if numbers else [tested]),
             distances=comparison.distances.sentence() if comparison.distances else "",
+            array=(comparison.array and comparison.array.cannot_tell) or "",
             seed="0" if seeds == 1 else f"0 to {seeds - 1}",
         )
 

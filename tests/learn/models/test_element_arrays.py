@@ -100,5 +100,6 @@ def test_a_line_says_what_it_does_not_tell(tmp_path):
     assert "not on which side of it" in bisplat.check(tmp_path / "line", "random").description()["array"]
     from learn.reports.provenance import Provenance
 
-    sentence = Provenance.of_evaluation(bisplat.evaluate(run)).sentence()
-    assert "Of the array: its elements lie on a line, so it tells only the angle to this line" in sentence
+    compared = bisplat.compare(dataset, ["nearest"], split="random", test_spectra=2)
+    for made in (Provenance.of_evaluation(bisplat.evaluate(run)), Provenance.of_comparison(compared)):
+        assert "Of the array: its elements lie on a line, so it tells only the angle to this line" in made.sentence()

@@ -38,6 +38,6 @@ def test_methods_of_any_name_are_drawn(name, tmp_path):
     log = tmp_path / "runs" / row_name(row) / "logs" / "version_0" / "metrics.csv"
     log.write_text("step,validation_ssim\n99,0.5\n")
     rows = {"averages": lambda: [row, row], "rows": [row], "doubts": lambda: {name: "only 5 training steps"}}
-    write_ablation(SimpleNamespace(**rows, folder=tmp_path, settings=SETTINGS, distances=None), tmp_path)
+    write_ablation(SimpleNamespace(**rows, folder=tmp_path, settings=SETTINGS, distances=None, array=None), tmp_path)
     draw_ssim_distribution({name: [0.1, 0.5], CEILING: [0.5, 0.9]}, tmp_path / "ssim.png")
     assert (tmp_path / "ablation.pdf").exists() and (tmp_path / "ssim.pdf").exists()

@@ -290,8 +290,8 @@ def test_a_corner_returns_a_wave_whose_reflections_are_micrometres_apart(beside,
     y_axis_up = tuple(Rotation.from_euler("x", 90, degrees=True).as_quat())
     scene = make_scene(
         *((f"wall {n}", wall, "concrete") for n, wall in enumerate(walls)),
-        gateway=Gateway(tuple(corner + [2, 1, 1.5]), y_axis_up, rows=1, columns=1),
-        transmitter=Transmitter(tuple(corner + [0.5, 0.3, 1.4]), tuple(corner + [1.5, 0.8, 1.6])),
+        gateway=Gateway((5.7, 3.9, 1.5), y_axis_up, rows=1, columns=1),
+        transmitter=Transmitter((4.2, 3.2, 1.4), (5.2, 3.7, 1.6)),
     )
     position = np.array([1.0, 0.5 + beside, 1.5])
     found = Tracer(scene, replace(ONE_BOUNCE, max_depth=2)).responses(corner + position[None])[0, 0]
