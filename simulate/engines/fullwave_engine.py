@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shutil
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Self
@@ -107,7 +107,7 @@ class FullWave(Solver, Engine):
         return replace(self, cell=cell, solver=solver)
 
     def metadata(self, setting: Setting) -> dict[str, Any]:
-        planned = list(self._planned(setting))
+        planned = self._planned(setting)
         window = max(each.steps * each.grid.time_step for _, each in planned)
         runs = {"runs_hz": [group.frequencies for group, _ in planned]} if setting.further else {}
         return {
@@ -169,7 +169,7 @@ class FullWave(Solver, Engine):
                 if _made_again(setting, [scene], folder, progress):
                     self._copied(setting, scene, folder)
         else:
-            planned = list(self._planned(setting))
+            planned = self._planned(setting)
             if setting.further:
                 runs = "; ".join(group.in_words for group, _ in planned)
                 frequencies = f"full wave at {len(setting.scenes)} frequencies in {_runs(len(planned))}"
@@ -190,14 +190,16 @@ class FullWave(Solver, Engine):
     def kept(cls, setting: Setting, folder: Path) -> StoredField:
         return kept_field(setting, setting.scene, folder)
 
-    def _planned(self, setting: Setting) -> Iterator[tuple[Group, Plan]]:
-        """The frequencies that runs solve together, by rising frequency, with the plans of these runs."""
+    def _planned(self, setting: Setting) -> list[tuple[Group, Plan]]:
+        """The frequencies that runs solve together, with the plans of these runs. The highest ones come first."""
         from simulate.fullwave.frequency_groups import frequency_groups
         from simulate.fullwave.run_plan import plan
 
         assert self.cell is not None
-        for group in frequency_groups(setting.scenes, self.cell, alone=self.solver != OURS):
-            yield group, plan(group.scene, setting.region, group.cell, setting.band, group.further)
+        return [
+            (group, plan(group.scene, setting.region, group.cell, setting.band, group.further))
+            for group in frequency_groups(setting.scenes, self.cell, alone=self.solver != OURS)
+        ]
 
     def _copied(self, setting: Setting, scene: Scene, folder: Path) -> None:
         """Copy the field of a scene from the folder ``field``."""

@@ -17,10 +17,10 @@ from scenes.scene.description import Scene
 from scenes.scene.permittivity import conducting_objects
 from simulate.fullwave.cells import permittivity_on_grid
 from simulate.fullwave.pulse import Pulse
-from simulate.fullwave.run_plan import two_digits_down
+from simulate.fullwave.run_plan import coarsest_cell, two_digits_down
 from simulate.fullwave.yee_grid import numerical_frequency
 
-LARGEST_DIFFERENCE = 0.01
+LARGEST_DIFFERENCE = 0.008
 """Largest relative difference between a material's complex refractive index in a run and its own one."""
 
 LEAST_LEVEL = 0.1
@@ -67,24 +67,24 @@ def frequency_groups(scenes: Sequence[Scene], cell: float, alone: bool = False) 
     Args:
         scenes: the scene at each frequency, rising.
         cell: side of the cells of the highest frequency, metres. Those of a run whose highest frequency is lower are
-            larger in proportion, rounded down to two digits.
+            larger in proportion, as far as ``plan`` takes them, and rounded down to two digits.
         alone: every frequency has a run of its own.
 
     Returns:
-        The groups, by rising frequency.
+        The groups, the one with the highest frequency first.
 
     Example:
         >>> from scenes.places.closet import closet
         >>> scenes = [closet().at_frequency(each) for each in (915e6, 925e6, 2.4e9)]
         >>> [(each.frequencies, each.cell) for each in frequency_groups(scenes, 0.008)]
-        [([915000000.0, 925000000.0], 0.02), ([2400000000.0], 0.008)]
+        [([2400000000.0], 0.008), ([915000000.0, 925000000.0], 0.02)]
     """
     rest, groups = list(scenes), []
     while rest:
         highest = rest.pop()
         own = cell
         if highest is not scenes[-1]:
-            own = two_digits_down(cell * scenes[-1].frequency / highest.frequency)
+            own = two_digits_down(min(cell * scenes[-1].frequency / highest.frequency, coarsest_cell(highest)))
         group = Group(highest, (), own, 0.0)
         while rest and not alone:
             wider = _group([rest[-1], *sorted((group.scene, *group.further), key=lambda each: each.frequency)], own)
@@ -93,7 +93,7 @@ def frequency_groups(scenes: Sequence[Scene], cell: float, alone: bool = False) 
             rest.pop()
             group = wider
         groups.append(group)
-    return groups[::-1]
+    return groups
 
 
 def _group(scenes: list[Scene], cell: float) -> Group | None:

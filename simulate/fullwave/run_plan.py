@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -137,6 +137,13 @@ def two_digits_down(value: float) -> float:
     return round(math.floor(value * 10**digits) / 10**digits, digits)
 
 
+def coarsest_cell(scene: Scene) -> float:
+    """The largest cell that ``plan`` takes for a scene, metres."""
+    waves = _wavelength_to_resolve(scene, dielectric_slabs(scene)) / FEWEST_CELLS_PER_WAVELENGTH
+    elements = element_positions(scene.gateway, scene.wavelength)
+    return min([waves, *(each / SOURCE_REACH for each in _to_conductors(elements, conducting_triangles(scene)))])
+
+
 def _wavelength_to_resolve(scene: Scene, objects: list[Slabs]) -> float:
     """The wavelength that sets the cells, metres: the shortest in a thick slab, or 7/16 of that in air if shorter."""
     thick = scene.wavelength / CELLS_PER_WAVELENGTH / 4
@@ -211,15 +218,22 @@ def _check_distance(
     elements: Float[np.ndarray, "elements 3"], conductors: Float[np.ndarray, "n 3 3"], cell: float
 ) -> None:
     """Refuse a source that would be spread over conducting edges or both sides of a sheet, and so radiate wrongly."""
-    for number, element in enumerate(elements):
-        nearest = trimesh.triangles.closest_point(conductors, np.tile(element, (len(conductors), 1)))
-        distance = float(np.linalg.norm(nearest - element, axis=1).min(initial=np.inf))
+    for number, distance in enumerate(_to_conductors(elements, conductors)):
         if distance < SOURCE_REACH * cell:
             raise ParameterError(
                 "cell",
                 f"expected at most {distance / SOURCE_REACH:.3g} m, since element {number + 1} is {distance:.3g} m "
                 f"from a conductor, found {cell}",
             )
+
+
+def _to_conductors(
+    elements: Float[np.ndarray, "elements 3"], conductors: Float[np.ndarray, "n 3 3"]
+) -> Iterator[float]:
+    """The distance of each element from the nearest conductor, metres."""
+    for element in elements:
+        nearest = trimesh.triangles.closest_point(conductors, np.tile(element, (len(conductors), 1)))
+        yield float(np.linalg.norm(nearest - element, axis=1).min(initial=np.inf))
 
 
 def _behind(slabs: Slabs) -> Float[np.ndarray, "n 3"]:
