@@ -34,7 +34,7 @@ from scenes.places.bedroom import bedroom
 from scenes.places.closet import closet
 from scenes.places.workshop import workshop
 from simulate.dataset.dataset_folder import Dataset
-from simulate.engines.fullwave_engine import FIELD
+from simulate.engines.field_folder import FIELD
 from simulate.fullwave.stored_field import read_stored_field
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation

@@ -21,7 +21,7 @@ from ledger.smallest_room import smallest_room
 from learn.data.metrics import ssim
 from learn.evaluation.engines import scene_for_rays
 from simulate.dataset.dataset_folder import Dataset, read_dataset
-from simulate.engines.fullwave_engine import FIELD
+from simulate.engines.field_folder import FIELD
 from simulate.fullwave.stored_field import read_stored_field
 from simulate.generation.simulation import simulate
 from simulate.rays.core.propagation import Propagation

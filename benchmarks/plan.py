@@ -35,7 +35,7 @@ from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import Dataset
 from simulate.dataset.dataset_frequency import Frequency
-from simulate.engines.fullwave_engine import FIELD
+from simulate.engines.field_folder import FIELD
 from simulate.fullwave.stored_field import StoredField, read_stored_field
 from simulate.positions.placement import place
 from simulate.rays.core.propagation import Propagation

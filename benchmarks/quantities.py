@@ -6,7 +6,9 @@ Times are ratios to one frequency in the same run. Errors are root mean square d
 relative to the truth, dB. A subcarrier's own simulation keeps the permittivity and the conductivity of the materials,
 as a band does, and the array's size in metres. It follows the chains that were found at the carrier, as the band does,
 or those of a search of its own. In full wave the band comes from one run, and a subcarrier's own simulation is a run at
-that frequency. Rays and full wave are compared by the correlation over the elements, at the median of 400 positions.
+that frequency. Several frequencies in full wave come from one run, too. A frequency's own run has the materials of that
+frequency, and times are those of the processor. Rays and full wave are compared by the correlation over the elements,
+at the median of 400 positions.
 """
 
 from __future__ import annotations
@@ -21,12 +23,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import numpy as np
 import tyro
 from jaxtyping import Complex, Float
+from ledger.one_run import closed_box, off_db, one_run_of
 from ledger.printing import print_figures
 from ledger.smallest_room import smallest_room
 
 from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import load_scene
 from simulate.generation.reciprocal import element_offsets, reciprocal
+from simulate.generation.same_array import with_same_array
 from simulate.spectra.band import Band
 
 if TYPE_CHECKING:
@@ -39,6 +43,12 @@ TEN = tuple(float(each) for each in np.linspace(0.902e9, 0.928e9, 10))
 THREE = Band(60e6, 3)
 """Frequencies at which rays and full wave are compared."""
 
+NEAR = (0.905e9, 0.915e9, 0.925e9)
+"""Frequencies that one run of full wave solves together, with the materials of the middle one."""
+
+APART = (0.92, 1.1, 1.2)
+"""Further frequencies of a run in a closed box, relative to that whose materials it has."""
+
 COARSE = 0.03
 """Metres. Cells with which the times of full-wave runs are compared."""
 
@@ -46,11 +56,6 @@ ASIDE = -0.0137, -0.0211, 0.0073
 """How far the fixed antenna is moved to compare moving arrays with fixed ones, metres."""
 
 POSITIONS, PAIRS = 100, 30
-
-
-def off_db(found: np.ndarray, truth: np.ndarray) -> float:
-    """Root mean square difference relative to the truth, dB."""
-    return round(float(20 * np.log10(np.linalg.norm(found - truth) / np.linalg.norm(truth))), 1)
 
 
 def at(scene: Scene, frequency: float) -> Scene:
@@ -169,6 +174,28 @@ def in_full_wave(scene: Scene, positions: Float[np.ndarray, "K 3"], cell: float)
     return figures
 
 
+def frequencies_in_full_wave(scene: Scene, smallest: bool) -> dict[str, Any]:
+    """Time and errors of several frequencies from one run, in a scene and in a closed box."""
+    generator = np.random.default_rng(1)
+    figures: dict[str, Any] = {}
+    scenes = [with_same_array(scene, each) for each in NEAR]
+    positions = generator.uniform(*scene.transmitter.region, (POSITIONS, 3))
+    whole, errors = one_run_of(scenes, 1, positions, COARSE)
+    figures["full wave of three frequencies, time of one"] = (whole, "at most 1.3")
+    for frequency, _, error in errors:
+        figures[f"full wave, {frequency / 1e6:.0f} MHz of three, error (dB)"] = (error, "at most -40")
+    if smallest:
+        return figures
+    box = closed_box(1e9)
+    scenes = [box, *(with_same_array(box, share * 1e9) for share in APART)]
+    positions = generator.uniform(*box.transmitter.region, (POSITIONS, 3))
+    for frequency, difference, error in one_run_of(scenes, 0, positions, 0.02)[1]:
+        name = f"box, {frequency / 1e6:.0f} MHz from a run with the materials of 1 GHz"
+        figures[f"{name}, difference of a refractive index (%)"] = (100 * difference, "")
+        figures[f"{name}, error (dB)"] = (error, "")
+    return figures
+
+
 def rays_and_full_wave(
     scene: Scene, positions: Float[np.ndarray, "K 3"], cell: float | None, folder: Path
 ) -> dict[str, Any]:
@@ -245,7 +272,7 @@ def main(
         figures |= {f"{name}, {label}": each for label, each in measured.items()}
     low, high = closet.transmitter.region
     positions = generator.uniform(low, high, (few or POSITIONS, 3))
-    figures |= in_full_wave(closet, positions, COARSE)
+    figures |= in_full_wave(closet, positions, COARSE) | frequencies_in_full_wave(closet, smallest)
     with tempfile.TemporaryDirectory() as temporary:
         kept = Path(temporary) / "closet" if smallest else folder
         positions = place(closet, "uniform", few or 400, 1)

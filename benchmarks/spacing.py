@@ -42,7 +42,7 @@ from learn.training.run_folder import predict
 from scenes.scene.description import SPEED_OF_LIGHT, Scene
 from scenes.storage.scene_yaml import BUILT_IN, load_scene
 from simulate.dataset.dataset_folder import Dataset, read_dataset
-from simulate.engines.fullwave_engine import FIELD
+from simulate.engines.field_folder import FIELD
 from simulate.fullwave.stored_field import StoredField, read_stored_field
 from simulate.positions.placement import free_positions
 from simulate.rays.core.propagation import Propagation

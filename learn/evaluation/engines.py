@@ -16,6 +16,7 @@ from scenes.scene.description import Scene
 from scenes.storage.scene_yaml import read_scene
 from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.dataset.fixed_array import require_fixed_array
+from simulate.generation.same_array import with_same_array
 from simulate.positions.given_positions import MOST_POSITIONS
 from simulate.rays.core.propagation import Propagation
 from simulate.rays.expected_correlation import (
@@ -160,6 +161,8 @@ def scene_for_rays(dataset: Dataset) -> Scene:
             f"rays, found {errors}"
         )
     scene = read_scene(dataset.folder / dataset.metadata["scene_file"])
+    for frequency in dataset.metadata.get("frequencies_hz", ()):  # there is one at most
+        scene = with_same_array(scene, frequency)
     return replace(
         scene,
         gateway=replace(scene.gateway, pattern="dipole"),

@@ -92,7 +92,9 @@ def frequency_of(
             contradicts metadata.json; or if the folder has no pictures of the wanted frequency.
         wanted: the frequency, Hz, whose pictures are wanted. None: the folder should have only one.
     """
-    stated = Frequency(read_frequency(metadata["frequency_hz"]), "metadata") if "frequency_hz" in metadata else None
+    simulated = metadata.get("frequencies_hz", [])
+    hertz = simulated[0] if len(simulated) == 1 else metadata.get("frequency_hz")
+    stated = None if hertz is None else Frequency(read_frequency(hertz), "metadata")
     path, every = folder / FREQUENCIES, np.arange(len(rows))
     if not os.path.lexists(path):
         found = stated or Frequency()

@@ -8,7 +8,7 @@ A new engine is a frozen dataclass that extends ``Engine``, in a file of its own
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -33,31 +33,40 @@ WORKERS_MOST = 1000
 
 
 class ResponseSource(Protocol):
-    """Computes the responses of all elements to transmitters anywhere in a setting's region."""
+    """Computes the responses of all elements to transmitters anywhere in a setting's region, at one frequency."""
 
     def responses(self, positions: Float[np.ndarray, "K 3"]) -> Complex[np.ndarray, "K elements"]: ...
+
+
+class BandSource(ResponseSource, Protocol):
+    """Computes the responses over a band, too. The sources of an engine with ``knows_bands`` do."""
 
     def band_responses(
         self, positions: Float[np.ndarray, "K 3"], band: Band
     ) -> Complex[np.ndarray, "K elements subcarriers"]: ...
-
-    def at_frequency(self, scene: Scene) -> ResponseSource: ...
 
 
 class Setting(NamedTuple):
     """The scene, region and seed for which an engine computes responses.
 
     Attributes:
-        scene: the scene, with one gateway.
+        scene: the scene, with one gateway; the one of the lowest frequency if there are several.
         region: lowest and highest corner of a box around all transmitters, metres, world frame, [2, 3].
         seed: seed of everything that the engine draws at random.
         band: subcarriers at which responses are wanted. None: only at the carrier.
+        further: the scene at further frequencies, rising, with an array of the same size in metres.
     """
 
     scene: Scene
     region: Float[np.ndarray, "2 3"]
     seed: int
     band: Band | None = None
+    further: tuple[Scene, ...] = ()
+
+    @property
+    def scenes(self) -> list[Scene]:
+        """The scene at each frequency, rising."""
+        return [self.scene, *self.further]
 
 
 @dataclass(frozen=True)
@@ -99,16 +108,23 @@ class Engine(ABC):
     """Whether every metadata.json of its datasets has the engine's part. If so, one without it is refused."""
 
     spreads_parts: ClassVar[bool] = True
-    """Whether Ray workers make the parts of a dataset. If not, ``source`` uses the workers itself."""
+    """Whether Ray workers make the parts of a dataset. If not, ``sources`` uses the workers itself."""
 
     keeps_source: ClassVar[bool] = False
-    """Whether ``source`` takes long, so that its result is stored in the dataset folder, where ``kept`` reads it."""
+    """Whether ``sources`` takes long, so that its result is stored in the dataset folder, where ``kept`` reads it."""
 
-    def for_scene(self, scene: Scene) -> Self:
+    knows_bands: ClassVar[bool] = False
+    """Whether it computes responses over a band: its sources are each a ``BandSource``."""
+
+    knows_frequencies: ClassVar[bool] = False
+    """Whether ``sources`` computes the responses at several frequencies."""
+
+    def for_scene(self, scene: Scene, frequencies: Sequence[float] = ()) -> Self:
         """This engine, with the options filled in that depend on the scene or on what is installed.
 
         Args:
             scene: the scene to simulate.
+            frequencies: frequencies at which it is simulated, Hz, rising. Empty: that of the scene.
 
         Returns:
             The engine whose options metadata.json records.
@@ -194,8 +210,27 @@ class Engine(ABC):
             InputError: the computation failed.
         """
 
+    def sources(self, setting: Setting, folder: Path, machines: Machines, progress: Progress) -> list[ResponseSource]:
+        """Prepare what computes the responses at each frequency of the setting.
+
+        An engine with ``knows_frequencies`` extends this; others never get several frequencies.
+
+        Args:
+            setting: the scenes, region and seed.
+            folder: as ``source``.
+            machines: as ``source``.
+            progress: as ``source``.
+
+        Returns:
+            What ``source`` would return for each of the setting's scenes.
+
+        Raises:
+            InputError: the computation failed.
+        """
+        return [self.source(setting, folder, machines, progress)]
+
     def is_whole(self, setting: Setting, folder: Path) -> bool:
-        """Whether a finished dataset folder still has what ``source`` stored in it.
+        """Whether a finished dataset folder still has what ``sources`` stored in it.
 
         Args:
             setting: the scene, region and seed.
@@ -205,30 +240,30 @@ class Engine(ABC):
 
     @classmethod
     def kept(cls, setting: Setting, folder: Path) -> ResponseSource:
-        """Read what ``source`` stored in a dataset folder; only for engines with ``keeps_source``.
+        """Read what ``sources`` stored in a dataset folder; only for engines with ``keeps_source``.
 
         Args:
             setting: the scene, region and seed.
             folder: the dataset folder.
 
         Returns:
-            The same as ``source`` returns.
+            The source at the frequency of the setting's scene.
 
         Raises:
             InputError: it is missing or damaged, or does not fit the setting.
         """
         raise NotImplementedError
 
-    def sent(self, source: ResponseSource) -> Any:
+    def sent(self, sources: list[ResponseSource]) -> Any:
         """What a worker needs, besides the setting, to compute the same responses.
 
         Args:
-            source: what ``source`` returned.
+            sources: what ``sources`` returned.
         """
-        return source
+        return sources
 
-    def received(self, setting: Setting, sent: Any, threads: int) -> ResponseSource:
-        """Prepare in a worker what ``source`` prepared in the main process.
+    def received(self, setting: Setting, sent: Any, threads: int) -> list[ResponseSource]:
+        """Prepare in a worker what ``sources`` prepared in the main process.
 
         Args:
             setting: the scene, region and seed.
@@ -236,6 +271,6 @@ class Engine(ABC):
             threads: number of threads that the worker may use.
 
         Returns:
-            The same as ``source`` returns.
+            The same as ``sources`` returns.
         """
         return sent

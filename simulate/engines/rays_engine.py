@@ -50,6 +50,8 @@ class Rays(Engine):
     called: ClassVar[str] = "fresh ray tracing"
     packages: ClassVar[tuple[str, ...]] = ("sionna-rt", "mitsuba", "drjit", "numpy")
     always_recorded: ClassVar[bool] = False  # datasets of version 0.1 lack some of it
+    knows_bands: ClassVar[bool] = True
+    knows_frequencies: ClassVar[bool] = True
 
     def metadata(self, setting: Setting) -> dict[str, Any]:
         return {
@@ -103,6 +105,10 @@ class Rays(Engine):
             say(f"warning: {sentence(expected)}; for spectra that must be right, use --engine fullwave")
         return tracer
 
+    def sources(self, setting: Setting, folder: Path, machines: Machines, progress: Progress) -> list[ResponseSource]:
+        """A tracer for each frequency. All of them follow the chains that were found at the lowest one."""
+        return _at_all(self.source(setting, folder, machines, progress), setting)
+
     def tracer(self, setting: Setting, progress: Progress) -> Tracer:
         """Find the chains of a scene, and return the tracer that computes the responses.
 
@@ -126,15 +132,20 @@ class Rays(Engine):
         progress.update(search, total=1, completed=1)
         return tracer
 
-    def sent(self, source: ResponseSource) -> Any:
-        return source.found  # type: ignore[attr-defined]
+    def sent(self, sources: list[ResponseSource]) -> Any:
+        return sources[0].found  # type: ignore[attr-defined]
 
-    def received(self, setting: Setting, sent: Any, threads: int) -> Tracer:
+    def received(self, setting: Setting, sent: Any, threads: int) -> list[ResponseSource]:
         from simulate.rays.core.ray_tracer import dr
         from simulate.rays.tracer import Tracer
 
         dr.set_thread_count(threads)
-        return Tracer(setting.scene, self.propagation, setting.region, setting.seed, found=sent)
+        return _at_all(Tracer(setting.scene, self.propagation, setting.region, setting.seed, found=sent), setting)
+
+
+def _at_all(first: Tracer, setting: Setting) -> list[ResponseSource]:
+    """The tracers at all frequencies of a setting, from that at the lowest one."""
+    return [first, *(first.at_frequency(scene) for scene in setting.further)]
 
 
 def seed_of_rays(metadata: Mapping[str, Any]) -> int:

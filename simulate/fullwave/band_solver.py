@@ -1,4 +1,4 @@
-"""The fields that several sources produce in a box at all frequencies of a band, in one run."""
+"""The fields that several sources produce in a box at many frequencies, in one run."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ class BandField:
 
     Attributes:
         phasors: electric field along one direction at the middles of the cells of a box, V/m, for each frequency.
-        unsettled: estimated change of the first frequency's field that is still to come, relative to it.
+        unsettled: estimated change that is still to come, relative to the field; the largest of those of the watched
+            frequencies.
         steps: number of time steps.
     """
 
@@ -40,6 +41,7 @@ def solve_band(
     box: Int[np.ndarray, "2 3"],
     steps: int,
     earliest: int = 0,
+    watched: int = 1,
     report: Callable[[int], None] = lambda done: None,
 ) -> list[BandField]:
     """Advance the fields of some sources until all of them have settled.
@@ -53,6 +55,7 @@ def solve_band(
         box: first cell, and the cell after the last one, of the box whose fields are kept.
         steps: largest number of time steps.
         earliest: number of time steps before which no field can have settled.
+        watched: number of frequencies, from the first on, whose fields must have settled.
         report: gets the number of finished time steps.
     """
     pulse, time_step = Pulse(sources[0].frequency), grid.time_step
@@ -62,10 +65,10 @@ def solve_band(
         each for number, source in enumerate(sources) for each in driven_by(cells, grid, source, number, len(sources))
     ]
     shape = (len(sources), len(axes), *(box[1] - box[0]))
-    every = pulse.samples_every(time_step)
+    every = pulse.samples_every(time_step, float(frequencies.max()))
     sums = FourierSums(frequencies, int(np.prod(shape)), time_step, every)
     ends = [end for end in looks(steps) if end >= earliest or end in looks(steps)[-3:]]
-    carrier: list[np.ndarray] = []
+    seen: list[np.ndarray] = []
     rest = np.full(len(sources), np.inf)
     step = 0
     for step in range(1, steps + 1):
@@ -76,9 +79,10 @@ def solve_band(
         if step % every == 0:
             sums.add(step, in_box(cells.fields, grid, box, len(sources), axes).reshape(-1))
         if step in ends:
-            carrier = [*carrier[-2:], sums.total()[0].reshape(len(sources), -1)]
-            if len(carrier) == 3:
-                rest = np.array([still_to_come(*each) for each in zip(*carrier, strict=True)])
+            seen = [*seen[-2:], sums.total()[:watched].reshape(watched * len(sources), -1)]
+            if len(seen) == 3:
+                each_rest = [still_to_come(*each) for each in zip(*seen, strict=True)]
+                rest = np.reshape(each_rest, (watched, len(sources))).max(axis=0)
                 if (rest < SETTLED).all():
                     break
         advance(cells, 1)

@@ -77,6 +77,18 @@ def edge_materials(scene: Scene, grid: YeeGrid) -> EdgeMaterials:
     return EdgeMaterials(index, permittivity, conductivity)
 
 
+def permittivity_on_grid(material: RadioMaterial, scene: Scene, cell: float) -> complex:
+    """The complex relative permittivity with which a material acts on the grid as it does at the scene's frequency.
+
+    Args:
+        material: the material.
+        scene: the scene.
+        cell: side of the cells, metres.
+    """
+    given = relative_permittivity(material, scene.frequency)
+    return given * numerical_permittivity(given.real, scene.wavelength, cell) / given.real
+
+
 def _tables(
     materials: list[RadioMaterial], scene: Scene, cell: float
 ) -> tuple[Float[np.ndarray, " m"], Float[np.ndarray, " m"]]:
@@ -87,8 +99,7 @@ def _tables(
     fraction = np.arange(1, LEVELS + 1) / LEVELS
     complex_permittivity = [np.array([1.0, 1.0], complex)]
     for material in materials:
-        given = relative_permittivity(material, scene.frequency)
-        slab = given * numerical_permittivity(given.real, scene.wavelength, cell) / given.real
+        slab = permittivity_on_grid(material, scene, cell)
         complex_permittivity += [1 + fraction * (slab - 1), 1 / (fraction / slab + 1 - fraction)]
     values = np.concatenate(complex_permittivity)
     frequency = numerical_frequency(scene.wavelength, cell)

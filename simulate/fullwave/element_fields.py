@@ -63,18 +63,19 @@ def _over_band(
     cells: Cells,
     report: Callable[[int], None],
 ) -> list[StoredField]:
-    """The responses of elements at the carrier and at the frequencies of a band."""
+    """The responses of elements at the scene's frequency and at the further ones of the plan."""
     grid, wanted = planned.grid, (scene.frequency, *band.solved)
     on_grid = np.array([numerical_frequency(SPEED_OF_LIGHT / each, grid.cell) for each in wanted])
     axes = [axis for axis, share in enumerate(transmitter_direction(scene)) if share]
     found = []
-    for field in solve_band(cells, grid, sources, on_grid, axes, planned.box, planned.steps, planned.earliest, report):
+    steps, earliest = planned.steps, planned.earliest
+    for field in solve_band(cells, grid, sources, on_grid, axes, planned.box, steps, earliest, band.watched, report):
         parts = [
             _in_region(scene, planned, SourceField(phasor, field.unsettled, field.steps), frequency, driven)
             for phasor, frequency, driven in zip(field.phasors, wanted, on_grid, strict=True)
         ]
         values = np.stack([part.values for part in parts[1:]])
-        found.append(replace(parts[0], band=FieldBand(*band, values)))
+        found.append(replace(parts[0], band=FieldBand(band.solved, band.frequencies, band.delay, values)))
     return found
 
 

@@ -1,12 +1,12 @@
 """A pulse as the source of a run, and the running Fourier sums of the field that it causes.
 
-A source that oscillates at one frequency gives the field of that frequency. A pulse gives that of all frequencies of a
-band in one run: with the current i(t) and the field E(t), the field of a current of amplitude 1 is
+A source that oscillates at one frequency gives the field of that frequency. A pulse gives that of many
+frequencies in one run: with the current i(t) and the field E(t), the field of a current of amplitude 1 is
 
     E(f) = Σ_n E(nqΔt) e^{−j2πf nqΔt} q / Σ_n i(nΔt) e^{−j2πf nΔt}.
 
-The field is sampled every q time steps. The sampling rate is above the sum of the band's and the pulse's highest
-frequency, so that no other frequency is taken for one of the band.
+The field is sampled every q time steps. The sampling rate is above the sum of the highest frequency that is wanted and
+the pulse's highest one, so that no other frequency is taken for one that is wanted.
 """
 
 from __future__ import annotations
@@ -58,10 +58,22 @@ class Pulse:
         envelope = np.exp(-np.square(after / self.deviation) / 2) * (np.abs(after) <= REACH * self.deviation)
         return envelope * np.cos(2 * np.pi * self.frequency * after)
 
-    def samples_every(self, time_step: float) -> int:
-        """Number q of time steps between two samples of the field."""
-        highest = (1 + REACH * WIDTH) * self.frequency
-        return max(1, math.floor(1 / ((highest + 1.1 * self.frequency) * time_step)))
+    def level(self, frequency: float) -> float:
+        """The pulse's spectrum at a frequency, relative to that at the carrier.
+
+        >>> round(Pulse(1e9).level(1.1e9), 3)
+        0.707
+        """
+        return math.exp(-(((frequency / self.frequency - 1) / WIDTH) ** 2) / 2)
+
+    def samples_every(self, time_step: float, highest: float) -> int:
+        """Number q of time steps between two samples of the field.
+
+        Args:
+            time_step: seconds.
+            highest: highest frequency that is wanted, hertz.
+        """
+        return max(1, math.floor(1 / (((1 + REACH * WIDTH) * self.frequency + highest) * time_step)))
 
 
 class FourierSums:

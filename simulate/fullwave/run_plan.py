@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -51,25 +52,29 @@ DECAY = math.log(1e6)
 BYTES_PER_CELL, BYTES_PER_SOURCE, BYTES_KEPT = 60, 30, 200
 """Bytes for each cell, for each cell and source, and for each source and cell of the box that is kept."""
 
-BYTES_OF_BAND = 40
-"""Bytes for each frequency of a band, source and cell of the box that is kept."""
+BYTES_OF_FREQUENCY, BYTES_WATCHED = 40, 24
+"""Bytes for each further frequency, source and cell of the box that is kept; and those more if it must settle."""
 
 CELLS_PER_SECOND = 120e6
 """Cells times sources that one core advances in a second, estimated with some reserve (benchmarks/solvers.py)."""
 
 
 class BandPlan(NamedTuple):
-    """The frequencies of a band.
+    """The further frequencies of a run: those of a band, or single ones.
 
     Attributes:
         solved: frequencies at which the field is solved, Hz.
-        frequencies: frequencies of the subcarriers, to which it is interpolated, Hz.
+        frequencies: frequencies of the subcarriers, to which it is interpolated, Hz; single ones are those of
+            ``solved``.
         delay: a typical delay of the field, seconds, which is taken out before the interpolation.
+        watched: number of frequencies, the plan's first, whose fields must have settled before a run ends. Those of a
+            band are so close together that the carrier's stands for all.
     """
 
     solved: Float[np.ndarray, " F"]
     frequencies: Float[np.ndarray, " subcarriers"]
     delay: float
+    watched: int = 1
 
 
 @dataclass(frozen=True)
@@ -83,7 +88,7 @@ class Plan:
         box: first cell, and the cell after the last one, of the box around the region, whose field is kept.
         earliest: number of time steps before which no field can have settled: the rise of the source, plus twice the
             time in which a wave crosses the scene.
-        band: frequencies of a band at which the field is also wanted. None: only the carrier is.
+        band: further frequencies at which the field is wanted. None: only that of the source is.
     """
 
     grid: YeeGrid
@@ -96,8 +101,10 @@ class Plan:
     def memory(self, sources: int) -> int:
         """Bytes that a run with some sources takes."""
         kept = int(np.prod(self.box[1] - self.box[0]))
-        kept_bytes = BYTES_KEPT + (0 if self.band is None else BYTES_OF_BAND * len(self.band.solved))
-        return (BYTES_PER_CELL + BYTES_PER_SOURCE * sources) * self.grid.cells + kept_bytes * sources * kept
+        each = BYTES_KEPT
+        if self.band is not None:
+            each += BYTES_OF_FREQUENCY * len(self.band.solved) + BYTES_WATCHED * (self.band.watched - 1)
+        return (BYTES_PER_CELL + BYTES_PER_SOURCE * sources) * self.grid.cells + each * sources * kept
 
     @property
     def seconds(self) -> float:
@@ -117,9 +124,24 @@ def default_cell(scene: Scene) -> float:
     Returns:
         Metres.
     """
-    largest = _wavelength_to_resolve(scene, dielectric_slabs(scene)) / CELLS_PER_WAVELENGTH
-    digits = 1 - math.floor(math.log10(largest))
-    return round(math.floor(largest * 10**digits) / 10**digits, digits)
+    return two_digits_down(_wavelength_to_resolve(scene, dielectric_slabs(scene)) / CELLS_PER_WAVELENGTH)
+
+
+def two_digits_down(value: float) -> float:
+    """A positive number, rounded down to two digits.
+
+    >>> two_digits_down(0.02345)
+    0.023
+    """
+    digits = 1 - math.floor(math.log10(value))
+    return round(math.floor(value * 10**digits) / 10**digits, digits)
+
+
+def coarsest_cell(scene: Scene) -> float:
+    """The largest cell that ``plan`` takes for a scene, metres."""
+    waves = _wavelength_to_resolve(scene, dielectric_slabs(scene)) / FEWEST_CELLS_PER_WAVELENGTH
+    elements = element_positions(scene.gateway, scene.wavelength)
+    return min([waves, *(each / SOURCE_REACH for each in _to_conductors(elements, conducting_triangles(scene)))])
 
 
 def _wavelength_to_resolve(scene: Scene, objects: list[Slabs]) -> float:
@@ -130,7 +152,13 @@ def _wavelength_to_resolve(scene: Scene, objects: list[Slabs]) -> float:
     return scene.wavelength / max([*indices, CELLS_PER_WAVELENGTH_IN_AIR / CELLS_PER_WAVELENGTH])
 
 
-def plan(scene: Scene, region: Float[np.ndarray, "2 3"], cell: float, band: Band | None = None) -> Plan:
+def plan(
+    scene: Scene,
+    region: Float[np.ndarray, "2 3"],
+    cell: float,
+    band: Band | None = None,
+    further: Sequence[Scene] = (),
+) -> Plan:
     """Choose the cells and the number of time steps for a scene.
 
     Args:
@@ -138,13 +166,16 @@ def plan(scene: Scene, region: Float[np.ndarray, "2 3"], cell: float, band: Band
         region: lowest and highest corner of the box in which responses are wanted, metres.
         cell: side of the cells, metres, for example ``default_cell``.
         band: subcarriers at which responses are also wanted. None: only at the carrier.
+        further: the scene at further frequencies at which responses are wanted, instead of a band.
 
     Raises:
         ParameterError: the cells are too large for the wavelengths in the scene's materials and in air, larger than
             half the distance of an element from a conductor, or so small that there are more than ``CELLS_MOST``.
     """
     slabs, conductors = dielectric_slabs(scene), conducting_triangles(scene)
-    largest = _wavelength_to_resolve(scene, slabs) / FEWEST_CELLS_PER_WAVELENGTH
+    shortest = min([scene, *further], key=lambda each: each.wavelength)
+    to_resolve = slabs if shortest is scene else dielectric_slabs(shortest)
+    largest = _wavelength_to_resolve(shortest, to_resolve) / FEWEST_CELLS_PER_WAVELENGTH
     if cell > largest:
         raise ParameterError(
             "cell", f"expected at most {largest:.3g} m, for wavelengths in these materials and in air, found {cell}"
@@ -166,10 +197,13 @@ def plan(scene: Scene, region: Float[np.ndarray, "2 3"], cell: float, band: Band
     box = np.stack([np.floor((region[0] - origin) / cell) - MARGIN, np.ceil((region[1] - origin) / cell) + MARGIN])
     frequency = numerical_frequency(scene.wavelength, cell)
     crossing = 2 * float(np.linalg.norm(inner[1] - inner[0])) / SPEED_OF_LIGHT
-    rise = RISE / frequency if band is None else Pulse(frequency).duration
+    rise = RISE / frequency if band is None and not further else Pulse(frequency).duration
     earliest = rise + crossing
     steps = math.ceil((earliest + _decay_time(scene, slabs, conductors)) / grid.time_step)
     solved = None if band is None else _band_plan(band, scene.frequency, steps * grid.time_step)
+    if further:
+        others = np.array([each.frequency for each in further])
+        solved = BandPlan(others, others, 0.0, 1 + len(others))
     return Plan(grid, frequency, steps, box.astype(int), math.ceil(earliest / grid.time_step), solved)
 
 
@@ -184,15 +218,22 @@ def _check_distance(
     elements: Float[np.ndarray, "elements 3"], conductors: Float[np.ndarray, "n 3 3"], cell: float
 ) -> None:
     """Refuse a source that would be spread over conducting edges or both sides of a sheet, and so radiate wrongly."""
-    for number, element in enumerate(elements):
-        nearest = trimesh.triangles.closest_point(conductors, np.tile(element, (len(conductors), 1)))
-        distance = float(np.linalg.norm(nearest - element, axis=1).min(initial=np.inf))
+    for number, distance in enumerate(_to_conductors(elements, conductors)):
         if distance < SOURCE_REACH * cell:
             raise ParameterError(
                 "cell",
                 f"expected at most {distance / SOURCE_REACH:.3g} m, since element {number + 1} is {distance:.3g} m "
                 f"from a conductor, found {cell}",
             )
+
+
+def _to_conductors(
+    elements: Float[np.ndarray, "elements 3"], conductors: Float[np.ndarray, "n 3 3"]
+) -> Iterator[float]:
+    """The distance of each element from the nearest conductor, metres."""
+    for element in elements:
+        nearest = trimesh.triangles.closest_point(conductors, np.tile(element, (len(conductors), 1)))
+        yield float(np.linalg.norm(nearest - element, axis=1).min(initial=np.inf))
 
 
 def _behind(slabs: Slabs) -> Float[np.ndarray, "n 3"]:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 from rich.progress import Progress
 
-from scenes.scene.description import Scene
+from scenes.scene.description import SPEED_OF_LIGHT, Scene
 from simulate.fullwave import OURS
 from simulate.fullwave.all_elements import stored_field
 from simulate.fullwave.memory import memory_of_runs, runs_at_once
@@ -70,7 +70,8 @@ def description(scene: Scene, planned: Plan, at_once: int | None) -> str:
         at_once: number of runs of our solver at a time on this machine. None if they run elsewhere; then the sentence
             does not tell their cost.
     """
-    cell, wavelength = planned.grid.cell, scene.wavelength
+    further = [] if planned.band is None else planned.band.solved.tolist()
+    cell, wavelength = planned.grid.cell, SPEED_OF_LIGHT / max([scene.frequency, *further])
     coarser = 1.25 * cell
     diagonal = float(np.linalg.norm(np.diff(scene.extent, axis=0)))
     count = scene.gateway.count

@@ -14,7 +14,6 @@ from scipy.interpolate import NdBSpline, make_interp_spline
 from scenes.files.errors import InputError
 from scenes.files.input_file import MEGABYTE
 from scenes.files.npz_file import Expected, read_npz, write_arrays
-from scenes.scene.description import Scene
 from simulate.spectra.band import Band
 from simulate.spectra.band_interpolation import interpolated
 
@@ -39,11 +38,12 @@ MARGIN = 6 + LOST
 
 @dataclass(frozen=True)
 class FieldBand:
-    """Element responses on the lattice over a band.
+    """Element responses on the lattice over a band, or at single further frequencies.
 
     Attributes:
         solved: frequencies at which they are known, Hz.
-        frequencies: frequencies of the subcarriers, to which they are interpolated, Hz.
+        frequencies: frequencies of the subcarriers, to which they are interpolated, Hz; single ones are those of
+            ``solved``.
         delay: a typical delay, seconds, which is taken out before the interpolation.
         values: element responses at the points.
     """
@@ -119,10 +119,6 @@ class StoredField:
         found = np.stack([splines(places) for splines in self._band_splines], axis=-1)
         return interpolated(known.solved, found, known.frequencies, known.delay).astype(np.complex64)
 
-    def at_frequency(self, scene: Scene) -> StoredField:
-        """Not possible: every frequency needs a run of its own."""
-        raise NotImplementedError
-
     def _places(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K 3"]:
         """Positions in units of the spacing from the origin.
 
@@ -164,6 +160,22 @@ class StoredField:
         return replace(
             coarse, interpolation_error_db=10 * np.log10(least / np.square(np.abs(truth)).sum(axis=1).mean())
         )
+
+    def by_frequency(self, own: float) -> dict[float, StoredField]:
+        """The field at each single frequency of a run.
+
+        Args:
+            own: frequency of ``values``, Hz. Those of ``band`` are known.
+
+        Returns:
+            The frequencies, Hz, and the fields.
+        """
+        found = {own: replace(self, band=None)}
+        for frequency, values in () if self.band is None else zip(self.band.solved, self.band.values, strict=True):
+            there = replace(found[own], values=values)
+            error = there.thinned(2).interpolation_error_db
+            found[float(frequency)] = replace(there, interpolation_error_db=error)
+        return found
 
     def write(self, path: Path) -> None:
         """Write to an npz archive."""

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from jaxtyping import Complex, Float, Int
 
 from simulate.dataset.dataset_writer import encode_picture, encode_power
-from simulate.engines.engine import ResponseSource
+from simulate.engines.engine import BandSource, ResponseSource
 from simulate.generation.request import Request
 from simulate.spectra.beamformer import Beamformer
 from simulate.spectra.element_array import array_of
@@ -65,7 +66,10 @@ def _part_of_one_frequency(
     numbers: Int[np.ndarray, " n"],
     positions: Float[np.ndarray, "n 3"],
 ) -> Part:
-    ideal = source.responses(positions) if request.band is None else source.band_responses(positions, request.band)
+    if request.band is None:
+        ideal = source.responses(positions)
+    else:
+        ideal = cast(BandSource, source).band_responses(positions, request.band)
     measured = request.measurement.apply(ideal, numbers, request.measurement_seed)
     responses = measured if request.band is None else measured[..., request.band.carrier]
     beamformer = Beamformer(array_of(request.scenes[which].gateway, request.scenes[which].frequency), request.grid)

@@ -169,13 +169,13 @@ def _make_parts(
     if not todo and not engine.keeps_source:
         return
     with progress_bar() as progress:
-        source = engine.source(request.setting, parts.folder, machines, progress)
+        sources = engine.sources(request.setting, parts.folder, machines, progress)
         bar = progress.add_task("spectra", total=len(parts.names), completed=sum(map(len, kept.values())))
         if engine.spreads_parts and machines != Machines():
-            made = parts_of_workers(request, engine.sent(source), todo, PART, machines)
+            made = parts_of_workers(request, engine.sent(sources), todo, PART, machines)
         else:
-            sources = request.sources(source)
-            made = ((start, make_part(request, sources, start, PART)) for start in todo)
+            of_array = request.of_array(sources)
+            made = ((start, make_part(request, of_array, start, PART)) for start in todo)
         for start, part in made:
             parts.write(start, part)
             kept[start] = part.responses

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import cast
 
 import numpy as np
 from jaxtyping import Complex, Float
 
-from scenes.scene.description import Scene
-from simulate.engines.engine import ResponseSource
-from simulate.generation.reciprocal import reciprocal
+from simulate.engines.engine import BandSource, ResponseSource
 from simulate.spectra.band import Band
 
 
@@ -35,12 +34,8 @@ class AtElements:
         self, positions: Float[np.ndarray, "K 3"], band: Band
     ) -> Complex[np.ndarray, "K elements subcarriers"]:
         """Element responses at all subcarriers with the array at each position, metres, world frame."""
-        found = self.source.band_responses(self._places(positions), band)
+        found = cast(BandSource, self.source).band_responses(self._places(positions), band)
         return found.reshape(len(positions), len(self.offsets), -1)
-
-    def at_frequency(self, scene: Scene) -> AtElements:
-        """The same at another frequency, for the scene as it is described there."""
-        return AtElements(self.source.at_frequency(reciprocal(scene)), self.offsets)
 
     def _places(self, positions: Float[np.ndarray, "K 3"]) -> Float[np.ndarray, "K*elements 3"]:
         return (positions[:, None] + self.offsets).reshape(-1, 3)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import cached_property
 from importlib.metadata import version
@@ -26,6 +27,7 @@ from simulate.engines.engine_table import engine_of
 from simulate.engines.rays_engine import Rays, seed_of_rays
 from simulate.generation.moving_receiver import AtElements
 from simulate.generation.reciprocal import element_offsets, reciprocal
+from simulate.generation.same_array import with_same_array
 from simulate.positions.given_positions import read_points
 from simulate.positions.placement import AT_IT
 from simulate.spectra.angular_grid import AngularGrid
@@ -88,27 +90,13 @@ class Request:
         """The scene at each frequency, with an array of the same size in metres."""
         if not self.frequencies:
             return [self.scene]
-        scenes = [self.scene.at_frequency(frequency) for frequency in self.frequencies]
-        own = self.scene.gateway
-        if own.elements is not None:  # their positions are in metres
-            return scenes
-        spacings = [own.spacing * each.frequency / self.scene.frequency for each in scenes]
-        return [
-            dataclasses.replace(each, gateway=dataclasses.replace(own, spacing=spacing))
-            for each, spacing in zip(scenes, spacings, strict=True)
-        ]
+        return [with_same_array(self.scene, frequency) for frequency in self.frequencies]
 
-    def sources(self, first: ResponseSource) -> list[ResponseSource]:
-        """What computes the responses at each frequency.
-
-        Args:
-            first: what the engine's ``source`` returned, at the first frequency.
-        """
-        scenes = self.scenes[1:]
+    def of_array(self, sources: Sequence[ResponseSource]) -> list[ResponseSource]:
+        """What computes the responses of the array at each frequency, from what the engine's ``sources`` returned."""
         if self.moving == "transmitter":
-            return [first, *(first.at_frequency(scene) for scene in scenes)]
-        every = [first, *(first.at_frequency(reciprocal(scene)) for scene in scenes)]
-        return [AtElements(each, self.offsets) for each in every]
+            return list(sources)
+        return [AtElements(each, self.offsets) for each in sources]
 
     @property
     def offsets(self) -> Float[np.ndarray, "antennas 3"]:
@@ -129,11 +117,11 @@ class Request:
 
     @property
     def setting(self) -> Setting:
-        """Scene, region and seed for the engine. The region includes that of the scene and all positions."""
-        scene = self.scenes[0] if self.moving == "transmitter" else reciprocal(self.scenes[0])
+        """Scenes, region and seed for the engine. The region includes that of the scene and all positions."""
+        scene, *further = self.scenes if self.moving == "transmitter" else map(reciprocal, self.scenes)
         antennas = (self.positions[:, None] + self.offsets).reshape(-1, 3)
         region = bounding_box(np.vstack([scene.transmitter.region, antennas]))
-        return Setting(scene, region, self.seed, self.band)
+        return Setting(scene, region, self.seed, self.band, tuple(further))
 
     def metadata(self) -> dict[str, Any]:
         """Content of metadata.json: everything that the content of the folder depends on."""

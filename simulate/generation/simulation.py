@@ -17,7 +17,6 @@ from scenes.storage.scene_yaml import load_scene
 from simulate.dataset.dataset_folder import Dataset, read_dataset
 from simulate.engines.engine import Engine, Machines
 from simulate.engines.engine_table import ENGINES, engine_class
-from simulate.engines.fullwave_engine import FullWave
 from simulate.engines.rays_engine import Rays
 from simulate.generation.generate import generate
 from simulate.generation.reciprocal import element_offsets
@@ -153,7 +152,7 @@ def request_for(scene: Scene | str | Path, content: Simulation, engine: Engine, 
     """
     if not isinstance(scene, Scene) and Path(scene).is_dir():
         request = read_request(Path(scene))
-        return replace(request, engine=engine.again(request.engine).for_scene(request.scene))
+        return replace(request, engine=engine.again(request.engine).for_scene(request.scene, request.frequencies))
     if isinstance(scene, Scene):
         validate(scene, scene.name)
     else:
@@ -163,8 +162,10 @@ def request_for(scene: Scene | str | Path, content: Simulation, engine: Engine, 
             f"{scene.name}: expected a scene of one gateway, found {len(scene.by_gateway())}; simulate each scene of "
             "scene.by_gateway() into a folder of its own"
         )
-    if content.hertz and isinstance(engine, FullWave):
-        raise ParameterError("frequencies", "expected none in full wave; simulate each frequency into its own folder")
+    if len(content.hertz) > 1 and not engine.knows_frequencies:
+        raise ParameterError("frequencies", f"expected one frequency with the engine {engine.name}, found several")
+    if content.band is not None and not engine.knows_bands:
+        raise ParameterError("bandwidth", f"expected none with the engine {engine.name}, found one")
     if content.band is not None and isinstance(engine, Rays) and engine.propagation.sionna:
         raise ParameterError("bandwidth", "expected none with Sionna's path solver (sionna), found one")
     if content.band is not None:
@@ -179,7 +180,7 @@ def request_for(scene: Scene | str | Path, content: Simulation, engine: Engine, 
         scene=scene,
         positions=points,
         placement=how,
-        engine=engine.for_scene(scene),
+        engine=engine.for_scene(scene, content.hertz),
         seed=content.seed,
         measurement=content.measurement,
         measurement_seed=measurement_seed,

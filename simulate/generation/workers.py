@@ -22,7 +22,7 @@ def parts_of_workers(
 
     Args:
         request: the dataset to make.
-        sent: what the workers need of the engine's source, from ``Engine.sent``.
+        sent: what the workers need of the engine's sources, from ``Engine.sent``.
         starts: first positions of the parts to make.
         size: number of positions in a part.
         machines: number of parts to make at a time, by default one for each machine, and address of the cluster.
@@ -56,7 +56,7 @@ def _make_part(shared: tuple[Request, Any, str], threads: int, start: int, size:
     request, sent, name = shared
     if name not in _sources:
         _sources.clear()
-        _sources[name] = request.sources(request.engine.received(request.setting, sent, threads))
+        _sources[name] = request.of_array(request.engine.received(request.setting, sent, threads))
     return make_part(request, _sources[name], start, size)
 
 

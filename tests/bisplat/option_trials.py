@@ -119,6 +119,7 @@ TRIALS: dict[str, list[Trial]] = {
             "simulate rough/scene.yaml -o out", ["--no-diffraction", "--workers 2", "--ray localhost:6379"], REQUEST
         ),
         *_trials("simulate closet -o out", ["--engine fullwave"], REQUEST),
+        *_trials("simulate closet -o out --engine fullwave", ["--frequencies 915MHz 925MHz"], REQUEST),
         *_trials("simulate closet -o out --engine fullwave", [f"--field {FIELD}", "--cell 0.05", "--gpu"], REQUEST),
     ],
     "train": [

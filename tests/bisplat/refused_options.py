@@ -60,7 +60,7 @@ REFUSED: dict[str, str] = {
     "simulate closet -o out --bandwidth 20MHz --subcarriers 64 --sionna": "--bandwidth: expected none with Sionna's",
     "simulate closet -o out --bandwidth 20MHz --subcarriers 64 --frequencies 1GHz": "--bandwidth: expected no band",
     "simulate closet -o out --frequencies 1GHz 1GHz": "--frequencies: expected different frequencies, found",
-    "simulate closet -o out --frequencies 1GHz --engine fullwave": "--frequencies: expected none in full wave",
+    f"{SOLVED} --frequencies 2.4GHz": f"{FIELD}: expected a field at 2400 MHz, found one at 915 MHz",
     "simulate data -o out --moving receiver": f"--moving: {AGAIN}",
     "simulate closet -o out --field data": "--field: expected the engine fullwave, found rays",
     "simulate closet -o out --no-gpu": "--no-gpu: expected the engine fullwave, found rays",

@@ -76,6 +76,11 @@ def test_line_of_sight_is_the_field_in_free_space(full_wave, tmp_path):
     assert (tmp_path / "report" / "engines_map.png").stat().st_size > 10_000
 
 
+def test_rays_are_traced_at_the_frequency_of_the_dataset(floor_scene, tmp_path):
+    folder = simulate(floor_scene, tmp_path / "data", n=8, engine="fullwave", cell=0.03, frequencies=(1e9,)).folder
+    assert compare_engines(folder, LINE_OF_SIGHT, 8).correlation.min() > 0.999
+
+
 def test_reflection_that_the_field_lacks_is_seen(full_wave):
     without = compare_engines(full_wave.folder, LINE_OF_SIGHT, 20).metrics()
     with_floor = compare_engines(

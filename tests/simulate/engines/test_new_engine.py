@@ -92,6 +92,14 @@ def test_its_part_of_metadata_is_checked(known, tmp_path):
         ({"loss": 3}, "loss: expected none, or the engine freespace, found 3 for rays"),
         ({"engine": "freespace", "loss": -1}, "loss: expected a loss in dB from 0 to 100, found -1"),
         ({"engine": FreeSpace(), "cell": 0.1}, "cell: expected it as an argument of the engine, found 0.1"),
+        (
+            {"engine": FreeSpace(), "frequencies": (1e9, 2e9)},
+            "frequencies: expected one .* engine freespace, found several",
+        ),
+        (
+            {"engine": FreeSpace(), "bandwidth": 2e7, "subcarriers": 4},
+            "bandwidth: expected none with the engine freespace",
+        ),
         ({"engine": "freespace", "lost": 3}, "lost: expected the name of an option, found 'lost'"),
     ],
 )
@@ -99,6 +107,13 @@ def test_options_that_do_not_fit_are_refused(known, tmp_path, options, sentence)
     with pytest.raises(ParameterError, match=sentence):
         simulate("closet", tmp_path / "data", n=4, **options)
     assert not list(tmp_path.iterdir())
+
+
+def test_it_takes_another_frequency_and_an_array_that_moves(known, tmp_path):
+    """One frequency at a time; with several, or with a band, it is refused above."""
+    scene = bisplat.load_scene("closet")
+    made = simulate(scene, tmp_path / "a", n=4, engine=FreeSpace(), frequencies=("2.4 GHz",), moving="receiver")
+    assert made.frequency.hertz == 2.4e9 and made.responses.shape == (4, 16)
 
 
 def test_an_option_stands_in_signature_and_docstring():

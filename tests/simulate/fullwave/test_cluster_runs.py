@@ -35,14 +35,19 @@ def scene() -> Scene:
     return Scene("small", 915e6, gateway, region, (floor,), p2040_materials(["concrete"], 915e6))
 
 
-def test_cluster_and_threads_leave_the_same_field(scene, address, tmp_path):
-    planned = plan(scene, scene.transmitter.region, 0.03)
+@pytest.mark.parametrize("further", [(), (925e6,)])
+def test_cluster_and_threads_leave_the_same_field(scene, address, tmp_path, further):
+    others = [scene.at_frequency(each) for each in further]
+    planned = plan(scene, scene.transmitter.region, 0.03, further=others)
     here = stored_field(scene, planned, tmp_path / "here", at_once=1)
     beside = stored_field(scene, planned, tmp_path / "beside", at_once=2)
     reported: list[tuple[int, int]] = []
     there = stored_field(scene, planned, tmp_path / "there", ray=address, report=lambda *each: reported.append(each))
     assert np.array_equal(here.values, there.values) and np.array_equal(here.values, beside.values)
     assert sorted(number for number, _ in reported) == [0, 1]
+    assert (here.band is None) == (not further)
+    if here.band is not None and there.band is not None:
+        assert np.array_equal(here.band.values, there.band.values)
 
 
 def test_failure_in_the_cluster_is_one_sentence(scene, address, tmp_path):

@@ -20,7 +20,7 @@ from scenes.scene.permittivity import VACUUM_PERMEABILITY
 from scenes.scene.shapes import sheet
 from scenes.storage.scene_yaml import write_scene
 from simulate.dataset.dataset_folder import read_dataset
-from simulate.engines.fullwave_engine import FIELD
+from simulate.engines.field_folder import FIELD
 from simulate.fullwave import all_elements, element_fields, gprmax, solver_runs
 from simulate.fullwave.dipole import GAIN, free_space_response
 from simulate.fullwave.solver import SourceField

@@ -123,6 +123,12 @@ def test_frequency_that_a_folder_lacks_is_refused(of_three, over_band):
         read_dataset(of_three, 2.4)
 
 
+def test_folder_of_one_frequency_needs_no_choice(scene, tmp_path):
+    made = simulate(scene, tmp_path, 4, propagation=SIGHT, frequencies=("2 GHz",))
+    assert read_dataset(tmp_path).frequency.hertz == 2e9 and read_dataset(tmp_path).array == made.array
+    assert check(tmp_path).valid
+
+
 def test_check_tells_of_several_frequencies(of_three):
     found = check(of_three)
     assert found.valid and any("915 MHz, 1 GHz, 2.4 GHz" in each for each in found.warnings)
