@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 
 import bisplat
+from scenes.checks.array_clearance import element_positions
 from scenes.files.errors import InputError
 from simulate.exchange.recorded_dataset import record
 from simulate.exchange.recording import Recording
-from tests.simulate.exchange.test_recorded_dataset import GATEWAY, PLACES, RIGHT, recorded, same
+from tests.simulate.exchange.test_recorded_dataset import GATEWAY, PLACES, RIGHT, WAVELENGTH, recorded, same
 
 MAGNITUDE, PHASE = np.abs(RIGHT), np.angle(RIGHT)
 
@@ -100,6 +101,16 @@ def test_a_stated_unit_is_believed(tmp_path):
 def test_what_cannot_be_right_is_refused(tmp_path, arrays, message):
     with pytest.raises(InputError, match=message):
         recorded(tmp_path, **arrays)
+
+
+def test_rows_of_other_positions_do_not_tell_the_order(tmp_path):
+    """All strongest directions are one, near those of all transmitters, whichever row they are of."""
+    places = np.column_stack([np.full(40, 4.0), 3.0 + PLACES[:, 1] / 1.5, 0.7 + np.zeros(40)])
+    towards = np.array([3.5, 3.0, -0.8]) / np.linalg.norm([3.5, 3.0, -0.8])
+    elements = element_positions(GATEWAY, WAVELENGTH) - np.array(GATEWAY.position)
+    one = np.exp(2j * np.pi * elements @ towards / WAVELENGTH)
+    _, said = recorded(tmp_path, pos=places, H=np.tile(one, (40, 1)))
+    assert "The strongest directions do not tell whether that is right" in said
 
 
 def test_fingerprints_without_phases(tmp_path):
