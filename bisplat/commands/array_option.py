@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from scenes.files.errors import InputError, ParameterError
+from scenes.files.errors import InputError, ParameterError, shown
 
 
 def array_option(text: str) -> dict[str, Any]:
@@ -31,6 +31,9 @@ def array_option(text: str) -> dict[str, Any]:
 
     path = Path(text)
     if path.suffix.lower() != ".csv":
+        if path.is_file():
+            expected = "a file of element positions whose name ends in .csv, with the header x,y,z, in metres"
+            raise ParameterError("array", f"expected {expected}, found {shown(text)}")
         try:
             rows, columns, spacing = read_array(text)
         except ParameterError as error:

@@ -49,8 +49,8 @@ def check(
 ) -> None:
     """Check and describe a dataset folder.
 
-    The folder holds spectra, or received powers (RSSI). The command also warns if test spectra lie too close to known
-    spectra. The exit status is 1 if the folder is invalid.
+    The folder holds spectra, received powers (RSSI) or channels (CSI). The command also warns if test spectra lie too
+    close to known spectra. The exit status is 1 if the folder is invalid.
 
     Args:
         dataset: the dataset folder.
@@ -60,6 +60,7 @@ def check(
         json: print the result as JSON.
     """
     from learn.evaluation.check import check as check_folder
+    from simulate.csi.csi_check import CsiCheck
     from simulate.rssi.rssi_check import RssiCheck
 
     if split is None:
@@ -67,7 +68,7 @@ def check(
     found = check_folder(dataset, split, guard, seed)
     if json:
         common = {"problems": found.problems, "warnings": found.warnings}
-        if isinstance(found, RssiCheck):
+        if isinstance(found, RssiCheck | CsiCheck):
             result = {"valid": found.valid, **common, **found.figures()}
         else:
             result = {

@@ -19,10 +19,11 @@ from learn.expectation.mean_spacing import Spacing
 from scenes.files.errors import InputError, ParameterError, require_path, require_seed, require_within, require_word
 from scenes.scene.description import boresight_of
 from scenes.scene.shapes import bounding_box
+from simulate.csi.csi_check import CsiCheck, check_csi
 from simulate.dataset.bearings import bearing_of
 from simulate.dataset.dataset_folder import Dataset, inspect
 from simulate.dataset.dataset_frequency import named, several_frequencies
-from simulate.dataset.rssi_folder import is_rssi, not_spectra
+from simulate.dataset.folder_kinds import is_rssi, not_spectra
 from simulate.rssi.rssi_check import RssiCheck, check_rssi
 from simulate.spectra.array import Array, PlanarArray
 from simulate.spectra.band import Band
@@ -172,10 +173,13 @@ class Check:
         }
 
 
-def check(folder: Path | str, split: SplitKind | None = None, guard: float = 0.0, seed: int = 0) -> Check | RssiCheck:
+def check(
+    folder: Path | str, split: SplitKind | None = None, guard: float = 0.0, seed: int = 0
+) -> Check | RssiCheck | CsiCheck:
     """Check a NeRF² dataset folder, and whether its own split, or another one, leaks.
 
-    An invalid folder raises no error; the result lists its faults. A folder of received powers (RSSI) is checked, too.
+    An invalid folder raises no error; the result lists its faults. Folders of received powers (RSSI) and of channels
+    (CSI) are checked, too.
 
     Args:
         folder: the dataset's folder.
@@ -184,10 +188,12 @@ def check(folder: Path | str, split: SplitKind | None = None, guard: float = 0.0
         seed: seed of ``split``.
 
     Returns:
-        All problems and warnings, and a description of the dataset; an ``RssiCheck`` of received powers.
+        All problems and warnings, and a description of the dataset; an ``RssiCheck`` of received powers, a
+        ``CsiCheck`` of channels.
 
     Raises:
-        InputError: the dataset has too few spectra for ``split`` and ``guard``, or has received powers instead.
+        InputError: the dataset has too few spectra for ``split`` and ``guard``, or has received powers or channels
+            instead.
         ParameterError: no split has this name; the guard or the seed is out of its range; or one is given without a
             split.
 
@@ -208,10 +214,10 @@ def check(folder: Path | str, split: SplitKind | None = None, guard: float = 0.0
     for name, value in (("guard", guard), ("seed", seed)):
         if value and split is None:
             raise ParameterError(name, f"expected a split beside it, found {value:g}")
-    if is_rssi(Path(folder)):
+    if other := not_spectra(Path(folder)):
         if split is not None:
-            raise InputError(not_spectra(Path(folder)))
-        return check_rssi(Path(folder))
+            raise InputError(other)
+        return check_rssi(Path(folder)) if is_rssi(Path(folder)) else check_csi(Path(folder))
     several = several_frequencies(Path(folder))
     inspection = inspect(Path(folder), several[0] if several else None)
     dataset = inspection.dataset

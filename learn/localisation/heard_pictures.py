@@ -21,8 +21,8 @@ from scenes.files.errors import InputError
 from scenes.files.plain_text import say
 from simulate.dataset.dataset_frequency import frequency_of
 from simulate.dataset.dataset_reader import read_gateway, read_metadata
+from simulate.dataset.folder_kinds import not_spectra
 from simulate.dataset.picture_files import read_all
-from simulate.dataset.rssi_folder import is_rssi, not_spectra
 from simulate.spectra.identification import EXPLAINED, can_fit, examined, stated_array, stated_grid
 from simulate.spectra.lags import fit_lags
 
@@ -43,8 +43,8 @@ def heard_pictures(folder: Path, run: Run) -> tuple[list[str], UInt8[np.ndarray,
         InputError: the folder has no pictures, or some cannot be read; or its metadata.json or gateway_info.yml states
             another array, grid or frequency than that of the run, or another gateway than that of its dataset.
     """
-    if is_rssi(folder):
-        raise InputError(not_spectra(folder))
+    if other := not_spectra(folder):
+        raise InputError(other)
     names, pictures = read_all(folder / "spectrum" if (folder / "spectrum").is_dir() else folder)
     _check_metadata(folder, names, pictures, run)
     _check_gateway(folder, run)

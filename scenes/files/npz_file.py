@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
+from typing import IO
 
 import numpy as np
 
@@ -81,6 +82,29 @@ def read_npz(path: Path, what: str, arrays: Mapping[str, Expected], limit: int) 
         raise InputError(f"{path}: expected {what}, found a damaged file ({reason(error)})") from error
 
 
+def read_npy(path: Path, expected: Expected, limit: int) -> np.ndarray:
+    """Read an array of a .npy file.
+
+    Args:
+        path: the file.
+        expected: requirements for the array.
+        limit: largest size of the file, bytes.
+
+    Raises:
+        InputError: the file is not a regular file or is too large, or is not an array of this kind and shape.
+    """
+    require_regular(path, expected.what, limit)
+    try:
+        with path.open("rb") as file:
+            _check_header(str(path), file, path.stat().st_size, expected)
+            file.seek(0)
+            return np.lib.format.read_array(file, allow_pickle=False)
+    except InputError:
+        raise
+    except Exception as error:  # NumPy raises many kinds of errors for damaged files
+        raise InputError(f"{path}: expected {expected.what}, found a damaged file ({reason(error)})") from error
+
+
 def _members(path: Path, what: str, archive: zipfile.ZipFile) -> dict[str, zipfile.ZipInfo]:
     """List the members of an archive by the names of their arrays."""
     every = archive.infolist()
@@ -108,17 +132,22 @@ def _check(
             f"{where}: expected at most {limit / MEGABYTE:g} MB, found {member.file_size / MEGABYTE:.4g} MB"
         )
     with archive.open(member) as file:
-        version = np.lib.format.read_magic(file)
-        if version != (1, 0):  # later versions allow long headers, which arrays of plain numbers do not need
-            raise InputError(f"{where}: expected version 1.0 of NumPy's format, found {version[0]}.{version[1]}")
-        shape, _, dtype = np.lib.format.read_array_header_1_0(file)
-        size = member.file_size - file.tell()
+        _check_header(where, file, member.file_size, expected)
+
+
+def _check_header(where: str, file: IO[bytes], length: int, expected: Expected) -> None:
+    """Check the header of an array in NumPy's format, of which the whole has so many bytes."""
+    version = np.lib.format.read_magic(file)
+    if version != (1, 0):  # later versions allow long headers, which arrays of plain numbers do not need
+        raise InputError(f"{where}: expected version 1.0 of NumPy's format, found {version[0]}.{version[1]}")
+    shape, _, dtype = np.lib.format.read_array_header_1_0(file)
+    size = length - file.tell()
     if not expected.allows(dtype, shape):
         kind = KINDS[expected.kind]
         raise InputError(f"{where}: expected {expected.what} ({kind}), found shape {shape} of {dtype}")
     count = 1
-    for length in shape:  # np.prod would overflow at 64 bits
-        count *= length
+    for each in shape:  # np.prod would overflow at 64 bits
+        count *= each
     if min(shape, default=0) < 0 or count * dtype.itemsize != size:
         raise InputError(f"{where}: expected a shape that fits its {size} bytes, found {shape} of {dtype}")
 

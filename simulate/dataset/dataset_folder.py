@@ -20,13 +20,13 @@ from scenes.files.plain_text import say
 from scenes.scene.frequency import read_frequency
 from simulate.dataset.dataset_frequency import Frequency, frequency_of
 from simulate.dataset.dataset_reader import read_gateway, read_metadata
+from simulate.dataset.folder_kinds import not_spectra
 from simulate.dataset.index_files import read_split
 from simulate.dataset.metadata import band_of
 from simulate.dataset.moving import Moving
 from simulate.dataset.oddities import oddities
 from simulate.dataset.picture_files import read_pictures
 from simulate.dataset.responses_file import check_responses, read_responses
-from simulate.dataset.rssi_folder import is_rssi, not_spectra
 from simulate.positions.given_positions import read_points
 from simulate.spectra.angular_grid import AngularGrid
 from simulate.spectra.array import Array, PlanarArray
@@ -266,8 +266,8 @@ def inspect(folder: Path, wanted: float | None = None) -> Inspection:
     warnings: list[str] = []
     if not folder.is_dir():
         return Inspection([f"{folder}: expected a dataset folder, found {what_is_at(folder)}"], [], None)
-    if is_rssi(folder):
-        return Inspection([not_spectra(folder)], [], None)
+    if other := not_spectra(folder):
+        return Inspection([other], [], None)
 
     positions = None
     try:

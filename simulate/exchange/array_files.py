@@ -29,6 +29,8 @@ DECIMAL_COMMA = re.compile(r"[-+]?\d+,\d+([eE][-+]?\d+)?")
 COMPLEX_PAIR = re.compile(
     r"(?P<stem>.*?)[ _.\-]?(?P<part>re|real|im|imag|imaginary)[ _.\-]?(?P<end>\d*)", re.IGNORECASE
 )
+PART_FIRST = re.compile(r"(?P<part>re|real|im|imag|imaginary)(?:[ _.\-](?P<stem>.+)|\((?P<inside>.+)\))", re.IGNORECASE)
+"""Names of the parts of a complex number in a table: such as h1_re, re1, real_h1 and Re(h1)."""
 
 Arrays = dict[str, np.ndarray]
 
@@ -162,10 +164,12 @@ def _with_complex(columns: Arrays) -> Arrays:
     """Columns, with the pairs of a real and an imaginary part as one."""
     found: dict[tuple[str, str], dict[str, str]] = {}
     for name in columns:
-        match = COMPLEX_PAIR.fullmatch(name)
+        first, last = PART_FIRST.fullmatch(name), COMPLEX_PAIR.fullmatch(name)
+        match = last or first
         if match:
             part = "real" if match["part"].lower().startswith("re") else "imaginary"
-            found.setdefault((match["stem"].lower(), match["end"]), {})[part] = name
+            key = (last["stem"], last["end"]) if last else (match["stem"] or match["inside"], "")
+            found.setdefault((key[0].lower(), key[1]), {})[part] = name
     pairs = {key: parts for key, parts in found.items() if len(parts) == 2}
     replaced = {parts["real"]: (key, parts["imaginary"]) for key, parts in pairs.items()}
     dropped = {parts["imaginary"] for parts in pairs.values()}

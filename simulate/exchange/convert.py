@@ -25,8 +25,8 @@ from simulate.dataset.dataset_folder import Dataset, inspect, read_dataset
 from simulate.dataset.dataset_frequency import Frequency, named, several_frequencies
 from simulate.dataset.dataset_reader import read_gateway, read_metadata
 from simulate.dataset.dataset_writer import encode_picture, write_index, write_metadata, write_positions
+from simulate.dataset.folder_kinds import not_spectra
 from simulate.dataset.picture_files import picture_files
-from simulate.dataset.rssi_folder import is_rssi, not_spectra
 from simulate.exchange.conversion import Conversion, require_valid
 from simulate.exchange.foreign_indices import read_indices
 from simulate.exchange.foreign_pictures import Survey, grid_of, read_in_size, survey
@@ -99,8 +99,8 @@ def _one_frequency(source: Path, output: Path, frequency: float | str, several: 
 
 def _convert(source: Path, output: Path, conversion: Conversion) -> list[str]:
     """Convert into an empty folder."""
-    if is_rssi(source):
-        raise InputError(not_spectra(source))
+    if other := not_spectra(source):
+        raise InputError(other)
     metadata = _metadata(source / "metadata.json")
     gateway = _gateway(source / "gateway_info.yml")
     positions = read_points(source / "tx_pos.csv")

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
+from importlib.metadata import version
 from io import BytesIO
 from os import PathLike
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -13,11 +16,9 @@ from scenes.files.atomic import write_atomically
 from scenes.files.errors import InputError, require_flag, require_instance, require_path
 from scenes.files.output_folder import new_folder
 from scenes.files.plain_text import say
+from simulate.csi.csi_dataset import OF_EACH
 from simulate.dataset.dataset_folder import Dataset, read_dataset
-from simulate.dataset.dataset_writer import write_index, write_positions
-
-OF_EACH = 26
-"""Subcarriers that the published loaders take for the uplink. They take the others for the downlink."""
+from simulate.dataset.dataset_writer import write_index, write_metadata, write_positions
 
 
 def export_csi(dataset: Dataset | Path | str, folder: Path | str, force: bool = False) -> None:
@@ -28,7 +29,8 @@ def export_csi(dataset: Dataset | Path | str, folder: Path | str, force: bool = 
     - ``csidata.npy``: complex64 [K, elements, subcarriers], in the order of the frequency;
     - ``base-station.yml``: ``base_station``, the positions of the elements, metres, world frame;
     - ``train_index.txt`` and ``test_index.txt``: rows, counted from 0, if the dataset has a split of its own;
-    - ``tx_pos.csv``: the transmitter positions, which those loaders do not read.
+    - ``tx_pos.csv``: the transmitter positions, and ``metadata.json``: the carrier and the band. Those loaders do not
+      read them, ``read_csi`` does.
 
     Args:
         dataset: a dataset with responses over a band, or its folder.
@@ -79,6 +81,14 @@ def export_csi(dataset: Dataset | Path | str, folder: Path | str, force: bool = 
         lines = "".join(f"  - [{', '.join(f'{value:.6f}' for value in place)}]\n" for place in elements)
         write_atomically(unfinished / "base-station.yml", f"base_station:\n{lines}".encode())
         write_positions(unfinished / "tx_pos.csv", dataset.positions)
+        stated: dict[str, Any] = {
+            "made_by": f"bisplat-wrf {version('bisplat-wrf')}",
+            "kind": "csi",
+            "band": asdict(dataset.band),
+        }
+        if dataset.frequency.source != "assumed":
+            stated["frequency_hz"] = dataset.frequency.hertz
+        write_metadata(unfinished / "metadata.json", stated)
         for name, part in (("train", dataset.train), ("test", dataset.test)):
             if len(part):
                 write_index(unfinished / f"{name}_index.txt", [str(index) for index in part])

@@ -25,6 +25,10 @@ EXAMINED = 200
 APART = 10.0
 """Degrees by which every other reading must be farther from the transmitters."""
 
+OWN = 0.75
+"""The strongest directions must be nearer their own transmitters than those of other rows, by this factor. If they are
+not, positions and responses of different rows belong together, or none do."""
+
 
 class Order(NamedTuple):
     """How to read responses.
@@ -90,13 +94,17 @@ def told_by_sight(
     ]
     if array.is_line or not isinstance(array, PlanarArray):  # which have one order
         orders = [order for order in orders if not order.columns_first] or orders
-    errors = []
+    errors, errors_elsewhere = [], []
+    elsewhere = np.roll(towards, len(towards) // 2, axis=0)
     for order in orders:
         read = order.read(responses[chosen], array)
         strongest = np.stack([grid.dominant_direction(beamformer.spectrum(each)) for each in read])
         errors.append(float(np.median(array.angle_between(strongest, towards))))
+        errors_elsewhere.append(float(np.median(array.angle_between(strongest, elsewhere))))
     least, *others = sorted(errors)
     clear = least < POINTS and all(other > max(FARTHER * least, least + APART) for other in others)
+    if np.median(array.angle_between(towards, elsewhere)) > APART:  # the rows do differ in direction
+        clear = clear and least < OWN * errors_elsewhere[errors.index(least)]
     taken = errors.index(least) if clear else 0
     otherwise = min((error for number, error in enumerate(errors) if number != taken), default=np.inf)
     return Told(orders[taken], errors[taken], otherwise, clear)

@@ -14,7 +14,7 @@ from scenes.files.atomic import written_atomically
 from scenes.files.errors import require_path
 from scenes.files.progress import progress_bar
 from simulate.dataset.dataset_folder import Dataset, read_dataset
-from simulate.dataset.rssi_folder import is_rssi
+from simulate.dataset.folder_kinds import is_rssi
 from simulate.rssi.rssi_dataset import RssiDataset, read_rssi
 from simulate.spectra.angular_grid import COLUMNS, ROWS
 from simulate.spectra.array import Array, PlanarArray

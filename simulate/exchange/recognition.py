@@ -17,6 +17,7 @@ from jaxtyping import Complex, Float
 from scenes.files.errors import InputError, shown
 from scenes.importing.lengths import METRES
 from simulate.exchange.array_files import Arrays
+from simulate.exchange.polar import has_phases, polar_responses
 from simulate.exchange.recorded_rows import complete_rows, one_way, rows_of_frequency
 from simulate.exchange.recording import Recording
 
@@ -34,14 +35,20 @@ POSITIONS = (
     "p",
 )
 RESPONSES = ("responses", "response", "channels", "channel", "csi", "h", "y", "iq", "phasors", "phasor", "snapshots")
-MAGNITUDES = ("magnitude", "magnitudes", "amplitude", "amplitudes", "mag", "abs", "rssi", "power_db", "gain_db")
-PHASES = ("phase", "phases", "angle", "angles", "phase_rad", "phase_deg")
 """Usual names of arrays, without regard to case."""
 
 COLUMN = re.compile(
     r"(?:tx|pos|position|p)?[ _.\-]*(?P<axis>[xyz])[ _.\-]*[\[(]?(?P<unit>m|cm|mm|in|ft)?[\])]?", re.IGNORECASE
 )
 """The name of a column with a coordinate, such as x, tx_y or ``z [mm]``."""
+
+LISTED = 8
+"""Arrays that a message names."""
+
+NO_PHASES = (
+    "there are neither complex numbers nor phases, and powers alone (RSSI) are no responses: bisplat.write_rssi makes "
+    "a folder of them"
+)
 
 FAR = 1000.0
 """Metres. Positions that spread over more are taken for another unit, unless it is stated."""
@@ -54,11 +61,13 @@ class Found:
     Attributes:
         positions: metres.
         responses: with the elements in the order of the file.
+        unit_stated: whether the unit of the positions is stated; otherwise they were taken for metres.
         said: sentences on what was recognised and assumed.
     """
 
     positions: Float[np.ndarray, "K 3"]
     responses: Complex[np.ndarray, "K elements *band"]
+    unit_stated: bool
     said: list[str] = field(default_factory=list)
 
 
@@ -76,7 +85,7 @@ def recognise(arrays: Arrays, recording: Recording, elements: int, hertz: float)
     """
     said: list[str] = []
     arrays = {name: np.squeeze(each) if each.ndim > 2 else each for name, each in arrays.items()}
-    places = _positions(arrays, recording, said)
+    places, unit_stated = _positions(arrays, recording, said)
     if recording.bandwidth is None:
         responses = _responses(arrays, recording, len(places), elements, said)
     else:
@@ -85,10 +94,11 @@ def recognise(arrays: Arrays, recording: Recording, elements: int, hertz: float)
     places, responses = places[kept], responses[kept]
     complete = complete_rows(responses, said)
     places, responses = places[complete], responses[complete]
-    return Found(places, one_way(responses, said) if recording.round_trip else responses, said)
+    return Found(places, one_way(responses, said) if recording.round_trip else responses, unit_stated, said)
 
 
-def _positions(arrays: Arrays, recording: Recording, said: list[str]) -> Float[np.ndarray, "K 3"]:
+def _positions(arrays: Arrays, recording: Recording, said: list[str]) -> tuple[Float[np.ndarray, "K 3"], bool]:
+    """The positions, metres, and whether their unit is stated."""
     stated, unit = None, recording.unit
     if recording.positions is not None:
         name = recording.positions
@@ -99,15 +109,18 @@ def _positions(arrays: Arrays, recording: Recording, said: list[str]) -> Float[n
             for each in arrays
             if arrays[each].ndim == 1 and (match := COLUMN.fullmatch(each.strip()))
         }
-        if set(by_axis) == set("xyz"):
-            names = [by_axis[axis][0] for axis in "xyz"]
-            units = {by_axis[axis][1] for axis in "xyz"}
+        axes = "xyz" if "z" in by_axis else "xy"  # positions in a plane
+        if set(by_axis) == set(axes):
+            names = [by_axis[axis][0] for axis in axes]
+            units = {by_axis[axis][1] for axis in axes}
             name, found = ", ".join(names), np.stack([arrays[each] for each in names], axis=1)
             stated = units.pop() if len(units) == 1 else None
         else:
             flat = [each for each in arrays if _is_named(each, POSITIONS) and _is_flat(arrays[each])]
             name = flat[0] if len(flat) == 1 else ""
-            name = name or _one_of(arrays, POSITIONS, _could_be_positions, "positions", "of K × 3 real numbers")
+            name = name or _one_of(
+                arrays, POSITIONS, _could_be_positions, "positions", "of K × 3 real numbers or columns x, y, z"
+            )
             found = arrays[name]
     if found.ndim == 2 and found.shape[0] == 3 and found.shape[1] != 3:
         said.append(f"transposed {name}, which has 3 rows")
@@ -127,7 +140,7 @@ def _positions(arrays: Arrays, recording: Recording, said: list[str]) -> Float[n
             f"{name}: expected positions in metres, found a spread of {spread:,.0f}; state --unit mm or cm"
         )
     said.append(f"positions: {name}, {len(found)} in {known or 'm'}{'' if known else ' (assumed; or state --unit)'}")
-    return found.astype(float) * metres
+    return found.astype(float) * metres, known is not None
 
 
 def _responses(
@@ -137,7 +150,7 @@ def _responses(
         name, found = recording.responses, _named(arrays, recording.responses)
     else:
         columns = [each for each, values in arrays.items() if values.ndim == 1 and np.iscomplexobj(values)]
-        polar = _polar(arrays, said)
+        polar = polar_responses(arrays, said)
         if len(columns) == elements > 1:
             name, found = f"{columns[0]} to {columns[-1]}", np.stack([arrays[each] for each in columns], axis=1)
         elif polar is not None:
@@ -157,8 +170,12 @@ def _responses(
     if found.shape == (elements, count) and count != elements:
         said.append(f"transposed {name}, which has {elements} rows")
         found = found.T
+    if count == elements > 1:
+        said.append(f"warning: {name} is square, so its shape does not tell its axes; took its rows for positions")
     if found.shape != (count, elements):
-        raise InputError(f"{name}: expected responses of {count} positions × {elements} elements, found shape {shape}")
+        band = "; --bandwidth says that one axis is that of subcarriers" if found.ndim == 3 else ""
+        what = f"responses of {count} positions × {elements} elements"
+        raise InputError(f"{name}: expected {what}, found shape {shape}{band}")
     said.append(f"responses: {name}, {count} × {elements}")
     return found
 
@@ -190,23 +207,6 @@ def _over_band(
     return found
 
 
-def _polar(arrays: Arrays, said: list[str]) -> tuple[str, np.ndarray] | None:
-    """Responses from an array of magnitudes and one of phases of the same shape."""
-    by_name = {each.lower(): each for each in arrays}
-    sizes = [by_name[each] for each in MAGNITUDES if each in by_name]
-    angles = [by_name[each] for each in PHASES if each in by_name]
-    if len(sizes) != 1 or len(angles) != 1 or arrays[sizes[0]].shape != arrays[angles[0]].shape:
-        return None
-    size, angle = arrays[sizes[0]].astype(float), arrays[angles[0]].astype(float)
-    if (size < 0).any():
-        said.append(f"took {sizes[0]} for decibels, since some are negative")
-        size = 10 ** (size / 20)
-    if np.nanmax(np.abs(angle)) > 2 * np.pi + 1e-6:
-        said.append(f"took {angles[0]} for degrees, since some are above 2π")
-        angle = np.radians(angle)
-    return f"{sizes[0]} and {angles[0]}", size * np.exp(1j * angle)
-
-
 def _could_be_positions(each: np.ndarray) -> bool:
     return not np.iscomplexobj(each) and each.ndim == 2 and 3 in each.shape
 
@@ -235,11 +235,20 @@ def _one_of(arrays: Arrays, usual: tuple[str, ...], fits: Callable[[np.ndarray],
         return chosen[0]
     option = f"--{what} NAME"
     if not chosen:
-        raise InputError(f"expected an array {shape}, found {_listed(arrays)}")
+        hint = "" if has_phases(arrays) else f"; {NO_PHASES}"
+        raise InputError(f"expected {what}, an array {shape}, found {_listed(arrays)}{hint}")
     raise InputError(f"expected one array {shape}, or {option}, found {', '.join(chosen)}")
 
 
 def _listed(arrays: Arrays) -> str:
     """The arrays with their shapes, for a message."""
-    some = [f"{name} {' × '.join(map(str, each.shape))}" for name, each in list(arrays.items())[:8]]
-    return ", ".join(some) + (", …" if len(arrays) > len(some) else "")
+    columns = [name for name, each in arrays.items() if each.ndim == 1]
+    several = {name: each for name, each in arrays.items() if each.ndim != 1 or len(columns) == 1}
+    some = [f"{name} {' × '.join(map(str, each.shape))}" for name, each in list(several.items())[:LISTED]]
+    some += ["…"] * (len(several) > LISTED)
+    if len(columns) > 1:
+        lengths = sorted({len(arrays[name]) for name in columns})
+        of = str(lengths[0]) if len(lengths) == 1 else f"{lengths[0]} to {lengths[-1]}"
+        names = ", ".join(columns[:LISTED]) + (", …" if len(columns) > LISTED else "")
+        some.append(f"{len(columns)} columns of {of} numbers ({names})")
+    return ", ".join(some)

@@ -10,12 +10,13 @@ from jaxtyping import Complex
 
 from scenes.files.errors import InputError, ParameterError
 from scenes.files.output_folder import new_folder
-from scenes.scene.description import Gateway
+from scenes.scene.description import SPEED_OF_LIGHT, Gateway
 from scenes.scene.frequency import read_bandwidth, read_frequency
 from simulate.dataset.phases import Phases
 from simulate.exchange.array_files import Arrays, read_arrays
 from simulate.exchange.element_order import Told, told_by_sight
 from simulate.exchange.given_responses import fill_dataset, own_responses
+from simulate.exchange.position_doubts import position_doubts
 from simulate.exchange.recognition import recognise
 from simulate.exchange.recording import Recording
 from simulate.positions.given_positions import check_points
@@ -66,6 +67,7 @@ def record(
             band = Band(read_bandwidth(recording.bandwidth), found.responses.shape[2])
             band.frequencies(hertz)  # refuses one that is too wide
         positions = check_points(found.positions)
+        doubts = position_doubts(positions, gateway.position, SPEED_OF_LIGHT / hertz, found.unit_stated)
         values = own_responses(found.responses, len(positions), array.elements, band)
         of_carrier = values if band is None else values[..., band.carrier]
         # Seen from an array that moves, the transmitter is in the opposite direction.
@@ -75,7 +77,7 @@ def record(
         fill_dataset(
             unfinished, output, positions, values, gateway, hertz, AngularGrid(), phases, band, recording.moving
         )
-    return [*found.said, _of_order(told, None in stated, planar)]
+    return [*found.said, *doubts, _of_order(told, None in stated, planar)]
 
 
 def _in_our_order(

@@ -19,9 +19,9 @@ from scenes.scene.description import Scene
 from scenes.scene.shapes import bounding_box
 from scenes.storage.scene_digest import scene_digest
 from scenes.storage.scene_yaml import read_scene
+from simulate.dataset.folder_kinds import not_spectra
 from simulate.dataset.metadata import band_of, read_metadata_file
 from simulate.dataset.moving import Moving
-from simulate.dataset.rssi_folder import is_rssi, not_spectra
 from simulate.engines.engine import Engine, ResponseSource, Setting
 from simulate.engines.engine_table import engine_of
 from simulate.engines.rays_engine import Rays, seed_of_rays
@@ -164,8 +164,8 @@ def read_request(folder: Path) -> Request:
     if not path.exists() and (folder / "scene.yaml").exists():
         scene_file = folder / "scene.yaml"
         raise InputError(f"{folder}: expected a simulated dataset, found the folder of a scene; give {scene_file}")
-    if is_rssi(folder):
-        raise InputError(not_spectra(folder))
+    if other := not_spectra(folder):
+        raise InputError(other)
     metadata = read_metadata_file(path, "the metadata of a simulated dataset", simulated=True)
     errors = dict(metadata["measurement"])
     measurement_seed = errors.pop("seed")

@@ -110,8 +110,10 @@ def check_points(positions: ArrayLike, parameter: str = "positions") -> Float[np
     wrong = np.flatnonzero(~(np.abs(points) <= FARTHEST).all(axis=1))
     if len(wrong):
         row = int(wrong[0])
-        what = "finite numbers" if not np.isfinite(points[row]).all() else f"coordinates within ±{FARTHEST:g} m"
-        raise ParameterError(parameter, f"expected {what}, found {points[row].tolist()} in row {row}")
+        finite = np.isfinite(points[row]).all()
+        what = f"coordinates within ±{FARTHEST:g} m" if finite else "finite numbers"
+        hint = f"; {HINT}" if finite else ""
+        raise ParameterError(parameter, f"expected {what}, found {points[row].tolist()} in row {row}{hint}")
     return points
 
 

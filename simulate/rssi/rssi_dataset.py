@@ -20,10 +20,11 @@ from scenes.files.schema import conform
 from scenes.scene.frequency import read_frequency
 from simulate.dataset.dataset_frequency import Frequency
 from simulate.dataset.dataset_reader import read_metadata
-from simulate.dataset.rssi_folder import POWERS, is_rssi
+from simulate.dataset.folder_kinds import POWERS, is_rssi
+from simulate.dataset.numbered_split import numbered_split
 from simulate.positions.given_positions import read_points
 from simulate.rssi.power_range import NOT_RECEIVED, STRONGEST, fault_of_powers
-from simulate.rssi.rssi_files import read_gateway_positions, read_numbers, read_powers
+from simulate.rssi.rssi_files import read_gateway_positions, read_powers
 
 GATEWAYS = "gateway_position.yml"
 
@@ -196,7 +197,9 @@ def inspect_rssi(folder: Path) -> RssiInspection:
         if fault is not None:
             problems.append(f"{folder / POWERS}: {fault}")
     warnings: list[str] = []
-    train, test = _split(folder, len(positions), problems, warnings) if len(positions) else (np.zeros(0, int),) * 2
+    train, test = (
+        numbered_split(folder, len(positions), problems, warnings) if len(positions) else (np.zeros(0, int),) * 2
+    )
     if problems:
         return RssiInspection(problems, warnings, None)
     if list(places) != names:
@@ -241,28 +244,3 @@ def _compare_names(folder: Path, columns: Sequence[str], placed: Sequence[str], 
                 f"{folder / POWERS}: expected a column for each gateway of {GATEWAYS}, found none of {named(name)}"
             )
             return
-
-
-def _split(
-    folder: Path, count: int, problems: list[str], warnings: list[str]
-) -> tuple[Int[np.ndarray, " n"], Int[np.ndarray, " t"]]:
-    """The folder's own split; both parts are empty if it has no index files, which NeRF² then writes itself."""
-    files = [folder / f"{part}_index.txt" for part in ("train", "test")]
-    parts = [np.zeros(0, dtype=int), np.zeros(0, dtype=int)]
-    if not any(path.exists() for path in files):
-        return parts[0], parts[1]
-    for number, path in enumerate(files):
-        try:
-            parts[number] = read_numbers(path, count)
-        except InputError as error:
-            problems.append(str(error))
-    both = np.intersect1d(parts[0], parts[1])
-    if len(both):
-        problems.append(
-            f"{files[1]}: expected numbers that are not in train_index.txt, found {both[0]} in both "
-            f"({len(both)} in all)"
-        )
-    unused = count - len(np.union1d(parts[0], parts[1]))
-    if unused and not problems:
-        warnings.append(f"{unused} positions are in neither train_index.txt nor test_index.txt")
-    return parts[0], parts[1]

@@ -13,15 +13,14 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 from msgspec import Meta
 
 from scenes.files.errors import InputError, named, reason, shown
 from scenes.files.input_file import MEGABYTE, read_text
-from scenes.files.number_text import parse_number, parse_whole
+from scenes.files.number_text import parse_number
 from scenes.files.schema import conform
 from scenes.files.yaml_file import read_yaml
-from simulate.dataset.index_files import LARGEST_INDEX
 from simulate.positions.given_positions import FARTHEST, MOST_POSITIONS
 from simulate.rssi.power_range import NOT_RECEIVED
 
@@ -158,35 +157,3 @@ def _rows(path: Path, rows: Iterator[list[str]], names: list[str]) -> Iterator[l
                 raise InputError(f"{where}, {named(name)}: expected {expected}, found {shown(text)}")
             powers.append(power)
         yield powers
-
-
-def read_numbers(path: Path, count: int) -> Int[np.ndarray, " n"]:
-    """Read an index file: whole numbers from 0, one in each line.
-
-    Args:
-        path: train_index.txt or test_index.txt.
-        count: number of positions.
-
-    Returns:
-        Indices of positions, each once, in the order of the file.
-
-    Raises:
-        InputError: the file cannot be read, is empty, or a line is not the number of a position.
-    """
-    lines = read_text(path, "the number of a position in each line", LARGEST_INDEX).split("\n")
-    while lines and not lines[-1].strip():
-        lines.pop()
-    if not lines:
-        raise InputError(f"{path}: expected the number of a position in each line, found an empty file")
-    numbers = []
-    for row, line in enumerate(lines, start=1):
-        try:
-            numbers.append(parse_whole(line))
-        except ValueError:
-            numbers.append(-1)
-        if not 0 <= numbers[-1] < count:
-            raise InputError(
-                f"{path}, row {row}: expected a whole number from 0 to {count - 1}, found {shown(line.strip())}"
-                + ("; the first position has the number 0" if numbers[-1] == count else "")
-            )
-    return np.array(list(dict.fromkeys(numbers)), dtype=int)

@@ -16,7 +16,7 @@ from jaxtyping import Float, Int
 from scenes.files.atomic import write_atomically
 from scenes.files.yaml_file import PlainDumper
 from simulate.dataset.dataset_writer import write_index, write_metadata, write_positions
-from simulate.dataset.rssi_folder import POWERS
+from simulate.dataset.folder_kinds import POWERS
 from simulate.generation.request import TEST_FRACTION
 from simulate.rssi.power_range import NOT_RECEIVED
 

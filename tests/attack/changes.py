@@ -9,7 +9,9 @@ from collections.abc import Callable
 from copy import deepcopy
 from typing import Any
 
+import h5py
 import numpy as np
+import scipy.io
 import yaml
 from hypothesis import strategies as st
 from safetensors.numpy import load, save
@@ -160,7 +162,8 @@ def _rearranged(draw: Draw, arrays: dict[str, np.ndarray]) -> dict[str, np.ndarr
             at = draw(st.integers(0, array.size - 1))
             array.reshape(-1)[at : at + draw(st.sampled_from((1, 100, array.size)))] = value
         elif how == "scale" and array.dtype.kind in "fc":
-            array = array * array.dtype.type(draw(st.sampled_from(NUMBERS)))
+            with np.errstate(all="ignore"):
+                array = array * array.dtype.type(draw(st.sampled_from(NUMBERS)))
         elif how == "cut":
             array = array[:-1] if array.ndim else array
         elif how == "repeat":
@@ -168,7 +171,8 @@ def _rearranged(draw: Draw, arrays: dict[str, np.ndarray]) -> dict[str, np.ndarr
         elif how == "flatten":
             array = array.reshape(-1)
         elif how == "type":
-            array = array.real.astype(draw(st.sampled_from(TYPES)))
+            with np.errstate(all="ignore"):
+                array = array.real.astype(draw(st.sampled_from(TYPES)))
         elif how == "leave out":
             del arrays[name]
             continue
@@ -187,8 +191,47 @@ def npz_of(data: bytes) -> st.SearchStrategy[bytes]:
         np.savez(buffer, **arrays)  # type: ignore[arg-type]
         return buffer.getvalue()
 
-    with np.errstate(all="ignore"):
-        return _rearranged(dict(np.load(io.BytesIO(data)))).map(written)
+    return _rearranged(dict(np.load(io.BytesIO(data)))).map(written)
+
+
+def npy_of(data: bytes) -> st.SearchStrategy[bytes]:
+    """A file of another array; an empty one if the array is left out."""
+
+    def written(arrays: dict[str, np.ndarray]) -> bytes:
+        buffer = io.BytesIO()
+        for array in arrays.values():
+            np.save(buffer, array)
+        return buffer.getvalue()
+
+    return _rearranged({"array": np.load(io.BytesIO(data))}).map(written)
+
+
+def mat_of(data: bytes) -> st.SearchStrategy[bytes]:
+    """A MATLAB file of other arrays."""
+    content = scipy.io.loadmat(io.BytesIO(data))
+
+    def written(arrays: dict[str, np.ndarray]) -> bytes:
+        buffer = io.BytesIO()
+        scipy.io.savemat(buffer, {name[:31] or "_": array for name, array in arrays.items()})
+        return buffer.getvalue()
+
+    return _rearranged({name: each for name, each in content.items() if not name.startswith("__")}).map(written)
+
+
+def h5_of(data: bytes) -> st.SearchStrategy[bytes]:
+    """An HDF5 file of other arrays."""
+    with h5py.File(io.BytesIO(data), "r") as file:
+        content = {name: each[()] for name, each in file.items()}
+
+    def written(arrays: dict[str, np.ndarray]) -> bytes:
+        buffer = io.BytesIO()
+        with h5py.File(buffer, "w") as file:
+            for name, array in arrays.items():
+                if array.dtype.kind != "U":  # of which HDF5 has none
+                    file[name or "_"] = array
+        return buffer.getvalue()
+
+    return _rearranged(content).map(written)
 
 
 OF_SAFETENSORS = ("bool", "int8", "uint8", "int32", "int64", "float16", "float32", "float64", "complex64")

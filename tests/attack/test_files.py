@@ -4,23 +4,26 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from tests.attack.dataset_victims import KINDS
 from tests.attack.victims import GROUPS
+
+ATTACKED = GROUPS | KINDS
 
 pytestmark = pytest.mark.attack
 
 
-@pytest.mark.parametrize("group", GROUPS)
+@pytest.mark.parametrize("group", ATTACKED)
 def test_valid_files_are_taken(group, workplace):
-    for victim in GROUPS[group]:
+    for victim in ATTACKED[group]:
         assert workplace.attack(victim, lambda folder: None) == "accepted"
 
 
-@pytest.mark.parametrize("group", GROUPS)
+@pytest.mark.parametrize("group", ATTACKED)
 def test_changed_files(group, workplace, tally):
     def attacks(victim):
         return st.tuples(st.just(victim), victim.contents(workplace.whole))
 
-    @given(st.sampled_from(GROUPS[group]).flatmap(attacks))
+    @given(st.sampled_from(ATTACKED[group]).flatmap(attacks))
     def attack(drawn) -> None:
         victim, make = drawn
 

@@ -66,13 +66,13 @@ class Victim:
         return st.integers(0, 9).flatmap(lambda number: changed if number else special)
 
 
-def _of(folder: str, files: Iterable[tuple[str, Ways]], command: str, **others) -> tuple[Victim, ...]:
+def victims_of(folder: str, files: Iterable[tuple[str, Ways]], command: str, **others) -> tuple[Victim, ...]:
     needs = others.pop("needs", (folder,))
     return tuple(Victim(f"{folder}/{file}", command, ways, needs, **others) for file, ways in files)
 
 
 DATASETS = (
-    *_of(
+    *victims_of(
         "data",
         [
             ("metadata.json", JSON),
@@ -85,10 +85,10 @@ DATASETS = (
         "check data",
         output=(),
     ),
-    *_of("measured", [("gateway_info.yml", YAML), ("spectrum/00003.png", BYTES)], "check measured", output=()),
+    *victims_of("measured", [("gateway_info.yml", YAML), ("spectrum/00003.png", BYTES)], "check measured", output=()),
 )
 
-FOREIGN = _of(
+FOREIGN = victims_of(
     "measured",
     [("gateway_info.yml", YAML), ("tx_pos.csv", TEXT), ("test_index.txt", TEXT), ("spectrum/00002.png", BYTES)],
     "convert measured -o out",
@@ -96,7 +96,7 @@ FOREIGN = _of(
 )
 
 POWERS = (
-    *_of(
+    *victims_of(
         "powers",
         [
             ("gateway_rssi.csv", TEXT),
@@ -123,18 +123,20 @@ RECORDED = "--frequency 2.4GHz --array 2x2@0.5 --gateway 0 0 1 --boresight 1 0 0
 RECORDINGS = tuple(
     victim
     for name, ways in {"log.npz": NPZ, "log.csv": TEXT, "log.mat": BYTES, "log.h5": BYTES}.items()
-    for victim in _of("recordings", [(name, ways)], f"dataset recordings/{name} -o out {RECORDED}", then="check out")
+    for victim in victims_of(
+        "recordings", [(name, ways)], f"dataset recordings/{name} -o out {RECORDED}", then="check out"
+    )
 )
 
 RUNS = (
-    *_of(
+    *victims_of(
         "network",
         [("config.json", JSON), ("split.json", JSON), ("training.json", JSON), ("weights.safetensors", TENSORS)],
         "predict network --positions places.csv -o out.npz",
         needs=("data", "network", "places.csv"),
         output=("out.npz",),
     ),
-    *_of(
+    *victims_of(
         "kriged",
         [("config.json", JSON), ("weights.safetensors", TENSORS)],
         "predict kriged --positions places.csv -o out.npz",
@@ -151,14 +153,14 @@ RUNS = (
 )
 
 RESUMED = (
-    *_of(
+    *victims_of(
         "begun",
         [("config.json", JSON), ("split.json", JSON), ("checkpoints/last.ckpt", BYTES)],
         "train data -o begun --model mlp-responses --steps 4 --batch-size 2",
         needs=("data", "begun"),
         output=("begun",),
     ),
-    *_of(
+    *victims_of(
         "compared",
         [("protocol.json", JSON), ("results.jsonl", TEXT), ("per_sample/nearest-0.csv", TEXT)],
         "compare data -o compared --models nearest inverse-distance",
@@ -168,14 +170,14 @@ RESUMED = (
 )
 
 SCENES = (
-    *_of(
+    *victims_of(
         "room",
         [("scene.yaml", YAML), ("meshes/wall.ply", BYTES)],
         "scene room/scene.yaml -o out.png",
         output=("out.png", "traced"),
         then="simulate room/scene.yaml -n 2 -o traced --max-depth 2 --rays 1000",
     ),
-    *_of("xml", [("room.xml", TEXT), ("wall.obj", TEXT)], f"scene xml/room.xml -o out {PLACE}"),
+    *victims_of("xml", [("room.xml", TEXT), ("wall.obj", TEXT)], f"scene xml/room.xml -o out {PLACE}"),
 )
 
 MESHES = tuple(
@@ -192,10 +194,10 @@ MESHES = tuple(
         "solids.stl": TEXT,
         "instances.gltf": JSON,
     }.items()
-    for victim in _of("meshes", [(name, ways)], f"scene meshes/{name} -o out {PLACE}")
+    for victim in victims_of("meshes", [(name, ways)], f"scene meshes/{name} -o out {PLACE}")
 )
 
-FIELDS = _of(
+FIELDS = victims_of(
     "field",
     [("metadata.json", JSON), ("field.npz", NPZ)],
     "simulate closet -n 3 -o out --engine fullwave --field field",

@@ -11,6 +11,7 @@ import numpy as np
 
 from scenes.files.folder_lock import LOCK
 from scenes.files.temporary import is_temporary
+from tests.attack.dataset_victims import make_kinds
 from tests.attack.fork_server import LONGEST, MOST_MEMORY, Ended, ForkServer
 from tests.attack.victims import Victim, make_files
 
@@ -49,6 +50,7 @@ class Workplace:
         self._server = server
         self.here.mkdir()  # run folders hold the path of their dataset
         make_files(self.here, field)
+        make_kinds(self.here)
         for command in VALID:
             ended = server.run(command.split(), self.here)
             assert ended.status == 0, ended.said

@@ -108,6 +108,7 @@ def calls(run: bisplat.Run, data: Path, scene: bisplat.Scene, file: Path) -> dic
         ),
         "Band.frequencies": Call(bisplat.Band(20e6, 64).frequencies, {"carrier": 915e6}, {"carrier": (*NUMBER, 0)}),
         "read_rssi": Call(bisplat.read_rssi, {}, {"folder": (*PATH, "nowhere", data)}),
+        "read_csi": Call(bisplat.read_csi, {}, {"folder": (*PATH, "nowhere", data)}),
         "write_rssi": Call(
             bisplat.write_rssi,
             {
@@ -472,6 +473,7 @@ NOT_CALLED = {
     "Run": "made by train and load_run",
     "Dataset": "made by simulate and read_dataset",
     "RssiDataset": "made by simulate_rssi, write_rssi and read_rssi",
+    "CsiDataset": "made by read_csi",
     "Scene": "checked where it is used",
     "SceneObject": "checked with the scene",
     "shapes": "a module, whose functions are in the table",

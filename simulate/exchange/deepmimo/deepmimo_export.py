@@ -13,8 +13,8 @@ from scenes.files.input_file import what_is_at
 from scenes.files.output_folder import new_folder
 from scenes.files.progress import progress_bar
 from simulate.dataset.dataset_folder import Dataset
+from simulate.dataset.folder_kinds import not_spectra
 from simulate.dataset.metadata import read_metadata_file
-from simulate.dataset.rssi_folder import is_rssi, not_spectra
 from simulate.engines.rays_engine import Rays
 from simulate.exchange.deepmimo.path_list import MOST_INTERACTIONS, PathList, joined, path_list, sorted_by_receiver
 from simulate.exchange.deepmimo.scenario import write_matrices, write_params
@@ -80,8 +80,8 @@ def _request(source: Path) -> tuple[Request, Rays]:
     """The request and the engine that the dataset was simulated with."""
     if not source.is_dir():
         raise InputError(f"{source}: expected a dataset folder, found {what_is_at(source)}")
-    if is_rssi(source):
-        raise InputError(not_spectra(source))
+    if other := not_spectra(source):
+        raise InputError(other)
     path = source / "metadata.json"
     of_gateways = sorted(path.parent for path in source.glob("*/metadata.json"))
     if of_gateways and not path.exists():

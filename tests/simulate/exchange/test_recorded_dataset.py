@@ -107,8 +107,12 @@ def test_phases_of_their_own(tmp_path):
 @pytest.mark.parametrize(
     ("recording", "arrays", "message"),
     [
-        (Recording(), {"pos": PLACES}, r"expected an array of 40 positions × 15 complex numbers, found pos 40 × 3"),
-        (Recording(), {"H": RIGHT}, r"expected an array of K × 3 real numbers, found H 40 × 15"),
+        (Recording(), {"pos": PLACES}, r"expected responses, an array of 40 positions × 15 complex numbers, found pos"),
+        (
+            Recording(),
+            {"H": RIGHT},
+            r"expected positions, an array of K × 3 real numbers or columns x, y, z, found H 40",
+        ),
         (Recording(), {"a": PLACES, "b": PLACES, "H": RIGHT}, "or --positions NAME, found a, b"),
         (Recording(), {"pos": PLACES, "e": RIGHT, "f": RIGHT}, "or --responses NAME, found e, f"),
         (Recording(positions="q"), {"pos": PLACES, "H": RIGHT}, "expected an array 'q', found pos 40 × 3, H 40 × 15"),
@@ -184,7 +188,7 @@ def test_responses_over_a_band(tmp_path, axes, sentence):
 
 
 def test_band_whose_width_is_not_stated_is_refused(tmp_path):
-    with pytest.raises(InputError, match="H: expected responses of 40 positions × 15 elements, found shape"):
+    with pytest.raises(InputError, match=r"× 15 elements, found shape .*; --bandwidth says that one axis"):
         recorded(tmp_path, pos=PLACES, H=BAND)
     with pytest.raises(InputError, match="expected responses of 40 positions × 15 elements × subcarriers, complex"):
         recorded(tmp_path, Recording(bandwidth="20 MHz", responses="H"), pos=PLACES, H=RIGHT)

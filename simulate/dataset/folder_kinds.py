@@ -1,0 +1,50 @@
+"""Tell the kinds of dataset folders: spectra, received powers (RSSI), and channels over subcarriers (CSI)."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+POWERS = "gateway_rssi.csv"
+"""The file of received powers, which no folder of spectra has."""
+
+CHANNELS = "csidata.npy"
+"""The file of channels, which no folder of spectra has."""
+
+
+def is_rssi(folder: Path) -> bool:
+    """Whether a folder holds received powers, as NeRF²'s BLE folder does, and no spectra.
+
+    Args:
+        folder: the folder, which need not exist.
+    """
+    return os.path.lexists(folder / POWERS) and not os.path.lexists(folder / "spectrum")
+
+
+def is_csi(folder: Path) -> bool:
+    """Whether a folder holds channels, as NeRF²'s MIMO folder does, and neither spectra nor received powers.
+
+    Args:
+        folder: the folder, which need not exist.
+    """
+    others = (POWERS, "spectrum")
+    return os.path.lexists(folder / CHANNELS) and not any(os.path.lexists(folder / name) for name in others)
+
+
+def not_spectra(folder: Path) -> str | None:
+    """The sentence on a folder of another kind that was given where spectra are expected; None if it is of none.
+
+    >>> from tempfile import mkdtemp
+    >>> hall = Path(mkdtemp())
+    >>> not_spectra(hall)
+    >>> _ = (hall / "csidata.npy").write_bytes(b"")
+    >>> not_spectra(hall).removeprefix(str(hall))
+    ': expected a dataset of spectra, found channels over subcarriers (CSI); bisplat check describes them'
+    """
+    if is_rssi(folder):
+        found = "received powers (RSSI)"
+    elif is_csi(folder):
+        found = "channels over subcarriers (CSI)"
+    else:
+        return None
+    return f"{folder}: expected a dataset of spectra, found {found}; bisplat check describes them"

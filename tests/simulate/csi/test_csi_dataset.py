@@ -1,0 +1,248 @@
+"""Folders of channels over subcarriers: what is read, what is said, and a sentence for each mistake."""
+
+import json
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import bisplat
+from scenes.files.errors import InputError
+from simulate.csi.csi_dataset import inspect_csi
+from tests.corpus import ANY_FILE
+
+ANTENNAS, COUNT = 4, 6
+
+
+def channels(subcarriers: int = 52) -> np.ndarray:
+    parts = np.random.default_rng(0).normal(size=(2, COUNT, ANTENNAS, subcarriers))
+    return (parts[0] + 1j * parts[1]).astype(np.complex64)
+
+
+def station(antennas: int = ANTENNAS) -> str:
+    return "base_station:\n" + "".join(f"  - [0.0, {0.06 * number:.2f}, 2.0]\n" for number in range(antennas))
+
+
+@pytest.fixture
+def folder(tmp_path) -> Path:
+    """A valid folder with what the published one has: no positions and no metadata."""
+    folder = tmp_path / "mimo"
+    folder.mkdir()
+    np.save(folder / "csidata.npy", channels())
+    (folder / "base-station.yml").write_text(station())
+    (folder / "train_index.txt").write_text("0\n1\n2\n5\n")
+    (folder / "test_index.txt").write_text("3\n4\n")
+    return folder
+
+
+def test_published_folder_is_read_and_what_is_assumed_is_said(folder, capsys):
+    read = bisplat.read_csi(folder)
+    np.testing.assert_array_equal(np.concatenate([read.uplink, read.downlink], axis=-1), channels())
+    assert read.uplink.shape == read.downlink.shape == (COUNT, ANTENNAS, 26)
+    np.testing.assert_allclose(read.antenna_positions[3], [0, 0.18, 2])
+    assert (read.positions, read.frequency, read.frequencies) == (None, None, None)
+    assert (read.train.tolist(), read.test.tolist()) == ([0, 1, 2, 5], [3, 4])
+    said = capsys.readouterr().err
+    assert "took the first 26 of 52 subcarriers for the uplink" in said
+    assert "the carrier frequency is not stated" in said
+    assert repr(read) == f"CsiDataset({str(folder)!r}: 6 rows, 4 antennas, 26 + 26 subcarriers, frequency not stated)"
+
+
+def test_export_and_reading_are_each_others_inverse(tmp_path, capsys):
+    places = np.random.default_rng(1).uniform((1, -1, 0), (4, 1, 2), (COUNT, 3))
+    array = bisplat.PlanarArray(2, 2)
+    wide = bisplat.write_dataset(tmp_path / "wide", places, channels(), array, "2.4 GHz", bandwidth="20 MHz")
+    bisplat.export_csi(wide, tmp_path / "csi")
+    capsys.readouterr()
+    read = bisplat.read_csi(tmp_path / "csi")
+    np.testing.assert_array_equal(np.concatenate([read.uplink, read.downlink], axis=-1), wide.band_responses)
+    np.testing.assert_allclose(read.positions, wide.positions, atol=1e-6)
+    np.testing.assert_array_equal(read.frequencies, wide.band.frequencies(2.4e9))
+    assert sorted([*read.train, *read.test]) == sorted([*wide.train, *wide.test])
+    assert capsys.readouterr().err == ""  # our own folder states everything
+
+
+def test_a_folder_whose_frequency_was_assumed_states_none(tmp_path):
+    array = bisplat.PlanarArray(2, 2)
+    wide = bisplat.write_dataset(tmp_path / "wide", np.eye(3)[:2], channels()[:2], array, "2.4 GHz", bandwidth="20 MHz")
+    metadata = json.loads((wide.folder / "metadata.json").read_text())
+    del metadata["frequency_hz"]
+    (wide.folder / "metadata.json").write_text(json.dumps(metadata))
+    bisplat.export_csi(wide.folder, tmp_path / "csi")
+    assert bisplat.read_csi(tmp_path / "csi").frequency is None
+
+
+def test_check_describes_it(folder):
+    found = bisplat.check(folder)
+    described = found.description()
+    assert found.valid
+    assert described["holds"] == "channels (CSI): 6 rows × 4 antennas × 52 subcarriers"
+    assert described["task"] == "the downlink (the last 26 subcarriers) from the uplink (the first 26)"
+    assert (described["positions (m)"], described["frequency"]) == ("not stated", "not stated")
+    assert "no model of bisplat learns from it" in described["can be used"]
+    assert found.figures()["subcarriers_of_each_link"] == 26
+    (folder / "metadata.json").write_text('{"frequency_hz": "2.4 GHz"}')
+    np.savetxt(folder / "tx_pos.csv", np.ones((COUNT, 3)), "%.1f", ",", header="x,y,z", comments="")
+    described = bisplat.check(folder).description()
+    assert described["frequency"] == "2.4 GHz (metadata.json); bandwidth not stated"
+    assert described["can be used"].endswith("bisplat dataset makes spectra of csidata.npy and tx_pos.csv")
+
+
+def _saved(change):
+    return lambda folder: np.save(folder / "csidata.npy", change(channels()))
+
+
+def _with_nan(values: np.ndarray) -> np.ndarray:
+    values[2, 1, 7] = np.nan
+    return values
+
+
+def _written(name: str, text: str):
+    return lambda folder: (folder / name).write_text(text)
+
+
+@pytest.mark.parametrize(
+    ("break_it", "sentence"),
+    [
+        (
+            _saved(lambda values: values[0]),
+            "csidata.npy: expected channels of rows × antennas × subcarriers (complex numbers), found shape (4, 52) of "
+            "complex64",
+        ),
+        (
+            _saved(lambda values: values.real),
+            "csidata.npy: expected channels of rows × antennas × subcarriers (complex numbers), found shape (6, 4, 52) "
+            "of float32",
+        ),
+        (
+            _saved(lambda values: values[..., :51]),
+            "csidata.npy: expected an even number of subcarriers, half of them for the uplink, found 51",
+        ),
+        (_saved(lambda values: values[:0]), "csidata.npy: expected channels of rows × antennas × subcarriers, found"),
+        (_saved(lambda values: 0 * values), "csidata.npy: expected channels, found zeros alone"),
+        (
+            _saved(_with_nan),
+            "csidata.npy: expected finite numbers, found others in 1 of 6 rows, first in row 2 (counted from 0)",
+        ),
+        (
+            lambda folder: (folder / "csidata.npy").write_bytes((folder / "csidata.npy").read_bytes()[:-8]),
+            "csidata.npy: expected a shape that fits its 9976 bytes, found (6, 4, 52) of complex64",
+        ),
+        (
+            _written("csidata.npy", "x,y\n"),
+            "csidata.npy: expected channels of rows × antennas × subcarriers, found a dam",
+        ),
+        (_saved(lambda values: np.array([None, values], object)), "csidata.npy: expected channels of rows"),
+        (
+            _written("base-station.yml", station(3)),
+            "base-station.yml: expected a position for each of the 4 antennas of csidata.npy, found 3",
+        ),
+        (
+            _written("base-station.yml", "gateway: [0, 0, 2]\n"),
+            "base-station.yml: expected base_station with the position [x, y, z] of each antenna, found",
+        ),
+        (
+            _written("base-station.yml", "base_station: [0, 0, 2]\n"),
+            "base-station.yml: base_station[0]: expected a list",
+        ),
+        (
+            lambda folder: (folder / "base-station.yml").unlink(),
+            "base-station.yml: expected the antenna positions of a",
+        ),
+        (
+            _written("test_index.txt", "3\n6\n"),
+            "test_index.txt, row 2: expected a whole number from 0 to 5, found '6'; the first",
+        ),
+        (
+            _written("test_index.txt", "2\n3\n"),
+            "test_index.txt: expected numbers that are not in train_index.txt, found 2",
+        ),
+        (
+            _written("tx_pos.csv", "x,y,z\n1,1,1\n"),
+            "tx_pos.csv: expected a position for each of the 6 rows of csidata.npy, found 1",
+        ),
+        (
+            _written("metadata.json", '{"band": {"bandwidth": 2e7, "subcarriers": 64}}'),
+            "metadata.json: band.subcarriers: expected the 52 of csidata.npy, found 64",
+        ),
+        (
+            _written("metadata.json", '{"frequency_hz": 5e7, "band": {"bandwidth": 2e7, "subcarriers": 52}}'),
+            "metadata.json: band.bandwidth: expected at most 20% of the carrier frequency",
+        ),
+    ],
+)
+def test_each_fault_has_one_sentence(break_it, sentence, folder):
+    break_it(folder)
+    with pytest.raises(InputError, match=re.escape(f"{folder}/{sentence}")) as error:
+        bisplat.read_csi(folder)
+    assert "more problems" not in str(error.value)
+
+
+@pytest.mark.parametrize("name", ["csidata.npy", "base-station.yml", "train_index.txt"])
+@pytest.mark.parametrize("kind", ANY_FILE)
+def test_no_content_ends_in_a_traceback(name, kind, folder):
+    (folder / name).unlink()
+    ANY_FILE[kind][0](folder / name)
+    assert inspect_csi(folder).problems
+
+
+def test_other_kinds_are_named(folder, tmp_path):
+    with pytest.raises(InputError, match=r"nowhere: expected a folder of channels, found nothing there"):
+        bisplat.read_csi(tmp_path / "nowhere")
+    (folder / "spectrum").mkdir()
+    with pytest.raises(InputError, match=r"expected channels \(csidata.npy\), found spectra"):
+        bisplat.read_csi(folder)
+
+
+@pytest.mark.parametrize(
+    ("change", "warning"),
+    [
+        (
+            _saved(lambda values: values[..., :8]),
+            "take 26 subcarriers for the uplink and the rest for the downlink, and",
+        ),
+        (
+            _saved(lambda values: np.concatenate([values[..., :26]] * 2, axis=-1)),
+            "the downlink equals the uplink, so there is nothing to predict",
+        ),
+        (_saved(lambda values: values * (np.arange(6) > 1)[:, None, None]), "2 of 6 rows have a link of zeros alone"),
+        (_saved(lambda values: values * (np.arange(4) > 0)[:, None]), "1 of 4 antennas have a link of zeros alone"),
+        (
+            _written("base-station.yml", station().replace("0.0, 0.06", "0.0, 600")),
+            "spread over 600 m: are they in metres?",
+        ),
+        (
+            _written("base-station.yml", station().replace("0.06", "0.12")),
+            "4 antennas are at 3 different positions only",
+        ),
+        (_written("test_index.txt", "3\n"), "1 positions are in neither train_index.txt nor test_index.txt"),
+    ],
+)
+def test_check_warns_of_oddities(change, warning, folder):
+    change(folder)
+    assert warning in "\n".join(bisplat.check(folder).warnings)
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        *("train mimo -o out", "compare mimo -o out --models nearest", "convert mimo -o out", "responses mimo"),
+        *("simulate mimo -o out", "export mimo --deepmimo out", "export mimo --hdf5 out", "view mimo"),
+        *("engines mimo -o out", "calibrate closet mimo -o out", "check mimo --split random"),
+    ],
+)
+def test_other_commands_say_what_the_folder_is(command, folder, monkeypatch, capsys):
+    from bisplat.__main__ import main
+
+    monkeypatch.chdir(folder.parent)
+    monkeypatch.setattr(sys, "argv", ["bisplat", *command.split()])
+    with pytest.raises(SystemExit) as stop:
+        main()
+    assert stop.value.code == 1
+    assert re.fullmatch(  # train makes the path absolute
+        r"bisplat: \S*mimo: expected a dataset of spectra, found channels over subcarriers \(CSI\); bisplat .* them\n",
+        capsys.readouterr().err,
+    )
+    assert not Path("out").exists()
