@@ -8,7 +8,7 @@ A new engine is a frozen dataclass that extends ``Engine``, in a file of its own
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -193,6 +193,12 @@ class Engine(ABC):
         Raises:
             InputError: the computation failed.
         """
+
+    def sources(
+        self, settings: Sequence[Setting], folder: Path, machines: Machines, progress: Progress
+    ) -> Sequence[ResponseSource]:
+        """``source`` for each of several settings, which differ in what stands still in the scene."""
+        return [self.source(setting, folder, machines, progress) for setting in settings]
 
     def is_whole(self, setting: Setting, folder: Path) -> bool:
         """Whether a finished dataset folder still has what ``source`` stored in it.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Self
@@ -95,13 +95,20 @@ class Rays(Engine):
         super().require(setting, folder, machines)
 
     def source(self, setting: Setting, folder: Path, machines: Machines, progress: Progress) -> Tracer:
+        return self.sources([setting], folder, machines, progress)[0]
+
+    def sources(
+        self, settings: Sequence[Setting], folder: Path, machines: Machines, progress: Progress
+    ) -> list[Tracer]:
         from simulate.rays.expected_correlation import BELIEVED, expected_correlation, sentence
 
-        tracer = self.tracer(setting, progress)
-        expected = expected_correlation(tracer, setting.scene, setting.region)
-        if expected is not None and expected.middle < BELIEVED:
-            say(f"warning: {sentence(expected)}; for spectra that must be right, use --engine fullwave")
-        return tracer
+        tracers = [self.tracer(setting, progress) for setting in settings]
+        every = [expected_correlation(tracer, *of[:2]) for tracer, of in zip(tracers, settings, strict=True)]
+        worst = min((each for each in every if each is not None), key=lambda each: each.middle, default=None)
+        if worst is not None and worst.middle < BELIEVED:
+            of_them = f", for the worst of {len(settings)} transmitters" if len(settings) > 1 else ""
+            say(f"warning: {sentence(worst)}{of_them}; for spectra that must be right, use --engine fullwave")
+        return tracers
 
     def tracer(self, setting: Setting, progress: Progress) -> Tracer:
         """Find the chains of a scene, and return the tracer that computes the responses.

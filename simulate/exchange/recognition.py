@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Complex, Float
 
-from scenes.files.errors import InputError, shown
+from scenes.files.errors import InputError, ParameterError, shown
 from scenes.importing.lengths import METRES
 from simulate.exchange.array_files import Arrays
 from simulate.exchange.recorded_rows import complete_rows, one_way, rows_of_frequency
@@ -38,10 +38,18 @@ MAGNITUDES = ("magnitude", "magnitudes", "amplitude", "amplitudes", "mag", "abs"
 PHASES = ("phase", "phases", "angle", "angles", "phase_rad", "phase_deg")
 """Usual names of arrays, without regard to case."""
 
+RECEIVERS = ("receivers", "receiver", "rx_pos", "rxpos", "rx", "receivers_m", "receiver_positions", "rx_positions")
+"""Usual names of the array with the receivers' positions, if both ends move."""
+
 COLUMN = re.compile(
     r"(?:tx|pos|position|p)?[ _.\-]*(?P<axis>[xyz])[ _.\-]*[\[(]?(?P<unit>m|cm|mm|in|ft)?[\])]?", re.IGNORECASE
 )
 """The name of a column with a coordinate, such as x, tx_y or ``z [mm]``."""
+
+RECEIVER_COLUMN = re.compile(
+    r"(?:rx|receiver)[ _.\-]*(?P<axis>[xyz])[ _.\-]*[\[(]?(?P<unit>m|cm|mm|in|ft)?[\])]?", re.IGNORECASE
+)
+"""The name of a column with a coordinate of the receiver, such as rx_y."""
 
 FAR = 1000.0
 """Metres. Positions that spread over more are taken for another unit, unless it is stated."""
@@ -55,10 +63,12 @@ class Found:
         positions: metres.
         responses: with the elements in the order of the file.
         said: sentences on what was recognised and assumed.
+        receivers: metres, if both ends move; otherwise None.
     """
 
     positions: Float[np.ndarray, "K 3"]
     responses: Complex[np.ndarray, "K elements *band"]
+    receivers: Float[np.ndarray, "K 3"] | None = None
     said: list[str] = field(default_factory=list)
 
 
@@ -76,7 +86,7 @@ def recognise(arrays: Arrays, recording: Recording, elements: int, hertz: float)
     """
     said: list[str] = []
     arrays = {name: np.squeeze(each) if each.ndim > 2 else each for name, each in arrays.items()}
-    places = _positions(arrays, recording, said)
+    places, receivers = _places(arrays, recording, said)
     if recording.bandwidth is None:
         responses = _responses(arrays, recording, len(places), elements, said)
     else:
@@ -85,19 +95,56 @@ def recognise(arrays: Arrays, recording: Recording, elements: int, hertz: float)
     places, responses = places[kept], responses[kept]
     complete = complete_rows(responses, said)
     places, responses = places[complete], responses[complete]
-    return Found(places, one_way(responses, said) if recording.round_trip else responses, said)
+    if receivers is not None:
+        receivers = receivers[kept][complete]
+    return Found(places, one_way(responses, said) if recording.round_trip else responses, receivers, said)
 
 
-def _positions(arrays: Arrays, recording: Recording, said: list[str]) -> Float[np.ndarray, "K 3"]:
+def _places(
+    arrays: Arrays, recording: Recording, said: list[str]
+) -> tuple[Float[np.ndarray, "K 3"], Float[np.ndarray, "K 3"] | None]:
+    """The positions, and those of the receivers if both ends move."""
+    if recording.moving != "both":
+        if recording.receivers is not None:
+            raise ParameterError("receivers", f"expected --moving both beside it, found {recording.moving}")
+        return _positions(arrays, recording, recording.positions, said), None
+    columns = [each for each in arrays if arrays[each].ndim == 1 and RECEIVER_COLUMN.fullmatch(each.strip())]
+    usual = [each for each in arrays if _is_named(each, RECEIVERS) and each != recording.positions]
+    name = recording.receivers or next(iter(usual), None)
+    if name is None and not columns:
+        raise InputError(
+            f"expected an array of the receivers' positions, or --receivers NAME, beside --moving both, found "
+            f"{_listed(arrays)}"
+        )
+    ours = {each: arrays[each] for each in (columns if name is None else arrays)}
+    others = {each: values for each, values in arrays.items() if each not in (name, *columns)}
+    receivers = _positions(ours, recording, name, said, "receivers", RECEIVER_COLUMN)
+    positions = _positions(others, recording, recording.positions, said)
+    if len(receivers) != len(positions):
+        raise InputError(
+            f"{name or ', '.join(columns)}: expected a row for each of the {len(positions)} positions, found "
+            f"{len(receivers)}"
+        )
+    return positions, receivers
+
+
+def _positions(
+    arrays: Arrays,
+    recording: Recording,
+    name: str | None,
+    said: list[str],
+    what: str = "positions",
+    column: re.Pattern[str] = COLUMN,
+) -> Float[np.ndarray, "K 3"]:
+    """Positions, metres: the array of a name, or the three columns or the array that seem to hold them."""
     stated, unit = None, recording.unit
-    if recording.positions is not None:
-        name = recording.positions
+    if name is not None:
         found = _named(arrays, name)
     else:
         by_axis = {
             match["axis"].lower(): (each, (match["unit"] or "").lower())
             for each in arrays
-            if arrays[each].ndim == 1 and (match := COLUMN.fullmatch(each.strip()))
+            if arrays[each].ndim == 1 and (match := column.fullmatch(each.strip()))
         }
         if set(by_axis) == set("xyz"):
             names = [by_axis[axis][0] for axis in "xyz"]
@@ -126,7 +173,7 @@ def _positions(arrays: Arrays, recording: Recording, said: list[str]) -> Float[n
         raise InputError(
             f"{name}: expected positions in metres, found a spread of {spread:,.0f}; state --unit mm or cm"
         )
-    said.append(f"positions: {name}, {len(found)} in {known or 'm'}{'' if known else ' (assumed; or state --unit)'}")
+    said.append(f"{what}: {name}, {len(found)} in {known or 'm'}{'' if known else ' (assumed; or state --unit)'}")
     return found.astype(float) * metres
 
 

@@ -19,6 +19,7 @@ from simulate.engines.engine import Engine, Machines
 from simulate.engines.engine_table import ENGINES, engine_class
 from simulate.engines.fullwave_engine import FullWave
 from simulate.engines.rays_engine import Rays
+from simulate.generation.chosen_pairs import chosen_pairs
 from simulate.generation.generate import generate
 from simulate.generation.reciprocal import element_offsets
 from simulate.generation.request import Request, read_request
@@ -59,7 +60,8 @@ def simulate(
     Raises:
         InputError: the scene is not valid or has several gateways, the folder holds something else, or the engine
             cannot run.
-        ParameterError: a parameter is outside its range, or a position is inside an object.
+        ParameterError: a parameter is outside its range, a position is inside an object, or both ends move in full
+            wave, where each transmitter needs a run of its own.
 
     Example:
         Three spectra of a gateway that stands in front of a wall:
@@ -165,6 +167,12 @@ def request_for(scene: Scene | str | Path, content: Simulation, engine: Engine, 
         )
     if content.hertz and isinstance(engine, FullWave):
         raise ParameterError("frequencies", "expected none in full wave; simulate each frequency into its own folder")
+    if content.moving == "both" and isinstance(engine, FullWave):
+        raise ParameterError(
+            "moving",
+            "expected transmitter or receiver in full wave, found both; --moving receiver solves one transmitter at a "
+            "time",
+        )
     if content.band is not None and isinstance(engine, Rays) and engine.propagation.sionna:
         raise ParameterError("bandwidth", "expected none with Sionna's path solver (sionna), found one")
     if content.band is not None:
@@ -172,9 +180,11 @@ def request_for(scene: Scene | str | Path, content: Simulation, engine: Engine, 
     few = too_few_elements(array_of(scene.gateway, scene.frequency))
     if few is not None:
         say(f"warning: {scene.name}: {few}, so they are not scored; powers and responses tell more")
-    moves = content.moving == "receiver"
-    offsets = element_offsets(scene.gateway, scene.wavelength) if moves else AT_IT
-    points, how = chosen_positions(scene, content, offsets)
+    offsets, receivers = element_offsets(scene.gateway, scene.wavelength), None
+    if content.moving == "both":
+        points, receivers, how = chosen_pairs(scene, content, offsets)
+    else:
+        points, how = chosen_positions(scene, content, offsets if content.moving == "receiver" else AT_IT)
     return Request(
         scene=scene,
         positions=points,
@@ -187,4 +197,5 @@ def request_for(scene: Scene | str | Path, content: Simulation, engine: Engine, 
         band=content.band,
         frequencies=content.hertz,
         moving=content.moving,
+        receivers=receivers,
     )
