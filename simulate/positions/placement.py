@@ -244,8 +244,12 @@ def free_places(
         InputError: ``read_points`` refuses the file, or a position in it is inside an object.
         ParameterError: ``check_points`` refuses the positions, or one of them is inside an object.
     """
-    path = Path(given) if isinstance(given, str | Path) else None
-    points = check_points(given, parameter) if path is None else read_points(path)
+    path: Path | None = None
+    if isinstance(given, str | Path):
+        path = Path(given)
+        points = read_points(path)
+    else:
+        points = check_points(given, parameter)
     for row, blocker in enumerate(_blockers(scene, points, offsets)):
         if blocker is None:
             continue
