@@ -173,7 +173,9 @@ def test_check_describes_pairs(pairs):
     ],
 )
 def test_what_needs_a_fixed_end_refuses_pairs(refused, pairs):
-    with pytest.raises(InputError, match=r"data: expected spectra of a link with one end that stands still, found some"):
+    with pytest.raises(
+        InputError, match=r"data: expected spectra of a link with one end that stands still, found some"
+    ):
         refused(pairs)
 
 
@@ -189,7 +191,10 @@ def test_paths_of_pairs_are_not_exported(pairs, tmp_path):
         ({"transmitters": 1}, "transmitters: expected a whole number of at least 2, found 1"),
         ({"transmitters": 5}, "transmitters: expected a whole number of at most 4, found 5"),
         ({"transmitters": 2, "moving": "receiver"}, "transmitters: expected moving both beside it, found receiver"),
-        ({"transmitters": 2, "engine": "fullwave"}, "moving: expected transmitter or receiver in full wave, found both"),
+        (
+            {"transmitters": 2, "engine": "fullwave"},
+            "moving: expected transmitter or receiver in full wave, found both",
+        ),
         ({"positions": "two"}, "receivers: expected the array's places beside the transmitters' positions,"),
         ({"positions": "two", "receivers": "two", "transmitters": 2}, "transmitters: expected none beside positions"),
         ({"receivers": "two"}, "transmitters: expected the number of their places"),
@@ -197,7 +202,10 @@ def test_paths_of_pairs_are_not_exported(pairs, tmp_path):
         ({"positions": "two", "receivers": "two", "moving": "receiver"}, "receivers: expected moving both beside"),
         ({"positions": "two", "receivers": "three"}, "receivers: expected a row for each of the 2 positions, found 3"),
         ({"positions": "same", "receivers": "same"}, "positions: expected at least two different pairs, found 2 alike"),
-        ({"positions": "many", "receivers": "many"}, "positions: expected at most 100 places of the transmitter, found"),
+        (
+            {"positions": "many", "receivers": "many"},
+            "positions: expected at most 100 places of the transmitter, found",
+        ),
         ({"positions": "inside", "receivers": "two"}, 'positions: expected a free place in row 0, found one inside "b'),
         ({"positions": "two", "receivers": "inside"}, 'receivers: expected a free place in row 0, found one inside "b'),
     ],
@@ -221,7 +229,10 @@ def test_options_of_pairs_that_are_refused(scene, options, message, tmp_path):
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        (lambda folder: (folder / "rx_pos.csv").unlink(), r"rx_pos\.csv: expected a CSV of positions, found no such file"),
+        (
+            lambda folder: (folder / "rx_pos.csv").unlink(),
+            r"rx_pos\.csv: expected a CSV of positions, found no such file",
+        ),
         (
             lambda folder: write_positions(folder / "rx_pos.csv", np.ones((2, 3))),
             r"rx_pos\.csv: expected 7 rows, as in tx_pos\.csv, found 2",
