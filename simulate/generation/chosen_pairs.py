@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
+from scenes.checks.array_clearance import TOUCHING
 from scenes.files.errors import InputError, ParameterError
 from scenes.scene.description import Scene
 from simulate.generation.simulation_options import MOST_TRANSMITTERS, Simulation
@@ -29,7 +30,8 @@ def chosen_pairs(
 
     Raises:
         InputError: as ``place`` or ``free_places``; or the files do not fit each other.
-        ParameterError: as ``free_places``; or the arrays do not fit each other, or have too many transmitters.
+        ParameterError: as ``free_places``; or the arrays do not fit each other, have too many transmitters, or have one
+            at an element.
     """
     if content.positions is None or content.receivers is None:
         return _drawn(scene, content, offsets)
@@ -42,6 +44,13 @@ def chosen_pairs(
         raise ParameterError("receivers", row)
     if all_the_same(np.hstack([transmitters, receivers])):
         raise ParameterError("positions", f"expected at least two different pairs, found {len(receivers)} alike")
+    apart = np.linalg.norm(receivers[:, None] + offsets - transmitters[:, None], axis=-1).min(axis=1)
+    if apart.min() < TOUCHING:
+        raise ParameterError(
+            "positions",
+            f"expected transmitters apart from the array's elements, found one at an element in row "
+            f"{int(apart.argmin())}",
+        )
     count = len(np.unique(transmitters, axis=0))
     if count > MOST_TRANSMITTERS:
         raise ParameterError(

@@ -206,6 +206,7 @@ def test_paths_of_pairs_are_not_exported(pairs, tmp_path):
             {"positions": "many", "receivers": "many"},
             "positions: expected at most 100 places of the transmitter, found",
         ),
+        ({"positions": "two", "receivers": "touching"}, "positions: expected transmitters apart from the array's elem"),
         ({"positions": "inside", "receivers": "two"}, 'positions: expected a free place in row 0, found one inside "b'),
         ({"positions": "two", "receivers": "inside"}, 'receivers: expected a free place in row 0, found one inside "b'),
     ],
@@ -216,6 +217,7 @@ def test_options_of_pairs_that_are_refused(scene, options, message, tmp_path):
         "three": np.array([[2.1, 0.1, 1.2], [2.5, -0.2, 1.5], [2.3, 0.0, 1.2]]),
         "same": np.array([[2.1, 0.1, 1.2]] * 2),
         "many": np.stack([np.linspace(2, 2.5, 101), np.zeros(101), np.ones(101)], axis=1),
+        "touching": np.array([[2.4, 0.1, 1.2], [2.5, -0.2, 1.5] - element_offsets(scene.gateway, scene.wavelength)[4]]),
         "inside": np.array([[8.0, 0.0, 1.0], [2.5, -0.2, 1.5]]),
     }
     block = SceneObject("block", box((7.5, -0.5, 0.5), (8.5, 0.5, 1.5)), "concrete")
